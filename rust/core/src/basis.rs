@@ -1,0 +1,109 @@
+//! What is known of a status combination, found when it is first reached and kept.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::event::EventFunction;
+use crate::motion::Motion;
+use crate::motion::modal::{ModalBasis, ModalMotion};
+use crate::motion::taylor::{TaylorMotion, TaylorOperator};
+use crate::reduction::Reduced;
+use crate::scene::Scene;
+use crate::simulation::Method;
+use crate::spectrum::spectrum;
+use crate::status::Combination;
+
+/// Modal superposition loses about this many ulp; above it the series is used instead.
+const CONDITION_LIMIT: f64 = 300.0;
+/// Above this many free coordinates a decomposition per combination costs more than the series it saves.
+const MODAL_SIZE: usize = 60;
+/// Combinations kept per scene, about 64 MB of modes at 20 dofs.
+const KEPT_COMBINATIONS: usize = 4096;
+
+/// How a combination is propagated.
+#[derive(Debug)]
+enum Propagator {
+    Modal(Box<ModalBasis>),
+    Taylor(Box<TaylorOperator>),
+}
+
+/// A combination with its event functions and its propagator.
+#[derive(Debug)]
+pub(crate) struct CombinationBasis {
+    pub combination: Combination,
+    pub functions: Vec<EventFunction>,
+    propagator: Propagator,
+}
+
+impl CombinationBasis {
+    fn new(scene: &Scene, combination: &Combination, method: Method) -> Result<Self, Error> {
+        let functions = scene.event_functions(combination);
+        let taylor = || TaylorOperator::new(scene, combination, &functions).map(Box::new);
+        let closed = combination.statuses().iter().filter(|status| status.is_closed()).count();
+        let propagator = match method {
+            Method::Taylor => Propagator::Taylor(taylor()?),
+            Method::Auto if scene.size - closed > MODAL_SIZE => Propagator::Taylor(taylor()?),
+            Method::Auto | Method::Modal => {
+                let reduced = Reduced::new(scene, combination)?;
+                let modes = spectrum(scene, &reduced)?;
+                let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
+                if condition <= CONDITION_LIMIT {
+                    Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))
+                } else if method == Method::Auto {
+                    Propagator::Taylor(taylor()?)
+                } else {
+                    return Err(Error::DefectiveModes {
+                        method: "modal",
+                        combination: combination.clone(),
+                        condition,
+                    });
+                }
+            }
+        };
+        Ok(Self { combination: combination.clone(), functions, propagator })
+    }
+
+    pub fn is_modal(&self) -> bool {
+        matches!(self.propagator, Propagator::Modal(_))
+    }
+
+    /// A phase of this combination from (q, q') at local time 0.
+    pub fn motion<'a>(&'a self, scene: &'a Scene, q: &[f64], u: &[f64]) -> Motion<'a> {
+        match &self.propagator {
+            Propagator::Modal(basis) => Motion::Modal(ModalMotion::new(basis, q, u)),
+            Propagator::Taylor(operator) => {
+                Motion::Taylor(TaylorMotion::new(scene, operator, &self.functions, q, u))
+            }
+        }
+    }
+}
+
+/// The combinations met so far, by method.
+#[derive(Debug, Default)]
+pub(crate) struct BasisCache {
+    known: HashMap<(Combination, Method), Arc<CombinationBasis>>,
+}
+
+impl Scene {
+    /// The basis of a combination, and whether it had to be computed.
+    pub(crate) fn basis(
+        &self,
+        combination: &Combination,
+        method: Method,
+    ) -> Result<(Arc<CombinationBasis>, bool), Error> {
+        let key = (combination.clone(), method);
+        // A poisoned lock only means that another thread stopped between two complete entries.
+        let lock = || self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(basis) = lock().known.get(&key) {
+            return Ok((Arc::clone(basis), false));
+        }
+        let basis = Arc::new(CombinationBasis::new(self, combination, method)?);
+        let mut cache = lock();
+        if cache.known.len() >= KEPT_COMBINATIONS {
+            cache.known.clear();
+        }
+        cache.known.insert(key, Arc::clone(&basis));
+        Ok((basis, true))
+    }
+}

@@ -1,0 +1,91 @@
+//! Sums and products carried to twice the working precision.
+//!
+//! Error-free transformations of Dekker (1971) and Knuth; no fused multiply-add is assumed, so the
+//! result is the same on every machine.
+
+use num_complex::Complex64;
+
+/// An unevaluated sum `high + low` with |low| <= ulp(high) / 2.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Doubled {
+    pub high: f64,
+    pub low: f64,
+}
+
+fn two_sum(a: f64, b: f64) -> (f64, f64) {
+    let sum = a + b;
+    let part = sum - a;
+    (sum, (a - (sum - part)) + (b - part))
+}
+
+/// The product and its rounding error; exact unless the product leaves the range 1e-290 .. 1e300.
+fn two_product(a: f64, b: f64) -> (f64, f64) {
+    // 2^27 + 1 splits 53 bits into 26 + 26.
+    const SPLITTER: f64 = 134_217_729.0;
+    let split = |x: f64| {
+        let scaled = SPLITTER * x;
+        let high = scaled - (scaled - x);
+        (high, x - high)
+    };
+    let product = a * b;
+    let (ah, al) = split(a);
+    let (bh, bl) = split(b);
+    (product, ((ah * bh - product) + ah * bl + al * bh) + al * bl)
+}
+
+impl Doubled {
+    pub fn add(self, other: Self) -> Self {
+        let (sum, error) = two_sum(self.high, other.high);
+        let (high, low) = two_sum(sum, error + self.low + other.low);
+        Self { high, low }
+    }
+
+    pub fn times(self, factor: f64) -> Self {
+        let (product, error) = two_product(self.high, factor);
+        let (high, low) = two_sum(product, error + self.low * factor);
+        Self { high, low }
+    }
+
+    pub fn value(self) -> f64 {
+        self.high + self.low
+    }
+}
+
+/// A complex number of two [`Doubled`] parts.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct DoubledComplex {
+    pub re: Doubled,
+    pub im: Doubled,
+}
+
+impl DoubledComplex {
+    pub fn add(self, other: Self) -> Self {
+        Self { re: self.re.add(other.re), im: self.im.add(other.im) }
+    }
+
+    pub fn times(self, factor: Complex64) -> Self {
+        Self {
+            re: self.re.times(factor.re).add(self.im.times(-factor.im)),
+            im: self.re.times(factor.im).add(self.im.times(factor.re)),
+        }
+    }
+
+    /// `sum_k weight_k z_k`
+    pub fn dot(terms: impl Iterator<Item = (f64, Complex64)>) -> Self {
+        terms.fold(Self::default(), |sum, (weight, z)| {
+            let exact = |part: f64| {
+                let (high, low) = two_product(weight, part);
+                Doubled { high, low }
+            };
+            sum.add(Self { re: exact(z.re), im: exact(z.im) })
+        })
+    }
+
+    pub fn scaled(self, factor: f64) -> Self {
+        Self { re: self.re.times(factor), im: self.im.times(factor) }
+    }
+
+    pub fn value(self) -> Complex64 {
+        Complex64::new(self.re.value(), self.im.value())
+    }
+}

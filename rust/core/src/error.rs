@@ -1,0 +1,130 @@
+//! What can be wrong with a question, and what can stop a run.
+
+use crate::status::Combination;
+
+/// Ill-posed input, found before any work starts. Every message names the argument and the value.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum Error {
+    #[error("{argument}: expected shape {expected}, got {got}")]
+    Shape {
+        argument: String,
+        expected: String,
+        got: String,
+    },
+    #[error("{argument}: must be finite, got {value} at {place}")]
+    NotFinite {
+        argument: String,
+        place: String,
+        value: f64,
+    },
+    #[error("{argument}: must be {requirement}, got {value}")]
+    Range {
+        argument: String,
+        requirement: &'static str,
+        value: f64,
+    },
+    #[error("{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})")]
+    NotSymmetric {
+        argument: String,
+        row: usize,
+        column: usize,
+        value: f64,
+        mirrored: f64,
+    },
+    #[error("mass: must be positive definite, got {value} as pivot of dof {dof}")]
+    IndefiniteMass { dof: usize, value: f64 },
+    #[error("{argument}: column index {index} in row {row} is outside 0..{size} or out of order")]
+    SparseIndex {
+        argument: String,
+        row: usize,
+        index: i64,
+        size: usize,
+    },
+    #[error(
+        "contacts: the {direction} direction of contact {contact} depends on the directions of the other contacts"
+    )]
+    DependentDirection {
+        contact: usize,
+        direction: &'static str,
+    },
+    #[error(
+        "combination: expected one letter of '+', '-', 's', 'd' per contact ({contacts} in all), got {got:?}"
+    )]
+    Combination { got: String, contacts: usize },
+    #[error(
+        "combination: contact {contact} has friction 0 and can't stick, got 's' in {combination:?}"
+    )]
+    FrictionlessStick {
+        contact: usize,
+        combination: Combination,
+    },
+    #[error("contact {contact}: slider_speed is 0, so steady sliding has no direction")]
+    NoSlidingDirection { contact: usize },
+    #[error(
+        "sliding equilibrium: contact {contact} would pull, normal force {normal_force} N; the static load opens it"
+    )]
+    TensileEquilibrium { contact: usize, normal_force: f64 },
+    #[error(
+        "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
+    )]
+    SingularStiffness {
+        combination: Combination,
+        reciprocal_condition: f64,
+    },
+    #[error("position: contact {contact} penetrates, gap {gap} m")]
+    Penetration { contact: usize, gap: f64 },
+    #[error(
+        "{argument}: contact {contact} is {status:?} in the combination, but its {quantity} is {value}"
+    )]
+    ViolatedStatus {
+        argument: &'static str,
+        contact: usize,
+        status: char,
+        quantity: &'static str,
+        value: f64,
+    },
+    #[error(
+        "method: {method:?} can't propagate combination {combination:?}, whose modes are defective (condition {condition:e}); use \"taylor\" or \"auto\""
+    )]
+    DefectiveModes {
+        method: &'static str,
+        combination: Combination,
+        condition: f64,
+    },
+    #[error(
+        "the reduced mass matrix of combination {combination:?} is singular (pivot {pivot:e}): with this friction and mass coupling the contact problem has no unique acceleration"
+    )]
+    SingularMass {
+        combination: Combination,
+        pivot: f64,
+    },
+    #[error(
+        "the eigenvalues of combination {combination:?} did not converge: relative residual {residual:e}"
+    )]
+    Eigenvalues {
+        combination: Combination,
+        residual: f64,
+    },
+    #[error("{argument}: {value} s lies outside the computed motion, 0 to {end} s")]
+    TimeOutside {
+        argument: &'static str,
+        value: f64,
+        end: f64,
+    },
+}
+
+/// Why a motion could not be continued; the part computed so far is kept beside it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RunFailure {
+    #[error(transparent)]
+    Input(#[from] Error),
+    #[error(
+        "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {normal_force} N, required friction {required_friction} N)"
+    )]
+    NoConsistentStatus {
+        contact: usize,
+        time: f64,
+        normal_force: f64,
+        required_friction: f64,
+    },
+}

@@ -1,0 +1,39 @@
+//! Friction-induced vibration of mechanical systems with frictional unilateral contacts.
+//!
+//! Data flows one way, and each step is a value of its own:
+//! [`Scene`] → status [`Combination`] → [`Reduced`] matrices → [`Modes`] → [`Trajectory`].
+//!
+//! The equations are those of `docs/theory.md`; a prime on a matrix or vector is the plain transpose.
+
+#![forbid(unsafe_code)]
+
+mod basis;
+mod compensated;
+mod contact;
+mod coordinates;
+mod eigen;
+mod equilibrium;
+mod error;
+mod event;
+mod matrix;
+pub mod models;
+mod modes;
+mod motion;
+mod reduction;
+mod roots;
+mod scene;
+mod simulation;
+mod spectrum;
+mod status;
+mod trajectory;
+mod transition;
+
+pub use contact::{Contact, ContactInput, Direction};
+pub use error::{Error, RunFailure};
+pub use matrix::SparseMatrix;
+pub use modes::Modes;
+pub use reduction::Reduced;
+pub use scene::{Damping, Mass, Scene, SceneInput, State};
+pub use simulation::{Limits, Method, simulate};
+pub use status::{Combination, Status};
+pub use trajectory::{Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory};

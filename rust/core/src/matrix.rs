@@ -1,0 +1,285 @@
+//! Sparse matrices in compressed rows: the one form in which a scene keeps its matrices.
+
+use crate::error::Error;
+
+/// A square matrix in compressed rows, column indices ascending within a row.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SparseMatrix {
+    size: usize,
+    row_start: Vec<usize>,
+    columns: Vec<usize>,
+    values: Vec<f64>,
+}
+
+impl SparseMatrix {
+    /// Keeps the nonzero entries of `rows` (row-major, `size * size`).
+    pub fn from_dense(size: usize, rows: &[f64]) -> Self {
+        let mut matrix = Self::with_capacity(size, size);
+        for row in rows.chunks_exact(size.max(1)).take(size) {
+            for (column, &value) in row.iter().enumerate() {
+                if value != 0.0 {
+                    matrix.columns.push(column);
+                    matrix.values.push(value);
+                }
+            }
+            matrix.row_start.push(matrix.columns.len());
+        }
+        matrix
+    }
+
+    /// Takes compressed rows as they come from outside: duplicates are refused, columns are sorted.
+    pub fn from_compressed_rows(
+        argument: &str,
+        size: usize,
+        row_start: &[i64],
+        columns: &[i64],
+        values: &[f64],
+    ) -> Result<Self, Error> {
+        let consistent = row_start.len() == size + 1
+            && columns.len() == values.len()
+            && row_start.first() == Some(&0)
+            && row_start.last() == Some(&(values.len() as i64))
+            && row_start.windows(2).all(|pair| pair[0] <= pair[1]);
+        if !consistent {
+            return Err(Error::Shape {
+                argument: argument.to_owned(),
+                expected: format!("compressed rows of ({size}, {size})"),
+                got: format!(
+                    "{} row starts, {} columns, {} values",
+                    row_start.len(),
+                    columns.len(),
+                    values.len()
+                ),
+            });
+        }
+        let mut matrix = Self::with_capacity(size, values.len());
+        for row in 0..size {
+            let range = row_start[row] as usize..row_start[row + 1] as usize;
+            let mut entries: Vec<(i64, f64)> = columns[range.clone()]
+                .iter()
+                .copied()
+                .zip(values[range].iter().copied())
+                .collect();
+            entries.sort_by_key(|entry| entry.0);
+            let mut last = -1;
+            for (column, value) in entries {
+                if column <= last || column >= size as i64 {
+                    return Err(Error::SparseIndex {
+                        argument: argument.to_owned(),
+                        row,
+                        index: column,
+                        size,
+                    });
+                }
+                last = column;
+                if value != 0.0 {
+                    matrix.columns.push(column as usize);
+                    matrix.values.push(value);
+                }
+            }
+            matrix.row_start.push(matrix.columns.len());
+        }
+        Ok(matrix)
+    }
+
+    pub fn diagonal(entries: &[f64]) -> Self {
+        Self {
+            size: entries.len(),
+            row_start: (0..=entries.len()).collect(),
+            columns: (0..entries.len()).collect(),
+            values: entries.to_vec(),
+        }
+    }
+
+    fn with_capacity(size: usize, entries: usize) -> Self {
+        let mut row_start = Vec::with_capacity(size + 1);
+        row_start.push(0);
+        Self {
+            size,
+            row_start,
+            columns: Vec::with_capacity(entries),
+            values: Vec::with_capacity(entries),
+        }
+    }
+
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    pub fn entries(&self) -> usize {
+        self.values.len()
+    }
+
+    /// (data, column indices, row starts), as scipy's `csr_array` takes them.
+    pub fn compressed_rows(&self) -> (&[f64], &[usize], &[usize]) {
+        (&self.values, &self.columns, &self.row_start)
+    }
+
+    /// Nonzero entries of a row as (column, value).
+    pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let range = self.row_start[row]..self.row_start[row + 1];
+        self.columns[range.clone()]
+            .iter()
+            .copied()
+            .zip(self.values[range].iter().copied())
+    }
+
+    pub fn get(&self, row: usize, column: usize) -> f64 {
+        let range = self.row_start[row]..self.row_start[row + 1];
+        match self.columns[range.clone()].binary_search(&column) {
+            Ok(position) => self.values[range.start + position],
+            Err(_) => 0.0,
+        }
+    }
+
+    /// `row . x`
+    pub fn row_dot(&self, row: usize, x: &[f64]) -> f64 {
+        self.row(row).map(|(column, value)| value * x[column]).sum()
+    }
+
+    /// `y += factor * self x`
+    pub fn add_product(&self, factor: f64, x: &[f64], y: &mut [f64]) {
+        for (row, target) in y.iter_mut().enumerate() {
+            *target += factor * self.row_dot(row, x);
+        }
+    }
+
+    pub fn scaled(&self, factor: f64) -> Self {
+        let mut scaled = self.clone();
+        scaled.values.iter_mut().for_each(|value| *value *= factor);
+        scaled
+    }
+
+    /// `a self + b other`
+    pub fn combined(&self, a: f64, other: &Self, b: f64) -> Self {
+        let mut sum = Self::with_capacity(self.size, self.entries().max(other.entries()));
+        for row in 0..self.size {
+            let mut left = self.row(row).peekable();
+            let mut right = other.row(row).peekable();
+            loop {
+                let column = match (left.peek(), right.peek()) {
+                    (Some(l), Some(r)) => l.0.min(r.0),
+                    (Some(l), None) => l.0,
+                    (None, Some(r)) => r.0,
+                    (None, None) => break,
+                };
+                let l = left.next_if(|entry| entry.0 == column).map_or(0.0, |entry| entry.1);
+                let r = right.next_if(|entry| entry.0 == column).map_or(0.0, |entry| entry.1);
+                sum.columns.push(column);
+                sum.values.push(a * l + b * r);
+            }
+            sum.row_start.push(sum.columns.len());
+        }
+        sum
+    }
+
+    /// `transform' self transform` for a dense transform (row-major).
+    pub fn congruent(&self, transform: &[f64]) -> Self {
+        let n = self.size;
+        let mut product = vec![0.0; n * n];
+        for row in 0..n {
+            for (column, value) in self.row(row) {
+                for j in 0..n {
+                    product[row * n + j] += value * transform[column * n + j];
+                }
+            }
+        }
+        let mut congruent = vec![0.0; n * n];
+        for k in 0..n {
+            for i in 0..n {
+                let factor = transform[k * n + i];
+                if factor != 0.0 {
+                    for j in 0..n {
+                        congruent[i * n + j] += factor * product[k * n + j];
+                    }
+                }
+            }
+        }
+        // Rounding leaves the two triangles different by an ulp; the problem is symmetric.
+        for i in 0..n {
+            for j in 0..i {
+                let mean = 0.5 * (congruent[i * n + j] + congruent[j * n + i]);
+                congruent[i * n + j] = mean;
+                congruent[j * n + i] = mean;
+            }
+        }
+        Self::from_dense(n, &congruent)
+    }
+
+    /// Largest row sum of absolute values.
+    pub fn norm_inf(&self) -> f64 {
+        (0..self.size)
+            .map(|row| self.row(row).map(|entry| entry.1.abs()).sum())
+            .fold(0.0, f64::max)
+    }
+
+    /// Refuses entries that are not finite and an asymmetry above rounding (1e-12 of the larger
+    /// diagonal entries), then returns the symmetric part.
+    pub(crate) fn validated_symmetric(self, argument: &str) -> Result<Self, Error> {
+        for row in 0..self.size {
+            for (column, value) in self.row(row) {
+                if !value.is_finite() {
+                    return Err(Error::NotFinite {
+                        argument: argument.to_owned(),
+                        place: format!("({row}, {column})"),
+                        value,
+                    });
+                }
+            }
+        }
+        let mut symmetric = true;
+        for row in 0..self.size {
+            for (column, value) in self.row(row) {
+                let mirrored = self.get(column, row);
+                if value != mirrored {
+                    symmetric = false;
+                    let scale = (value.abs().max(mirrored.abs()))
+                        .max((self.get(row, row) * self.get(column, column)).abs().sqrt());
+                    if (value - mirrored).abs() > 1e-12 * scale {
+                        return Err(Error::NotSymmetric {
+                            argument: argument.to_owned(),
+                            row,
+                            column,
+                            value,
+                            mirrored,
+                        });
+                    }
+                }
+            }
+        }
+        if symmetric {
+            return Ok(self);
+        }
+        let transposed = self.transposed();
+        Ok(self.combined(0.5, &transposed, 0.5))
+    }
+
+    fn transposed(&self) -> Self {
+        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
+        for row in 0..self.size {
+            for (column, value) in self.row(row) {
+                rows[column].push((row, value));
+            }
+        }
+        let mut transposed = Self::with_capacity(self.size, self.entries());
+        for row in rows {
+            for (column, value) in row {
+                transposed.columns.push(column);
+                transposed.values.push(value);
+            }
+            transposed.row_start.push(transposed.columns.len());
+        }
+        transposed
+    }
+
+    pub fn to_dense(&self) -> Vec<f64> {
+        let n = self.size;
+        let mut dense = vec![0.0; n * n];
+        for row in 0..n {
+            for (column, value) in self.row(row) {
+                dense[row * n + column] = value;
+            }
+        }
+        dense
+    }
+}

@@ -1,0 +1,340 @@
+//! Taylor propagation: derivatives of the state by repeated use of the equation of motion, matrix-free.
+//!
+//! With `Q_k = q^(k) h^k / k!` the equation of motion gives
+//! `(k + 1)(k + 2) Q_{k+2} = h^2 M^-1 (F_k - K Q_k - C (k + 1) Q_{k+1} / h)` row by row of the
+//! combination. In mass-weighted coordinates the first-order system has a norm sigma known beforehand;
+//! the derivatives from the second on obey the homogeneous system, so what a polynomial of degree D
+//! leaves out is at most `|X_D| rho / (1 - rho)` with `rho = sigma h / (D + 1)`. No eigenvector is
+//! needed, so nothing is lost at a defective point.
+
+use super::{COEFFICIENTS, DEGREE, Panel};
+use crate::eigen;
+use crate::error::Error;
+use crate::event::EventFunction;
+use crate::reduction::{Reduced, RowMerge};
+use crate::scene::Scene;
+use crate::status::Combination;
+
+/// sigma times width of a panel. The norm overestimates the fastest mode about twofold, and terms up
+/// to e^(sigma h / 2) cancel.
+const WIDTH: f64 = 6.0;
+
+/// The equation of motion of one combination, without forming it.
+#[derive(Debug)]
+pub(crate) struct TaylorOperator {
+    kept: Vec<usize>,
+    merges: Vec<RowMerge>,
+    sticking: Vec<(usize, f64)>,
+    mass: MassSolve,
+    /// Square root of the mass seen by each coordinate, the weights of the norm.
+    weight: Vec<f64>,
+    /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
+    omega: f64,
+    width: f64,
+    rho: f64,
+    /// For each event function the factor from the norm of a state to a bound of its value.
+    function_norms: Vec<f64>,
+}
+
+#[derive(Debug)]
+enum MassSolve {
+    /// Reciprocals over the kept coordinates.
+    Diagonal(Vec<f64>),
+    /// Explicit inverse over the kept coordinates, row-major.
+    Full(Vec<f64>),
+}
+
+impl TaylorOperator {
+    pub fn new(
+        scene: &Scene,
+        combination: &Combination,
+        functions: &[EventFunction],
+    ) -> Result<Self, Error> {
+        scene.check_combination(combination)?;
+        let (kept, merges) = Reduced::bases_of(scene, combination);
+        let sticking = scene
+            .contacts
+            .iter()
+            .zip(combination.statuses())
+            .filter(|pair| *pair.1 == crate::status::Status::Sticking)
+            .map(|(contact, _)| (contact.tangential, contact.slider_speed))
+            .collect();
+        let m = kept.len();
+        let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
+        let mass = if scene.lumped {
+            MassSolve::Diagonal(kept.iter().map(|&k| 1.0 / scene.mass.get(k, k)).collect())
+        } else {
+            let reduced = Reduced::new(scene, combination)?;
+            let pivot = eigen::smallest_relative_pivot(m, &reduced.mass);
+            if pivot < 1e-14 {
+                return Err(Error::SingularMass { combination: combination.clone(), pivot });
+            }
+            let identity: Vec<f64> =
+                (0..m * m).map(|k| if k / m == k % m { 1.0 } else { 0.0 }).collect();
+            MassSolve::Full(eigen::solve(m, &reduced.mass, &identity))
+        };
+        let mut operator = Self {
+            kept,
+            merges,
+            sticking,
+            mass,
+            weight,
+            omega: 0.0,
+            width: 0.0,
+            rho: 0.0,
+            function_norms: Vec::new(),
+        };
+        let (stiffness, damping) = operator.norms(scene);
+        // omega balances the two blocks; any positive one is valid.
+        operator.omega = stiffness.sqrt().max(f64::MIN_POSITIVE);
+        let sigma = operator.omega + damping;
+        operator.width = if stiffness + damping > 0.0 { WIDTH / sigma } else { 1.0 };
+        operator.rho = sigma * operator.width / (DEGREE + 1) as f64;
+        operator.function_norms = functions
+            .iter()
+            .map(|function| {
+                let position: f64 = function
+                    .functional
+                    .position
+                    .iter()
+                    .map(|&(k, a)| a.abs() / (operator.omega * operator.weight[k]))
+                    .sum();
+                let velocity: f64 = function
+                    .functional
+                    .velocity
+                    .iter()
+                    .map(|&(k, b)| b.abs() / operator.weight[k])
+                    .sum();
+                position + velocity
+            })
+            .collect();
+        Ok(operator)
+    }
+
+    /// Row-sum norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
+    fn norms(&self, scene: &Scene) -> (f64, f64) {
+        let mut is_kept = vec![false; scene.size];
+        self.kept.iter().for_each(|&k| is_kept[k] = true);
+        let row_sums = |matrix: &crate::matrix::SparseMatrix| -> Vec<f64> {
+            let sum = |row: usize| -> f64 {
+                matrix
+                    .row(row)
+                    .filter(|entry| is_kept[entry.0])
+                    .map(|(k, value)| value.abs() / self.weight[k])
+                    .sum()
+            };
+            let mut sums: Vec<f64> = self.kept.iter().map(|&k| sum(k)).collect();
+            for merge in &self.merges {
+                sums[merge.position] += merge.factor.abs() * sum(merge.normal);
+            }
+            sums
+        };
+        let norm = |sums: Vec<f64>| -> f64 {
+            let m = self.kept.len();
+            (0..m)
+                .map(|i| {
+                    let solved = match &self.mass {
+                        MassSolve::Diagonal(inverse) => inverse[i] * sums[i],
+                        MassSolve::Full(inverse) => {
+                            (0..m).map(|j| inverse[i * m + j].abs() * sums[j]).sum()
+                        }
+                    };
+                    solved * self.weight[self.kept[i]]
+                })
+                .fold(0.0, f64::max)
+        };
+        (norm(row_sums(&scene.stiffness)), norm(row_sums(&scene.damping)))
+    }
+
+    /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
+    fn accelerate(&self, residual: &mut [f64], acceleration: &mut [f64]) {
+        for merge in &self.merges {
+            residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
+        }
+        match &self.mass {
+            MassSolve::Diagonal(inverse) => {
+                for (&k, inverse) in self.kept.iter().zip(inverse) {
+                    acceleration[k] = inverse * residual[k];
+                }
+            }
+            MassSolve::Full(inverse) => {
+                let m = self.kept.len();
+                for (i, &k) in self.kept.iter().enumerate() {
+                    acceleration[k] = self
+                        .kept
+                        .iter()
+                        .zip(&inverse[i * m..(i + 1) * m])
+                        .map(|(&j, inverse)| inverse * residual[j])
+                        .sum();
+                }
+            }
+        }
+    }
+}
+
+/// One phase by Taylor series.
+#[derive(Debug)]
+pub(crate) struct TaylorMotion<'a> {
+    scene: &'a Scene,
+    operator: &'a TaylorOperator,
+    functions: &'a [EventFunction],
+    start: f64,
+    panels: u32,
+    /// Q_0 .. Q_{DEGREE + 1}, one after the other.
+    terms: Vec<f64>,
+}
+
+impl<'a> TaylorMotion<'a> {
+    /// Starts at local time 0 from (q, q').
+    pub fn new(
+        scene: &'a Scene,
+        operator: &'a TaylorOperator,
+        functions: &'a [EventFunction],
+        q: &[f64],
+        u: &[f64],
+    ) -> Self {
+        let n = scene.size;
+        let mut terms = vec![0.0; n * (DEGREE + 2)];
+        for &k in &operator.kept {
+            terms[k] = q[k];
+            terms[n + k] = u[k] * operator.width;
+        }
+        for &(k, speed) in &operator.sticking {
+            terms[k] = q[k];
+            terms[n + k] = speed * operator.width;
+        }
+        let mut motion = Self { scene, operator, functions, start: 0.0, panels: 0, terms };
+        motion.fill();
+        motion
+    }
+
+    pub fn start(&self) -> f64 {
+        self.start
+    }
+
+    /// Q_2 and up from Q_0 and Q_1.
+    fn fill(&mut self) {
+        let n = self.scene.size;
+        let h = self.operator.width;
+        let mut residual = vec![0.0; n];
+        let mut combined = vec![0.0; n];
+        for k in 0..DEGREE {
+            let (known, next) = self.terms.split_at_mut((k + 2) * n);
+            let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
+            let next = &mut next[..n];
+            let rate = (k + 1) as f64 / h;
+            if k == 0 {
+                residual.copy_from_slice(&self.scene.force);
+            } else {
+                residual.fill(0.0);
+            }
+            match self.scene.proportional {
+                // K (q + beta q') in one product.
+                Some((alpha, beta)) => {
+                    for i in 0..n {
+                        combined[i] = q[i] + beta * rate * dq[i];
+                    }
+                    self.scene.stiffness.add_product(-1.0, &combined, &mut residual);
+                    if alpha != 0.0 {
+                        self.scene.mass.add_product(-alpha * rate, dq, &mut residual);
+                    }
+                }
+                None => {
+                    self.scene.stiffness.add_product(-1.0, q, &mut residual);
+                    self.scene.damping.add_product(-rate, dq, &mut residual);
+                }
+            }
+            self.operator.accelerate(&mut residual, next);
+            let factor = h * h / ((k + 1) * (k + 2)) as f64;
+            self.operator.kept.iter().for_each(|&i| next[i] *= factor);
+        }
+    }
+
+    /// Norm of the k-th term of the state, `max(omega |q|, |q'|)` in mass-weighted coordinates.
+    fn term_norm(&self, k: usize) -> f64 {
+        let n = self.scene.size;
+        let rate = (k + 1) as f64 / self.operator.width;
+        self.operator
+            .kept
+            .iter()
+            .map(|&i| {
+                let position = self.operator.omega * self.terms[k * n + i].abs();
+                let velocity = rate * self.terms[(k + 1) * n + i].abs();
+                self.operator.weight[i] * position.max(velocity)
+            })
+            .fold(0.0, f64::max)
+    }
+
+    pub fn expand(&mut self, panel: &mut Panel) {
+        let n = self.scene.size;
+        let h = self.operator.width;
+        panel.width = h;
+        panel.coefficients.clear();
+        panel.coefficients.resize(self.functions.len() * COEFFICIENTS, 0.0);
+        panel.error.clear();
+        panel.curvature_error.clear();
+        let tail = self.operator.rho / (1.0 - self.operator.rho) * self.term_norm(DEGREE);
+        // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
+        let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
+        for (index, function) in self.functions.iter().enumerate() {
+            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
+            let (mut affine, mut curvature) = (function.functional.constant.abs(), 0.0);
+            c[0] = function.functional.constant;
+            for (k, c) in c.iter_mut().enumerate() {
+                let rate = (k + 1) as f64 / h;
+                let mut magnitude = 0.0;
+                for &(i, weight) in &function.functional.position {
+                    let term = weight * self.terms[k * n + i];
+                    *c += term;
+                    magnitude += term.abs();
+                }
+                for &(i, weight) in &function.functional.velocity {
+                    let term = weight * rate * self.terms[(k + 1) * n + i];
+                    *c += term;
+                    magnitude += term.abs();
+                }
+                if k < 2 {
+                    affine += magnitude;
+                } else {
+                    curvature += magnitude;
+                }
+            }
+            let remainder = tail * self.operator.function_norms[index];
+            panel.curvature_error.push(rounding * curvature + remainder);
+            panel.error.push(rounding * (affine + curvature) + remainder);
+        }
+    }
+
+    pub fn advance(&mut self) {
+        let n = self.scene.size;
+        let mut q = vec![0.0; n];
+        let mut u = vec![0.0; n];
+        let width = self.operator.width;
+        self.state(width, &mut q, &mut u);
+        self.start += width;
+        self.panels += 1;
+        self.terms[..n].copy_from_slice(&q);
+        for i in 0..n {
+            self.terms[n + i] = u[i] * width;
+        }
+        self.fill();
+    }
+
+    pub fn state(&self, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        let n = self.scene.size;
+        let s = offset / self.operator.width;
+        let moving = self.operator.kept.iter().copied();
+        for i in moving.chain(self.operator.sticking.iter().map(|stick| stick.0)) {
+            let (mut value, mut slope) = (0.0, 0.0);
+            for k in (0..=DEGREE + 1).rev() {
+                slope = slope * s + value;
+                value = value * s + self.terms[k * n + i];
+            }
+            q[i] = value;
+            u[i] = slope / self.operator.width;
+        }
+        for &(i, speed) in &self.operator.sticking {
+            u[i] = speed;
+        }
+    }
+}

@@ -1,0 +1,226 @@
+//! The certified first root of a polynomial that is known up to an error bound.
+//!
+//! The true function lies within `error` of `p` on [0, 1] and starts positive. A march from the left
+//! uses the cubic lower bound `p(s) + p'(s) d + p''(s) d^2 / 2 - M d^3 / 6` with `M >= max |p'''|`: where
+//! that stays above `error` there is provably no root. The march slows down only where p approaches the
+//! band |p| <= error; what happens there is a crossing (p leaves the band below), a touch (it leaves
+//! above), or undecided at the end of the interval.
+
+/// Where a polynomial stands on the interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Verdict {
+    /// No crossing up to the end. `touch` is the lowest point within the band that was left upwards;
+    /// `in_band` says that the end itself lies within the band, entered there.
+    Clear { touch: Option<Touch>, in_band: Option<Touch> },
+    /// The first crossing to negative values.
+    Crossing { root: f64, touch: Option<Touch> },
+}
+
+/// A local minimum within the error band: whether it crosses can't be decided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Touch {
+    pub at: f64,
+    pub value: f64,
+}
+
+/// Value and the first two derivatives at s.
+fn derivatives(p: &[f64], s: f64) -> (f64, f64, f64) {
+    let (mut value, mut first, mut second) = (0.0, 0.0, 0.0);
+    for &c in p.iter().rev() {
+        second = second * s + first;
+        first = first * s + value;
+        value = value * s + c;
+    }
+    (value, first, 2.0 * second)
+}
+
+fn value(p: &[f64], s: f64) -> f64 {
+    p.iter().rev().fold(0.0, |value, &c| value * s + c)
+}
+
+/// A bound of |p'''| on [0, 1].
+fn third_derivative_bound(p: &[f64]) -> f64 {
+    p.iter()
+        .enumerate()
+        .skip(3)
+        .map(|(k, c)| (k * (k - 1) * (k - 2)) as f64 * c.abs())
+        .sum()
+}
+
+/// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
+fn lower_bound(p: &[f64]) -> f64 {
+    let coefficient = |k: usize| p.get(k).copied().unwrap_or(0.0);
+    let (c0, c1, c2) = (coefficient(0), coefficient(1), coefficient(2));
+    let mut lowest = c0.min(c0 + c1 + c2);
+    if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
+        lowest = lowest.min(c0 - 0.25 * c1 * c1 / c2);
+    }
+    lowest + p.iter().skip(3).map(|c| c.min(0.0)).sum::<f64>()
+}
+
+/// The largest step d <= longest on which `v + v1 d + v2 d^2 / 2 - m d^3 / 6 > floor`, from below:
+/// any value on which the inequality holds for all smaller d is valid.
+fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 {
+    let margin = v - floor;
+    let positive_to = |d: f64| {
+        // Lowest of the cubic bound on [0, d]: concave part bounded by its end, convex part by its minimum.
+        let cubic = m * d * d * d / 6.0;
+        let end = margin + v1 * d + 0.5 * v2 * d * d - cubic;
+        let vertex = if v2 > 0.0 && v1 < 0.0 && -v1 < v2 * d {
+            margin - 0.5 * v1 * v1 / v2 - cubic
+        } else {
+            f64::INFINITY
+        };
+        end.min(vertex).min(margin) > 0.0
+    };
+    if positive_to(longest) {
+        return longest;
+    }
+    // The zero of the bound by a few safeguarded Newton steps from the left, then pulled back.
+    let slope_bound = v1.min(0.0).abs() + 0.5 * v2.min(0.0).abs() * longest + m * longest * longest / 6.0;
+    let mut step = (margin / slope_bound).min(longest);
+    for _ in 0..6 {
+        let value = margin + v1 * step + 0.5 * v2 * step * step - m * step * step * step / 6.0;
+        let slope = v1 + v2 * step - 0.5 * m * step * step;
+        if slope >= 0.0 || value <= 0.0 {
+            break;
+        }
+        let next = step - value / slope;
+        if next <= step || next > longest || !positive_to(next) {
+            break;
+        }
+        step = next;
+    }
+    // Doubling covers the case where a convex stretch lets the bound rise again.
+    while 2.0 * step < longest && positive_to(2.0 * step) {
+        step *= 2.0;
+    }
+    step
+}
+
+/// Bound on the number of marching steps; a polynomial that needs more is reported as a touch where it
+/// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
+const STEPS: usize = 400;
+
+/// The first root of `p` on [0, end], end <= 1, and whether the quick bound was not enough.
+pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> (Verdict, bool) {
+    if lower_bound(p) > error {
+        return (Verdict::Clear { touch: None, in_band: None }, false);
+    }
+    (march(p, error, end), true)
+}
+
+fn march(p: &[f64], error: f64, end: f64) -> Verdict {
+    let m = third_derivative_bound(p);
+    let mut s = 0.0;
+    let mut touch: Option<Touch> = None;
+    for _ in 0..STEPS {
+        let (v, v1, v2) = derivatives(p, s);
+        if v > error {
+            if let Some(high) = monotone_crossing(v, v1, v2, m, error, 1.0 - s) {
+                let root = bracketed_root(p, s, s + high);
+                if root > end {
+                    break;
+                }
+                return Verdict::Crossing { root, touch };
+            }
+            let step = safe_step(v, v1, v2, m, error, end - s);
+            if s + step >= end {
+                break;
+            }
+            // A step below the spacing of s means that the band is reached within rounding.
+            s = (s + step).max(s + f64::EPSILON * s.max(1e-6));
+            continue;
+        }
+        match leave_band(p, error, m, s, end) {
+            Exit::Below { root } => return Verdict::Crossing { root, touch },
+            Exit::Above { at, lowest } => {
+                if touch.is_none_or(|touch| lowest.value < touch.value) {
+                    touch = Some(lowest);
+                }
+                s = at;
+            }
+            Exit::Undecided { lowest } => {
+                return Verdict::Clear { touch, in_band: Some(lowest) };
+            }
+        }
+    }
+    Verdict::Clear { touch, in_band: None }
+}
+
+/// A distance d by which p has certainly fallen through the band, decreasing all the way.
+fn monotone_crossing(v: f64, v1: f64, v2: f64, m: f64, error: f64, longest: f64) -> Option<f64> {
+    if v1 >= 0.0 {
+        return None;
+    }
+    let d = 1.5 * (v + error) / -v1;
+    let slope = v1 + v2.max(0.0) * d + 0.5 * m * d * d;
+    let value = v + v1 * d + 0.5 * v2 * d * d + m * d * d * d / 6.0;
+    (d <= longest && slope < 0.0 && value < -error).then_some(d)
+}
+
+enum Exit {
+    Below { root: f64 },
+    Above { at: f64, lowest: Touch },
+    Undecided { lowest: Touch },
+}
+
+/// Follows p from the edge of the band |p| <= error until it is certainly outside.
+fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
+    let mut s = entry;
+    let mut lowest = Touch { at: entry, value: f64::INFINITY };
+    for _ in 0..STEPS {
+        let (v, v1, v2) = derivatives(p, s);
+        if v < lowest.value {
+            lowest = Touch { at: s, value: v };
+        }
+        if v < -error {
+            return Exit::Below { root: bracketed_root(p, entry, s) };
+        }
+        if v > error && s > entry {
+            return Exit::Above { at: s, lowest };
+        }
+        if s >= end {
+            return Exit::Undecided { lowest };
+        }
+        // Largest step over which p can't change by more than half the band: no excursion is stepped over.
+        let change = 0.5 * error;
+        let mut step = end - s;
+        let variation = |d: f64| v1.abs() * d + 0.5 * v2.abs() * d * d + m * d * d * d / 6.0;
+        if variation(step) > change {
+            step = step.min(change / v1.abs().max(f64::MIN_POSITIVE));
+            step = step.min((2.0 * change / v2.abs().max(f64::MIN_POSITIVE)).sqrt());
+            step = step.min((6.0 * change / m.max(f64::MIN_POSITIVE)).cbrt());
+            // Three terms, each within the change alone.
+            while variation(step) > 3.0 * change {
+                step *= 0.5;
+            }
+        }
+        s = (s + step).max(s + f64::EPSILON * s.max(1e-9)).min(end);
+    }
+    Exit::Undecided { lowest }
+}
+
+/// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
+fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
+    let (mut low, mut high) = (low, high);
+    if value(p, low) <= 0.0 {
+        return low;
+    }
+    let mut s = 0.5 * (low + high);
+    for _ in 0..100 {
+        let (v, v1, _) = derivatives(p, s);
+        if v > 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+        let newton = s - v / v1;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        if (next - s).abs() <= f64::EPSILON * s.abs() || high - low <= f64::EPSILON * high {
+            return next;
+        }
+        s = next;
+    }
+    s
+}

@@ -1,0 +1,100 @@
+//! The status of a contact, and the combination of the statuses of all contacts.
+
+use std::fmt;
+
+use crate::error::Error;
+
+/// What one contact does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[repr(u8)]
+pub enum Status {
+    /// `+`: closed, slip velocity < 0, friction force T = +mu N.
+    Positive,
+    /// `-`: closed, slip velocity > 0, T = -mu N.
+    Negative,
+    /// `s`: closed, slip velocity = 0, T a reaction with |T| <= mu_static N.
+    Sticking,
+    /// `d`: open, no force.
+    Detached,
+}
+
+impl Status {
+    pub const fn letter(self) -> char {
+        match self {
+            Status::Positive => '+',
+            Status::Negative => '-',
+            Status::Sticking => 's',
+            Status::Detached => 'd',
+        }
+    }
+
+    pub const fn is_closed(self) -> bool {
+        !matches!(self, Status::Detached)
+    }
+
+    pub const fn is_sliding(self) -> bool {
+        matches!(self, Status::Positive | Status::Negative)
+    }
+
+    /// T / (mu N) of a sliding contact, 0 otherwise.
+    pub const fn friction_sign(self) -> f64 {
+        match self {
+            Status::Positive => 1.0,
+            Status::Negative => -1.0,
+            Status::Sticking | Status::Detached => 0.0,
+        }
+    }
+}
+
+/// One status per contact, in the order of the contacts.
+#[derive(Clone, PartialEq, Eq, Hash)]
+pub struct Combination(Box<[Status]>);
+
+impl Combination {
+    pub fn new(statuses: Vec<Status>) -> Self {
+        Self(statuses.into_boxed_slice())
+    }
+
+    /// Reads `"+s"` for `contacts` contacts.
+    pub fn parse(text: &str, contacts: usize) -> Result<Self, Error> {
+        let statuses: Option<Vec<Status>> = text
+            .chars()
+            .map(|letter| match letter {
+                '+' => Some(Status::Positive),
+                '-' => Some(Status::Negative),
+                's' => Some(Status::Sticking),
+                'd' => Some(Status::Detached),
+                _ => None,
+            })
+            .collect();
+        match statuses {
+            Some(statuses) if statuses.len() == contacts => Ok(Self::new(statuses)),
+            _ => Err(Error::Combination {
+                got: text.to_owned(),
+                contacts,
+            }),
+        }
+    }
+
+    pub fn statuses(&self) -> &[Status] {
+        &self.0
+    }
+
+    pub fn with(&self, contact: usize, status: Status) -> Self {
+        let mut next = self.clone();
+        next.0[contact] = status;
+        next
+    }
+}
+
+impl fmt::Display for Combination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.iter().try_for_each(|status| write!(f, "{}", status.letter()))
+    }
+}
+
+impl fmt::Debug for Combination {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "\"{self}\"")
+    }
+}

@@ -1,0 +1,322 @@
+//! A computed motion: the state after every event, and anything in between on demand.
+
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use crate::basis::CombinationBasis;
+use crate::error::Error;
+use crate::modes::Modes;
+use crate::motion::{Motion, Panel};
+use crate::scene::{Scene, State};
+use crate::status::{Combination, Status};
+
+/// What happened to one contact at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// The slip velocity reached zero.
+    Velocity,
+    /// A sticking contact began to slide with T = +mu N.
+    SlipPositive,
+    /// A sticking contact began to slide with T = -mu N.
+    SlipNegative,
+    /// The contact opened.
+    Release,
+    /// The gap closed.
+    Impact,
+}
+
+impl EventKind {
+    pub const fn name(self) -> &'static str {
+        match self {
+            EventKind::Velocity => "velocity",
+            EventKind::SlipPositive => "slip+",
+            EventKind::SlipNegative => "slip-",
+            EventKind::Release => "release",
+            EventKind::Impact => "impact",
+        }
+    }
+}
+
+/// One event; the combination is that after everything that happened at the instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    pub time: f64,
+    pub contact: usize,
+    pub kind: EventKind,
+    /// Index into [`Trajectory::phases`] of the phase that begins here.
+    pub(crate) phase: usize,
+}
+
+/// A touch of an event function within rounding: the status was kept, though `alternative` may be true.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grazing {
+    pub time: f64,
+    pub contact: usize,
+    pub alternative: EventKind,
+    /// The event function at the touch, in its own unit (m/s, N or m).
+    pub value: f64,
+    /// The bound on its error, same unit.
+    pub uncertainty: f64,
+}
+
+/// Why the computed motion ends where it does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StopReason {
+    /// The duration asked for was reached.
+    Duration,
+    /// `max_events` events were found.
+    MaxEvents,
+    /// The motion grew beyond the range of numbers.
+    Unbounded,
+    /// More events at one instant than the contacts can explain.
+    Chattering { contact: usize },
+    /// The caller interrupted the run.
+    Interrupted,
+    /// The motion can't be continued.
+    Failed(crate::error::RunFailure),
+}
+
+impl StopReason {
+    pub const fn name(&self) -> &'static str {
+        match self {
+            StopReason::Duration => "duration",
+            StopReason::MaxEvents => "max_events",
+            StopReason::Unbounded => "unbounded",
+            StopReason::Chattering { .. } => "chattering",
+            StopReason::Interrupted => "interrupted",
+            StopReason::Failed(_) => "failed",
+        }
+    }
+}
+
+/// How much work a run took; exact, so that tests can hold them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counters {
+    pub phases: usize,
+    /// Stretches on which the event functions were expanded.
+    pub panels: usize,
+    /// Event functions on panels that the quick bound could not exclude.
+    pub refinements: usize,
+    /// Combinations decomposed or set up for this run, not found in the scene's memory.
+    pub combinations: usize,
+    /// Phases propagated by Taylor series.
+    pub taylor_phases: usize,
+}
+
+/// One phase: a combination from a state at a time on.
+#[derive(Debug)]
+pub(crate) struct Phase {
+    pub start: f64,
+    pub basis: Arc<CombinationBasis>,
+}
+
+/// The motion from 0 to `end`.
+#[derive(Debug)]
+pub struct Trajectory {
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) phases: Vec<Phase>,
+    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
+    pub(crate) states: Vec<f64>,
+    pub events: Vec<Event>,
+    pub grazings: Vec<Grazing>,
+    pub counters: Counters,
+    pub stop_reason: StopReason,
+    pub end: f64,
+}
+
+/// Positions and velocities over dofs, contact forces and statuses at a series of instants; row-major.
+#[derive(Debug, Clone, Default)]
+pub struct Sample {
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub normal_force: Vec<f64>,
+    pub friction_force: Vec<f64>,
+    pub status: Vec<Status>,
+}
+
+impl Trajectory {
+    /// The combination after an event.
+    pub fn combination(&self, event: &Event) -> &Combination {
+        &self.phases[event.phase].basis.combination
+    }
+
+    pub(crate) fn phase_state(&self, phase: usize) -> (&[f64], &[f64]) {
+        let n = self.scene.size;
+        self.states[2 * n * phase..2 * n * (phase + 1)].split_at(n)
+    }
+
+    /// (position, velocity) over dofs just after an event.
+    pub fn event_state(&self, event: &Event) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.phase_state(event.phase);
+        (self.scene.positions(q), self.scene.velocities(u))
+    }
+
+    /// The state at a time within the motion; at an event time the state after it.
+    pub fn state(&self, time: f64) -> Result<State, Error> {
+        let mut cursor = Cursor::new(self);
+        cursor.seek("time", time)?;
+        Ok(State {
+            position: self.scene.positions(&cursor.q),
+            velocity: self.scene.velocities(&cursor.u),
+            combination: self.phases[cursor.phase].basis.combination.clone(),
+        })
+    }
+
+    /// States and contact forces at `times`, in any order.
+    pub fn sample(&self, times: &[f64]) -> Result<Sample, Error> {
+        let mut sample = Sample::default();
+        let mut cursor = Cursor::new(self);
+        for &time in times {
+            cursor.seek("times", time)?;
+            sample.position.extend(self.scene.positions(&cursor.q));
+            sample.velocity.extend(self.scene.velocities(&cursor.u));
+            let statuses = self.phases[cursor.phase].basis.combination.statuses();
+            for (contact, &status) in statuses.iter().enumerate() {
+                let (normal, friction) =
+                    self.scene.contact_force(contact, status, &cursor.q, &cursor.u);
+                sample.normal_force.push(normal);
+                sample.friction_force.push(friction);
+                sample.status.push(status);
+            }
+        }
+        Ok(sample)
+    }
+
+    /// Coordinates `left' (A y) / a` in the modes of the combination of each instant, in the order and
+    /// normalisation of [`Modes`]; NaN for defective ones. With steady forces z follows
+    /// `z' = lambda z + left' Q / a`.
+    pub fn modal_coordinates(&self, times: &[f64]) -> Result<Vec<ModalRun>, Error> {
+        let mut cursor = Cursor::new(self);
+        let mut runs: Vec<ModalRun> = Vec::new();
+        let mut known: Vec<(Combination, Modes, Vec<f64>)> = Vec::new();
+        for (index, &time) in times.iter().enumerate() {
+            cursor.seek("times", time)?;
+            let combination = &self.phases[cursor.phase].basis.combination;
+            let position = match known.iter().position(|entry| entry.0 == *combination) {
+                Some(position) => position,
+                None => {
+                    let modes = Modes::new(&self.scene, combination)?;
+                    let a = modes.state_matrices().0;
+                    known.push((combination.clone(), modes, a));
+                    known.len() - 1
+                }
+            };
+            let (_, modes, a) = &known[position];
+            let kept = &modes.reduced.kept;
+            let y: Vec<f64> =
+                kept.iter().map(|&k| cursor.q[k]).chain(kept.iter().map(|&k| cursor.u[k])).collect();
+            if runs.last().is_none_or(|run| run.combination != *combination) {
+                runs.push(ModalRun {
+                    combination: combination.clone(),
+                    indices: Vec::new(),
+                    coordinates: Vec::new(),
+                });
+            }
+            if let Some(run) = runs.last_mut() {
+                run.indices.push(index);
+                run.coordinates.extend(modes.coordinates(a, &y));
+            }
+        }
+        Ok(runs)
+    }
+
+    pub fn size(&self) -> usize {
+        self.scene.size
+    }
+
+    pub fn contact_count(&self) -> usize {
+        self.scene.contacts.len()
+    }
+}
+
+/// Modal coordinates at successive instants within one combination.
+#[derive(Debug, Clone)]
+pub struct ModalRun {
+    pub combination: Combination,
+    /// Into the times asked for.
+    pub indices: Vec<usize>,
+    /// One row of 2m per instant.
+    pub coordinates: Vec<Complex64>,
+}
+
+impl Scene {
+    /// (N, T) of a contact in state (q, q').
+    pub(crate) fn contact_force(
+        &self,
+        contact: usize,
+        status: Status,
+        q: &[f64],
+        u: &[f64],
+    ) -> (f64, f64) {
+        let law = &self.contacts[contact];
+        if !status.is_closed() {
+            return (0.0, 0.0);
+        }
+        let normal = self.reaction(law.normal).value(q, u);
+        let friction = match status {
+            Status::Sticking => self.reaction(law.tangential).value(q, u),
+            _ => status.friction_sign() * law.friction * normal,
+        };
+        (normal, friction)
+    }
+}
+
+/// Walks through a trajectory, reusing the phase in progress for times that go on from it.
+struct Cursor<'a> {
+    trajectory: &'a Trajectory,
+    phase: usize,
+    motion: Option<Motion<'a>>,
+    panel: Panel,
+    q: Vec<f64>,
+    u: Vec<f64>,
+}
+
+impl<'a> Cursor<'a> {
+    fn new(trajectory: &'a Trajectory) -> Self {
+        let n = trajectory.scene.size;
+        Self {
+            trajectory,
+            phase: usize::MAX,
+            motion: None,
+            panel: Panel::default(),
+            q: vec![0.0; n],
+            u: vec![0.0; n],
+        }
+    }
+
+    fn seek(&mut self, argument: &'static str, time: f64) -> Result<(), Error> {
+        let trajectory = self.trajectory;
+        if !(time >= 0.0 && time <= trajectory.end) {
+            return Err(Error::TimeOutside { argument, value: time, end: trajectory.end });
+        }
+        let phase = trajectory.phases.partition_point(|phase| phase.start <= time).max(1) - 1;
+        let local = time - trajectory.phases[phase].start;
+        let usable = phase == self.phase
+            && self.motion.as_ref().is_some_and(|motion| motion.start() <= local);
+        if !usable {
+            self.phase = phase;
+            let (q, u) = trajectory.phase_state(phase);
+            self.q.copy_from_slice(q);
+            self.u.copy_from_slice(u);
+            let basis = &trajectory.phases[phase].basis;
+            let mut motion = basis.motion(&trajectory.scene, q, u);
+            motion.expand(&mut self.panel);
+            self.motion = Some(motion);
+        }
+        if let Some(motion) = &mut self.motion {
+            if local == 0.0 {
+                let (q, u) = trajectory.phase_state(phase);
+                self.q.copy_from_slice(q);
+                self.u.copy_from_slice(u);
+                return Ok(());
+            }
+            while local > motion.start() + self.panel.width {
+                motion.advance();
+                motion.expand(&mut self.panel);
+            }
+            motion.state(local - motion.start(), &mut self.q, &mut self.u);
+        }
+        Ok(())
+    }
+}

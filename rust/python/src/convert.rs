@@ -1,0 +1,97 @@
+//! Arrays in and out.
+
+use num_complex::Complex64;
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
+    PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
+use pyo3::prelude::*;
+use stickslip_core::{Error, SparseMatrix};
+
+use crate::errors::raise;
+
+/// Row-major entries of an array of any layout.
+pub fn entries(array: &PyReadonlyArrayDyn<'_, f64>) -> Vec<f64> {
+    array.as_array().iter().copied().collect()
+}
+
+pub fn vector(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
+    array.as_array().iter().copied().collect()
+}
+
+/// A square matrix given densely or as (data, indices, indptr).
+#[derive(FromPyObject)]
+pub enum MatrixInput<'py> {
+    Dense(PyReadonlyArray2<'py, f64>),
+    Sparse(PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, i64>, PyReadonlyArray1<'py, i64>),
+}
+
+impl MatrixInput<'_> {
+    pub fn to_matrix(&self, py: Python<'_>, argument: &str) -> PyResult<SparseMatrix> {
+        match self {
+            MatrixInput::Dense(dense) => {
+                let &[rows, columns] = dense.shape() else { unreachable!("two axes by type") };
+                if rows != columns {
+                    let error = Error::Shape {
+                        argument: argument.to_owned(),
+                        expected: "a square matrix".to_owned(),
+                        got: format!("({rows}, {columns})"),
+                    };
+                    return Err(raise(py, &error));
+                }
+                let entries: Vec<f64> = dense.as_array().iter().copied().collect();
+                Ok(SparseMatrix::from_dense(rows, &entries))
+            }
+            MatrixInput::Sparse(data, indices, indptr) => {
+                let integers = |array: &PyReadonlyArray1<'_, i64>| -> Vec<i64> {
+                    array.as_array().iter().copied().collect()
+                };
+                let starts = integers(indptr);
+                let size = starts.len().saturating_sub(1);
+                SparseMatrix::from_compressed_rows(
+                    argument,
+                    size,
+                    &starts,
+                    &integers(indices),
+                    &vector(data),
+                )
+                .map_err(|error| raise(py, &error))
+            }
+        }
+    }
+}
+
+pub type SparseParts<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>);
+
+pub fn sparse_parts<'py>(py: Python<'py>, matrix: &SparseMatrix) -> SparseParts<'py> {
+    let (data, columns, starts) = matrix.compressed_rows();
+    let integers = |values: &[usize]| -> Bound<'py, PyArray1<i64>> {
+        values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
+    };
+    (data.to_vec().into_pyarray(py), integers(columns), integers(starts))
+}
+
+/// Row-major entries as a matrix.
+pub fn matrix<'py>(
+    py: Python<'py>,
+    rows: usize,
+    columns: usize,
+    entries: Vec<f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    entries.into_pyarray(py).reshape([rows, columns])
+}
+
+/// Column-major entries as a matrix.
+pub fn columns<'py>(
+    py: Python<'py>,
+    rows: usize,
+    columns: usize,
+    entries: &[Complex64],
+) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
+    let mut row_major = Vec::with_capacity(entries.len());
+    for i in 0..rows {
+        row_major.extend((0..columns).map(|j| entries[j * rows + i]));
+    }
+    row_major.into_pyarray(py).reshape([rows, columns])
+}

@@ -1,0 +1,20 @@
+//! `stickslip._core`: the core for Python. Conversion only; what each thing means stands in the core.
+
+mod convert;
+mod errors;
+mod modes;
+mod scene;
+mod trajectory;
+
+use pyo3::prelude::*;
+
+/// The compiled core of stickslip.
+#[pymodule(gil_used = false)]
+mod _core {
+    #[pymodule_export]
+    use crate::modes::{Modes, Reduced};
+    #[pymodule_export]
+    use crate::scene::{Scene, chain};
+    #[pymodule_export]
+    use crate::trajectory::Trajectory;
+}

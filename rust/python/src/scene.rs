@@ -1,0 +1,268 @@
+//! Scenes and model files.
+
+use std::sync::Arc;
+
+use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use pyo3::prelude::*;
+use stickslip_core as core;
+
+use crate::convert::{MatrixInput, SparseParts, entries, sparse_parts, vector};
+use crate::errors::{named, raise};
+use crate::modes::{Modes, Reduced};
+use crate::trajectory::Trajectory;
+
+#[derive(FromPyObject)]
+enum DirectionInput<'py> {
+    Dof(usize),
+    Vector(PyReadonlyArray1<'py, f64>),
+}
+
+#[derive(FromPyObject)]
+enum DampingInput<'py> {
+    Proportional(f64, f64),
+    General(MatrixInput<'py>),
+}
+
+type ContactData<'py> = (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64);
+
+fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
+    let direction = |input: &DirectionInput<'_>| match input {
+        DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
+        DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
+    };
+    contacts
+        .iter()
+        .map(|(tangential, normal, friction, static_friction, slider_speed, restitution, gap)| {
+            core::ContactInput {
+                tangential: direction(tangential),
+                normal: direction(normal),
+                friction: *friction,
+                static_friction: *static_friction,
+                slider_speed: *slider_speed,
+                restitution: *restitution,
+                gap: *gap,
+            }
+        })
+        .collect()
+}
+
+#[pyclass(frozen, module = "stickslip._core")]
+pub struct Scene {
+    pub inner: Arc<core::Scene>,
+    input: core::SceneInput,
+}
+
+impl Scene {
+    fn build(py: Python<'_>, input: core::SceneInput) -> PyResult<Self> {
+        let inner = core::Scene::new(input.clone()).map_err(|error| raise(py, &error))?;
+        Ok(Self { inner: Arc::new(inner), input })
+    }
+
+    fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
+        core::Combination::parse(text, self.inner.contacts().len())
+            .map_err(|error| raise(py, &error))
+    }
+
+    fn start(
+        &self,
+        py: Python<'_>,
+        position: &PyReadonlyArray1<'_, f64>,
+        velocity: &PyReadonlyArray1<'_, f64>,
+        combination: &str,
+    ) -> PyResult<core::State> {
+        Ok(core::State {
+            position: vector(position),
+            velocity: vector(velocity),
+            combination: self.combination(py, combination)?,
+        })
+    }
+}
+
+#[pymethods]
+impl Scene {
+    #[new]
+    fn new(
+        py: Python<'_>,
+        mass: PyReadonlyArrayDyn<'_, f64>,
+        stiffness: MatrixInput<'_>,
+        damping: DampingInput<'_>,
+        force: PyReadonlyArray1<'_, f64>,
+        contacts: Vec<ContactData<'_>>,
+        impact_friction: bool,
+    ) -> PyResult<Self> {
+        let mass = match *mass.shape() {
+            [_] => core::Mass::Lumped(entries(&mass)),
+            [rows, columns] if rows == columns => core::Mass::Full(entries(&mass)),
+            ref shape => {
+                let error = core::Error::Shape {
+                    argument: "mass".to_owned(),
+                    expected: "(n,) or (n, n)".to_owned(),
+                    got: format!("{shape:?}"),
+                };
+                return Err(raise(py, &error));
+            }
+        };
+        let damping = match damping {
+            DampingInput::Proportional(mass, stiffness) => {
+                core::Damping::Proportional { mass, stiffness }
+            }
+            DampingInput::General(matrix) => {
+                core::Damping::General(matrix.to_matrix(py, "damping")?)
+            }
+        };
+        let input = core::SceneInput {
+            mass,
+            stiffness: stiffness.to_matrix(py, "stiffness")?,
+            damping,
+            force: vector(&force),
+            contacts: contact_inputs(&contacts),
+            impact_friction,
+        };
+        Self::build(py, input)
+    }
+
+    /// The same system with other contacts.
+    fn with_contacts(&self, py: Python<'_>, contacts: Vec<ContactData<'_>>) -> PyResult<Self> {
+        let input =
+            core::SceneInput { contacts: contact_inputs(&contacts), ..self.input.clone() };
+        Self::build(py, input)
+    }
+
+    #[getter]
+    fn size(&self) -> usize {
+        self.inner.size()
+    }
+
+    fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
+        let combination = self.combination(py, combination)?;
+        let reduced =
+            core::Reduced::new(&self.inner, &combination).map_err(|error| raise(py, &error))?;
+        Ok(Reduced::new(&self.inner, reduced))
+    }
+
+    fn modes(&self, py: Python<'_>, combination: &str) -> PyResult<Modes> {
+        let combination = self.combination(py, combination)?;
+        let modes = py
+            .detach(|| core::Modes::new(&self.inner, &combination))
+            .map_err(|error| raise(py, &error))?;
+        Ok(Modes::new(&self.inner, modes))
+    }
+
+    fn sliding_equilibrium<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<(Bound<'py, PyArray1<f64>>, String)> {
+        let state = self.inner.sliding_equilibrium().map_err(|error| raise(py, &error))?;
+        Ok((state.position.into_pyarray(py), state.combination.to_string()))
+    }
+
+    /// Refuses a state that penetrates or violates its combination.
+    fn check_state(
+        &self,
+        py: Python<'_>,
+        position: PyReadonlyArray1<'_, f64>,
+        velocity: PyReadonlyArray1<'_, f64>,
+        combination: &str,
+    ) -> PyResult<()> {
+        let state = self.start(py, &position, &velocity, combination)?;
+        self.inner.start_coordinates(&state).map_err(|error| raise(py, &error))?;
+        Ok(())
+    }
+
+    #[allow(clippy::too_many_arguments, reason = "one argument per keyword of the Python function")]
+    fn simulate(
+        &self,
+        py: Python<'_>,
+        position: PyReadonlyArray1<'_, f64>,
+        velocity: PyReadonlyArray1<'_, f64>,
+        combination: &str,
+        duration: f64,
+        method: &str,
+        max_events: Option<usize>,
+    ) -> PyResult<Trajectory> {
+        let start = self.start(py, &position, &velocity, combination)?;
+        let method = match method {
+            "auto" => core::Method::Auto,
+            "modal" => core::Method::Modal,
+            "taylor" => core::Method::Taylor,
+            other => {
+                let message =
+                    format!("method: must be \"auto\", \"modal\" or \"taylor\", got {other:?}");
+                return Err(named(py, "InputError", &message));
+            }
+        };
+        let interrupted = || Python::attach(|py| py.check_signals().is_err());
+        let limits = core::Limits { max_events, interrupted: Some(&interrupted) };
+        let scene = &self.inner;
+        let run = py
+            .detach(|| core::simulate(scene, &start, duration, method, limits))
+            .map_err(|error| raise(py, &error))?;
+        Ok(Trajectory::new(run))
+    }
+}
+
+/// (mass, stiffness as compressed rows, force) of a chain of subsystems.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
+pub fn chain<'py>(
+    py: Python<'py>,
+    upper_mass: PyReadonlyArray1<'py, f64>,
+    contact_mass: PyReadonlyArray1<'py, f64>,
+    inclination: PyReadonlyArray1<'py, f64>,
+    vertical_stiffness: PyReadonlyArray1<'py, f64>,
+    horizontal_stiffness: PyReadonlyArray1<'py, f64>,
+    ceiling_stiffness: PyReadonlyArray1<'py, f64>,
+    preload_displacement: PyReadonlyArray1<'py, f64>,
+    external_force: PyReadonlyArray1<'py, f64>,
+    link_horizontal: PyReadonlyArray1<'py, f64>,
+    link_vertical: PyReadonlyArray1<'py, f64>,
+    wall_stiffness: f64,
+) -> PyResult<(Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>)> {
+    let fields = [
+        ("upper_mass", vector(&upper_mass)),
+        ("contact_mass", vector(&contact_mass)),
+        ("inclination", vector(&inclination)),
+        ("vertical_stiffness", vector(&vertical_stiffness)),
+        ("horizontal_stiffness", vector(&horizontal_stiffness)),
+        ("ceiling_stiffness", vector(&ceiling_stiffness)),
+        ("preload_displacement", vector(&preload_displacement)),
+        ("external_force", vector(&external_force)),
+    ];
+    let count = upper_mass.len();
+    let links =
+        [("link_horizontal", vector(&link_horizontal)), ("link_vertical", vector(&link_vertical))];
+    let expected = fields.iter().map(|field| (field, count)).chain(
+        links.iter().map(|field| (field, count.saturating_sub(1))),
+    );
+    for ((name, values), length) in expected {
+        if values.len() != length {
+            let message = format!("{name}: expected shape ({length},), got ({},)", values.len());
+            return Err(named(py, "InputError", &message));
+        }
+    }
+    let [upper, contact, inclination, vertical, horizontal, ceiling, preload, external] =
+        fields.map(|field| field.1);
+    let subsystems: Vec<core::models::Subsystem> = (0..count)
+        .map(|i| core::models::Subsystem {
+            upper_mass: upper[i],
+            contact_mass: contact[i],
+            inclination: inclination[i],
+            vertical_stiffness: vertical[i],
+            horizontal_stiffness: horizontal[i],
+            ceiling_stiffness: ceiling[i],
+            preload_displacement: preload[i],
+            external_force: external[i],
+        })
+        .collect();
+    let [link_horizontal, link_vertical] = links.map(|field| field.1);
+    let links: Vec<core::models::Link> = link_horizontal
+        .into_iter()
+        .zip(link_vertical)
+        .map(|(horizontal_stiffness, vertical_stiffness)| core::models::Link {
+            horizontal_stiffness,
+            vertical_stiffness,
+        })
+        .collect();
+    let (mass, stiffness, force) = core::models::chain(&subsystems, &links, wall_stiffness);
+    Ok((mass.into_pyarray(py), sparse_parts(py, &stiffness), force.into_pyarray(py)))
+}
