@@ -17,7 +17,11 @@ impl Direction {
         match self {
             Direction::Dof(dof) => Some((*dof, 1.0)),
             Direction::Vector(entries) => {
-                let mut nonzero = entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0);
+                let mut nonzero = entries
+                    .iter()
+                    .copied()
+                    .enumerate()
+                    .filter(|entry| entry.1 != 0.0);
                 match (nonzero.next(), nonzero.next()) {
                     (Some(entry), None) => Some(entry),
                     _ => None,

@@ -41,12 +41,24 @@ impl Coordinates {
             .flat_map(|contact| [&contact.tangential, &contact.normal])
             .collect();
         let slots = choose_slots(size, &directions)?;
-        let pairs = slots.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
-        let nodal = directions.iter().all(|direction| matches!(direction.single_dof(), Some((_, 1.0))));
+        let pairs = slots
+            .chunks_exact(2)
+            .map(|pair| (pair[0], pair[1]))
+            .collect();
+        let nodal = directions
+            .iter()
+            .all(|direction| matches!(direction.single_dof(), Some((_, 1.0))));
         if nodal && lumped {
-            return Ok(Self { slots: pairs, transform: None, coupled: false });
+            return Ok(Self {
+                slots: pairs,
+                transform: None,
+                coupled: false,
+            });
         }
-        let directions: Vec<Vec<f64>> = directions.iter().map(|direction| direction.entries(size)).collect();
+        let directions: Vec<Vec<f64>> = directions
+            .iter()
+            .map(|direction| direction.entries(size))
+            .collect();
         Ok(Self::general(size, &mass(), &directions, &slots, pairs))
     }
 
@@ -112,8 +124,8 @@ impl Coordinates {
                 }
             }
         }
-        let identity = (0..size * size)
-            .all(|k| forward[k] == if k / size == k % size { 1.0 } else { 0.0 });
+        let identity =
+            (0..size * size).all(|k| forward[k] == if k / size == k % size { 1.0 } else { 0.0 });
         Self {
             slots: pairs,
             transform: (!identity).then_some((forward, inverse)),
@@ -135,7 +147,7 @@ impl Coordinates {
     }
 
     /// `T^-1 x`
-    pub fn from_dofs(&self, x: &[f64]) -> Vec<f64> {
+    pub fn of_dofs(&self, x: &[f64]) -> Vec<f64> {
         match &self.transform {
             None => x.to_vec(),
             Some((_, inverse)) => product(inverse, x),
@@ -143,7 +155,7 @@ impl Coordinates {
     }
 
     /// `T' f`: forces on the coordinates from forces on the dofs.
-    pub fn forces_from_dofs(&self, force: &[f64]) -> Vec<f64> {
+    pub fn forces_of_dofs(&self, force: &[f64]) -> Vec<f64> {
         match &self.transform {
             None => force.to_vec(),
             Some((forward, _)) => {
@@ -168,7 +180,11 @@ fn product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
 fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Error> {
     let dependent = |index: usize| Error::DependentDirection {
         contact: index / 2,
-        direction: if index % 2 == 0 { "tangential" } else { "normal" },
+        direction: if index.is_multiple_of(2) {
+            "tangential"
+        } else {
+            "normal"
+        },
     };
     let mut slots = vec![usize::MAX; directions.len()];
     let mut taken = vec![false; size];
@@ -183,13 +199,18 @@ fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Er
             }
             None => {
                 let part = direction.entries(size);
-                let norm = part.iter().fold(0.0, |norm: f64, entry| norm.max(entry.abs()));
+                let norm = part
+                    .iter()
+                    .fold(0.0, |norm: f64, entry| norm.max(entry.abs()));
                 remaining.push((index, norm, part));
             }
         }
     }
     for (_, _, part) in &mut remaining {
-        part.iter_mut().zip(&taken).filter(|pair| *pair.1).for_each(|pair| *pair.0 = 0.0);
+        part.iter_mut()
+            .zip(&taken)
+            .filter(|pair| *pair.1)
+            .for_each(|pair| *pair.0 = 0.0);
     }
     while !remaining.is_empty() {
         let (position, slot, pivot) = remaining
@@ -212,7 +233,9 @@ fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Er
         slots[index] = slot;
         for (_, _, part) in &mut remaining {
             let factor = part[slot] / pivot_row[slot];
-            part.iter_mut().zip(&pivot_row).for_each(|(entry, pivot)| *entry -= factor * pivot);
+            part.iter_mut()
+                .zip(&pivot_row)
+                .for_each(|(entry, pivot)| *entry -= factor * pivot);
             part[slot] = 0.0;
         }
     }

@@ -23,7 +23,9 @@ pub enum Error {
         requirement: &'static str,
         value: f64,
     },
-    #[error("{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})")]
+    #[error(
+        "{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})"
+    )]
     NotSymmetric {
         argument: String,
         row: usize,

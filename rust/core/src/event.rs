@@ -102,9 +102,15 @@ impl Scene {
     /// The event functions that are active in `combination`, by contact.
     pub(crate) fn event_functions(&self, combination: &Combination) -> Vec<EventFunction> {
         let mut functions = Vec::new();
-        for (contact, (law, &status)) in self.contacts.iter().zip(combination.statuses()).enumerate() {
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(combination.statuses()).enumerate()
+        {
             let mut add = |trigger, functional| {
-                functions.push(EventFunction { contact, trigger, functional });
+                functions.push(EventFunction {
+                    contact,
+                    trigger,
+                    functional,
+                });
             };
             let normal_force = || self.reaction(law.normal);
             match status {
@@ -112,15 +118,23 @@ impl Scene {
                     if law.static_friction > 0.0 {
                         let slip = self.slip_velocity(contact);
                         let sign = -status.friction_sign();
-                        add(Trigger::SlipZero, slip.combined(sign, &Functional::default(), 0.0));
+                        add(
+                            Trigger::SlipZero,
+                            slip.combined(sign, &Functional::default(), 0.0),
+                        );
                     }
                     add(Trigger::Release, normal_force());
                 }
                 Status::Sticking => {
                     let friction = self.reaction(law.tangential);
                     let normal = normal_force();
-                    for (trigger, sign) in [(Trigger::SlipPositive, -1.0), (Trigger::SlipNegative, 1.0)] {
-                        add(trigger, normal.combined(law.static_friction, &friction, sign));
+                    for (trigger, sign) in
+                        [(Trigger::SlipPositive, -1.0), (Trigger::SlipNegative, 1.0)]
+                    {
+                        add(
+                            trigger,
+                            normal.combined(law.static_friction, &friction, sign),
+                        );
                     }
                 }
                 Status::Detached => add(

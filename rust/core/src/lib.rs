@@ -36,4 +36,6 @@ pub use reduction::Reduced;
 pub use scene::{Damping, Mass, Scene, SceneInput, State};
 pub use simulation::{Limits, Method, simulate};
 pub use status::{Combination, Status};
-pub use trajectory::{Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory};
+pub use trajectory::{
+    Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory,
+};

@@ -163,8 +163,12 @@ impl SparseMatrix {
                     (None, Some(r)) => r.0,
                     (None, None) => break,
                 };
-                let l = left.next_if(|entry| entry.0 == column).map_or(0.0, |entry| entry.1);
-                let r = right.next_if(|entry| entry.0 == column).map_or(0.0, |entry| entry.1);
+                let l = left
+                    .next_if(|entry| entry.0 == column)
+                    .map_or(0.0, |entry| entry.1);
+                let r = right
+                    .next_if(|entry| entry.0 == column)
+                    .map_or(0.0, |entry| entry.1);
                 sum.columns.push(column);
                 sum.values.push(a * l + b * r);
             }

@@ -69,11 +69,22 @@ pub fn chain(
         if let Some(link) = links.get(index)
             && index + 1 < subsystems.len()
         {
-            spring(link.horizontal_stiffness, &[(horizontal, 1.0), (horizontal + 4, -1.0)]);
-            spring(link.vertical_stiffness, &[(vertical, 1.0), (vertical + 4, -1.0)]);
+            spring(
+                link.horizontal_stiffness,
+                &[(horizontal, 1.0), (horizontal + 4, -1.0)],
+            );
+            spring(
+                link.vertical_stiffness,
+                &[(vertical, 1.0), (vertical + 4, -1.0)],
+            );
         }
         force[vertical] = -part.ceiling_stiffness * part.preload_displacement - part.external_force;
-        mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
+        mass.extend([
+            part.upper_mass,
+            part.upper_mass,
+            part.contact_mass,
+            part.contact_mass,
+        ]);
     }
     let mut row_start = vec![0];
     let (mut columns, mut values) = (Vec::new(), Vec::new());
@@ -84,7 +95,10 @@ pub fn chain(
         }
         row_start.push(columns.len() as i64);
     }
-    let stiffness = SparseMatrix::from_compressed_rows("stiffness", size, &row_start, &columns, &values)
-        .unwrap_or_else(|_| unreachable!("the rows above are complete and hold each column once"));
+    let stiffness =
+        SparseMatrix::from_compressed_rows("stiffness", size, &row_start, &columns, &values)
+            .unwrap_or_else(|_| {
+                unreachable!("the rows above are complete and hold each column once")
+            });
     (mass, stiffness, force)
 }

@@ -11,7 +11,10 @@
 pub(crate) enum Verdict {
     /// No crossing up to the end. `touch` is the lowest point within the band that was left upwards;
     /// `in_band` says that the end itself lies within the band, entered there.
-    Clear { touch: Option<Touch>, in_band: Option<Touch> },
+    Clear {
+        touch: Option<Touch>,
+        in_band: Option<Touch>,
+    },
     /// The first crossing to negative values.
     Crossing { root: f64, touch: Option<Touch> },
 }
@@ -77,7 +80,8 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
         return longest;
     }
     // The zero of the bound by a few safeguarded Newton steps from the left, then pulled back.
-    let slope_bound = v1.min(0.0).abs() + 0.5 * v2.min(0.0).abs() * longest + m * longest * longest / 6.0;
+    let slope_bound =
+        v1.min(0.0).abs() + 0.5 * v2.min(0.0).abs() * longest + m * longest * longest / 6.0;
     let mut step = (margin / slope_bound).min(longest);
     for _ in 0..6 {
         let value = margin + v1 * step + 0.5 * v2 * step * step - m * step * step * step / 6.0;
@@ -105,7 +109,13 @@ const STEPS: usize = 400;
 /// The first root of `p` on [0, end], end <= 1, and whether the quick bound was not enough.
 pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> (Verdict, bool) {
     if lower_bound(p) > error {
-        return (Verdict::Clear { touch: None, in_band: None }, false);
+        return (
+            Verdict::Clear {
+                touch: None,
+                in_band: None,
+            },
+            false,
+        );
     }
     (march(p, error, end), true)
 }
@@ -141,11 +151,17 @@ fn march(p: &[f64], error: f64, end: f64) -> Verdict {
                 s = at;
             }
             Exit::Undecided { lowest } => {
-                return Verdict::Clear { touch, in_band: Some(lowest) };
+                return Verdict::Clear {
+                    touch,
+                    in_band: Some(lowest),
+                };
             }
         }
     }
-    Verdict::Clear { touch, in_band: None }
+    Verdict::Clear {
+        touch,
+        in_band: None,
+    }
 }
 
 /// A distance d by which p has certainly fallen through the band, decreasing all the way.
@@ -168,14 +184,19 @@ enum Exit {
 /// Follows p from the edge of the band |p| <= error until it is certainly outside.
 fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
     let mut s = entry;
-    let mut lowest = Touch { at: entry, value: f64::INFINITY };
+    let mut lowest = Touch {
+        at: entry,
+        value: f64::INFINITY,
+    };
     for _ in 0..STEPS {
         let (v, v1, v2) = derivatives(p, s);
         if v < lowest.value {
             lowest = Touch { at: s, value: v };
         }
         if v < -error {
-            return Exit::Below { root: bracketed_root(p, entry, s) };
+            return Exit::Below {
+                root: bracketed_root(p, entry, s),
+            };
         }
         if v > error && s > entry {
             return Exit::Above { at: s, lowest };
@@ -216,7 +237,11 @@ fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
             high = s;
         }
         let newton = s - v / v1;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
         if (next - s).abs() <= f64::EPSILON * s.abs() || high - low <= f64::EPSILON * high {
             return next;
         }

@@ -84,7 +84,11 @@ impl Scene {
             if matrix.size() == size {
                 Ok(())
             } else {
-                Err(shape(argument, &square, format!("({0}, {0})", matrix.size())))
+                Err(shape(
+                    argument,
+                    &square,
+                    format!("({0}, {0})", matrix.size()),
+                ))
             }
         };
         check_size("stiffness", &input.stiffness)?;
@@ -137,7 +141,8 @@ impl Scene {
         let (mass, lumped, stiffness, general_damping) = match coordinates.transform() {
             None => (mass, lumped, stiffness, general_damping),
             Some(transform) => {
-                let mass = uncoupled_mass(&mass.congruent(transform), &contacts, coordinates.coupled);
+                let mass =
+                    uncoupled_mass(&mass.congruent(transform), &contacts, coordinates.coupled);
                 let lumped = (0..size).all(|row| mass.row(row).all(|(column, _)| column == row));
                 (
                     mass,
@@ -151,7 +156,7 @@ impl Scene {
             Ok(damping) => (damping, None),
             Err((alpha, beta)) => (mass.combined(alpha, &stiffness, beta), Some((alpha, beta))),
         };
-        let mut force = coordinates.forces_from_dofs(&input.force);
+        let mut force = coordinates.forces_of_dofs(&input.force);
         if contacts.iter().any(|contact| contact.gap != 0.0) {
             let mut clearance = vec![0.0; size];
             for contact in &contacts {
@@ -189,12 +194,16 @@ impl Scene {
     }
 
     /// Contact coordinates (q, q') of dof positions and velocities.
-    pub(crate) fn to_coordinates(&self, position: &[f64], velocity: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let mut q = self.coordinates.from_dofs(position);
+    pub(crate) fn to_coordinates(
+        &self,
+        position: &[f64],
+        velocity: &[f64],
+    ) -> (Vec<f64>, Vec<f64>) {
+        let mut q = self.coordinates.of_dofs(position);
         for contact in &self.contacts {
             q[contact.normal] += contact.gap;
         }
-        (q, self.coordinates.from_dofs(velocity))
+        (q, self.coordinates.of_dofs(velocity))
     }
 
     /// Dof positions of contact coordinates.
@@ -213,7 +222,9 @@ impl Scene {
 
     /// Refuses a combination in which a frictionless contact sticks.
     pub fn check_combination(&self, combination: &Combination) -> Result<(), Error> {
-        for (contact, (law, &status)) in self.contacts.iter().zip(combination.statuses()).enumerate() {
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(combination.statuses()).enumerate()
+        {
             if status == Status::Sticking && law.static_friction == 0.0 {
                 return Err(Error::FrictionlessStick {
                     contact,
@@ -239,13 +250,20 @@ fn validated_mass(mass: Mass, size: usize) -> Result<(SparseMatrix, bool), Error
         Mass::Lumped(mass) => {
             check_finite("mass", &mass)?;
             match mass.iter().position(|&entry| entry <= 0.0) {
-                Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
+                Some(dof) => Err(Error::IndefiniteMass {
+                    dof,
+                    value: mass[dof],
+                }),
                 None => Ok((SparseMatrix::diagonal(&mass), true)),
             }
         }
         Mass::Full(rows) => {
             if size * size != rows.len() {
-                return Err(shape("mass", "(n,) or (n, n)", format!("{} entries", rows.len())));
+                return Err(shape(
+                    "mass",
+                    "(n,) or (n, n)",
+                    format!("{} entries", rows.len()),
+                ));
             }
             let mass = SparseMatrix::from_dense(size, &rows).validated_symmetric("mass")?;
             eigen::cholesky(size, &mass.to_dense())
@@ -276,4 +294,3 @@ fn uncoupled_mass(mass: &SparseMatrix, contacts: &[Contact], coupled: bool) -> S
     }
     SparseMatrix::from_dense(size, &dense)
 }
-

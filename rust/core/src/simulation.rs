@@ -56,7 +56,11 @@ impl Scene {
         let (mut q, mut u) = self.to_coordinates(&state.position, &state.velocity);
         let length = q.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let speed = u.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        for (contact, (law, &status)) in self.contacts.iter().zip(state.combination.statuses()).enumerate()
+        for (contact, (law, &status)) in self
+            .contacts
+            .iter()
+            .zip(state.combination.statuses())
+            .enumerate()
         {
             let violated = |argument, quantity, value| Error::ViolatedStatus {
                 argument,
@@ -99,7 +103,11 @@ impl Scene {
                 u[law.tangential] = law.slider_speed;
             }
         }
-        for (contact, (law, &status)) in self.contacts.iter().zip(state.combination.statuses()).enumerate()
+        for (contact, (law, &status)) in self
+            .contacts
+            .iter()
+            .zip(state.combination.statuses())
+            .enumerate()
         {
             if !status.is_closed() {
                 continue;
@@ -122,15 +130,18 @@ impl Scene {
                 let friction = self.reaction(law.tangential);
                 let required = friction.value(&q, &u);
                 let limit = law.static_friction * normal_force;
-                let tolerance = law.static_friction * tolerance
-                    + START_TOLERANCE * friction.magnitude(&q, &u);
+                let tolerance =
+                    law.static_friction * tolerance + START_TOLERANCE * friction.magnitude(&q, &u);
                 let holds = match status {
                     Status::Sticking => required.abs() <= limit + tolerance,
                     Status::Positive => required >= law.friction * normal_force - tolerance,
                     _ => required <= -law.friction * normal_force + tolerance,
                 };
                 if !holds {
-                    return Err(violated("required friction force at slip velocity 0", required));
+                    return Err(violated(
+                        "required friction force at slip velocity 0",
+                        required,
+                    ));
                 }
             }
         }
@@ -191,7 +202,10 @@ impl Clock {
         let part = sum - self.seconds;
         let rest = self.rest + ((self.seconds - (sum - part)) + (step - part));
         let seconds = sum + rest;
-        Self { seconds, rest: rest - (seconds - sum) }
+        Self {
+            seconds,
+            rest: rest - (seconds - sum),
+        }
     }
 }
 
@@ -208,7 +222,10 @@ struct Run<'a> {
 /// How a phase ended.
 enum PhaseEnd {
     /// Event functions (by index) reached zero `after` the start of the phase.
-    Event { after: f64, functions: Vec<usize> },
+    Event {
+        after: f64,
+        functions: Vec<usize>,
+    },
     Stop(StopReason),
 }
 
@@ -223,11 +240,18 @@ impl Run<'_> {
         let mut departures = self.initial_departures(&combination, &q, &u);
         let mut at_this_instant = 0;
         loop {
-            self.trajectory.phases.push(Phase { start: self.time.seconds, basis: Arc::clone(&basis) });
+            self.trajectory.phases.push(Phase {
+                start: self.time.seconds,
+                basis: Arc::clone(&basis),
+            });
             self.trajectory.states.extend_from_slice(&q);
             self.trajectory.states.extend_from_slice(&u);
             self.trajectory.end = self.time.seconds;
-            if self.limits.max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
+            if self
+                .limits
+                .max_events
+                .is_some_and(|most| self.trajectory.events.len() >= most)
+            {
                 return Ok(StopReason::MaxEvents);
             }
             let (after, functions) = match self.phase(&basis, &departures, &mut q, &mut u) {
@@ -238,12 +262,23 @@ impl Run<'_> {
             self.time = self.time.after(after);
             let triggers: Vec<(usize, Trigger)> = functions
                 .iter()
-                .map(|&function| (basis.functions[function].contact, basis.functions[function].trigger))
+                .map(|&function| {
+                    (
+                        basis.functions[function].contact,
+                        basis.functions[function].trigger,
+                    )
+                })
                 .collect();
-            at_this_instant = if self.time.seconds > before { 0 } else { at_this_instant + 1 };
+            at_this_instant = if self.time.seconds > before {
+                0
+            } else {
+                at_this_instant + 1
+            };
             // Each contact can pass each status once; more means that the event rule goes in circles.
             if at_this_instant > 4 * self.scene.contacts.len() + 4 {
-                return Ok(StopReason::Chattering { contact: triggers[0].0 });
+                return Ok(StopReason::Chattering {
+                    contact: triggers[0].0,
+                });
             }
             let settled = match settle(
                 self.scene,
@@ -260,12 +295,14 @@ impl Run<'_> {
                 }
             };
             let phase = self.trajectory.phases.len();
-            self.trajectory.events.extend(settled.events.iter().map(|&(contact, kind)| Event {
-                time: self.time.seconds,
-                contact,
-                kind,
-                phase,
-            }));
+            self.trajectory
+                .events
+                .extend(settled.events.iter().map(|&(contact, kind)| Event {
+                    time: self.time.seconds,
+                    contact,
+                    kind,
+                    phase,
+                }));
             departures = settled.departures;
             let next = Combination::new(settled.statuses);
             if next != basis.combination {
@@ -285,7 +322,12 @@ impl Run<'_> {
 
     /// Functions of the start state that are exactly zero leave from zero: their multiplicity is found
     /// from the derivatives, each compared with its rounding.
-    fn initial_departures(&self, combination: &Combination, q: &[f64], u: &[f64]) -> Vec<Departure> {
+    fn initial_departures(
+        &self,
+        combination: &Combination,
+        q: &[f64],
+        u: &[f64],
+    ) -> Vec<Departure> {
         combination
             .statuses()
             .iter()
@@ -335,11 +377,13 @@ impl Run<'_> {
         let mut multiplicity: Vec<usize> = basis
             .functions
             .iter()
-            .map(|function| match (departures[function.contact], function.trigger) {
-                (Departure::Slip(multiplicity), Trigger::SlipZero)
-                | (Departure::Gap(multiplicity), Trigger::GapClosed) => multiplicity,
-                _ => 0,
-            })
+            .map(
+                |function| match (departures[function.contact], function.trigger) {
+                    (Departure::Slip(multiplicity), Trigger::SlipZero)
+                    | (Departure::Gap(multiplicity), Trigger::GapClosed) => multiplicity,
+                    _ => 0,
+                },
+            )
             .collect();
         // Touches at the end of a panel wait for the next one to say whether they were crossings.
         let mut pending: Vec<Option<Grazing>> = vec![None; basis.functions.len()];
@@ -348,13 +392,20 @@ impl Run<'_> {
             motion.expand(&mut self.panel);
             counters.panels += 1;
             if counters.panels.is_multiple_of(PANELS_PER_QUESTION)
-                && self.limits.interrupted.is_some_and(|interrupted| interrupted())
+                && self
+                    .limits
+                    .interrupted
+                    .is_some_and(|interrupted| interrupted())
             {
                 return self.stop_within(&motion, 0.0, q, u, StopReason::Interrupted);
             }
             let width = self.panel.width;
             let last = motion.start() + width >= remaining;
-            let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
+            let end = if last {
+                ((remaining - motion.start()) / width).min(1.0)
+            } else {
+                1.0
+            };
             if self.panel.error.iter().any(|error| !error.is_finite()) {
                 return self.stop_within(&motion, 0.0, q, u, StopReason::Unbounded);
             }
@@ -362,8 +413,11 @@ impl Run<'_> {
             for (index, function) in basis.functions.iter().enumerate() {
                 let departing = multiplicity[index];
                 let p = &self.panel.polynomial(index)[departing..];
-                let error =
-                    if departing >= 2 { self.panel.curvature_error[index] } else { self.panel.error[index] };
+                let error = if departing >= 2 {
+                    self.panel.curvature_error[index]
+                } else {
+                    self.panel.error[index]
+                };
                 let grazing = |touch: Touch| Grazing {
                     time: self.time.seconds + motion.start() + touch.at * width,
                     contact: function.contact,
@@ -375,7 +429,9 @@ impl Run<'_> {
                 counters.refinements += usize::from(refined);
                 match verdict {
                     Verdict::Clear { touch, in_band } => {
-                        verdicts[index] = touch.map(grazing).or(pending[index].filter(|_| in_band.is_none()));
+                        verdicts[index] = touch
+                            .map(grazing)
+                            .or(pending[index].filter(|_| in_band.is_none()));
                         pending[index] = in_band.map(grazing);
                     }
                     Verdict::Crossing { root, touch } => {
@@ -387,9 +443,12 @@ impl Run<'_> {
                 }
             }
             let until = self.time.seconds + motion.start() + first * width;
-            self.trajectory
-                .grazings
-                .extend(verdicts.iter_mut().filter_map(Option::take).filter(|touch| touch.time <= until));
+            self.trajectory.grazings.extend(
+                verdicts
+                    .iter_mut()
+                    .filter_map(Option::take)
+                    .filter(|touch| touch.time <= until),
+            );
             if let Some(index) = found {
                 let functions: Vec<usize> = (0..basis.functions.len())
                     .filter(|&other| {
@@ -398,7 +457,10 @@ impl Run<'_> {
                     .collect();
                 let offset = first * width;
                 motion.state(offset, q, u);
-                return PhaseEnd::Event { after: motion.start() + offset, functions };
+                return PhaseEnd::Event {
+                    after: motion.start() + offset,
+                    functions,
+                };
             }
             if last {
                 let offset = (remaining - motion.start()).min(width);

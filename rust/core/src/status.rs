@@ -89,7 +89,9 @@ impl Combination {
 
 impl fmt::Display for Combination {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0.iter().try_for_each(|status| write!(f, "{}", status.letter()))
+        self.0
+            .iter()
+            .try_for_each(|status| write!(f, "{}", status.letter()))
     }
 }
 

@@ -173,8 +173,9 @@ impl Trajectory {
             sample.velocity.extend(self.scene.velocities(&cursor.u));
             let statuses = self.phases[cursor.phase].basis.combination.statuses();
             for (contact, &status) in statuses.iter().enumerate() {
-                let (normal, friction) =
-                    self.scene.contact_force(contact, status, &cursor.q, &cursor.u);
+                let (normal, friction) = self
+                    .scene
+                    .contact_force(contact, status, &cursor.q, &cursor.u);
                 sample.normal_force.push(normal);
                 sample.friction_force.push(friction);
                 sample.status.push(status);
@@ -204,9 +205,15 @@ impl Trajectory {
             };
             let (_, modes, a) = &known[position];
             let kept = &modes.reduced.kept;
-            let y: Vec<f64> =
-                kept.iter().map(|&k| cursor.q[k]).chain(kept.iter().map(|&k| cursor.u[k])).collect();
-            if runs.last().is_none_or(|run| run.combination != *combination) {
+            let y: Vec<f64> = kept
+                .iter()
+                .map(|&k| cursor.q[k])
+                .chain(kept.iter().map(|&k| cursor.u[k]))
+                .collect();
+            if runs
+                .last()
+                .is_none_or(|run| run.combination != *combination)
+            {
                 runs.push(ModalRun {
                     combination: combination.clone(),
                     indices: Vec::new(),
@@ -288,12 +295,23 @@ impl<'a> Cursor<'a> {
     fn seek(&mut self, argument: &'static str, time: f64) -> Result<(), Error> {
         let trajectory = self.trajectory;
         if !(time >= 0.0 && time <= trajectory.end) {
-            return Err(Error::TimeOutside { argument, value: time, end: trajectory.end });
+            return Err(Error::TimeOutside {
+                argument,
+                value: time,
+                end: trajectory.end,
+            });
         }
-        let phase = trajectory.phases.partition_point(|phase| phase.start <= time).max(1) - 1;
+        let phase = trajectory
+            .phases
+            .partition_point(|phase| phase.start <= time)
+            .max(1)
+            - 1;
         let local = time - trajectory.phases[phase].start;
         let usable = phase == self.phase
-            && self.motion.as_ref().is_some_and(|motion| motion.start() <= local);
+            && self
+                .motion
+                .as_ref()
+                .is_some_and(|motion| motion.start() <= local);
         if !usable {
             self.phase = phase;
             let (q, u) = trajectory.phase_state(phase);

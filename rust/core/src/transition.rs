@@ -82,7 +82,10 @@ pub(crate) fn settle(
 /// The trigger that decides for a contact: a vanishing normal force before a vanishing slip velocity;
 /// both cone functions of a sticking contact vanish only with its normal force.
 fn of_contact(triggers: &[(usize, Trigger)], contact: usize) -> Option<Trigger> {
-    let mut own = triggers.iter().filter(|trigger| trigger.0 == contact).map(|trigger| trigger.1);
+    let mut own = triggers
+        .iter()
+        .filter(|trigger| trigger.0 == contact)
+        .map(|trigger| trigger.1);
     let first = own.next()?;
     match (first, own.next()) {
         (first, None) => Some(first),
@@ -122,7 +125,11 @@ fn settle_contact(
     match trigger {
         Some(Trigger::Release) => return Ok((Status::Detached, Departure::Gap(3))),
         Some(Trigger::SlipPositive | Trigger::SlipNegative) => {
-            let multiplicity = if law.static_friction > law.friction { 1 } else { 2 };
+            let multiplicity = if law.static_friction > law.friction {
+                1
+            } else {
+                2
+            };
             let status = if trigger == Some(Trigger::SlipPositive) {
                 Status::Positive
             } else {
@@ -158,6 +165,11 @@ fn settle_contact(
     } else if required_friction < -limit {
         Ok((Status::Negative, Departure::Slip(1)))
     } else {
-        Err(RunFailure::NoConsistentStatus { contact, time, normal_force, required_friction })
+        Err(RunFailure::NoConsistentStatus {
+            contact,
+            time,
+            normal_force,
+            required_friction,
+        })
     }
 }

@@ -15,8 +15,18 @@ pub struct Trajectory {
 }
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
-type Sample<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>, Bound<'py, PyArray2<u8>>);
-type ModalRun<'py> = (String, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<Complex64>>);
+type Sample<'py> = (
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Matrix<'py>,
+    Bound<'py, PyArray2<u8>>,
+);
+type ModalRun<'py> = (
+    String,
+    Bound<'py, PyArray1<i64>>,
+    Bound<'py, PyArray2<Complex64>>,
+);
 
 impl Trajectory {
     pub fn new(inner: core::Trajectory) -> Self {
@@ -28,23 +38,41 @@ impl Trajectory {
 impl Trajectory {
     #[getter]
     fn event_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.events.iter().map(|event| event.time).collect::<Vec<_>>().into_pyarray(py)
+        self.inner
+            .events
+            .iter()
+            .map(|event| event.time)
+            .collect::<Vec<_>>()
+            .into_pyarray(py)
     }
 
     #[getter]
     fn event_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        let contacts: Vec<i64> = self.inner.events.iter().map(|event| event.contact as i64).collect();
+        let contacts: Vec<i64> = self
+            .inner
+            .events
+            .iter()
+            .map(|event| event.contact as i64)
+            .collect();
         contacts.into_pyarray(py)
     }
 
     #[getter]
     fn event_kind(&self) -> Vec<&'static str> {
-        self.inner.events.iter().map(|event| event.kind.name()).collect()
+        self.inner
+            .events
+            .iter()
+            .map(|event| event.kind.name())
+            .collect()
     }
 
     #[getter]
     fn event_combination(&self) -> Vec<String> {
-        self.inner.events.iter().map(|event| self.inner.combination(event).to_string()).collect()
+        self.inner
+            .events
+            .iter()
+            .map(|event| self.inner.combination(event).to_string())
+            .collect()
     }
 
     #[getter]
@@ -88,7 +116,13 @@ impl Trajectory {
             .grazings
             .iter()
             .map(|touch| {
-                (touch.time, touch.contact, touch.alternative.name(), touch.value, touch.uncertainty)
+                (
+                    touch.time,
+                    touch.contact,
+                    touch.alternative.name(),
+                    touch.value,
+                    touch.uncertainty,
+                )
             })
             .collect()
     }
@@ -114,7 +148,10 @@ impl Trajectory {
             velocities.extend(velocity);
         }
         let (rows, columns) = (self.inner.events.len(), self.inner.size());
-        Ok((matrix(py, rows, columns, positions)?, matrix(py, rows, columns, velocities)?))
+        Ok((
+            matrix(py, rows, columns, positions)?,
+            matrix(py, rows, columns, velocities)?,
+        ))
     }
 
     fn sample<'py>(
@@ -123,9 +160,15 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Sample<'py>> {
         let times = vector(&times);
-        let sample = py.detach(|| self.inner.sample(&times)).map_err(|error| raise(py, &error))?;
+        let sample = py
+            .detach(|| self.inner.sample(&times))
+            .map_err(|error| raise(py, &error))?;
         let (rows, dofs, contacts) = (times.len(), self.inner.size(), self.inner.contact_count());
-        let codes: Vec<u8> = sample.status.iter().map(|status| status.letter() as u8).collect();
+        let codes: Vec<u8> = sample
+            .status
+            .iter()
+            .map(|status| status.letter() as u8)
+            .collect();
         Ok((
             matrix(py, rows, dofs, sample.position)?,
             matrix(py, rows, dofs, sample.velocity)?,

@@ -95,7 +95,10 @@ impl ModalBasis {
                 shape[k * count + r] = weight * mode.right[k];
                 // left' ((C + lambda M) q + M q') / a
                 let product = |matrix: &[f64]| -> Complex64 {
-                    (0..m).map(|i| mode.left[i] * matrix[i * m + k]).sum::<Complex64>() / mode.a
+                    (0..m)
+                        .map(|i| mode.left[i] * matrix[i * m + k])
+                        .sum::<Complex64>()
+                        / mode.a
                 };
                 from_velocity[k * count + r] = product(&reduced.mass);
                 from_position[k * count + r] =
@@ -106,7 +109,12 @@ impl ModalBasis {
             modes
                 .iter()
                 .map(|mode| {
-                    mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
+                    mode.left
+                        .iter()
+                        .zip(force)
+                        .map(|(v, f)| v * f)
+                        .sum::<Complex64>()
+                        / mode.a
                 })
                 .collect()
         };
@@ -120,7 +128,11 @@ impl ModalBasis {
             })
             .collect();
         let mut column = vec![usize::MAX; reduced.kept.last().map_or(0, |last| last + 1)];
-        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
+        reduced
+            .kept
+            .iter()
+            .enumerate()
+            .for_each(|(j, &k)| column[k] = j);
         let column = |k: usize| column.get(k).copied().filter(|&j| j != usize::MAX);
         let functions = functions
             .iter()
@@ -186,7 +198,9 @@ impl ModalBasis {
             phi1: Vec::with_capacity(count),
             phi2: Vec::with_capacity(count),
             // Ulps above the reach, so that the fastest mode itself belongs to level 0.
-            slow: self.lambda.partition_point(|lambda| lambda.norm() * width <= REACH * (1.0 + 1e-12)),
+            slow: self
+                .lambda
+                .partition_point(|lambda| lambda.norm() * width <= REACH * (1.0 + 1e-12)),
             powers_re: vec![0.0; count * TAIL],
             powers_im: vec![0.0; count * TAIL],
             reach: Vec::with_capacity(count),
@@ -254,7 +268,9 @@ impl<'a> ModalMotion<'a> {
                 *p += load * q[stick.coordinate];
             }
         }
-        let dz: Vec<Complex64> = (0..count).map(|r| basis.lambda[r] * z[r] + force[r]).collect();
+        let dz: Vec<Complex64> = (0..count)
+            .map(|r| basis.lambda[r] * z[r] + force[r])
+            .collect();
         let w = (0..count)
             .map(|r| basis.lambda[r] * dz[r] + basis.force_linear[r])
             .collect();
@@ -262,7 +278,11 @@ impl<'a> ModalMotion<'a> {
             .functions
             .iter()
             .map(|function| {
-                let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
+                let stuck: f64 = function
+                    .sticking
+                    .iter()
+                    .map(|&(k, weight)| weight * q[k])
+                    .sum();
                 function.constant + stuck
             })
             .collect();
@@ -296,7 +316,12 @@ impl<'a> ModalMotion<'a> {
                 .clone()
                 .map(|r| function.magnitudes[r] * self.w[r].norm() * level.reach[r])
                 .sum();
-            let scale: f64 = function.magnitudes.iter().zip(&self.z).map(|(h, z)| h * z.norm()).sum();
+            let scale: f64 = function
+                .magnitudes
+                .iter()
+                .zip(&self.z)
+                .map(|(h, z)| h * z.norm())
+                .sum();
             bound <= f64::EPSILON * scale
         })
     }
@@ -310,7 +335,9 @@ impl<'a> ModalMotion<'a> {
         let count = self.w.len();
         panel.width = level.width;
         panel.coefficients.clear();
-        panel.coefficients.resize(basis.functions.len() * COEFFICIENTS, 0.0);
+        panel
+            .coefficients
+            .resize(basis.functions.len() * COEFFICIENTS, 0.0);
         panel.error.clear();
         panel.curvature_error.clear();
         // Dot products of `count` complex terms, a table built by DEGREE multiplications, Horner's rule,
@@ -355,7 +382,9 @@ impl<'a> ModalMotion<'a> {
             c[1] = slope * level.width;
             affine += function.slope.abs() * level.width;
             panel.curvature_error.push(rounding * curvature + remainder);
-            panel.error.push(rounding * (affine + curvature) + remainder);
+            panel
+                .error
+                .push(rounding * (affine + curvature) + remainder);
         }
     }
 
@@ -400,7 +429,11 @@ impl<'a> ModalMotion<'a> {
         for (j, &k) in self.basis.kept.iter().enumerate() {
             let shape = &self.basis.shape[j * count..(j + 1) * count];
             let real_dot = |x: &[Complex64]| -> f64 {
-                shape.iter().zip(x).map(|(a, b)| a.re * b.re - a.im * b.im).sum()
+                shape
+                    .iter()
+                    .zip(x)
+                    .map(|(a, b)| a.re * b.re - a.im * b.im)
+                    .sum()
             };
             q[k] = real_dot(&z);
             u[k] = real_dot(&dz);
