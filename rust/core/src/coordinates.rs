@@ -24,8 +24,9 @@ pub struct Coordinates {
     pub slots: Vec<(usize, usize)>,
     /// `T` and its inverse, row-major; `None` is the identity.
     transform: Option<(Vec<f64>, Vec<f64>)>,
-    /// Whether mass couples contact coordinates with each other.
-    pub coupled: bool,
+    /// `D' M^-1 D` over (tangential, normal) of each contact, row-major, when mass couples contact
+    /// coordinates with each other; `None` when it is diagonal.
+    pub delassus: Option<Vec<f64>>,
 }
 
 impl Coordinates {
@@ -52,7 +53,7 @@ impl Coordinates {
             return Ok(Self {
                 slots: pairs,
                 transform: None,
-                coupled: false,
+                delassus: None,
             });
         }
         let directions: Vec<Vec<f64>> = directions
@@ -129,7 +130,11 @@ impl Coordinates {
         Self {
             slots: pairs,
             transform: (!identity).then_some((forward, inverse)),
-            coupled,
+            delassus: coupled.then(|| {
+                (0..count * count)
+                    .map(|k| delassus[(k / count, k % count)])
+                    .collect()
+            }),
         }
     }
 

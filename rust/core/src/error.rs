@@ -107,6 +107,10 @@ pub enum Error {
         combination: Combination,
         residual: f64,
     },
+    #[error(
+        "impact_friction: must be true where mass couples contacts, as here; an impulse on one contact moves the others, so their tangential velocities can't stay unchanged"
+    )]
+    CoupledImpacts,
     #[error("{argument}: {value} s lies outside the computed motion, 0 to {end} s")]
     TimeOutside {
         argument: &'static str,
@@ -128,5 +132,19 @@ pub enum RunFailure {
         time: f64,
         normal_force: f64,
         required_friction: f64,
+    },
+    #[error(
+        "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count} (Painleve); state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
+    )]
+    ContactProblem {
+        contacts: Vec<usize>,
+        time: f64,
+        /// "accelerations" or "impulses".
+        level: &'static str,
+        /// "no solution" or "several solutions".
+        count: &'static str,
+        slip: Vec<f64>,
+        /// (tangential, normal) of each contact.
+        reactions: Vec<f64>,
     },
 }

@@ -9,6 +9,7 @@
 //!
 //! Both functions of a sticking contact are positive only while N is, so N needs none of its own.
 
+use crate::eigen;
 use crate::scene::Scene;
 use crate::status::{Combination, Status};
 
@@ -51,6 +52,10 @@ impl Functional {
         self.constant.abs() + dot(&self.position, q) + dot(&self.velocity, u)
     }
 
+    pub fn scaled(&self, factor: f64) -> Self {
+        self.combined(factor, &Self::default(), 0.0)
+    }
+
     /// `a self + b other`
     fn combined(&self, a: f64, other: &Self, b: f64) -> Self {
         let merge = |left: &[(usize, f64)], right: &[(usize, f64)]| {
@@ -80,15 +85,72 @@ pub(crate) struct EventFunction {
 }
 
 impl Scene {
-    /// The force that keeps the acceleration of contact coordinate `row` at zero, `(K q + C q' - F)_row`:
-    /// N for a normal coordinate, the required friction force for a tangential one. Mass must not couple
-    /// contact coordinates.
+    /// The force that holds contact coordinate `row` when all others are held too, `(K q + C q' - F)_row`:
+    /// where mass does not couple contact coordinates, N for a normal and the required friction force for a
+    /// tangential one.
     pub(crate) fn reaction(&self, row: usize) -> Functional {
         Functional {
             position: self.stiffness.row(row).collect(),
             velocity: self.damping.row(row).collect(),
             constant: -self.force[row],
         }
+    }
+
+    /// (T, N) of every contact as functionals of the state. Where mass couples contacts, the accelerations
+    /// `W (forces - reactions)` that the statuses hold at zero make the forces a linear map of the reactions.
+    pub(crate) fn contact_forces(
+        &self,
+        combination: &Combination,
+    ) -> Vec<(Functional, Functional)> {
+        let statuses = combination.statuses();
+        let rows: Vec<(Functional, Functional)> = self
+            .contacts
+            .iter()
+            .map(|law| (self.reaction(law.tangential), self.reaction(law.normal)))
+            .collect();
+        let Some(w) = &self.coordinates.delassus else {
+            return rows
+                .into_iter()
+                .zip(self.contacts.iter().zip(statuses))
+                .map(|((required, normal), (law, &status))| match status {
+                    Status::Sticking => (required, normal),
+                    Status::Detached => Default::default(),
+                    _ => (normal.scaled(status.friction_sign() * law.friction), normal),
+                })
+                .collect();
+        };
+        let size = 2 * statuses.len();
+        let (mut matrix, mut held) = (vec![0.0; size * size], vec![0.0; size * size]);
+        for (i, (law, &status)) in self.contacts.iter().zip(statuses).enumerate() {
+            let (t, n) = (2 * i, 2 * i + 1);
+            for (row, holds) in [(t, status == Status::Sticking), (n, status.is_closed())] {
+                if holds {
+                    let range = row * size..(row + 1) * size;
+                    matrix[range.clone()].copy_from_slice(&w[range.clone()]);
+                    held[range.clone()].copy_from_slice(&w[range]);
+                } else {
+                    matrix[row * size + row] = 1.0;
+                }
+            }
+            if status.is_sliding() {
+                matrix[t * size + n] = -status.friction_sign() * law.friction;
+            }
+        }
+        let map = eigen::solve(size, &matrix, &held);
+        let force = |k: usize| {
+            rows.iter()
+                .enumerate()
+                .fold(Functional::default(), |sum, (j, (required, normal))| {
+                    sum.combined(1.0, required, map[k * size + 2 * j]).combined(
+                        1.0,
+                        normal,
+                        map[k * size + 2 * j + 1],
+                    )
+                })
+        };
+        (0..statuses.len())
+            .map(|i| (force(2 * i), force(2 * i + 1)))
+            .collect()
     }
 
     pub(crate) fn slip_velocity(&self, contact: usize) -> Functional {
@@ -102,6 +164,9 @@ impl Scene {
     /// The event functions that are active in `combination`, by contact.
     pub(crate) fn event_functions(&self, combination: &Combination) -> Vec<EventFunction> {
         let mut functions = Vec::new();
+        let coupled = self
+            .contacts_coupled()
+            .then(|| self.contact_forces(combination));
         for (contact, (law, &status)) in
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {
@@ -112,22 +177,23 @@ impl Scene {
                     functional,
                 });
             };
-            let normal_force = || self.reaction(law.normal);
+            let force = |normal: bool| match (&coupled, normal) {
+                (Some(forces), true) => forces[contact].1.clone(),
+                (Some(forces), false) => forces[contact].0.clone(),
+                (None, true) => self.reaction(law.normal),
+                (None, false) => self.reaction(law.tangential),
+            };
             match status {
                 Status::Positive | Status::Negative => {
                     if law.static_friction > 0.0 {
                         let slip = self.slip_velocity(contact);
                         let sign = -status.friction_sign();
-                        add(
-                            Trigger::SlipZero,
-                            slip.combined(sign, &Functional::default(), 0.0),
-                        );
+                        add(Trigger::SlipZero, slip.scaled(sign));
                     }
-                    add(Trigger::Release, normal_force());
+                    add(Trigger::Release, force(true));
                 }
                 Status::Sticking => {
-                    let friction = self.reaction(law.tangential);
-                    let normal = normal_force();
+                    let (friction, normal) = (force(false), force(true));
                     for (trigger, sign) in
                         [(Trigger::SlipPositive, -1.0), (Trigger::SlipNegative, 1.0)]
                     {

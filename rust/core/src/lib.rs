@@ -9,6 +9,7 @@
 
 mod basis;
 mod compensated;
+mod complementarity;
 mod contact;
 mod coordinates;
 mod eigen;

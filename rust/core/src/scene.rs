@@ -141,8 +141,11 @@ impl Scene {
         let (mass, lumped, stiffness, general_damping) = match coordinates.transform() {
             None => (mass, lumped, stiffness, general_damping),
             Some(transform) => {
-                let mass =
-                    uncoupled_mass(&mass.congruent(transform), &contacts, coordinates.coupled);
+                let mass = uncoupled_mass(
+                    &mass.congruent(transform),
+                    &contacts,
+                    coordinates.delassus.is_some(),
+                );
                 let lumped = (0..size).all(|row| mass.row(row).all(|(column, _)| column == row));
                 (
                     mass,
@@ -190,7 +193,7 @@ impl Scene {
 
     /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
     pub fn contacts_coupled(&self) -> bool {
-        self.coordinates.coupled
+        self.coordinates.delassus.is_some()
     }
 
     /// Contact coordinates (q, q') of dof positions and velocities.

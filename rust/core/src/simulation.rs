@@ -164,6 +164,9 @@ pub fn simulate(
             value: duration,
         });
     }
+    if scene.contacts_coupled() && !scene.impact_friction {
+        return Err(Error::CoupledImpacts);
+    }
     let (q, u) = scene.start_coordinates(start)?;
     let mut run = Run {
         scene,

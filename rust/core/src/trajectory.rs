@@ -6,6 +6,7 @@ use num_complex::Complex64;
 
 use crate::basis::CombinationBasis;
 use crate::error::Error;
+use crate::event::Functional;
 use crate::modes::Modes;
 use crate::motion::{Motion, Panel};
 use crate::scene::{Scene, State};
@@ -135,6 +136,9 @@ pub struct Sample {
     pub status: Vec<Status>,
 }
 
+/// The contact forces of a combination of a scene whose contacts are coupled by mass.
+type CoupledForces = (Combination, Vec<(Functional, Functional)>);
+
 impl Trajectory {
     /// The combination after an event.
     pub fn combination(&self, event: &Event) -> &Combination {
@@ -166,16 +170,31 @@ impl Trajectory {
     /// States and contact forces at `times`, in any order.
     pub fn sample(&self, times: &[f64]) -> Result<Sample, Error> {
         let mut sample = Sample::default();
+        let mut coupled: Option<CoupledForces> = None;
         let mut cursor = Cursor::new(self);
         for &time in times {
             cursor.seek("times", time)?;
             sample.position.extend(self.scene.positions(&cursor.q));
             sample.velocity.extend(self.scene.velocities(&cursor.u));
-            let statuses = self.phases[cursor.phase].basis.combination.statuses();
+            let combination = &self.phases[cursor.phase].basis.combination;
+            if self.scene.contacts_coupled()
+                && coupled
+                    .as_ref()
+                    .is_none_or(|known: &CoupledForces| known.0 != *combination)
+            {
+                coupled = Some((combination.clone(), self.scene.contact_forces(combination)));
+            }
+            let statuses = combination.statuses();
             for (contact, &status) in statuses.iter().enumerate() {
-                let (normal, friction) = self
-                    .scene
-                    .contact_force(contact, status, &cursor.q, &cursor.u);
+                let (normal, friction) = match &coupled {
+                    Some((_, forces)) => (
+                        forces[contact].1.value(&cursor.q, &cursor.u),
+                        forces[contact].0.value(&cursor.q, &cursor.u),
+                    ),
+                    None => self
+                        .scene
+                        .contact_force(contact, status, &cursor.q, &cursor.u),
+                };
                 sample.normal_force.push(normal);
                 sample.friction_force.push(friction);
                 sample.status.push(status);
@@ -248,7 +267,7 @@ pub struct ModalRun {
 }
 
 impl Scene {
-    /// (N, T) of a contact in state (q, q').
+    /// (N, T) of a contact in state (q, q'); mass must not couple contacts.
     pub(crate) fn contact_force(
         &self,
         contact: usize,

@@ -1,5 +1,6 @@
 //! What the contacts do after an event: the one place where statuses change.
 
+use crate::complementarity::{self, Closed, Solution, Unsolved};
 use crate::error::RunFailure;
 use crate::event::Trigger;
 use crate::scene::Scene;
@@ -38,40 +39,46 @@ pub(crate) fn settle(
     q: &mut [f64],
     u: &mut [f64],
 ) -> Result<Settlement, RunFailure> {
-    let mut impact = false;
+    let mut struck = Vec::new();
     for &(contact, trigger) in triggers {
         let law = &scene.contacts[contact];
         match trigger {
             Trigger::SlipZero => u[law.tangential] = law.slider_speed,
             Trigger::GapClosed => {
                 q[law.normal] = 0.0;
-                impact = true;
-                strike(scene, contact, u);
+                struck.push(contact);
             }
             Trigger::Release | Trigger::SlipPositive | Trigger::SlipNegative => {}
         }
     }
-    let mut settlement = Settlement {
-        statuses: statuses.to_vec(),
-        departures: vec![Departure::None; statuses.len()],
-        events: Vec::with_capacity(1),
-    };
-    for contact in 0..statuses.len() {
-        let trigger = of_contact(triggers, contact);
-        if trigger.is_none() && !(impact && statuses[contact].is_closed()) {
-            continue;
+    let outcome = match &scene.coordinates.delassus {
+        None => {
+            struck.iter().for_each(|&contact| strike(scene, contact, u));
+            settle_each(scene, time, triggers, statuses, !struck.is_empty(), q, u)?
         }
-        let before = statuses[contact];
-        let (after, departure) = settle_contact(scene, time, contact, trigger, before, q, u)?;
-        settlement.statuses[contact] = after;
-        settlement.departures[contact] = departure;
+        Some(w) => Coupled { scene, time, w }.settle(triggers, statuses, &struck, q, u)?,
+    };
+    let mut settlement = Settlement {
+        statuses: Vec::with_capacity(statuses.len()),
+        departures: Vec::with_capacity(statuses.len()),
+        events: Vec::with_capacity(triggers.len()),
+    };
+    for (contact, (&before, (after, departure))) in statuses.iter().zip(outcome).enumerate() {
+        settlement.statuses.push(after);
+        settlement.departures.push(departure);
+        let trigger = of_contact(triggers, contact);
         let kind = match trigger {
             Some(Trigger::GapClosed) => Some(EventKind::Impact),
             _ if after == before && trigger != Some(Trigger::SlipZero) => None,
             _ if after == Status::Detached => Some(EventKind::Release),
             Some(Trigger::SlipZero) => Some(EventKind::Velocity),
-            _ if after == Status::Positive => Some(EventKind::SlipPositive),
-            _ if after == Status::Negative => Some(EventKind::SlipNegative),
+            _ if before == Status::Sticking && after == Status::Positive => {
+                Some(EventKind::SlipPositive)
+            }
+            _ if before == Status::Sticking && after == Status::Negative => {
+                Some(EventKind::SlipNegative)
+            }
+            // A tangential impulse that stopped or reversed a slip.
             _ => Some(EventKind::Velocity),
         };
         settlement.events.extend(kind.map(|kind| (contact, kind)));
@@ -87,9 +94,34 @@ fn of_contact(triggers: &[(usize, Trigger)], contact: usize) -> Option<Trigger> 
         .filter(|trigger| trigger.0 == contact)
         .map(|trigger| trigger.1);
     let first = own.next()?;
-    match (first, own.next()) {
-        (first, None) => Some(first),
-        _ => Some(Trigger::Release),
+    Some(if own.next().is_some() {
+        Trigger::Release
+    } else {
+        first
+    })
+}
+
+/// The status and departure of an event that changes no velocity and, with mu_static = mu, no force.
+fn continuous(scene: &Scene, contact: usize, trigger: Trigger) -> Option<(Status, Departure)> {
+    let law = &scene.contacts[contact];
+    let onset = if law.static_friction > law.friction {
+        1
+    } else {
+        2
+    };
+    match trigger {
+        Trigger::Release => Some((Status::Detached, Departure::Gap(3))),
+        Trigger::SlipPositive => Some((Status::Positive, Departure::Slip(onset))),
+        Trigger::SlipNegative => Some((Status::Negative, Departure::Slip(onset))),
+        Trigger::SlipZero | Trigger::GapClosed => None,
+    }
+}
+
+fn sliding_status(slip: f64) -> Option<Status> {
+    match slip {
+        slip if slip < 0.0 => Some(Status::Positive),
+        slip if slip > 0.0 => Some(Status::Negative),
+        _ => None,
     }
 }
 
@@ -112,6 +144,27 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     }
 }
 
+/// Contacts that mass does not couple, one by one: those of the event, and after an impact, whose velocity
+/// jump reaches the others through the damping, all that are closed.
+fn settle_each(
+    scene: &Scene,
+    time: f64,
+    triggers: &[(usize, Trigger)],
+    statuses: &[Status],
+    impact: bool,
+    q: &[f64],
+    u: &[f64],
+) -> Result<Vec<(Status, Departure)>, RunFailure> {
+    statuses
+        .iter()
+        .enumerate()
+        .map(|(contact, &before)| match of_contact(triggers, contact) {
+            None if !(impact && before.is_closed()) => Ok((before, Departure::None)),
+            trigger => settle_contact(scene, time, contact, trigger, before, q, u),
+        })
+        .collect()
+}
+
 fn settle_contact(
     scene: &Scene,
     time: f64,
@@ -122,37 +175,24 @@ fn settle_contact(
     u: &[f64],
 ) -> Result<(Status, Departure), RunFailure> {
     let law = &scene.contacts[contact];
-    match trigger {
-        Some(Trigger::Release) => return Ok((Status::Detached, Departure::Gap(3))),
-        Some(Trigger::SlipPositive | Trigger::SlipNegative) => {
-            let multiplicity = if law.static_friction > law.friction {
-                1
-            } else {
-                2
-            };
-            let status = if trigger == Some(Trigger::SlipPositive) {
-                Status::Positive
-            } else {
-                Status::Negative
-            };
-            return Ok((status, Departure::Slip(multiplicity)));
-        }
-        Some(Trigger::GapClosed) if u[law.normal] > 0.0 => {
-            return Ok((Status::Detached, Departure::Gap(1)));
-        }
-        _ => {}
+    if let Some(settled) = trigger.and_then(|trigger| continuous(scene, contact, trigger)) {
+        return Ok(settled);
+    }
+    if trigger == Some(Trigger::GapClosed) && u[law.normal] > 0.0 {
+        return Ok((Status::Detached, Departure::Gap(1)));
     }
     let normal_force = scene.reaction(law.normal).value(q, u);
     if normal_force < 0.0 {
         return Ok((Status::Detached, Departure::Gap(2)));
     }
-    let slip = u[law.tangential] - law.slider_speed;
-    if slip != 0.0 || law.static_friction == 0.0 {
-        let status = match slip {
-            slip if slip < 0.0 => Status::Positive,
-            slip if slip > 0.0 => Status::Negative,
-            _ if before.is_sliding() => before,
-            _ => Status::Positive,
+    if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
+        return Ok((status, Departure::None));
+    }
+    if law.static_friction == 0.0 {
+        let status = if before.is_sliding() {
+            before
+        } else {
+            Status::Positive
         };
         return Ok((status, Departure::None));
     }
@@ -171,5 +211,178 @@ fn settle_contact(
             normal_force,
             required_friction,
         })
+    }
+}
+
+/// Contacts that mass couples: one complementarity problem over all that are closed.
+struct Coupled<'a> {
+    scene: &'a Scene,
+    time: f64,
+    w: &'a [f64],
+}
+
+impl Coupled<'_> {
+    fn settle(
+        &self,
+        triggers: &[(usize, Trigger)],
+        statuses: &[Status],
+        struck: &[usize],
+        q: &[f64],
+        u: &mut [f64],
+    ) -> Result<Vec<(Status, Departure)>, RunFailure> {
+        let contacts = &self.scene.contacts;
+        if !struck.is_empty() {
+            let closed: Vec<usize> = (0..contacts.len())
+                .filter(|&i| statuses[i].is_closed() || struck.contains(&i))
+                .collect();
+            self.strike(&closed, q, u)?;
+        }
+        let mut outcome: Vec<(Status, Departure)> = statuses
+            .iter()
+            .map(|&status| (status, Departure::None))
+            .collect();
+        let mut forces_jump = !struck.is_empty();
+        let mut problem: Vec<(usize, Option<f64>)> = Vec::new();
+        for (i, law) in contacts.iter().enumerate() {
+            let trigger = of_contact(triggers, i);
+            let settled = trigger.and_then(|trigger| continuous(self.scene, i, trigger));
+            if let Some(settled) = settled {
+                outcome[i] = settled;
+                forces_jump |= settled.0.is_sliding() && law.static_friction > law.friction;
+            }
+            forces_jump |= trigger == Some(Trigger::SlipZero);
+            let touching = statuses[i].is_closed() || struck.contains(&i);
+            if touching && u[law.normal] > 0.0 {
+                outcome[i] = (Status::Detached, Departure::Gap(1));
+            } else if touching && outcome[i].0.is_closed() || struck.contains(&i) {
+                let sliding = match settled {
+                    Some((status, _)) => Some(status),
+                    None => sliding_status(u[law.tangential] - law.slider_speed),
+                };
+                problem.push((i, sliding.map(Status::friction_sign)));
+            }
+        }
+        if !forces_jump {
+            return Ok(outcome);
+        }
+        let reactions = self.reactions(q, u);
+        let size = 2 * contacts.len();
+        let acceleration = |row: usize| {
+            -(0..size)
+                .map(|k| self.w[row * size + k] * reactions[k])
+                .sum::<f64>()
+        };
+        let solution = self.solve(&problem, "accelerations", acceleration, q, u)?;
+        for (k, &(i, sliding)) in problem.iter().enumerate() {
+            let status = solution.statuses[k];
+            let before = outcome[i];
+            outcome[i] = match status {
+                Status::Detached => (status, Departure::Gap(2)),
+                Status::Sticking => (status, Departure::None),
+                // An onset keeps its multiplicity; a slip that the others' jump sets off starts with s' != 0.
+                _ if sliding.is_some() => (status, before.1),
+                _ => (status, Departure::Slip(1)),
+            };
+        }
+        Ok(outcome)
+    }
+
+    /// `K q + C q' - F` over (tangential, normal) of every contact.
+    fn reactions(&self, q: &[f64], u: &[f64]) -> Vec<f64> {
+        self.scene
+            .contacts
+            .iter()
+            .flat_map(|law| {
+                [law.tangential, law.normal].map(|row| self.scene.reaction(row).value(q, u))
+            })
+            .collect()
+    }
+
+    fn solve(
+        &self,
+        problem: &[(usize, Option<f64>)],
+        level: &'static str,
+        a0: impl Fn(usize) -> f64,
+        q: &[f64],
+        u: &[f64],
+    ) -> Result<Solution, RunFailure> {
+        let contacts = &self.scene.contacts;
+        let closed: Vec<Closed> = problem
+            .iter()
+            .map(|&(i, sliding)| Closed {
+                friction: contacts[i].friction,
+                static_friction: if level == "impulses" {
+                    contacts[i].friction
+                } else {
+                    contacts[i].static_friction
+                },
+                sliding,
+            })
+            .collect();
+        let rows: Vec<usize> = problem
+            .iter()
+            .flat_map(|&(i, _)| [2 * i, 2 * i + 1])
+            .collect();
+        let size = 2 * contacts.len();
+        let w: Vec<f64> = rows
+            .iter()
+            .flat_map(|&row| rows.iter().map(move |&column| self.w[row * size + column]))
+            .collect();
+        let a0: Vec<f64> = rows.iter().map(|&row| a0(row)).collect();
+        complementarity::solve(&closed, &w, &a0).map_err(|unsolved| RunFailure::ContactProblem {
+            contacts: problem.iter().map(|entry| entry.0).collect(),
+            time: self.time,
+            level,
+            count: match unsolved {
+                Unsolved::None => "no solution",
+                Unsolved::Several => "several solutions",
+            },
+            slip: contacts
+                .iter()
+                .map(|law| u[law.tangential] - law.slider_speed)
+                .collect(),
+            reactions: self.reactions(q, u),
+        })
+    }
+
+    /// The impulses of all closed contacts with Newton restitution, `g'+ + e g'- >= 0`, and Coulomb
+    /// friction on the slip velocity after the impact.
+    fn strike(&self, closed: &[usize], q: &[f64], u: &mut [f64]) -> Result<(), RunFailure> {
+        let contacts = &self.scene.contacts;
+        let problem: Vec<(usize, Option<f64>)> = closed.iter().map(|&i| (i, None)).collect();
+        let before = u.to_vec();
+        let velocity = |row: usize| {
+            let law = &contacts[row / 2];
+            if row.is_multiple_of(2) {
+                before[law.tangential] - law.slider_speed
+            } else {
+                (1.0 + law.restitution) * before[law.normal]
+            }
+        };
+        let solution = self.solve(&problem, "impulses", velocity, q, &before)?;
+        let size = 2 * contacts.len();
+        for (i, law) in contacts.iter().enumerate() {
+            for (row, coordinate) in [(2 * i, law.tangential), (2 * i + 1, law.normal)] {
+                u[coordinate] += closed
+                    .iter()
+                    .enumerate()
+                    .map(|(k, &j)| {
+                        self.w[row * size + 2 * j] * solution.forces[2 * k]
+                            + self.w[row * size + 2 * j + 1] * solution.forces[2 * k + 1]
+                    })
+                    .sum::<f64>();
+            }
+        }
+        // What the impulses hold at zero is zero exactly.
+        for (&i, &status) in closed.iter().zip(&solution.statuses) {
+            let law = &contacts[i];
+            if status.is_closed() {
+                u[law.normal] = -law.restitution * before[law.normal];
+            }
+            if status == Status::Sticking {
+                u[law.tangential] = law.slider_speed;
+            }
+        }
+        Ok(())
     }
 }

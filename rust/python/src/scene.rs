@@ -230,6 +230,18 @@ impl Scene {
     }
 }
 
+type ChainParts<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    SparseParts<'py>,
+    Bound<'py, PyArray1<f64>>,
+);
+
+type ChainParts<'py> = (
+    Bound<'py, PyArray1<f64>>,
+    SparseParts<'py>,
+    Bound<'py, PyArray1<f64>>,
+);
+
 /// (mass, stiffness as compressed rows, force) of a chain of subsystems.
 #[pyfunction]
 #[allow(
@@ -249,11 +261,7 @@ pub fn chain<'py>(
     link_horizontal: PyReadonlyArray1<'py, f64>,
     link_vertical: PyReadonlyArray1<'py, f64>,
     wall_stiffness: f64,
-) -> PyResult<(
-    Bound<'py, PyArray1<f64>>,
-    SparseParts<'py>,
-    Bound<'py, PyArray1<f64>>,
-)> {
+) -> PyResult<ChainParts<'py>> {
     let fields = [
         ("upper_mass", vector(&upper_mass)),
         ("contact_mass", vector(&contact_mass)),

@@ -22,6 +22,7 @@ type Sample<'py> = (
     Matrix<'py>,
     Bound<'py, PyArray2<u8>>,
 );
+type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String);
 type ModalRun<'py> = (
     String,
     Bound<'py, PyArray1<i64>>,
@@ -127,11 +128,7 @@ impl Trajectory {
             .collect()
     }
 
-    fn state<'py>(
-        &self,
-        py: Python<'py>,
-        time: f64,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String)> {
+    fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
         let state = self.inner.state(time).map_err(|error| raise(py, &error))?;
         Ok((
             state.position.into_pyarray(py),
