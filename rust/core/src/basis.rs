@@ -40,11 +40,7 @@ impl CombinationBasis {
     fn new(scene: &Scene, combination: &Combination, method: Method) -> Result<Self, Error> {
         let functions = scene.event_functions(combination);
         let taylor = || TaylorOperator::new(scene, combination, &functions).map(Box::new);
-        let closed = combination
-            .statuses()
-            .iter()
-            .filter(|status| status.is_closed())
-            .count();
+        let closed = combination.statuses().iter().filter(|status| status.is_closed()).count();
         let propagator = match method {
             Method::Taylor => Propagator::Taylor(taylor()?),
             Method::Auto if scene.size - closed > MODAL_SIZE => Propagator::Taylor(taylor()?),
@@ -65,11 +61,7 @@ impl CombinationBasis {
                 }
             }
         };
-        Ok(Self {
-            combination: combination.clone(),
-            functions,
-            propagator,
-        })
+        Ok(Self { combination: combination.clone(), functions, propagator })
     }
 
     pub fn is_modal(&self) -> bool {
@@ -102,11 +94,7 @@ impl Scene {
     ) -> Result<(Arc<CombinationBasis>, bool), Error> {
         let key = (combination.clone(), method);
         // A poisoned lock only means that another thread stopped between two complete entries.
-        let lock = || {
-            self.bases
-                .lock()
-                .unwrap_or_else(|poisoned| poisoned.into_inner())
-        };
+        let lock = || self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(basis) = lock().known.get(&key) {
             return Ok((Arc::clone(basis), false));
         }

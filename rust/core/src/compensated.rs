@@ -60,10 +60,7 @@ pub(crate) struct DoubledComplex {
 
 impl DoubledComplex {
     pub fn add(self, other: Self) -> Self {
-        Self {
-            re: self.re.add(other.re),
-            im: self.im.add(other.im),
-        }
+        Self { re: self.re.add(other.re), im: self.im.add(other.im) }
     }
 
     pub fn times(self, factor: Complex64) -> Self {
@@ -80,18 +77,12 @@ impl DoubledComplex {
                 let (high, low) = two_product(weight, part);
                 Doubled { high, low }
             };
-            sum.add(Self {
-                re: exact(z.re),
-                im: exact(z.im),
-            })
+            sum.add(Self { re: exact(z.re), im: exact(z.im) })
         })
     }
 
     pub fn scaled(self, factor: f64) -> Self {
-        Self {
-            re: self.re.times(factor),
-            im: self.im.times(factor),
-        }
+        Self { re: self.re.times(factor), im: self.im.times(factor) }
     }
 
     pub fn value(self) -> Complex64 {

@@ -8,8 +8,8 @@
 //! |T| <= mu_static N where slip is zero, and T = -mu N sign(a_t) where a_t != 0.
 //! ```
 //!
-//! With `N`, `mu N + T` and the negative part of a_t as unknowns this is a linear complementarity problem
-//! (Pfeiffer and Glocker 1996, section 8), solved by Lemke's pivoting. It may have no solution or several
+//! With `N`, the two parts of `T` and `|a_t|` as unknowns this is a linear complementarity problem
+//! (Stewart and Trinkle 1996), solved by Lemke's pivoting. It may have no solution or several
 //! (Painleve): up to [`ENUMERATED`] contacts every combination of statuses is tried as well, so that a
 //! second solution is seen.
 
@@ -30,12 +30,11 @@ pub(crate) struct Closed {
     pub sliding: Option<f64>,
 }
 
-/// Statuses, forces (T, N) and resulting accelerations (slip, gap) of each closed contact.
+/// Statuses and forces (T, N) of each closed contact.
 #[derive(Debug, Clone)]
 pub(crate) struct Solution {
     pub statuses: Vec<Status>,
     pub forces: Vec<f64>,
-    pub accelerations: Vec<f64>,
 }
 
 /// Why there is no answer.
@@ -61,12 +60,7 @@ fn enumerate(contacts: &[Closed], w: &[f64], a0: &[f64]) -> Result<Solution, Uns
             Some(sign) if sign > 0.0 => vec![Status::Positive, Status::Detached],
             Some(_) => vec![Status::Negative, Status::Detached],
             None if contact.static_friction == 0.0 => vec![Status::Positive, Status::Detached],
-            None => vec![
-                Status::Sticking,
-                Status::Positive,
-                Status::Negative,
-                Status::Detached,
-            ],
+            None => vec![Status::Sticking, Status::Positive, Status::Negative, Status::Detached],
         })
         .collect();
     let mut found: Option<Solution> = None;
@@ -90,15 +84,8 @@ fn enumerate(contacts: &[Closed], w: &[f64], a0: &[f64]) -> Result<Solution, Uns
 
 /// Whether two solutions mean the same forces: statuses at a boundary have two names.
 fn same_motion(one: &Solution, other: &Solution) -> bool {
-    let scale = one
-        .forces
-        .iter()
-        .chain(&other.forces)
-        .fold(0.0, |size: f64, x| size.max(x.abs()));
-    one.forces
-        .iter()
-        .zip(&other.forces)
-        .all(|(a, b)| (a - b).abs() <= 100.0 * ROUNDING * scale)
+    let scale = one.forces.iter().chain(&other.forces).fold(0.0, |size: f64, x| size.max(x.abs()));
+    one.forces.iter().zip(&other.forces).all(|(a, b)| (a - b).abs() <= 100.0 * ROUNDING * scale)
 }
 
 /// Forces and accelerations if the contacts had these statuses, when those are consistent.
@@ -147,29 +134,21 @@ fn try_statuses(
         ROUNDING * (a0[k].abs() + terms)
     };
     let force_scale = forces.iter().fold(0.0, |size: f64, f| size.max(f.abs()));
-    let consistent = contacts
-        .iter()
-        .zip(statuses)
-        .enumerate()
-        .all(|(i, (contact, &status))| {
-            let (t, n) = (2 * i, 2 * i + 1);
-            let limit = contact.static_friction * forces[n] + ROUNDING * force_scale;
-            match status {
-                Status::Detached => accelerations[n] >= -slack(n),
-                _ if forces[n] < -ROUNDING * force_scale => false,
-                Status::Sticking => forces[t].abs() <= limit,
-                // Slip that begins must go against the friction force.
-                _ if contact.sliding.is_none() => {
-                    -status.friction_sign() * accelerations[t] >= -slack(t)
-                }
-                _ => true,
+    let consistent = contacts.iter().zip(statuses).enumerate().all(|(i, (contact, &status))| {
+        let (t, n) = (2 * i, 2 * i + 1);
+        let limit = contact.static_friction * forces[n] + ROUNDING * force_scale;
+        match status {
+            Status::Detached => accelerations[n] >= -slack(n),
+            _ if forces[n] < -ROUNDING * force_scale => false,
+            Status::Sticking => forces[t].abs() <= limit,
+            // Slip that begins must go against the friction force.
+            _ if contact.sliding.is_none() => {
+                -status.friction_sign() * accelerations[t] >= -slack(t)
             }
-        });
-    consistent.then(|| Solution {
-        statuses: statuses.to_vec(),
-        forces,
-        accelerations,
-    })
+            _ => true,
+        }
+    });
+    consistent.then(|| Solution { statuses: statuses.to_vec(), forces })
 }
 
 fn equilibrated(size: usize, matrix: &[f64]) -> Vec<f64> {
@@ -183,66 +162,74 @@ fn equilibrated(size: usize, matrix: &[f64]) -> Vec<f64> {
     scaled
 }
 
-/// Statuses from the complementarity problem in the unknowns (N, mu N + T, a_t^-).
+/// Statuses from the complementarity problem in the unknowns (N, T^+, T^-, |a_t|), `T = T^+ - T^-`, whose
+/// matrix is copositive for every friction coefficient when no contact slips yet.
 fn lemke_statuses(contacts: &[Closed], w: &[f64], a0: &[f64]) -> Option<Vec<Status>> {
     let count = contacts.len();
     let width = 2 * count;
     let candidates: Vec<usize> = (0..count)
-        .filter(|&i| contacts[i].sliding.is_none() && contacts[i].friction > 0.0)
+        .filter(|&i| contacts[i].sliding.is_none() && contacts[i].static_friction > 0.0)
         .collect();
-    let size = count + 2 * candidates.len();
+    let blocks = [count, count + candidates.len(), count + 2 * candidates.len()];
+    let size = count + 3 * candidates.len();
     let mut matrix = vec![0.0; size * size];
     let mut q = vec![0.0; size];
-    let normal_column = |row: usize, j: usize| {
-        let (t, n) = (w[row * width + 2 * j], w[row * width + 2 * j + 1]);
-        n + t * contacts[j].friction * contacts[j].sliding.unwrap_or(-1.0)
-    };
-    let mut fill = |target: usize, row: usize| {
-        for j in 0..count {
-            matrix[target * size + j] = normal_column(row, j);
+    // Forces in units of |a0| / |W|: the pivoting tolerances are absolute.
+    let largest =
+        |values: &[f64]| values.iter().fold(f64::MIN_POSITIVE, |size, x| size.max(x.abs()));
+    let (unit_w, unit_a) = (largest(w), largest(a0));
+    let mut fill = |target: usize, row: usize, sign: f64| {
+        for (j, contact) in contacts.iter().enumerate() {
+            let (t, n) = (w[row * width + 2 * j], w[row * width + 2 * j + 1]);
+            let given = contact.sliding.map_or(0.0, |sigma| sigma * contact.friction);
+            matrix[target * size + j] = sign * (n + given * t) / unit_w;
         }
         for (k, &j) in candidates.iter().enumerate() {
-            matrix[target * size + count + k] = w[row * width + 2 * j];
+            let t = sign * w[row * width + 2 * j] / unit_w;
+            matrix[target * size + blocks[0] + k] = t;
+            matrix[target * size + blocks[1] + k] = -t;
         }
-        q[target] = a0[row];
+        q[target] = sign * a0[row] / unit_a;
     };
     for i in 0..count {
-        fill(i, 2 * i + 1);
+        fill(i, 2 * i + 1, 1.0);
     }
     for (k, &i) in candidates.iter().enumerate() {
-        fill(count + k, 2 * i);
+        fill(blocks[0] + k, 2 * i, 1.0);
+        fill(blocks[1] + k, 2 * i, -1.0);
     }
     for (k, &i) in candidates.iter().enumerate() {
-        let (slip, left) = (count + k, count + candidates.len() + k);
-        matrix[slip * size + left] = 1.0;
-        matrix[left * size + i] = 2.0 * contacts[i].static_friction;
-        matrix[left * size + slip] = -1.0;
+        let [plus, minus, slip] = blocks.map(|block| block + k);
+        matrix[plus * size + slip] = 1.0;
+        matrix[minus * size + slip] = 1.0;
+        matrix[slip * size + i] = contacts[i].static_friction;
+        matrix[slip * size + plus] = -1.0;
+        matrix[slip * size + minus] = -1.0;
     }
     let z = lemke(size, &matrix, &q)?;
-    let scale = z.iter().fold(0.0, |size: f64, z| size.max(z.abs()));
+    let scale = z[..blocks[2]].iter().fold(0.0, |size: f64, z| size.max(z.abs()));
     let positive = |value: f64| value > ROUNDING * scale;
-    Some(
-        (0..count)
-            .map(|i| {
-                if !positive(z[i]) {
-                    return Status::Detached;
+    let status = |i: usize| {
+        if !positive(z[i]) {
+            return Status::Detached;
+        }
+        let candidate = candidates.iter().position(|&c| c == i);
+        match (contacts[i].sliding, candidate) {
+            (Some(sign), _) if sign < 0.0 => Status::Negative,
+            (Some(_), _) | (None, None) => Status::Positive,
+            (None, Some(k)) => {
+                let friction = z[blocks[0] + k] - z[blocks[1] + k];
+                if positive(contacts[i].static_friction * z[i] - friction.abs()) {
+                    Status::Sticking
+                } else if friction > 0.0 {
+                    Status::Positive
+                } else {
+                    Status::Negative
                 }
-                match (contacts[i].sliding, candidates.iter().position(|&c| c == i)) {
-                    (Some(sign), _) if sign < 0.0 => Status::Negative,
-                    (Some(_), _) | (None, None) => Status::Positive,
-                    (None, Some(k)) => {
-                        let right = z[count + k];
-                        let left = 2.0 * contacts[i].static_friction * z[i] - right;
-                        match (positive(right), positive(left)) {
-                            (false, _) => Status::Negative,
-                            (_, false) => Status::Positive,
-                            _ => Status::Sticking,
-                        }
-                    }
-                }
-            })
-            .collect(),
-    )
+            }
+        }
+    };
+    Some((0..count).map(status).collect())
 }
 
 /// Lemke's method for `w = M z + q, w >= 0, z >= 0, w z = 0`; `None` on a secondary ray.
@@ -293,19 +280,19 @@ fn lemke(size: usize, matrix: &[f64], q: &[f64]) -> Option<Vec<f64>> {
             }
             return Some(z);
         }
-        entering = if leaving < size {
-            leaving + size
-        } else {
-            leaving - size
+        entering = if leaving < size { leaving + size } else { leaving - size };
+        // The smallest ratio; ties by the rest of the row (lexicographic rule), which rules out cycling.
+        let entry = |i: usize, k: usize| tableau[i * columns + k] / tableau[i * columns + entering];
+        let smaller = |i: usize, j: usize| {
+            std::iter::once(rhs)
+                .chain(0..size)
+                .map(|k| (entry(i, k), entry(j, k)))
+                .find(|(a, b)| (a - b).abs() > 1e-11 * (a.abs() + b.abs()).max(1e-3))
+                .map_or(std::cmp::Ordering::Equal, |(a, b)| a.total_cmp(&b))
         };
-        let ratio = |i: usize| tableau[i * columns + rhs] / tableau[i * columns + entering];
-        let candidates = (0..size).filter(|&i| tableau[i * columns + entering] > 1e-12);
-        // Ties go to the artificial variable, which ends the method.
-        row = candidates.min_by(|&i, &j| {
-            ratio(i)
-                .total_cmp(&ratio(j))
-                .then_with(|| (basis[j] == z0).cmp(&(basis[i] == z0)))
-        })?;
+        row = (0..size)
+            .filter(|&i| tableau[i * columns + entering] > 1e-12)
+            .min_by(|&i, &j| smaller(i, j))?;
     }
     None
 }
@@ -324,12 +311,7 @@ mod tests {
                     + if i == j { 1.0 } else { 0.0 };
             }
         }
-        (
-            w,
-            (0..size)
-                .map(|i| seed[(7 * i + 3) % seed.len()] - 0.3)
-                .collect(),
-        )
+        (w, (0..size).map(|i| seed[(7 * i + 3) % seed.len()] - 0.3).collect())
     }
 
     proptest::proptest! {
@@ -354,18 +336,8 @@ mod tests {
     #[test]
     fn paradox_is_reported() {
         let w = [1.0, -1.0, -1.0, 1.5];
-        let contact = Closed {
-            friction: 2.0,
-            static_friction: 2.0,
-            sliding: Some(1.0),
-        };
-        assert_eq!(
-            enumerate(&[contact], &w, &[0.0, -1.0]).unwrap_err(),
-            Unsolved::None
-        );
-        assert_eq!(
-            enumerate(&[contact], &w, &[0.0, 1.0]).unwrap_err(),
-            Unsolved::Several
-        );
+        let contact = Closed { friction: 2.0, static_friction: 2.0, sliding: Some(1.0) };
+        assert_eq!(enumerate(&[contact], &w, &[0.0, -1.0]).unwrap_err(), Unsolved::None);
+        assert_eq!(enumerate(&[contact], &w, &[0.0, 1.0]).unwrap_err(), Unsolved::Several);
     }
 }

@@ -17,11 +17,8 @@ impl Direction {
         match self {
             Direction::Dof(dof) => Some((*dof, 1.0)),
             Direction::Vector(entries) => {
-                let mut nonzero = entries
-                    .iter()
-                    .copied()
-                    .enumerate()
-                    .filter(|entry| entry.1 != 0.0);
+                let mut nonzero =
+                    entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0);
                 match (nonzero.next(), nonzero.next()) {
                     (Some(entry), None) => Some(entry),
                     _ => None,
@@ -103,21 +100,12 @@ impl ContactInput {
                 self.static_friction >= self.friction,
             ),
             ("slider_speed", self.slider_speed, "finite", true),
-            (
-                "restitution",
-                self.restitution,
-                "in [0, 1]",
-                (0.0..=1.0).contains(&self.restitution),
-            ),
+            ("restitution", self.restitution, "in [0, 1]", (0.0..=1.0).contains(&self.restitution)),
             ("gap", self.gap, "finite", true),
         ];
         for (field, value, requirement, holds) in checks {
             if !value.is_finite() || !holds {
-                return Err(Error::Range {
-                    argument: named(field),
-                    requirement,
-                    value,
-                });
+                return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
         Ok(())

@@ -37,29 +37,17 @@ impl Coordinates {
         mass: impl Fn() -> Vec<f64>,
         contacts: &[ContactInput],
     ) -> Result<Self, Error> {
-        let directions: Vec<&Direction> = contacts
-            .iter()
-            .flat_map(|contact| [&contact.tangential, &contact.normal])
-            .collect();
+        let directions: Vec<&Direction> =
+            contacts.iter().flat_map(|contact| [&contact.tangential, &contact.normal]).collect();
         let slots = choose_slots(size, &directions)?;
-        let pairs = slots
-            .chunks_exact(2)
-            .map(|pair| (pair[0], pair[1]))
-            .collect();
-        let nodal = directions
-            .iter()
-            .all(|direction| matches!(direction.single_dof(), Some((_, 1.0))));
+        let pairs = slots.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
+        let nodal =
+            directions.iter().all(|direction| matches!(direction.single_dof(), Some((_, 1.0))));
         if nodal && lumped {
-            return Ok(Self {
-                slots: pairs,
-                transform: None,
-                delassus: None,
-            });
+            return Ok(Self { slots: pairs, transform: None, delassus: None });
         }
-        let directions: Vec<Vec<f64>> = directions
-            .iter()
-            .map(|direction| direction.entries(size))
-            .collect();
+        let directions: Vec<Vec<f64>> =
+            directions.iter().map(|direction| direction.entries(size)).collect();
         Ok(Self::general(size, &mass(), &directions, &slots, pairs))
     }
 
@@ -87,9 +75,7 @@ impl Coordinates {
                 }
             }
         }
-        let contact_mass = delassus
-            .partial_piv_lu()
-            .solve(Mat::<f64>::identity(count, count));
+        let contact_mass = delassus.partial_piv_lu().solve(Mat::<f64>::identity(count, count));
         let p = &inverse_mass_d * &contact_mass;
 
         // Z: unit in one free dof each, the slot dofs follow from D' x = 0.
@@ -130,11 +116,8 @@ impl Coordinates {
         Self {
             slots: pairs,
             transform: (!identity).then_some((forward, inverse)),
-            delassus: coupled.then(|| {
-                (0..count * count)
-                    .map(|k| delassus[(k / count, k % count)])
-                    .collect()
-            }),
+            delassus: coupled
+                .then(|| (0..count * count).map(|k| delassus[(k / count, k % count)]).collect()),
         }
     }
 
@@ -165,19 +148,14 @@ impl Coordinates {
             None => force.to_vec(),
             Some((forward, _)) => {
                 let n = force.len();
-                (0..n)
-                    .map(|j| (0..n).map(|i| forward[i * n + j] * force[i]).sum())
-                    .collect()
+                (0..n).map(|j| (0..n).map(|i| forward[i * n + j] * force[i]).sum()).collect()
             }
         }
     }
 }
 
 fn product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
-    matrix
-        .chunks_exact(x.len())
-        .map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum())
-        .collect()
+    matrix.chunks_exact(x.len()).map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
 }
 
 /// Gives each direction a dof of its own by elimination with complete pivoting, which also shows
@@ -185,11 +163,7 @@ fn product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
 fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Error> {
     let dependent = |index: usize| Error::DependentDirection {
         contact: index / 2,
-        direction: if index.is_multiple_of(2) {
-            "tangential"
-        } else {
-            "normal"
-        },
+        direction: if index.is_multiple_of(2) { "tangential" } else { "normal" },
     };
     let mut slots = vec![usize::MAX; directions.len()];
     let mut taken = vec![false; size];
@@ -204,18 +178,13 @@ fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Er
             }
             None => {
                 let part = direction.entries(size);
-                let norm = part
-                    .iter()
-                    .fold(0.0, |norm: f64, entry| norm.max(entry.abs()));
+                let norm = part.iter().fold(0.0, |norm: f64, entry| norm.max(entry.abs()));
                 remaining.push((index, norm, part));
             }
         }
     }
     for (_, _, part) in &mut remaining {
-        part.iter_mut()
-            .zip(&taken)
-            .filter(|pair| *pair.1)
-            .for_each(|pair| *pair.0 = 0.0);
+        part.iter_mut().zip(&taken).filter(|pair| *pair.1).for_each(|pair| *pair.0 = 0.0);
     }
     while !remaining.is_empty() {
         let (position, slot, pivot) = remaining
@@ -238,9 +207,7 @@ fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Er
         slots[index] = slot;
         for (_, _, part) in &mut remaining {
             let factor = part[slot] / pivot_row[slot];
-            part.iter_mut()
-                .zip(&pivot_row)
-                .for_each(|(entry, pivot)| *entry -= factor * pivot);
+            part.iter_mut().zip(&pivot_row).for_each(|(entry, pivot)| *entry -= factor * pivot);
             part[slot] = 0.0;
         }
     }

@@ -51,10 +51,7 @@ pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
         for pair in solved {
             let scatter = |part: &[Complex64]| {
                 let mut whole = vec![Complex64::from(0.0); size];
-                block
-                    .iter()
-                    .zip(part)
-                    .for_each(|(&k, &value)| whole[k] = value);
+                block.iter().zip(part).for_each(|(&k, &value)| whole[k] = value);
                 whole
             };
             pairs.push(EigenPair {
@@ -116,17 +113,9 @@ fn symmetric_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPa
     );
     (0..n)
         .map(|j| {
-            let value = if converged.is_ok() {
-                values[j]
-            } else {
-                f64::NAN
-            };
+            let value = if converged.is_ok() { values[j] } else { f64::NAN };
             let vector: Vec<Complex64> = (0..n).map(|i| Complex64::from(vectors[(i, j)])).collect();
-            EigenPair {
-                value: Complex64::from(value),
-                right: vector.clone(),
-                left: vector,
-            }
+            EigenPair { value: Complex64::from(value), right: vector.clone(), left: vector }
         })
         .collect()
 }
@@ -165,30 +154,19 @@ fn general_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPair
         let column = |vectors: &Mat<f64>, conjugate: f64, scaled: &dyn Fn(usize) -> f64| {
             (0..n)
                 .map(|i| {
-                    let imaginary = if is_pair {
-                        conjugate * vectors[(i, j + 1)]
-                    } else {
-                        0.0
-                    };
+                    let imaginary = if is_pair { conjugate * vectors[(i, j + 1)] } else { 0.0 };
                     Complex64::new(vectors[(i, j)], imaginary) * scaled(i)
                 })
                 .collect::<Vec<_>>()
         };
         let mut pair = EigenPair {
-            value: if converged {
-                Complex64::new(re[j], im[j])
-            } else {
-                Complex64::from(f64::NAN)
-            },
+            value: if converged { Complex64::new(re[j], im[j]) } else { Complex64::from(f64::NAN) },
             right: column(&right, 1.0, &|i| scale[i]),
             left: column(&left, -1.0, &|i| 1.0 / scale[i]),
         };
         if pair.value.im < 0.0 {
             pair.value = pair.value.conj();
-            pair.right
-                .iter_mut()
-                .chain(&mut pair.left)
-                .for_each(|z| *z = z.conj());
+            pair.right.iter_mut().chain(&mut pair.left).for_each(|z| *z = z.conj());
         }
         pairs.push(pair);
         j += if is_pair { 2 } else { 1 };
@@ -283,12 +261,8 @@ pub(crate) fn lower_transposed_solve(factor: &[f64], vector: &[Complex64]) -> Ve
 /// `matrix^-1 rhs`, both n by n and row-major.
 pub(crate) fn solve(n: usize, matrix: &[f64], rhs: &[f64]) -> Vec<f64> {
     let columns = rhs.len() / n.max(1);
-    let solution = row_major(n, n, matrix)
-        .partial_piv_lu()
-        .solve(row_major(n, columns, rhs));
-    (0..n * columns)
-        .map(|k| solution[(k / columns, k % columns)])
-        .collect()
+    let solution = row_major(n, n, matrix).partial_piv_lu().solve(row_major(n, columns, rhs));
+    (0..n * columns).map(|k| solution[(k / columns, k % columns)]).collect()
 }
 
 /// `matrix^-T vector`
@@ -297,10 +271,7 @@ pub(crate) fn transposed_solve(matrix: &[f64], vector: &[Complex64]) -> Vec<Comp
     let transposed: Vec<f64> = (0..n * n).map(|k| matrix[(k % n) * n + k / n]).collect();
     let parts: Vec<f64> = vector.iter().flat_map(|z| [z.re, z.im]).collect();
     let solution = solve(n, &transposed, &parts);
-    solution
-        .chunks_exact(2)
-        .map(|part| Complex64::new(part[0], part[1]))
-        .collect()
+    solution.chunks_exact(2).map(|part| Complex64::new(part[0], part[1])).collect()
 }
 
 /// Smallest pivot of elimination with complete pivoting over the largest one: 0 for a singular matrix.
@@ -309,20 +280,11 @@ pub(crate) fn smallest_relative_pivot(n: usize, matrix: &[f64]) -> f64 {
         return 1.0;
     }
     let factors = row_major(n, n, matrix).full_piv_lu();
-    let pivots = factors
-        .U()
-        .diagonal()
-        .column_vector()
-        .iter()
-        .map(|pivot| pivot.abs())
-        .collect::<Vec<_>>();
+    let pivots =
+        factors.U().diagonal().column_vector().iter().map(|pivot| pivot.abs()).collect::<Vec<_>>();
     let largest = pivots.iter().copied().fold(0.0, f64::max);
     let smallest = pivots.iter().copied().fold(f64::INFINITY, f64::min);
-    if largest > 0.0 {
-        smallest / largest
-    } else {
-        0.0
-    }
+    if largest > 0.0 { smallest / largest } else { 0.0 }
 }
 
 fn row_major(rows: usize, columns: usize, entries: &[f64]) -> Mat<f64> {
@@ -337,17 +299,13 @@ mod tests {
         let norm_matrix = matrix.iter().map(|a| a * a).sum::<f64>().sqrt();
         let right: Vec<Complex64> = (0..n)
             .map(|i| {
-                (0..n)
-                    .map(|j| matrix[i * n + j] * pair.right[j])
-                    .sum::<Complex64>()
+                (0..n).map(|j| matrix[i * n + j] * pair.right[j]).sum::<Complex64>()
                     - pair.value * pair.right[i]
             })
             .collect();
         let left: Vec<Complex64> = (0..n)
             .map(|j| {
-                (0..n)
-                    .map(|i| matrix[i * n + j] * pair.left[i])
-                    .sum::<Complex64>()
+                (0..n).map(|i| matrix[i * n + j] * pair.left[i]).sum::<Complex64>()
                     - pair.value * pair.left[j]
             })
             .collect();
@@ -377,16 +335,9 @@ mod tests {
     fn disconnected_blocks_are_solved_apart() {
         let matrix = [2.0, 0.0, 1.0, 0.0, 5.0, 0.0, 1.0, 0.0, 2.0];
         assert_eq!(connected_blocks(3, &matrix), vec![vec![0, 2], vec![1]]);
-        let mut values: Vec<f64> = real_matrix(3, &matrix)
-            .iter()
-            .map(|pair| pair.value.re)
-            .collect();
+        let mut values: Vec<f64> =
+            real_matrix(3, &matrix).iter().map(|pair| pair.value.re).collect();
         values.sort_by(f64::total_cmp);
-        assert!(
-            values
-                .iter()
-                .zip([1.0, 3.0, 5.0])
-                .all(|(a, b)| (a - b).abs() < 1e-15 * 8.0)
-        );
+        assert!(values.iter().zip([1.0, 3.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 8.0));
     }
 }

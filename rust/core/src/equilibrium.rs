@@ -28,28 +28,19 @@ impl Scene {
         let m = reduced.size();
         let scale: Vec<f64> = (0..m)
             .map(|i| {
-                let largest = (0..m)
-                    .map(|j| reduced.stiffness[i * m + j].abs())
-                    .fold(0.0, f64::max);
+                let largest =
+                    (0..m).map(|j| reduced.stiffness[i * m + j].abs()).fold(0.0, f64::max);
                 if largest > 0.0 { largest } else { 1.0 }
             })
             .collect();
-        let equilibrated: Vec<f64> = (0..m * m)
-            .map(|k| reduced.stiffness[k] / scale[k / m])
-            .collect();
+        let equilibrated: Vec<f64> =
+            (0..m * m).map(|k| reduced.stiffness[k] / scale[k / m]).collect();
         let reciprocal_condition = eigen::smallest_relative_pivot(m, &equilibrated);
         if reciprocal_condition < SINGULAR {
-            return Err(Error::SingularStiffness {
-                combination,
-                reciprocal_condition,
-            });
+            return Err(Error::SingularStiffness { combination, reciprocal_condition });
         }
-        let load: Vec<f64> = reduced
-            .force_constant
-            .iter()
-            .zip(&scale)
-            .map(|(f, s)| f / s)
-            .collect();
+        let load: Vec<f64> =
+            reduced.force_constant.iter().zip(&scale).map(|(f, s)| f / s).collect();
         let kept = eigen::solve(m, &equilibrated, &load);
         let mut q = vec![0.0; self.size];
         for (&k, value) in reduced.kept.iter().zip(kept) {
@@ -58,16 +49,9 @@ impl Scene {
         for (contact, law) in self.contacts.iter().enumerate() {
             let normal_force = self.stiffness.row_dot(law.normal, &q) - self.force[law.normal];
             if !(normal_force > 0.0) {
-                return Err(Error::TensileEquilibrium {
-                    contact,
-                    normal_force,
-                });
+                return Err(Error::TensileEquilibrium { contact, normal_force });
             }
         }
-        Ok(State {
-            position: self.positions(&q),
-            velocity: vec![0.0; self.size],
-            combination,
-        })
+        Ok(State { position: self.positions(&q), velocity: vec![0.0; self.size], combination })
     }
 }

@@ -6,49 +6,23 @@ use crate::status::Combination;
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     #[error("{argument}: expected shape {expected}, got {got}")]
-    Shape {
-        argument: String,
-        expected: String,
-        got: String,
-    },
+    Shape { argument: String, expected: String, got: String },
     #[error("{argument}: must be finite, got {value} at {place}")]
-    NotFinite {
-        argument: String,
-        place: String,
-        value: f64,
-    },
+    NotFinite { argument: String, place: String, value: f64 },
     #[error("{argument}: must be {requirement}, got {value}")]
-    Range {
-        argument: String,
-        requirement: &'static str,
-        value: f64,
-    },
+    Range { argument: String, requirement: &'static str, value: f64 },
     #[error(
         "{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})"
     )]
-    NotSymmetric {
-        argument: String,
-        row: usize,
-        column: usize,
-        value: f64,
-        mirrored: f64,
-    },
+    NotSymmetric { argument: String, row: usize, column: usize, value: f64, mirrored: f64 },
     #[error("mass: must be positive definite, got {value} as pivot of dof {dof}")]
     IndefiniteMass { dof: usize, value: f64 },
     #[error("{argument}: column index {index} in row {row} is outside 0..{size} or out of order")]
-    SparseIndex {
-        argument: String,
-        row: usize,
-        index: i64,
-        size: usize,
-    },
+    SparseIndex { argument: String, row: usize, index: i64, size: usize },
     #[error(
         "contacts: the {direction} direction of contact {contact} depends on the directions of the other contacts"
     )]
-    DependentDirection {
-        contact: usize,
-        direction: &'static str,
-    },
+    DependentDirection { contact: usize, direction: &'static str },
     #[error(
         "combination: expected one letter of '+', '-', 's', 'd' per contact ({contacts} in all), got {got:?}"
     )]
@@ -56,10 +30,7 @@ pub enum Error {
     #[error(
         "combination: contact {contact} has friction 0 and can't stick, got 's' in {combination:?}"
     )]
-    FrictionlessStick {
-        contact: usize,
-        combination: Combination,
-    },
+    FrictionlessStick { contact: usize, combination: Combination },
     #[error("contact {contact}: slider_speed is 0, so steady sliding has no direction")]
     NoSlidingDirection { contact: usize },
     #[error(
@@ -69,10 +40,7 @@ pub enum Error {
     #[error(
         "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
     )]
-    SingularStiffness {
-        combination: Combination,
-        reciprocal_condition: f64,
-    },
+    SingularStiffness { combination: Combination, reciprocal_condition: f64 },
     #[error("position: contact {contact} penetrates, gap {gap} m")]
     Penetration { contact: usize, gap: f64 },
     #[error(
@@ -88,35 +56,21 @@ pub enum Error {
     #[error(
         "method: {method:?} can't propagate combination {combination:?}, whose modes are defective (condition {condition:e}); use \"taylor\" or \"auto\""
     )]
-    DefectiveModes {
-        method: &'static str,
-        combination: Combination,
-        condition: f64,
-    },
+    DefectiveModes { method: &'static str, combination: Combination, condition: f64 },
     #[error(
         "the reduced mass matrix of combination {combination:?} is singular (pivot {pivot:e}): with this friction and mass coupling the contact problem has no unique acceleration"
     )]
-    SingularMass {
-        combination: Combination,
-        pivot: f64,
-    },
+    SingularMass { combination: Combination, pivot: f64 },
     #[error(
         "the eigenvalues of combination {combination:?} did not converge: relative residual {residual:e}"
     )]
-    Eigenvalues {
-        combination: Combination,
-        residual: f64,
-    },
+    Eigenvalues { combination: Combination, residual: f64 },
     #[error(
         "impact_friction: must be true where mass couples contacts, as here; an impulse on one contact moves the others, so their tangential velocities can't stay unchanged"
     )]
     CoupledImpacts,
     #[error("{argument}: {value} s lies outside the computed motion, 0 to {end} s")]
-    TimeOutside {
-        argument: &'static str,
-        value: f64,
-        end: f64,
-    },
+    TimeOutside { argument: &'static str, value: f64, end: f64 },
 }
 
 /// Why a motion could not be continued; the part computed so far is kept beside it.
@@ -127,12 +81,7 @@ pub enum RunFailure {
     #[error(
         "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {normal_force} N, required friction {required_friction} N)"
     )]
-    NoConsistentStatus {
-        contact: usize,
-        time: f64,
-        normal_force: f64,
-        required_friction: f64,
-    },
+    NoConsistentStatus { contact: usize, time: f64, normal_force: f64, required_friction: f64 },
     #[error(
         "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count} (Painleve); state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
     )]

@@ -26,6 +26,8 @@ pub(crate) enum Trigger {
     SlipNegative,
     /// The gap of an open contact closes.
     GapClosed,
+    /// The bounces of a contact have come to their limit; no event function of its own.
+    Accumulated,
 }
 
 /// `constant + position . q + velocity . q'` in contact coordinates.
@@ -138,19 +140,15 @@ impl Scene {
         }
         let map = eigen::solve(size, &matrix, &held);
         let force = |k: usize| {
-            rows.iter()
-                .enumerate()
-                .fold(Functional::default(), |sum, (j, (required, normal))| {
-                    sum.combined(1.0, required, map[k * size + 2 * j]).combined(
-                        1.0,
-                        normal,
-                        map[k * size + 2 * j + 1],
-                    )
-                })
+            rows.iter().enumerate().fold(Functional::default(), |sum, (j, (required, normal))| {
+                sum.combined(1.0, required, map[k * size + 2 * j]).combined(
+                    1.0,
+                    normal,
+                    map[k * size + 2 * j + 1],
+                )
+            })
         };
-        (0..statuses.len())
-            .map(|i| (force(2 * i), force(2 * i + 1)))
-            .collect()
+        (0..statuses.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
     }
 
     pub(crate) fn slip_velocity(&self, contact: usize) -> Functional {
@@ -164,18 +162,12 @@ impl Scene {
     /// The event functions that are active in `combination`, by contact.
     pub(crate) fn event_functions(&self, combination: &Combination) -> Vec<EventFunction> {
         let mut functions = Vec::new();
-        let coupled = self
-            .contacts_coupled()
-            .then(|| self.contact_forces(combination));
+        let coupled = self.contacts_coupled().then(|| self.contact_forces(combination));
         for (contact, (law, &status)) in
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {
             let mut add = |trigger, functional| {
-                functions.push(EventFunction {
-                    contact,
-                    trigger,
-                    functional,
-                });
+                functions.push(EventFunction { contact, trigger, functional });
             };
             let force = |normal: bool| match (&coupled, normal) {
                 (Some(forces), true) => forces[contact].1.clone(),
@@ -197,18 +189,12 @@ impl Scene {
                     for (trigger, sign) in
                         [(Trigger::SlipPositive, -1.0), (Trigger::SlipNegative, 1.0)]
                     {
-                        add(
-                            trigger,
-                            normal.combined(law.static_friction, &friction, sign),
-                        );
+                        add(trigger, normal.combined(law.static_friction, &friction, sign));
                     }
                 }
                 Status::Detached => add(
                     Trigger::GapClosed,
-                    Functional {
-                        position: vec![(law.normal, 1.0)],
-                        ..Functional::default()
-                    },
+                    Functional { position: vec![(law.normal, 1.0)], ..Functional::default() },
                 ),
             }
         }

@@ -35,8 +35,8 @@ pub use matrix::SparseMatrix;
 pub use modes::Modes;
 pub use reduction::Reduced;
 pub use scene::{Damping, Mass, Scene, SceneInput, State};
-pub use simulation::{Limits, Method, simulate};
+pub use simulation::{Controls, Method, simulate};
 pub use status::{Combination, Status};
 pub use trajectory::{
-    Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory,
+    Accumulation, Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory,
 };

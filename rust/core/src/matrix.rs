@@ -55,11 +55,8 @@ impl SparseMatrix {
         let mut matrix = Self::with_capacity(size, values.len());
         for row in 0..size {
             let range = row_start[row] as usize..row_start[row + 1] as usize;
-            let mut entries: Vec<(i64, f64)> = columns[range.clone()]
-                .iter()
-                .copied()
-                .zip(values[range].iter().copied())
-                .collect();
+            let mut entries: Vec<(i64, f64)> =
+                columns[range.clone()].iter().copied().zip(values[range].iter().copied()).collect();
             entries.sort_by_key(|entry| entry.0);
             let mut last = -1;
             for (column, value) in entries {
@@ -118,10 +115,7 @@ impl SparseMatrix {
     /// Nonzero entries of a row as (column, value).
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.row_start[row]..self.row_start[row + 1];
-        self.columns[range.clone()]
-            .iter()
-            .copied()
-            .zip(self.values[range].iter().copied())
+        self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
     pub fn get(&self, row: usize, column: usize) -> f64 {
@@ -163,12 +157,8 @@ impl SparseMatrix {
                     (None, Some(r)) => r.0,
                     (None, None) => break,
                 };
-                let l = left
-                    .next_if(|entry| entry.0 == column)
-                    .map_or(0.0, |entry| entry.1);
-                let r = right
-                    .next_if(|entry| entry.0 == column)
-                    .map_or(0.0, |entry| entry.1);
+                let l = left.next_if(|entry| entry.0 == column).map_or(0.0, |entry| entry.1);
+                let r = right.next_if(|entry| entry.0 == column).map_or(0.0, |entry| entry.1);
                 sum.columns.push(column);
                 sum.values.push(a * l + b * r);
             }
@@ -212,9 +202,7 @@ impl SparseMatrix {
 
     /// Largest row sum of absolute values.
     pub fn norm_inf(&self) -> f64 {
-        (0..self.size)
-            .map(|row| self.row(row).map(|entry| entry.1.abs()).sum())
-            .fold(0.0, f64::max)
+        (0..self.size).map(|row| self.row(row).map(|entry| entry.1.abs()).sum()).fold(0.0, f64::max)
     }
 
     /// Refuses entries that are not finite and an asymmetry above rounding (1e-12 of the larger

@@ -58,33 +58,16 @@ pub fn chain(
             spring(wall_stiffness, &[(horizontal, 1.0)]);
         }
         spring(part.ceiling_stiffness, &[(vertical, 1.0)]);
-        spring(
-            part.vertical_stiffness,
-            &[(vertical, 1.0), (tangential, -sin), (normal, -cos)],
-        );
-        spring(
-            part.horizontal_stiffness,
-            &[(horizontal, 1.0), (tangential, -cos), (normal, sin)],
-        );
+        spring(part.vertical_stiffness, &[(vertical, 1.0), (tangential, -sin), (normal, -cos)]);
+        spring(part.horizontal_stiffness, &[(horizontal, 1.0), (tangential, -cos), (normal, sin)]);
         if let Some(link) = links.get(index)
             && index + 1 < subsystems.len()
         {
-            spring(
-                link.horizontal_stiffness,
-                &[(horizontal, 1.0), (horizontal + 4, -1.0)],
-            );
-            spring(
-                link.vertical_stiffness,
-                &[(vertical, 1.0), (vertical + 4, -1.0)],
-            );
+            spring(link.horizontal_stiffness, &[(horizontal, 1.0), (horizontal + 4, -1.0)]);
+            spring(link.vertical_stiffness, &[(vertical, 1.0), (vertical + 4, -1.0)]);
         }
         force[vertical] = -part.ceiling_stiffness * part.preload_displacement - part.external_force;
-        mass.extend([
-            part.upper_mass,
-            part.upper_mass,
-            part.contact_mass,
-            part.contact_mass,
-        ]);
+        mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
     }
     let mut row_start = vec![0];
     let (mut columns, mut values) = (Vec::new(), Vec::new());

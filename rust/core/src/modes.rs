@@ -40,17 +40,10 @@ impl Modes {
         let reduced = Reduced::new(scene, combination)?;
         let mut half = spectrum(scene, &reduced)?;
         half.sort_by(|p, q| {
-            let key = |mode: &Mode| {
-                (
-                    mode.eigenvalue.norm(),
-                    mode.eigenvalue.im,
-                    mode.eigenvalue.re,
-                )
-            };
+            let key =
+                |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.im, mode.eigenvalue.re);
             let (p, q) = (key(p), key(q));
-            p.0.total_cmp(&q.0)
-                .then(p.1.total_cmp(&q.1))
-                .then(p.2.total_cmp(&q.2))
+            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         });
         let count = 2 * reduced.size();
         let mut modes = Self {
@@ -79,18 +72,13 @@ impl Modes {
         let lambda = mode.eigenvalue;
         let defective = !(mode.condition < DEFECTIVE);
         let valid = |z: Complex64| {
-            if defective {
-                Complex64::new(f64::NAN, f64::NAN)
-            } else {
-                z
-            }
+            if defective { Complex64::new(f64::NAN, f64::NAN) } else { z }
         };
         self.eigenvalues.push(lambda);
         self.right.extend(mode.right.iter().copied());
         self.right.extend(mode.right.iter().map(|z| lambda * z));
         self.left.extend(mode.left.iter().map(|&z| valid(z)));
-        self.left
-            .extend(mode.left.iter().map(|&z| valid(lambda * z)));
+        self.left.extend(mode.left.iter().map(|&z| valid(lambda * z)));
         self.a.push(valid(mode.a));
         self.b.push(valid(-lambda * mode.a));
         let part = |f: fn(&Complex64) -> f64| {
@@ -101,11 +89,7 @@ impl Modes {
             scene.velocities(&q)
         };
         let (re, im) = (part(|z| z.re), part(|z| z.im));
-        self.shapes.extend(
-            re.into_iter()
-                .zip(im)
-                .map(|(re, im)| Complex64::new(re, im)),
-        );
+        self.shapes.extend(re.into_iter().zip(im).map(|(re, im)| Complex64::new(re, im)));
         self.condition.push(mode.condition);
         self.defective.push(defective);
         self.residual.push(mode.residual);
@@ -121,13 +105,7 @@ impl Modes {
         self.left
             .chunks_exact(n.max(1))
             .zip(&self.a)
-            .map(|(left, a)| {
-                left.iter()
-                    .zip(&momentum)
-                    .map(|(l, p)| l * p)
-                    .sum::<Complex64>()
-                    / a
-            })
+            .map(|(left, a)| left.iter().zip(&momentum).map(|(l, p)| l * p).sum::<Complex64>() / a)
             .collect()
     }
 

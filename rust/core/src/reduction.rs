@@ -86,11 +86,8 @@ impl Reduced {
 
         let mut prescribed_velocity = vec![0.0; scene.size];
         let mut sticking = Vec::new();
-        for (index, (contact, &status)) in scene
-            .contacts
-            .iter()
-            .zip(combination.statuses())
-            .enumerate()
+        for (index, (contact, &status)) in
+            scene.contacts.iter().zip(combination.statuses()).enumerate()
         {
             if status == Status::Sticking {
                 prescribed_velocity[contact.tangential] = contact.slider_speed;
@@ -110,12 +107,8 @@ impl Reduced {
         let mut constant = scene.force.clone();
         let mut linear = vec![0.0; scene.size];
         if !sticking.is_empty() {
-            scene
-                .damping
-                .add_product(-1.0, &prescribed_velocity, &mut constant);
-            scene
-                .stiffness
-                .add_product(-1.0, &prescribed_velocity, &mut linear);
+            scene.damping.add_product(-1.0, &prescribed_velocity, &mut constant);
+            scene.stiffness.add_product(-1.0, &prescribed_velocity, &mut linear);
         }
         Ok(Self {
             combination: combination.clone(),
@@ -184,12 +177,6 @@ impl Reduced {
     /// Whether mass is diagonal and positive.
     pub fn is_lumped(&self) -> bool {
         let m = self.size();
-        (0..m * m).all(|k| {
-            if k / m == k % m {
-                self.mass[k] > 0.0
-            } else {
-                self.mass[k] == 0.0
-            }
-        })
+        (0..m * m).all(|k| if k / m == k % m { self.mass[k] > 0.0 } else { self.mass[k] == 0.0 })
     }
 }

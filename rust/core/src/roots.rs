@@ -11,10 +11,7 @@
 pub(crate) enum Verdict {
     /// No crossing up to the end. `touch` is the lowest point within the band that was left upwards;
     /// `in_band` says that the end itself lies within the band, entered there.
-    Clear {
-        touch: Option<Touch>,
-        in_band: Option<Touch>,
-    },
+    Clear { touch: Option<Touch>, in_band: Option<Touch> },
     /// The first crossing to negative values.
     Crossing { root: f64, touch: Option<Touch> },
 }
@@ -43,11 +40,7 @@ fn value(p: &[f64], s: f64) -> f64 {
 
 /// A bound of |p'''| on [0, 1].
 fn third_derivative_bound(p: &[f64]) -> f64 {
-    p.iter()
-        .enumerate()
-        .skip(3)
-        .map(|(k, c)| (k * (k - 1) * (k - 2)) as f64 * c.abs())
-        .sum()
+    p.iter().enumerate().skip(3).map(|(k, c)| (k * (k - 1) * (k - 2)) as f64 * c.abs()).sum()
 }
 
 /// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
@@ -109,13 +102,7 @@ const STEPS: usize = 400;
 /// The first root of `p` on [0, end], end <= 1, and whether the quick bound was not enough.
 pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> (Verdict, bool) {
     if lower_bound(p) > error {
-        return (
-            Verdict::Clear {
-                touch: None,
-                in_band: None,
-            },
-            false,
-        );
+        return (Verdict::Clear { touch: None, in_band: None }, false);
     }
     (march(p, error, end), true)
 }
@@ -151,17 +138,11 @@ fn march(p: &[f64], error: f64, end: f64) -> Verdict {
                 s = at;
             }
             Exit::Undecided { lowest } => {
-                return Verdict::Clear {
-                    touch,
-                    in_band: Some(lowest),
-                };
+                return Verdict::Clear { touch, in_band: Some(lowest) };
             }
         }
     }
-    Verdict::Clear {
-        touch,
-        in_band: None,
-    }
+    Verdict::Clear { touch, in_band: None }
 }
 
 /// A distance d by which p has certainly fallen through the band, decreasing all the way.
@@ -184,19 +165,14 @@ enum Exit {
 /// Follows p from the edge of the band |p| <= error until it is certainly outside.
 fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
     let mut s = entry;
-    let mut lowest = Touch {
-        at: entry,
-        value: f64::INFINITY,
-    };
+    let mut lowest = Touch { at: entry, value: f64::INFINITY };
     for _ in 0..STEPS {
         let (v, v1, v2) = derivatives(p, s);
         if v < lowest.value {
             lowest = Touch { at: s, value: v };
         }
         if v < -error {
-            return Exit::Below {
-                root: bracketed_root(p, entry, s),
-            };
+            return Exit::Below { root: bracketed_root(p, entry, s) };
         }
         if v > error && s > entry {
             return Exit::Above { at: s, lowest };
@@ -237,11 +213,7 @@ fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
             high = s;
         }
         let newton = s - v / v1;
-        let next = if newton > low && newton < high {
-            newton
-        } else {
-            0.5 * (low + high)
-        };
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         if (next - s).abs() <= f64::EPSILON * s.abs() || high - low <= f64::EPSILON * high {
             return next;
         }

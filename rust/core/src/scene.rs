@@ -84,11 +84,7 @@ impl Scene {
             if matrix.size() == size {
                 Ok(())
             } else {
-                Err(shape(
-                    argument,
-                    &square,
-                    format!("({0}, {0})", matrix.size()),
-                ))
+                Err(shape(argument, &square, format!("({0}, {0})", matrix.size())))
             }
         };
         check_size("stiffness", &input.stiffness)?;
@@ -112,11 +108,7 @@ impl Scene {
             }
         };
         if input.force.len() != size {
-            return Err(shape(
-                "force",
-                &format!("({size},)"),
-                format!("({},)", input.force.len()),
-            ));
+            return Err(shape("force", &format!("({size},)"), format!("({},)", input.force.len())));
         }
         check_finite("force", &input.force)?;
         for (contact, law) in input.contacts.iter().enumerate() {
@@ -229,10 +221,7 @@ impl Scene {
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {
             if status == Status::Sticking && law.static_friction == 0.0 {
-                return Err(Error::FrictionlessStick {
-                    contact,
-                    combination: combination.clone(),
-                });
+                return Err(Error::FrictionlessStick { contact, combination: combination.clone() });
             }
         }
         Ok(())
@@ -240,11 +229,7 @@ impl Scene {
 }
 
 fn shape(argument: &str, expected: &str, got: String) -> Error {
-    Error::Shape {
-        argument: argument.to_owned(),
-        expected: expected.to_owned(),
-        got,
-    }
+    Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
 }
 
 /// The mass in compressed rows and whether it is diagonal; positive definite by Cholesky pivots.
@@ -253,20 +238,13 @@ fn validated_mass(mass: Mass, size: usize) -> Result<(SparseMatrix, bool), Error
         Mass::Lumped(mass) => {
             check_finite("mass", &mass)?;
             match mass.iter().position(|&entry| entry <= 0.0) {
-                Some(dof) => Err(Error::IndefiniteMass {
-                    dof,
-                    value: mass[dof],
-                }),
+                Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
                 None => Ok((SparseMatrix::diagonal(&mass), true)),
             }
         }
         Mass::Full(rows) => {
             if size * size != rows.len() {
-                return Err(shape(
-                    "mass",
-                    "(n,) or (n, n)",
-                    format!("{} entries", rows.len()),
-                ));
+                return Err(shape("mass", "(n,) or (n, n)", format!("{} entries", rows.len())));
             }
             let mass = SparseMatrix::from_dense(size, &rows).validated_symmetric("mass")?;
             eigen::cholesky(size, &mass.to_dense())

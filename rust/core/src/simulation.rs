@@ -1,15 +1,18 @@
 //! The event-driven run: phase, first event, settlement, next phase.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::basis::CombinationBasis;
 use crate::error::{Error, RunFailure};
-use crate::event::Trigger;
+use crate::event::{EventFunction, Trigger};
 use crate::motion::{Motion, Panel};
 use crate::roots::{Touch, Verdict, first_root};
 use crate::scene::{Scene, State};
 use crate::status::{Combination, Status};
-use crate::trajectory::{Counters, Event, EventKind, Grazing, Phase, StopReason, Trajectory};
+use crate::trajectory::{
+    Accumulation, Counters, Event, EventKind, Grazing, Phase, StopReason, Trajectory,
+};
 use crate::transition::{Departure, settle};
 
 /// How phases are propagated.
@@ -21,10 +24,17 @@ pub enum Method {
     Taylor,
 }
 
-/// What ends a run before its duration. `interrupted` is asked every few dozen panels.
+/// What a run does besides following the motion for its duration.
 #[derive(Clone, Copy, Default)]
-pub struct Limits<'a> {
+pub struct Controls<'a> {
     pub max_events: Option<usize>,
+    /// Wall-clock seconds.
+    pub time_limit: Option<f64>,
+    /// Rest of a series of bounces, s, below which its limit is taken; at least one ulp of t.
+    pub accumulation_tolerance: f64,
+    /// Stop at the first touch that rounding can't decide, instead of keeping the status.
+    pub stop_at_grazing: bool,
+    /// Asked every few dozen panels.
     pub interrupted: Option<&'a (dyn Fn() -> bool + Sync)>,
 }
 
@@ -56,11 +66,8 @@ impl Scene {
         let (mut q, mut u) = self.to_coordinates(&state.position, &state.velocity);
         let length = q.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let speed = u.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-        for (contact, (law, &status)) in self
-            .contacts
-            .iter()
-            .zip(state.combination.statuses())
-            .enumerate()
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(state.combination.statuses()).enumerate()
         {
             let violated = |argument, quantity, value| Error::ViolatedStatus {
                 argument,
@@ -103,11 +110,8 @@ impl Scene {
                 u[law.tangential] = law.slider_speed;
             }
         }
-        for (contact, (law, &status)) in self
-            .contacts
-            .iter()
-            .zip(state.combination.statuses())
-            .enumerate()
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(state.combination.statuses()).enumerate()
         {
             if !status.is_closed() {
                 continue;
@@ -138,10 +142,7 @@ impl Scene {
                     _ => required <= -law.friction * normal_force + tolerance,
                 };
                 if !holds {
-                    return Err(violated(
-                        "required friction force at slip velocity 0",
-                        required,
-                    ));
+                    return Err(violated("required friction force at slip velocity 0", required));
                 }
             }
         }
@@ -155,7 +156,7 @@ pub fn simulate(
     start: &State,
     duration: f64,
     method: Method,
-    limits: Limits<'_>,
+    controls: Controls<'_>,
 ) -> Result<Trajectory, Error> {
     if !(duration > 0.0 && duration.is_finite()) {
         return Err(Error::Range {
@@ -167,11 +168,25 @@ pub fn simulate(
     if scene.contacts_coupled() && !scene.impact_friction {
         return Err(Error::CoupledImpacts);
     }
+    let limits = [
+        ("time_limit", controls.time_limit.unwrap_or(1.0), controls.time_limit != Some(0.0)),
+        ("accumulation_tolerance", controls.accumulation_tolerance, true),
+    ];
+    for (argument, value, positive) in limits {
+        if !(value >= 0.0 && value.is_finite() && positive) {
+            return Err(Error::Range {
+                argument: argument.into(),
+                requirement: "a finite positive time",
+                value,
+            });
+        }
+    }
     let (q, u) = scene.start_coordinates(start)?;
     let mut run = Run {
         scene,
         method,
-        limits,
+        controls,
+        started: Instant::now(),
         duration,
         time: Clock::default(),
         panel: Panel::default(),
@@ -181,6 +196,7 @@ pub fn simulate(
             states: Vec::new(),
             events: Vec::new(),
             grazings: Vec::new(),
+            accumulations: Vec::new(),
             counters: Counters::default(),
             stop_reason: StopReason::Duration,
             end: 0.0,
@@ -205,29 +221,35 @@ impl Clock {
         let part = sum - self.seconds;
         let rest = self.rest + ((self.seconds - (sum - part)) + (step - part));
         let seconds = sum + rest;
-        Self {
-            seconds,
-            rest: rest - (seconds - sum),
-        }
+        Self { seconds, rest: rest - (seconds - sum) }
     }
 }
 
 struct Run<'a> {
     scene: &'a Arc<Scene>,
     method: Method,
-    limits: Limits<'a>,
+    controls: Controls<'a>,
+    started: Instant,
     duration: f64,
     time: Clock,
     panel: Panel,
     trajectory: Trajectory,
 }
 
+/// Where a series of bounces ends, in the unit of the panel.
+struct Limit {
+    function: usize,
+    at: f64,
+    bounces: usize,
+    error: f64,
+}
+
 /// How a phase ended.
 enum PhaseEnd {
-    /// Event functions (by index) reached zero `after` the start of the phase.
+    /// What vanished `after` the start of the phase, by contact.
     Event {
         after: f64,
-        functions: Vec<usize>,
+        triggers: Vec<(usize, Trigger)>,
     },
     Stop(StopReason),
 }
@@ -243,45 +265,26 @@ impl Run<'_> {
         let mut departures = self.initial_departures(&combination, &q, &u);
         let mut at_this_instant = 0;
         loop {
-            self.trajectory.phases.push(Phase {
-                start: self.time.seconds,
-                basis: Arc::clone(&basis),
-            });
+            self.trajectory
+                .phases
+                .push(Phase { start: self.time.seconds, basis: Arc::clone(&basis) });
             self.trajectory.states.extend_from_slice(&q);
             self.trajectory.states.extend_from_slice(&u);
             self.trajectory.end = self.time.seconds;
-            if self
-                .limits
-                .max_events
-                .is_some_and(|most| self.trajectory.events.len() >= most)
-            {
+            if self.controls.max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
                 return Ok(StopReason::MaxEvents);
             }
-            let (after, functions) = match self.phase(&basis, &departures, &mut q, &mut u) {
-                PhaseEnd::Event { after, functions } => (after, functions),
+            let (after, triggers) = match self.phase(&basis, &departures, &mut q, &mut u) {
+                PhaseEnd::Event { after, triggers } => (after, triggers),
                 PhaseEnd::Stop(reason) => return Ok(reason),
             };
             let before = self.time.seconds;
             self.time = self.time.after(after);
-            let triggers: Vec<(usize, Trigger)> = functions
-                .iter()
-                .map(|&function| {
-                    (
-                        basis.functions[function].contact,
-                        basis.functions[function].trigger,
-                    )
-                })
-                .collect();
-            at_this_instant = if self.time.seconds > before {
-                0
-            } else {
-                at_this_instant + 1
-            };
+
+            at_this_instant = if self.time.seconds > before { 0 } else { at_this_instant + 1 };
             // Each contact can pass each status once; more means that the event rule goes in circles.
             if at_this_instant > 4 * self.scene.contacts.len() + 4 {
-                return Ok(StopReason::Chattering {
-                    contact: triggers[0].0,
-                });
+                return Ok(StopReason::Chattering { contact: triggers[0].0 });
             }
             let settled = match settle(
                 self.scene,
@@ -298,14 +301,12 @@ impl Run<'_> {
                 }
             };
             let phase = self.trajectory.phases.len();
-            self.trajectory
-                .events
-                .extend(settled.events.iter().map(|&(contact, kind)| Event {
-                    time: self.time.seconds,
-                    contact,
-                    kind,
-                    phase,
-                }));
+            self.trajectory.events.extend(settled.events.iter().map(|&(contact, kind)| Event {
+                time: self.time.seconds,
+                contact,
+                kind,
+                phase,
+            }));
             departures = settled.departures;
             let next = Combination::new(settled.statuses);
             if next != basis.combination {
@@ -373,47 +374,48 @@ impl Run<'_> {
         q: &mut [f64],
         u: &mut [f64],
     ) -> PhaseEnd {
-        let counters = &mut self.trajectory.counters;
-        counters.taylor_phases += usize::from(!basis.is_modal());
+        self.trajectory.counters.taylor_phases += usize::from(!basis.is_modal());
         let mut motion = basis.motion(self.scene, q, u);
         let remaining = self.duration - self.time.seconds;
         let mut multiplicity: Vec<usize> = basis
             .functions
             .iter()
-            .map(
-                |function| match (departures[function.contact], function.trigger) {
-                    (Departure::Slip(multiplicity), Trigger::SlipZero)
-                    | (Departure::Gap(multiplicity), Trigger::GapClosed) => multiplicity,
-                    _ => 0,
-                },
-            )
+            .map(|function| match (departures[function.contact], function.trigger) {
+                (Departure::Slip(multiplicity), Trigger::SlipZero)
+                | (Departure::Gap(multiplicity), Trigger::GapClosed) => multiplicity,
+                _ => 0,
+            })
             .collect();
         // Touches at the end of a panel wait for the next one to say whether they were crossings.
         let mut pending: Vec<Option<Grazing>> = vec![None; basis.functions.len()];
         let mut verdicts: Vec<Option<Grazing>> = vec![None; basis.functions.len()];
         loop {
             motion.expand(&mut self.panel);
-            counters.panels += 1;
-            if counters.panels.is_multiple_of(PANELS_PER_QUESTION)
-                && self
-                    .limits
-                    .interrupted
-                    .is_some_and(|interrupted| interrupted())
-            {
-                return self.stop_within(&motion, 0.0, q, u, StopReason::Interrupted);
+            self.trajectory.counters.panels += 1;
+            if self.trajectory.counters.panels.is_multiple_of(PANELS_PER_QUESTION) {
+                let elapsed = || self.started.elapsed().as_secs_f64();
+                if self.controls.interrupted.is_some_and(|interrupted| interrupted()) {
+                    return self.stop_within(&motion, 0.0, q, u, StopReason::Interrupted);
+                }
+                if self.controls.time_limit.is_some_and(|limit| elapsed() > limit) {
+                    return self.stop_within(&motion, 0.0, q, u, StopReason::TimeLimit);
+                }
             }
             let width = self.panel.width;
             let last = motion.start() + width >= remaining;
-            let end = if last {
-                ((remaining - motion.start()) / width).min(1.0)
-            } else {
-                1.0
-            };
+            let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
             if self.panel.error.iter().any(|error| !error.is_finite()) {
                 return self.stop_within(&motion, 0.0, q, u, StopReason::Unbounded);
             }
             let (mut first, mut found) = (end, None);
+            let limit = self.accumulation(basis, &multiplicity);
+            if let Some(limit) = &limit {
+                first = first.min(limit.at);
+            }
             for (index, function) in basis.functions.iter().enumerate() {
+                if limit.as_ref().is_some_and(|limit| limit.function == index) {
+                    continue;
+                }
                 let departing = multiplicity[index];
                 let p = &self.panel.polynomial(index)[departing..];
                 let error = if departing >= 2 {
@@ -429,12 +431,11 @@ impl Run<'_> {
                     uncertainty: error,
                 };
                 let (verdict, refined) = first_root(p, error, first);
-                counters.refinements += usize::from(refined);
+                self.trajectory.counters.refinements += usize::from(refined);
                 match verdict {
                     Verdict::Clear { touch, in_band } => {
-                        verdicts[index] = touch
-                            .map(grazing)
-                            .or(pending[index].filter(|_| in_band.is_none()));
+                        verdicts[index] =
+                            touch.map(grazing).or(pending[index].filter(|_| in_band.is_none()));
                         pending[index] = in_band.map(grazing);
                     }
                     Verdict::Crossing { root, touch } => {
@@ -446,23 +447,40 @@ impl Run<'_> {
                 }
             }
             let until = self.time.seconds + motion.start() + first * width;
+            let before = self.trajectory.grazings.len();
             self.trajectory.grazings.extend(
-                verdicts
-                    .iter_mut()
-                    .filter_map(Option::take)
-                    .filter(|touch| touch.time <= until),
+                verdicts.iter_mut().filter_map(Option::take).filter(|touch| touch.time <= until),
             );
+            if self.controls.stop_at_grazing
+                && let Some(touch) = self.trajectory.grazings.get(before)
+            {
+                let offset = touch.time - self.time.seconds - motion.start();
+                self.trajectory.grazings.truncate(before + 1);
+                return self.stop_within(&motion, offset.max(0.0), q, u, StopReason::Grazing);
+            }
             if let Some(index) = found {
-                let functions: Vec<usize> = (0..basis.functions.len())
+                let triggers = (0..basis.functions.len())
                     .filter(|&other| {
                         other == index || self.vanishes(other, multiplicity[other], first)
                     })
+                    .map(|k| (basis.functions[k].contact, basis.functions[k].trigger))
                     .collect();
                 let offset = first * width;
                 motion.state(offset, q, u);
+                return PhaseEnd::Event { after: motion.start() + offset, triggers };
+            }
+            if let Some(limit) = limit.filter(|limit| limit.at <= end) {
+                let offset = limit.at * width;
+                motion.state(offset, q, u);
+                self.trajectory.accumulations.push(Accumulation {
+                    event: self.trajectory.events.len(),
+                    bounces: limit.bounces,
+                    error: limit.error,
+                });
+                let contact = basis.functions[limit.function].contact;
                 return PhaseEnd::Event {
                     after: motion.start() + offset,
-                    functions,
+                    triggers: vec![(contact, Trigger::Accumulated)],
                 };
             }
             if last {
@@ -472,6 +490,39 @@ impl Run<'_> {
             motion.advance();
             multiplicity.fill(0);
         }
+    }
+
+    /// The nearest limit of a series of bounces in this panel. After a bounce the gap is
+    /// `c1 s + c2 s^2 + c3 s^3 ..`; with constant acceleration the flight lasts `-c1 / c2`, the whole series
+    /// that over `1 - e`, and the neglected c3 changes the flight by about its square times c3 / c2.
+    fn accumulation(&self, basis: &CombinationBasis, multiplicity: &[usize]) -> Option<Limit> {
+        let ulp = self.time.seconds.next_up() - self.time.seconds;
+        let tolerance = self.controls.accumulation_tolerance.max(ulp);
+        let limit = |(function, event): (usize, &EventFunction)| {
+            let restitution = self.scene.contacts[event.contact].restitution;
+            let &[_, c1, c2, c3, ..] = self.panel.polynomial(function) else { return None };
+            if !(c2 < 0.0 && restitution < 1.0) {
+                return None;
+            }
+            let at = -c1 / c2 / (1.0 - restitution);
+            let rest = at * self.panel.width;
+            (rest <= tolerance && at <= 1.0).then(|| Limit {
+                function,
+                at,
+                bounces: ((rest / ulp).ln() / -restitution.ln()).ceil().max(1.0) as usize,
+                error: rest * (2.0 * at * (c3 / c2).abs() + self.panel.error[function] / c1),
+            })
+        };
+        let bounced = |entry: &(usize, &EventFunction)| {
+            entry.1.trigger == Trigger::GapClosed && multiplicity[entry.0] == 1
+        };
+        basis
+            .functions
+            .iter()
+            .enumerate()
+            .filter(bounced)
+            .filter_map(limit)
+            .min_by(|a, b| a.at.total_cmp(&b.at))
     }
 
     /// Whether an event function is within its error of zero, and falling, at `s` of the panel.
@@ -510,5 +561,6 @@ const fn alternative(trigger: Trigger) -> EventKind {
         Trigger::SlipPositive => EventKind::SlipPositive,
         Trigger::SlipNegative => EventKind::SlipNegative,
         Trigger::GapClosed => EventKind::Impact,
+        Trigger::Accumulated => EventKind::Accumulation,
     }
 }

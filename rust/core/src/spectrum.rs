@@ -54,9 +54,7 @@ impl MassFactor {
     fn new(reduced: &Reduced) -> Result<Self, Error> {
         let m = reduced.size();
         if reduced.is_lumped() {
-            return Ok(Self::Diagonal(
-                (0..m).map(|i| reduced.mass[i * m + i].sqrt()).collect(),
-            ));
+            return Ok(Self::Diagonal((0..m).map(|i| reduced.mass[i * m + i].sqrt()).collect()));
         }
         let symmetric =
             (0..m).all(|i| (0..i).all(|j| reduced.mass[i * m + j] == reduced.mass[j * m + i]));
@@ -65,19 +63,16 @@ impl MassFactor {
         }
         match eigen::smallest_relative_pivot(m, &reduced.mass) {
             pivot if pivot > 1e-14 => Ok(Self::General(reduced.mass.clone())),
-            pivot => Err(Error::SingularMass {
-                combination: reduced.combination.clone(),
-                pivot,
-            }),
+            pivot => Err(Error::SingularMass { combination: reduced.combination.clone(), pivot }),
         }
     }
 
     /// `G^-1 matrix G^-T` for `M = G G'`, or `M^-1 matrix`.
     fn normalised(&self, m: usize, matrix: &[f64]) -> Vec<f64> {
         match self {
-            Self::Diagonal(root) => (0..m * m)
-                .map(|k| matrix[k] / (root[k / m] * root[k % m]))
-                .collect(),
+            Self::Diagonal(root) => {
+                (0..m * m).map(|k| matrix[k] / (root[k / m] * root[k % m])).collect()
+            }
             Self::Cholesky(factor) => {
                 let mut half = transpose(m, &eigen::lower_solve(m, factor, matrix));
                 half = eigen::lower_solve(m, factor, &half);
@@ -144,20 +139,11 @@ struct Problem<'a> {
 impl<'a> Problem<'a> {
     fn new(scene: &'a Scene, reduced: &'a Reduced) -> Self {
         let mut column = vec![usize::MAX; scene.size];
-        reduced
-            .kept
-            .iter()
-            .enumerate()
-            .for_each(|(j, &k)| column[k] = j);
+        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
         let frobenius = |matrix: &[f64]| matrix.iter().map(|a| a * a).sum::<f64>().sqrt();
         let norms =
             [&reduced.mass, &reduced.damping, &reduced.stiffness].map(|matrix| frobenius(matrix));
-        Self {
-            scene,
-            reduced,
-            column,
-            norms,
-        }
+        Self { scene, reduced, column, norms }
     }
 
     /// Row i of `L' matrix R`, times `vector`.
@@ -194,24 +180,17 @@ impl<'a> Problem<'a> {
         let condition = pair.condition();
         let right = factor.right(&pair.right);
         let left = factor.left(&pair.left);
-        let mass_rows: Vec<DoubledComplex> = (0..right.len())
-            .map(|i| self.row(&self.scene.mass, i, &right))
-            .collect();
+        let mass_rows: Vec<DoubledComplex> =
+            (0..right.len()).map(|i| self.row(&self.scene.mass, i, &right)).collect();
         let modal_mass = self.project(&left, |i| mass_rows[i].value());
         let residual = self.project(&left, |i| {
-            self.row(&self.scene.stiffness, i, &right)
-                .add(mass_rows[i].times(-pair.value))
-                .value()
+            self.row(&self.scene.stiffness, i, &right).add(mass_rows[i].times(-pair.value)).value()
         });
         let correction = residual / modal_mass;
         // At a defective eigenvalue the quotient is 0 / 0; the uncorrected value is the best there is.
         let kappa = if correction.norm() <= 1e-6 * (pair.value.norm() + correction.norm()) {
             let corrected = pair.value + correction;
-            if pair.value.im == 0.0 {
-                Complex64::from(corrected.re)
-            } else {
-                corrected
-            }
+            if pair.value.im == 0.0 { Complex64::from(corrected.re) } else { corrected }
         } else {
             pair.value
         };
@@ -231,11 +210,7 @@ impl<'a> Problem<'a> {
                     left: left.iter().copied().map(orient).collect(),
                     a: orient((lambda - other) * modal_mass),
                     condition: condition
-                        * if splitting.is_nan() {
-                            f64::INFINITY
-                        } else {
-                            splitting
-                        },
+                        * if splitting.is_nan() { f64::INFINITY } else { splitting },
                     residual: 0.0,
                 };
                 mode.residual = self.residual(&mode);
@@ -252,10 +227,7 @@ impl<'a> Problem<'a> {
                 .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
                 .fold(0.0, f64::max)
         };
-        let gamma = row_sum(stiffness)
-            .sqrt()
-            .max(row_sum(damping))
-            .max(f64::MIN_POSITIVE);
+        let gamma = row_sum(stiffness).sqrt().max(row_sum(damping)).max(f64::MIN_POSITIVE);
         // gamma enters as a power of two, so the scaling itself is exact.
         let gamma = gamma.log2().round().exp2();
         let size = 2 * m;
@@ -273,11 +245,7 @@ impl<'a> Problem<'a> {
                 let condition = pair.condition();
                 let (upper, lower) = pair.right.split_at(m);
                 // Both blocks hold the shape; the larger one holds more of its digits.
-                let shape = if norm(upper) >= norm(lower) {
-                    upper
-                } else {
-                    lower
-                };
+                let shape = if norm(upper) >= norm(lower) { upper } else { lower };
                 let right = factor.right(shape);
                 let left = factor.left(&pair.left[m..]);
                 let mut mode = Mode {
@@ -285,22 +253,15 @@ impl<'a> Problem<'a> {
                     right,
                     left,
                     a: Complex64::default(),
-                    condition: if condition.is_nan() {
-                        f64::INFINITY
-                    } else {
-                        condition
-                    },
+                    condition: if condition.is_nan() { f64::INFINITY } else { condition },
                     residual: 0.0,
                 };
                 mode.a = self.slope(&mode);
                 let correction =
                     self.project(&mode.left, |i| self.quadratic_row(&mode, i)) / mode.a;
                 if correction.norm() <= 1e-6 * (mode.eigenvalue.norm() + correction.norm()) {
-                    mode.eigenvalue -= if mode.is_real() {
-                        correction.re.into()
-                    } else {
-                        correction
-                    };
+                    mode.eigenvalue -=
+                        if mode.is_real() { correction.re.into() } else { correction };
                     mode.a = self.slope(&mode);
                 }
                 mode.residual = self.residual(&mode);
@@ -313,10 +274,7 @@ impl<'a> Problem<'a> {
     fn slope(&self, mode: &Mode) -> Complex64 {
         self.project(&mode.left, |i| {
             self.row(&self.scene.damping, i, &mode.right)
-                .add(
-                    self.row(&self.scene.mass, i, &mode.right)
-                        .times(2.0 * mode.eigenvalue),
-                )
+                .add(self.row(&self.scene.mass, i, &mode.right).times(2.0 * mode.eigenvalue))
                 .value()
         })
     }
@@ -332,9 +290,8 @@ impl<'a> Problem<'a> {
     }
 
     fn residual(&self, mode: &Mode) -> f64 {
-        let rows: Vec<Complex64> = (0..mode.right.len())
-            .map(|i| self.quadratic_row(mode, i))
-            .collect();
+        let rows: Vec<Complex64> =
+            (0..mode.right.len()).map(|i| self.quadratic_row(mode, i)).collect();
         let size = mode.eigenvalue.norm();
         let [mass, damping, stiffness] = self.norms;
         let scale = (size * size * mass + size * damping + stiffness) * norm(&mode.right);
@@ -358,16 +315,8 @@ fn roots_of_mode(kappa: Complex64, d: Complex64) -> Vec<(Complex64, Complex64)> 
     }
     let root = (half * half - kappa).sqrt();
     // The sum without cancellation first, the other root from their product.
-    let root = if (half.conj() * root).re >= 0.0 {
-        root
-    } else {
-        -root
-    };
+    let root = if (half.conj() * root).re >= 0.0 { root } else { -root };
     let larger = -(half + root);
-    let smaller = if larger == Complex64::default() {
-        larger
-    } else {
-        kappa / larger
-    };
+    let smaller = if larger == Complex64::default() { larger } else { kappa / larger };
     vec![(larger, smaller), (smaller, larger)]
 }

@@ -69,10 +69,7 @@ impl Combination {
             .collect();
         match statuses {
             Some(statuses) if statuses.len() == contacts => Ok(Self::new(statuses)),
-            _ => Err(Error::Combination {
-                got: text.to_owned(),
-                contacts,
-            }),
+            _ => Err(Error::Combination { got: text.to_owned(), contacts }),
         }
     }
 
@@ -89,9 +86,7 @@ impl Combination {
 
 impl fmt::Display for Combination {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        self.0
-            .iter()
-            .try_for_each(|status| write!(f, "{}", status.letter()))
+        self.0.iter().try_for_each(|status| write!(f, "{}", status.letter()))
     }
 }
 

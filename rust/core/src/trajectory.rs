@@ -25,6 +25,8 @@ pub enum EventKind {
     Release,
     /// The gap closed.
     Impact,
+    /// Infinitely many bounces came to rest.
+    Accumulation,
 }
 
 impl EventKind {
@@ -35,6 +37,7 @@ impl EventKind {
             EventKind::SlipNegative => "slip-",
             EventKind::Release => "release",
             EventKind::Impact => "impact",
+            EventKind::Accumulation => "accumulation",
         }
     }
 }
@@ -61,6 +64,18 @@ pub struct Grazing {
     pub uncertainty: f64,
 }
 
+/// The limit of a series of bounces, taken instead of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accumulation {
+    /// Index of its event.
+    pub event: usize,
+    /// Bounces left out that an infinitely fine clock would show down to one ulp of t; the rest of the
+    /// geometric series is shorter than that.
+    pub bounces: usize,
+    /// Bound of the error of its time, s: the gap's acceleration is taken as constant over the rest.
+    pub error: f64,
+}
+
 /// Why the computed motion ends where it does.
 #[derive(Debug, Clone, PartialEq)]
 pub enum StopReason {
@@ -68,6 +83,10 @@ pub enum StopReason {
     Duration,
     /// `max_events` events were found.
     MaxEvents,
+    /// The wall-clock limit was reached.
+    TimeLimit,
+    /// A touch that rounding could not decide, with `on_grazing` set to stop there.
+    Grazing,
     /// The motion grew beyond the range of numbers.
     Unbounded,
     /// More events at one instant than the contacts can explain.
@@ -83,6 +102,8 @@ impl StopReason {
         match self {
             StopReason::Duration => "duration",
             StopReason::MaxEvents => "max_events",
+            StopReason::TimeLimit => "time_limit",
+            StopReason::Grazing => "grazing",
             StopReason::Unbounded => "unbounded",
             StopReason::Chattering { .. } => "chattering",
             StopReason::Interrupted => "interrupted",
@@ -121,6 +142,7 @@ pub struct Trajectory {
     pub(crate) states: Vec<f64>,
     pub events: Vec<Event>,
     pub grazings: Vec<Grazing>,
+    pub accumulations: Vec<Accumulation>,
     pub counters: Counters,
     pub stop_reason: StopReason,
     pub end: f64,
@@ -178,9 +200,7 @@ impl Trajectory {
             sample.velocity.extend(self.scene.velocities(&cursor.u));
             let combination = &self.phases[cursor.phase].basis.combination;
             if self.scene.contacts_coupled()
-                && coupled
-                    .as_ref()
-                    .is_none_or(|known: &CoupledForces| known.0 != *combination)
+                && coupled.as_ref().is_none_or(|known: &CoupledForces| known.0 != *combination)
             {
                 coupled = Some((combination.clone(), self.scene.contact_forces(combination)));
             }
@@ -191,9 +211,7 @@ impl Trajectory {
                         forces[contact].1.value(&cursor.q, &cursor.u),
                         forces[contact].0.value(&cursor.q, &cursor.u),
                     ),
-                    None => self
-                        .scene
-                        .contact_force(contact, status, &cursor.q, &cursor.u),
+                    None => self.scene.contact_force(contact, status, &cursor.q, &cursor.u),
                 };
                 sample.normal_force.push(normal);
                 sample.friction_force.push(friction);
@@ -229,10 +247,7 @@ impl Trajectory {
                 .map(|&k| cursor.q[k])
                 .chain(kept.iter().map(|&k| cursor.u[k]))
                 .collect();
-            if runs
-                .last()
-                .is_none_or(|run| run.combination != *combination)
-            {
+            if runs.last().is_none_or(|run| run.combination != *combination) {
                 runs.push(ModalRun {
                     combination: combination.clone(),
                     indices: Vec::new(),
@@ -314,23 +329,12 @@ impl<'a> Cursor<'a> {
     fn seek(&mut self, argument: &'static str, time: f64) -> Result<(), Error> {
         let trajectory = self.trajectory;
         if !(time >= 0.0 && time <= trajectory.end) {
-            return Err(Error::TimeOutside {
-                argument,
-                value: time,
-                end: trajectory.end,
-            });
+            return Err(Error::TimeOutside { argument, value: time, end: trajectory.end });
         }
-        let phase = trajectory
-            .phases
-            .partition_point(|phase| phase.start <= time)
-            .max(1)
-            - 1;
+        let phase = trajectory.phases.partition_point(|phase| phase.start <= time).max(1) - 1;
         let local = time - trajectory.phases[phase].start;
         let usable = phase == self.phase
-            && self
-                .motion
-                .as_ref()
-                .is_some_and(|motion| motion.start() <= local);
+            && self.motion.as_ref().is_some_and(|motion| motion.start() <= local);
         if !usable {
             self.phase = phase;
             let (q, u) = trajectory.phase_state(phase);

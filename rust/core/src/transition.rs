@@ -48,6 +48,10 @@ pub(crate) fn settle(
                 q[law.normal] = 0.0;
                 struck.push(contact);
             }
+            Trigger::Accumulated => {
+                q[law.normal] = 0.0;
+                u[law.normal] = 0.0;
+            }
             Trigger::Release | Trigger::SlipPositive | Trigger::SlipNegative => {}
         }
     }
@@ -69,6 +73,7 @@ pub(crate) fn settle(
         let trigger = of_contact(triggers, contact);
         let kind = match trigger {
             Some(Trigger::GapClosed) => Some(EventKind::Impact),
+            Some(Trigger::Accumulated) => Some(EventKind::Accumulation),
             _ if after == before && trigger != Some(Trigger::SlipZero) => None,
             _ if after == Status::Detached => Some(EventKind::Release),
             Some(Trigger::SlipZero) => Some(EventKind::Velocity),
@@ -89,31 +94,20 @@ pub(crate) fn settle(
 /// The trigger that decides for a contact: a vanishing normal force before a vanishing slip velocity;
 /// both cone functions of a sticking contact vanish only with its normal force.
 fn of_contact(triggers: &[(usize, Trigger)], contact: usize) -> Option<Trigger> {
-    let mut own = triggers
-        .iter()
-        .filter(|trigger| trigger.0 == contact)
-        .map(|trigger| trigger.1);
+    let mut own = triggers.iter().filter(|trigger| trigger.0 == contact).map(|trigger| trigger.1);
     let first = own.next()?;
-    Some(if own.next().is_some() {
-        Trigger::Release
-    } else {
-        first
-    })
+    Some(if own.next().is_some() { Trigger::Release } else { first })
 }
 
 /// The status and departure of an event that changes no velocity and, with mu_static = mu, no force.
 fn continuous(scene: &Scene, contact: usize, trigger: Trigger) -> Option<(Status, Departure)> {
     let law = &scene.contacts[contact];
-    let onset = if law.static_friction > law.friction {
-        1
-    } else {
-        2
-    };
+    let onset = if law.static_friction > law.friction { 1 } else { 2 };
     match trigger {
         Trigger::Release => Some((Status::Detached, Departure::Gap(3))),
         Trigger::SlipPositive => Some((Status::Positive, Departure::Slip(onset))),
         Trigger::SlipNegative => Some((Status::Negative, Departure::Slip(onset))),
-        Trigger::SlipZero | Trigger::GapClosed => None,
+        Trigger::SlipZero | Trigger::GapClosed | Trigger::Accumulated => None,
     }
 }
 
@@ -189,11 +183,7 @@ fn settle_contact(
         return Ok((status, Departure::None));
     }
     if law.static_friction == 0.0 {
-        let status = if before.is_sliding() {
-            before
-        } else {
-            Status::Positive
-        };
+        let status = if before.is_sliding() { before } else { Status::Positive };
         return Ok((status, Departure::None));
     }
     let required_friction = scene.reaction(law.tangential).value(q, u);
@@ -205,12 +195,7 @@ fn settle_contact(
     } else if required_friction < -limit {
         Ok((Status::Negative, Departure::Slip(1)))
     } else {
-        Err(RunFailure::NoConsistentStatus {
-            contact,
-            time,
-            normal_force,
-            required_friction,
-        })
+        Err(RunFailure::NoConsistentStatus { contact, time, normal_force, required_friction })
     }
 }
 
@@ -237,11 +222,9 @@ impl Coupled<'_> {
                 .collect();
             self.strike(&closed, q, u)?;
         }
-        let mut outcome: Vec<(Status, Departure)> = statuses
-            .iter()
-            .map(|&status| (status, Departure::None))
-            .collect();
-        let mut forces_jump = !struck.is_empty();
+        let mut outcome: Vec<(Status, Departure)> =
+            statuses.iter().map(|&status| (status, Departure::None)).collect();
+        let mut forces_jump = false;
         let mut problem: Vec<(usize, Option<f64>)> = Vec::new();
         for (i, law) in contacts.iter().enumerate() {
             let trigger = of_contact(triggers, i);
@@ -250,11 +233,12 @@ impl Coupled<'_> {
                 outcome[i] = settled;
                 forces_jump |= settled.0.is_sliding() && law.static_friction > law.friction;
             }
-            forces_jump |= trigger == Some(Trigger::SlipZero);
-            let touching = statuses[i].is_closed() || struck.contains(&i);
+            let arrived = trigger == Some(Trigger::Accumulated) || struck.contains(&i);
+            forces_jump |= trigger == Some(Trigger::SlipZero) || arrived;
+            let touching = statuses[i].is_closed() || arrived;
             if touching && u[law.normal] > 0.0 {
                 outcome[i] = (Status::Detached, Departure::Gap(1));
-            } else if touching && outcome[i].0.is_closed() || struck.contains(&i) {
+            } else if touching && outcome[i].0.is_closed() || arrived {
                 let sliding = match settled {
                     Some((status, _)) => Some(status),
                     None => sliding_status(u[law.tangential] - law.slider_speed),
@@ -267,11 +251,8 @@ impl Coupled<'_> {
         }
         let reactions = self.reactions(q, u);
         let size = 2 * contacts.len();
-        let acceleration = |row: usize| {
-            -(0..size)
-                .map(|k| self.w[row * size + k] * reactions[k])
-                .sum::<f64>()
-        };
+        let acceleration =
+            |row: usize| -(0..size).map(|k| self.w[row * size + k] * reactions[k]).sum::<f64>();
         let solution = self.solve(&problem, "accelerations", acceleration, q, u)?;
         for (k, &(i, sliding)) in problem.iter().enumerate() {
             let status = solution.statuses[k];
@@ -319,10 +300,7 @@ impl Coupled<'_> {
                 sliding,
             })
             .collect();
-        let rows: Vec<usize> = problem
-            .iter()
-            .flat_map(|&(i, _)| [2 * i, 2 * i + 1])
-            .collect();
+        let rows: Vec<usize> = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]).collect();
         let size = 2 * contacts.len();
         let w: Vec<f64> = rows
             .iter()
@@ -337,10 +315,7 @@ impl Coupled<'_> {
                 Unsolved::None => "no solution",
                 Unsolved::Several => "several solutions",
             },
-            slip: contacts
-                .iter()
-                .map(|law| u[law.tangential] - law.slider_speed)
-                .collect(),
+            slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
             reactions: self.reactions(q, u),
         })
     }

@@ -23,20 +23,14 @@ pub fn vector(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
 #[derive(FromPyObject)]
 pub enum MatrixInput<'py> {
     Dense(PyReadonlyArray2<'py, f64>),
-    Sparse(
-        PyReadonlyArray1<'py, f64>,
-        PyReadonlyArray1<'py, i64>,
-        PyReadonlyArray1<'py, i64>,
-    ),
+    Sparse(PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, i64>, PyReadonlyArray1<'py, i64>),
 }
 
 impl MatrixInput<'_> {
     pub fn to_matrix(&self, py: Python<'_>, argument: &str) -> PyResult<SparseMatrix> {
         match self {
             MatrixInput::Dense(dense) => {
-                let &[rows, columns] = dense.shape() else {
-                    unreachable!("two axes by type")
-                };
+                let &[rows, columns] = dense.shape() else { unreachable!("two axes by type") };
                 if rows != columns {
                     let error = Error::Shape {
                         argument: argument.to_owned(),
@@ -67,26 +61,15 @@ impl MatrixInput<'_> {
     }
 }
 
-pub type SparseParts<'py> = (
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<i64>>,
-    Bound<'py, PyArray1<i64>>,
-);
+pub type SparseParts<'py> =
+    (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray1<i64>>);
 
 pub fn sparse_parts<'py>(py: Python<'py>, matrix: &SparseMatrix) -> SparseParts<'py> {
     let (data, columns, starts) = matrix.compressed_rows();
     let integers = |values: &[usize]| -> Bound<'py, PyArray1<i64>> {
-        values
-            .iter()
-            .map(|&value| value as i64)
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
+        values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
     };
-    (
-        data.to_vec().into_pyarray(py),
-        integers(columns),
-        integers(starts),
-    )
+    (data.to_vec().into_pyarray(py), integers(columns), integers(starts))
 }
 
 /// Row-major entries as a matrix.

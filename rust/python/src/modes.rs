@@ -18,12 +18,7 @@ pub struct Reduced {
 impl Reduced {
     pub fn new(scene: &core::Scene, inner: core::Reduced) -> Self {
         let (right_basis, left_basis) = inner.bases(scene);
-        Self {
-            inner,
-            right_basis,
-            left_basis,
-            dofs: scene.size(),
-        }
+        Self { inner, right_basis, left_basis, dofs: scene.size() }
     }
 
     fn square<'py>(&self, py: Python<'py>, entries: &[f64]) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -77,10 +72,7 @@ pub struct Modes {
 
 impl Modes {
     pub fn new(scene: &core::Scene, inner: core::Modes) -> Self {
-        Self {
-            inner,
-            dofs: scene.size(),
-        }
+        Self { inner, dofs: scene.size() }
     }
 
     fn count(&self) -> usize {
@@ -137,21 +129,11 @@ impl Modes {
 
     #[getter]
     fn state_a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(
-            py,
-            self.count(),
-            self.count(),
-            self.inner.state_matrices().0,
-        )
+        matrix(py, self.count(), self.count(), self.inner.state_matrices().0)
     }
 
     #[getter]
     fn state_b<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(
-            py,
-            self.count(),
-            self.count(),
-            self.inner.state_matrices().1,
-        )
+        matrix(py, self.count(), self.count(), self.inner.state_matrices().1)
     }
 }

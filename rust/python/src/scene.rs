@@ -23,15 +23,7 @@ enum DampingInput<'py> {
     General(MatrixInput<'py>),
 }
 
-type ContactData<'py> = (
-    DirectionInput<'py>,
-    DirectionInput<'py>,
-    f64,
-    f64,
-    f64,
-    f64,
-    f64,
-);
+type ContactData<'py> = (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64);
 
 fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
@@ -40,19 +32,17 @@ fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     };
     contacts
         .iter()
-        .map(
-            |(tangential, normal, friction, static_friction, slider_speed, restitution, gap)| {
-                core::ContactInput {
-                    tangential: direction(tangential),
-                    normal: direction(normal),
-                    friction: *friction,
-                    static_friction: *static_friction,
-                    slider_speed: *slider_speed,
-                    restitution: *restitution,
-                    gap: *gap,
-                }
-            },
-        )
+        .map(|(tangential, normal, friction, static_friction, slider_speed, restitution, gap)| {
+            core::ContactInput {
+                tangential: direction(tangential),
+                normal: direction(normal),
+                friction: *friction,
+                static_friction: *static_friction,
+                slider_speed: *slider_speed,
+                restitution: *restitution,
+                gap: *gap,
+            }
+        })
         .collect()
 }
 
@@ -65,10 +55,7 @@ pub struct Scene {
 impl Scene {
     fn build(py: Python<'_>, input: core::SceneInput) -> PyResult<Self> {
         let inner = core::Scene::new(input.clone()).map_err(|error| raise(py, &error))?;
-        Ok(Self {
-            inner: Arc::new(inner),
-            input,
-        })
+        Ok(Self { inner: Arc::new(inner), input })
     }
 
     fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
@@ -136,10 +123,7 @@ impl Scene {
 
     /// The same system with other contacts.
     fn with_contacts(&self, py: Python<'_>, contacts: Vec<ContactData<'_>>) -> PyResult<Self> {
-        let input = core::SceneInput {
-            contacts: contact_inputs(&contacts),
-            ..self.input.clone()
-        };
+        let input = core::SceneInput { contacts: contact_inputs(&contacts), ..self.input.clone() };
         Self::build(py, input)
     }
 
@@ -167,14 +151,8 @@ impl Scene {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, String)> {
-        let state = self
-            .inner
-            .sliding_equilibrium()
-            .map_err(|error| raise(py, &error))?;
-        Ok((
-            state.position.into_pyarray(py),
-            state.combination.to_string(),
-        ))
+        let state = self.inner.sliding_equilibrium().map_err(|error| raise(py, &error))?;
+        Ok((state.position.into_pyarray(py), state.combination.to_string()))
     }
 
     /// Refuses a state that penetrates or violates its combination.
@@ -186,16 +164,11 @@ impl Scene {
         combination: &str,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, combination)?;
-        self.inner
-            .start_coordinates(&state)
-            .map_err(|error| raise(py, &error))?;
+        self.inner.start_coordinates(&state).map_err(|error| raise(py, &error))?;
         Ok(())
     }
 
-    #[allow(
-        clippy::too_many_arguments,
-        reason = "one argument per keyword of the Python function"
-    )]
+    #[allow(clippy::too_many_arguments, reason = "one argument per keyword of the Python function")]
     fn simulate(
         &self,
         py: Python<'_>,
@@ -205,6 +178,9 @@ impl Scene {
         duration: f64,
         method: &str,
         max_events: Option<usize>,
+        time_limit: Option<f64>,
+        accumulation_tolerance: f64,
+        on_grazing: &str,
     ) -> PyResult<Trajectory> {
         let start = self.start(py, &position, &velocity, combination)?;
         let method = match method {
@@ -218,36 +194,34 @@ impl Scene {
             }
         };
         let interrupted = || Python::attach(|py| py.check_signals().is_err());
-        let limits = core::Limits {
+        let stop_at_grazing = match on_grazing {
+            "keep" => false,
+            "stop" => true,
+            other => {
+                let message = format!("on_grazing: must be \"keep\" or \"stop\", got {other:?}");
+                return Err(named(py, "InputError", &message));
+            }
+        };
+        let controls = core::Controls {
             max_events,
+            time_limit,
+            accumulation_tolerance,
+            stop_at_grazing,
             interrupted: Some(&interrupted),
         };
         let scene = &self.inner;
         let run = py
-            .detach(|| core::simulate(scene, &start, duration, method, limits))
+            .detach(|| core::simulate(scene, &start, duration, method, controls))
             .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
     }
 }
 
-type ChainParts<'py> = (
-    Bound<'py, PyArray1<f64>>,
-    SparseParts<'py>,
-    Bound<'py, PyArray1<f64>>,
-);
-
-type ChainParts<'py> = (
-    Bound<'py, PyArray1<f64>>,
-    SparseParts<'py>,
-    Bound<'py, PyArray1<f64>>,
-);
+type ChainParts<'py> = (Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>);
 
 /// (mass, stiffness as compressed rows, force) of a chain of subsystems.
 #[pyfunction]
-#[allow(
-    clippy::too_many_arguments,
-    reason = "one argument per parameter of the model"
-)]
+#[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
 pub fn chain<'py>(
     py: Python<'py>,
     upper_mass: PyReadonlyArray1<'py, f64>,
@@ -273,33 +247,20 @@ pub fn chain<'py>(
         ("external_force", vector(&external_force)),
     ];
     let count = upper_mass.len();
-    let links = [
-        ("link_horizontal", vector(&link_horizontal)),
-        ("link_vertical", vector(&link_vertical)),
-    ];
+    let links =
+        [("link_horizontal", vector(&link_horizontal)), ("link_vertical", vector(&link_vertical))];
     let expected = fields
         .iter()
         .map(|field| (field, count))
         .chain(links.iter().map(|field| (field, count.saturating_sub(1))));
     for ((name, values), length) in expected {
         if values.len() != length {
-            let message = format!(
-                "{name}: expected shape ({length},), got ({},)",
-                values.len()
-            );
+            let message = format!("{name}: expected shape ({length},), got ({},)", values.len());
             return Err(named(py, "InputError", &message));
         }
     }
-    let [
-        upper,
-        contact,
-        inclination,
-        vertical,
-        horizontal,
-        ceiling,
-        preload,
-        external,
-    ] = fields.map(|field| field.1);
+    let [upper, contact, inclination, vertical, horizontal, ceiling, preload, external] =
+        fields.map(|field| field.1);
     let subsystems: Vec<core::models::Subsystem> = (0..count)
         .map(|i| core::models::Subsystem {
             upper_mass: upper[i],
@@ -316,17 +277,11 @@ pub fn chain<'py>(
     let links: Vec<core::models::Link> = link_horizontal
         .into_iter()
         .zip(link_vertical)
-        .map(
-            |(horizontal_stiffness, vertical_stiffness)| core::models::Link {
-                horizontal_stiffness,
-                vertical_stiffness,
-            },
-        )
+        .map(|(horizontal_stiffness, vertical_stiffness)| core::models::Link {
+            horizontal_stiffness,
+            vertical_stiffness,
+        })
         .collect();
     let (mass, stiffness, force) = core::models::chain(&subsystems, &links, wall_stiffness);
-    Ok((
-        mass.into_pyarray(py),
-        sparse_parts(py, &stiffness),
-        force.into_pyarray(py),
-    ))
+    Ok((mass.into_pyarray(py), sparse_parts(py, &stiffness), force.into_pyarray(py)))
 }

@@ -15,19 +15,9 @@ pub struct Trajectory {
 }
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
-type Sample<'py> = (
-    Matrix<'py>,
-    Matrix<'py>,
-    Matrix<'py>,
-    Matrix<'py>,
-    Bound<'py, PyArray2<u8>>,
-);
+type Sample<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>, Bound<'py, PyArray2<u8>>);
 type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String);
-type ModalRun<'py> = (
-    String,
-    Bound<'py, PyArray1<i64>>,
-    Bound<'py, PyArray2<Complex64>>,
-);
+type ModalRun<'py> = (String, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<Complex64>>);
 
 impl Trajectory {
     pub fn new(inner: core::Trajectory) -> Self {
@@ -39,41 +29,24 @@ impl Trajectory {
 impl Trajectory {
     #[getter]
     fn event_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner
-            .events
-            .iter()
-            .map(|event| event.time)
-            .collect::<Vec<_>>()
-            .into_pyarray(py)
+        self.inner.events.iter().map(|event| event.time).collect::<Vec<_>>().into_pyarray(py)
     }
 
     #[getter]
     fn event_contact<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<i64>> {
-        let contacts: Vec<i64> = self
-            .inner
-            .events
-            .iter()
-            .map(|event| event.contact as i64)
-            .collect();
+        let contacts: Vec<i64> =
+            self.inner.events.iter().map(|event| event.contact as i64).collect();
         contacts.into_pyarray(py)
     }
 
     #[getter]
     fn event_kind(&self) -> Vec<&'static str> {
-        self.inner
-            .events
-            .iter()
-            .map(|event| event.kind.name())
-            .collect()
+        self.inner.events.iter().map(|event| event.kind.name()).collect()
     }
 
     #[getter]
     fn event_combination(&self) -> Vec<String> {
-        self.inner
-            .events
-            .iter()
-            .map(|event| self.inner.combination(event).to_string())
-            .collect()
+        self.inner.events.iter().map(|event| self.inner.combination(event).to_string()).collect()
     }
 
     #[getter]
@@ -128,6 +101,16 @@ impl Trajectory {
             .collect()
     }
 
+    /// (event index, bounces left out, error bound of the time) of every limit of bounces.
+    #[getter]
+    fn accumulations(&self) -> Vec<(usize, usize, f64)> {
+        self.inner
+            .accumulations
+            .iter()
+            .map(|limit| (limit.event, limit.bounces, limit.error))
+            .collect()
+    }
+
     fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
         let state = self.inner.state(time).map_err(|error| raise(py, &error))?;
         Ok((
@@ -145,10 +128,7 @@ impl Trajectory {
             velocities.extend(velocity);
         }
         let (rows, columns) = (self.inner.events.len(), self.inner.size());
-        Ok((
-            matrix(py, rows, columns, positions)?,
-            matrix(py, rows, columns, velocities)?,
-        ))
+        Ok((matrix(py, rows, columns, positions)?, matrix(py, rows, columns, velocities)?))
     }
 
     fn sample<'py>(
@@ -157,15 +137,9 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Sample<'py>> {
         let times = vector(&times);
-        let sample = py
-            .detach(|| self.inner.sample(&times))
-            .map_err(|error| raise(py, &error))?;
+        let sample = py.detach(|| self.inner.sample(&times)).map_err(|error| raise(py, &error))?;
         let (rows, dofs, contacts) = (times.len(), self.inner.size(), self.inner.contact_count());
-        let codes: Vec<u8> = sample
-            .status
-            .iter()
-            .map(|status| status.letter() as u8)
-            .collect();
+        let codes: Vec<u8> = sample.status.iter().map(|status| status.letter() as u8).collect();
         Ok((
             matrix(py, rows, dofs, sample.position)?,
             matrix(py, rows, dofs, sample.velocity)?,
@@ -180,10 +154,8 @@ impl Trajectory {
         py: Python<'py>,
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Vec<ModalRun<'py>>> {
-        let runs = self
-            .inner
-            .modal_coordinates(&vector(&times))
-            .map_err(|error| raise(py, &error))?;
+        let runs =
+            self.inner.modal_coordinates(&vector(&times)).map_err(|error| raise(py, &error))?;
         runs.into_iter()
             .map(|run| {
                 let rows = run.indices.len();

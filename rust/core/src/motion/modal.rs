@@ -95,10 +95,7 @@ impl ModalBasis {
                 shape[k * count + r] = weight * mode.right[k];
                 // left' ((C + lambda M) q + M q') / a
                 let product = |matrix: &[f64]| -> Complex64 {
-                    (0..m)
-                        .map(|i| mode.left[i] * matrix[i * m + k])
-                        .sum::<Complex64>()
-                        / mode.a
+                    (0..m).map(|i| mode.left[i] * matrix[i * m + k]).sum::<Complex64>() / mode.a
                 };
                 from_velocity[k * count + r] = product(&reduced.mass);
                 from_position[k * count + r] =
@@ -109,12 +106,7 @@ impl ModalBasis {
             modes
                 .iter()
                 .map(|mode| {
-                    mode.left
-                        .iter()
-                        .zip(force)
-                        .map(|(v, f)| v * f)
-                        .sum::<Complex64>()
-                        / mode.a
+                    mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
                 })
                 .collect()
         };
@@ -128,11 +120,7 @@ impl ModalBasis {
             })
             .collect();
         let mut column = vec![usize::MAX; reduced.kept.last().map_or(0, |last| last + 1)];
-        reduced
-            .kept
-            .iter()
-            .enumerate()
-            .for_each(|(j, &k)| column[k] = j);
+        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
         let column = |k: usize| column.get(k).copied().filter(|&j| j != usize::MAX);
         let functions = functions
             .iter()
@@ -220,9 +208,7 @@ impl ModalBasis {
                 }
                 level.reach.push(width * width * phi2_bound(x.norm()));
             } else if lambda.re <= 0.0 {
-                level
-                    .reach
-                    .push((0.5 * width * width).min((2.0 + x.norm()) / lambda.norm_sqr()));
+                level.reach.push((0.5 * width * width).min((2.0 + x.norm()) / lambda.norm_sqr()));
             } else {
                 level.reach.push(f64::INFINITY);
             }
@@ -268,21 +254,13 @@ impl<'a> ModalMotion<'a> {
                 *p += load * q[stick.coordinate];
             }
         }
-        let dz: Vec<Complex64> = (0..count)
-            .map(|r| basis.lambda[r] * z[r] + force[r])
-            .collect();
-        let w = (0..count)
-            .map(|r| basis.lambda[r] * dz[r] + basis.force_linear[r])
-            .collect();
+        let dz: Vec<Complex64> = (0..count).map(|r| basis.lambda[r] * z[r] + force[r]).collect();
+        let w = (0..count).map(|r| basis.lambda[r] * dz[r] + basis.force_linear[r]).collect();
         let constants = basis
             .functions
             .iter()
             .map(|function| {
-                let stuck: f64 = function
-                    .sticking
-                    .iter()
-                    .map(|&(k, weight)| weight * q[k])
-                    .sum();
+                let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
                 function.constant + stuck
             })
             .collect();
@@ -316,12 +294,8 @@ impl<'a> ModalMotion<'a> {
                 .clone()
                 .map(|r| function.magnitudes[r] * self.w[r].norm() * level.reach[r])
                 .sum();
-            let scale: f64 = function
-                .magnitudes
-                .iter()
-                .zip(&self.z)
-                .map(|(h, z)| h * z.norm())
-                .sum();
+            let scale: f64 =
+                function.magnitudes.iter().zip(&self.z).map(|(h, z)| h * z.norm()).sum();
             bound <= f64::EPSILON * scale
         })
     }
@@ -335,9 +309,7 @@ impl<'a> ModalMotion<'a> {
         let count = self.w.len();
         panel.width = level.width;
         panel.coefficients.clear();
-        panel
-            .coefficients
-            .resize(basis.functions.len() * COEFFICIENTS, 0.0);
+        panel.coefficients.resize(basis.functions.len() * COEFFICIENTS, 0.0);
         panel.error.clear();
         panel.curvature_error.clear();
         // Dot products of `count` complex terms, a table built by DEGREE multiplications, Horner's rule,
@@ -382,9 +354,7 @@ impl<'a> ModalMotion<'a> {
             c[1] = slope * level.width;
             affine += function.slope.abs() * level.width;
             panel.curvature_error.push(rounding * curvature + remainder);
-            panel
-                .error
-                .push(rounding * (affine + curvature) + remainder);
+            panel.error.push(rounding * (affine + curvature) + remainder);
         }
     }
 
@@ -429,11 +399,7 @@ impl<'a> ModalMotion<'a> {
         for (j, &k) in self.basis.kept.iter().enumerate() {
             let shape = &self.basis.shape[j * count..(j + 1) * count];
             let real_dot = |x: &[Complex64]| -> f64 {
-                shape
-                    .iter()
-                    .zip(x)
-                    .map(|(a, b)| a.re * b.re - a.im * b.im)
-                    .sum()
+                shape.iter().zip(x).map(|(a, b)| a.re * b.re - a.im * b.im).sum()
             };
             q[k] = real_dot(&z);
             u[k] = real_dot(&dz);

@@ -60,23 +60,17 @@ impl TaylorOperator {
             .map(|(contact, _)| (contact.tangential, contact.slider_speed))
             .collect();
         let m = kept.len();
-        let weight: Vec<f64> = (0..scene.size)
-            .map(|k| scene.mass.get(k, k).sqrt())
-            .collect();
+        let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
         let mass = if scene.lumped {
             MassSolve::Diagonal(kept.iter().map(|&k| 1.0 / scene.mass.get(k, k)).collect())
         } else {
             let reduced = Reduced::new(scene, combination)?;
             let pivot = eigen::smallest_relative_pivot(m, &reduced.mass);
             if pivot < 1e-14 {
-                return Err(Error::SingularMass {
-                    combination: combination.clone(),
-                    pivot,
-                });
+                return Err(Error::SingularMass { combination: combination.clone(), pivot });
             }
-            let identity: Vec<f64> = (0..m * m)
-                .map(|k| if k / m == k % m { 1.0 } else { 0.0 })
-                .collect();
+            let identity: Vec<f64> =
+                (0..m * m).map(|k| if k / m == k % m { 1.0 } else { 0.0 }).collect();
             MassSolve::Full(eigen::solve(m, &reduced.mass, &identity))
         };
         let mut operator = Self {
@@ -94,11 +88,7 @@ impl TaylorOperator {
         // omega balances the two blocks; any positive one is valid.
         operator.omega = stiffness.sqrt().max(f64::MIN_POSITIVE);
         let sigma = operator.omega + damping;
-        operator.width = if stiffness + damping > 0.0 {
-            WIDTH / sigma
-        } else {
-            1.0
-        };
+        operator.width = if stiffness + damping > 0.0 { WIDTH / sigma } else { 1.0 };
         operator.rho = sigma * operator.width / (DEGREE + 1) as f64;
         operator.function_norms = functions
             .iter()
@@ -153,10 +143,7 @@ impl TaylorOperator {
                 })
                 .fold(0.0, f64::max)
         };
-        (
-            norm(row_sums(&scene.stiffness)),
-            norm(row_sums(&scene.damping)),
-        )
+        (norm(row_sums(&scene.stiffness)), norm(row_sums(&scene.damping)))
     }
 
     /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
@@ -216,14 +203,7 @@ impl<'a> TaylorMotion<'a> {
             terms[k] = q[k];
             terms[n + k] = speed * operator.width;
         }
-        let mut motion = Self {
-            scene,
-            operator,
-            functions,
-            start: 0.0,
-            panels: 0,
-            terms,
-        };
+        let mut motion = Self { scene, operator, functions, start: 0.0, panels: 0, terms };
         motion.fill();
         motion
     }
@@ -254,13 +234,9 @@ impl<'a> TaylorMotion<'a> {
                     for i in 0..n {
                         combined[i] = q[i] + beta * rate * dq[i];
                     }
-                    self.scene
-                        .stiffness
-                        .add_product(-1.0, &combined, &mut residual);
+                    self.scene.stiffness.add_product(-1.0, &combined, &mut residual);
                     if alpha != 0.0 {
-                        self.scene
-                            .mass
-                            .add_product(-alpha * rate, dq, &mut residual);
+                        self.scene.mass.add_product(-alpha * rate, dq, &mut residual);
                     }
                 }
                 None => {
@@ -294,9 +270,7 @@ impl<'a> TaylorMotion<'a> {
         let h = self.operator.width;
         panel.width = h;
         panel.coefficients.clear();
-        panel
-            .coefficients
-            .resize(self.functions.len() * COEFFICIENTS, 0.0);
+        panel.coefficients.resize(self.functions.len() * COEFFICIENTS, 0.0);
         panel.error.clear();
         panel.curvature_error.clear();
         let tail = self.operator.rho / (1.0 - self.operator.rho) * self.term_norm(DEGREE);
@@ -327,9 +301,7 @@ impl<'a> TaylorMotion<'a> {
             }
             let remainder = tail * self.operator.function_norms[index];
             panel.curvature_error.push(rounding * curvature + remainder);
-            panel
-                .error
-                .push(rounding * (affine + curvature) + remainder);
+            panel.error.push(rounding * (affine + curvature) + remainder);
         }
     }
 
