@@ -1,0 +1,60 @@
+# Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help reproduce test lint format bench docs clean
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+OUT := out
+
+RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml $(wildcard Cargo.lock)
+INSTALLED := $(VENV)/.installed
+
+help: ## List the verbs
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+
+reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
+	$(BIN)/stickslip reproduce --out $(OUT)
+
+# The core is tested in the profile that the package is built in, so that its dependencies compile once.
+test: $(INSTALLED) ## Test the core and the package
+	cargo test --release --locked --package stickslip-core
+	$(BIN)/python -m pytest
+
+lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows no Python
+	cargo fmt --all --check
+	cargo clippy --workspace --all-targets --locked -- -D warnings
+	@if cargo tree --locked --package stickslip-core --edges all | grep -E '(^|[^a-z])(pyo3|numpy)'; \
+	then echo 'stickslip-core must not depend on Python' >&2; exit 1; fi
+	$(BIN)/ruff check
+	$(BIN)/ruff format --check
+	$(BIN)/mypy
+	$(BIN)/python -m mypy.stubtest stickslip._core
+
+format: $(INSTALLED) ## Format Rust and Python
+	cargo fmt --all
+	$(BIN)/ruff check --fix-only
+	$(BIN)/ruff format
+
+bench: $(INSTALLED) ## Time against another integrator at known error
+	PYTHONPATH=tests $(BIN)/python benchmarks/standard_run.py
+
+docs: $(INSTALLED) ## Run the README's examples and redraw its figure
+	$(BIN)/python -m pytest tests/test_readme.py
+	$(BIN)/stickslip reproduce --out $(OUT)
+	cp $(OUT)/limit-cycle.png docs/limit-cycle.png
+
+clean: ## Remove everything that is built
+	rm -rf $(VENV) target $(OUT) build dist
+	rm -f python/stickslip/*.so
+
+$(VENV)/.created:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and f"stickslip needs Python >= 3.11, {sys.executable} is {sys.version.split()[0]}; set PYTHON=...")'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet 'maturin>=1.9,<2'
+	@touch $@
+
+$(INSTALLED): $(VENV)/.created pyproject.toml $(RUST)
+	env -u CONDA_PREFIX VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --locked --extras test,lint
+	@touch $@

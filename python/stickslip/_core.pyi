@@ -1,0 +1,114 @@
+"""Types of the compiled core. Arrays are C-contiguous float64 unless said otherwise; SI units.
+
+`n` scene dofs, `c` contacts, `m` coordinates left free by a status combination, `k` instants.
+Every error a user can cause is raised as a class of `stickslip.errors`.
+"""
+
+from collections.abc import Sequence
+from typing import Literal, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+
+#: (tangential, normal: dof index or (n,) vector; friction, static_friction, slider_speed, restitution, gap)
+ContactData = tuple[int | Real, int | Real, float, float, float, float, float]
+#: a sparse matrix in compressed rows: (data, indices, indptr)
+SparseData = tuple[Real, Index, Index]
+
+@final
+class Scene:
+    def __new__(
+        cls,
+        mass: Real,  # (n,) or (n, n)
+        stiffness: Real | SparseData,  # (n, n)
+        damping: tuple[float, float] | Real | SparseData,  # (mass factor, stiffness factor) or (n, n)
+        force: Real,  # (n,)
+        contacts: Sequence[ContactData],
+        impact_friction: bool,
+    ) -> Scene: ...
+    def with_contacts(self, contacts: Sequence[ContactData]) -> Scene: ...
+    @property
+    def size(self) -> int: ...
+    def reduced(self, combination: str) -> Reduced: ...
+    def modes(self, combination: str) -> Modes: ...
+    def sliding_equilibrium(self) -> tuple[Real, str]: ...  # position, combination
+    def check_state(self, position: Real, velocity: Real, combination: str) -> None: ...
+    def simulate(
+        self,
+        position: Real,
+        velocity: Real,
+        combination: str,
+        duration: float,
+        method: Literal["auto", "modal", "taylor"],
+        max_events: int | None,
+        time_limit: float | None,
+        accumulation_tolerance: float,
+        on_grazing: Literal["keep", "stop"],
+    ) -> Trajectory: ...
+
+@final
+class Reduced:
+    """`M q'' + C q' + K q = F0 + F1 t`, x = basis q + prescribed motion."""
+
+    mass: Real  # (m, m)
+    damping: Real  # (m, m)
+    stiffness: Real  # (m, m)
+    force_constant: Real  # (m,) F0 with every sticking contact at zero tangential displacement
+    force_linear: Real  # (m,) F1
+    right_basis: Real  # (n, m) R
+    left_basis: Real  # (n, m) L
+
+@final
+class Modes:
+    eigenvalues: Complex  # (2m,)
+    right: Complex  # (2m, 2m) columns (xi, lambda xi)
+    left: Complex  # (2m, 2m)
+    a: Complex  # (2m,)
+    b: Complex  # (2m,)
+    shapes: Complex  # (n, 2m)
+    condition: Real  # (2m,)
+    defective: NDArray[np.bool_]  # (2m,)
+    residual: Real  # (2m,)
+    state_a: Real  # (2m, 2m) A of A y' + B y = Q
+    state_b: Real  # (2m, 2m) B
+
+@final
+class Trajectory:
+    event_time: Real
+    event_contact: Index
+    event_kind: list[str]
+    event_combination: list[str]
+    duration: float  # end of the computed motion, s
+    stop_reason: str  # duration, max_events, unbounded, chattering, interrupted, failed
+    stop_message: str  # the same in words
+    counters: dict[str, int]
+    accumulations: list[tuple[int, int, float]]  # event index, bounces left out, error bound of the time
+    # time, contact, kind of the event not taken, event function at the touch, bound on its error
+    grazings: list[tuple[float, int, str, float, float]]
+    def state(self, time: float) -> tuple[Real, Real, str]: ...
+    def event_states(
+        self,
+    ) -> tuple[Real, Real]: ...  # (events, n) position and velocity just after each event
+    def sample(self, times: Real) -> tuple[Real, Real, Real, Real, NDArray[np.uint8]]: ...
+    # position (k, n), velocity (k, n), normal force (k, c), friction force (k, c),
+    # status code (k, c) as ASCII of + - s d
+    def modal_coordinates(self, times: Real) -> list[tuple[str, Index, Complex]]: ...
+    # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
+
+def chain(
+    upper_mass: Real,  # (s,)
+    contact_mass: Real,  # (s,)
+    inclination: Real,  # (s,) rad
+    vertical_stiffness: Real,  # (s,) upper mass to vertical of the contact mass
+    horizontal_stiffness: Real,  # (s,) upper mass to horizontal of the contact mass
+    ceiling_stiffness: Real,  # (s,)
+    preload_displacement: Real,  # (s,) m
+    external_force: Real,  # (s,) N, positive presses down
+    link_horizontal: Real,  # (s - 1,)
+    link_vertical: Real,  # (s - 1,)
+    wall_stiffness: float,
+) -> tuple[Real, SparseData, Real]: ...  # mass (4s,), stiffness (4s, 4s), force (4s,)

@@ -1,0 +1,110 @@
+"""The command line: `stickslip`."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+
+import click
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from stickslip import figures
+from stickslip.models import two_subsystems
+from stickslip.published import published
+from stickslip.reproduce import FRICTIONS, Row, attractor, rows, standard_run
+
+#: Colours of the verdicts.
+STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not printed": "dim"}
+
+
+@click.group()
+@click.version_option(package_name="stickslip")
+def main() -> None:
+    """Friction-induced vibration: complex modes and stick-slip transients."""
+
+
+@main.command()
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for the figures; created if missing.",
+)
+@click.option(
+    "--json",
+    "json_file",
+    type=click.Path(dir_okay=False, writable=True, path_type=Path),
+    help="File for the comparison as JSON.",
+)
+def reproduce(out: Path | None, json_file: Path | None) -> None:
+    """Compute every published number of the two-subsystem model and compare.
+
+    A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
+    differs and is no named erratum.
+    """
+    found = rows()
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=160)
+    console.print(comparison_table(found))
+    for number, note in enumerate(_notes(found), start=1):
+        console.print(f"  \\[{number}] {note}")
+    differing = sum(row.verdict == "differs" for row in found)
+    counts = ", ".join(f"{sum(row.verdict == verdict for row in found)} {verdict}" for verdict in STYLES)
+    console.print(f"{len(found)} quantities: {counts}")
+    if json_file is not None:
+        json_file.write_text(json.dumps([dataclasses.asdict(row) for row in found], indent=1) + "\n")
+    if out is not None:
+        for path in write_figures(out):
+            console.print(f"wrote {path}")
+    if differing:
+        raise SystemExit(1)
+
+
+def comparison_table(found: list[Row]) -> Table:
+    """Return the comparison as one table; notes are referred to by number."""
+    numbers = {note: number for number, note in enumerate(_notes(found), start=1)}
+    table = Table(title="Published and computed", title_justify="left")
+    for heading in ("source", "quantity"):
+        table.add_column(heading)
+    for heading in ("published", "computed", "difference"):
+        table.add_column(heading, justify="right")
+    table.add_column("verdict")
+    source = None
+    for row in found:
+        if source not in (None, row.source):
+            table.add_section()
+        note = f" \\[{numbers[row.note]}]" if row.note else ""
+        table.add_row(
+            "" if row.source == source else row.source,
+            row.quantity,
+            row.published,
+            row.computed,
+            row.difference,
+            f"[{STYLES[row.verdict]}]{row.verdict}[/]{note}",
+        )
+        source = row.source
+    return table
+
+
+def write_figures(folder: Path) -> list[Path]:
+    """Write the figures of the published model as PNG and return their paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    run = standard_run()
+    settled = published()["limit_cycles"][0]
+    drawn = {
+        "loci.png": figures.loci(two_subsystems(), np.linspace(0.0, FRICTIONS[-1], 301)),
+        "history.png": figures.history(run),
+        "phase-plane.png": figures.phase_plane(run),
+        "contact-status.png": figures.contact_status(run),
+        "limit-cycle.png": figures.limit_cycle(attractor(settled["friction"], settled["slider_speed"])),
+    }
+    for name, figure in drawn.items():
+        figures.save(figure, folder / name)
+    return [folder / name for name in drawn]
+
+
+def _notes(found: list[Row]) -> list[str]:
+    return list(dict.fromkeys(row.note for row in found if row.note))

@@ -1,0 +1,38 @@
+"""What a user can get wrong, and what can stop a run."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from stickslip.transient import Trajectory
+
+
+class StickslipError(Exception):
+    """Base of every error this package raises on purpose."""
+
+
+class InputError(StickslipError, ValueError):
+    """Ill-posed input; the message names the argument and its value."""
+
+
+class RunError(StickslipError, RuntimeError):
+    """A run that cannot go on.
+
+    Attributes
+    ----------
+    partial
+        The motion computed so far, a `Trajectory`, or None where nothing was computed.
+    """
+
+    def __init__(self, message: str, partial: Trajectory | None = None) -> None:
+        super().__init__(message)
+        self.partial = partial
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """A run that the user interrupted; `partial` is the motion computed so far, a `Trajectory`."""
+
+    def __init__(self, partial: Trajectory) -> None:
+        super().__init__(f"interrupted after {partial.duration:g} s of motion")
+        self.partial = partial

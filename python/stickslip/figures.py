@@ -1,0 +1,125 @@
+"""Figures of modes and motions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from stickslip.arrays import Real
+from stickslip.attractor import Attractor
+from stickslip.modes import complex_modes
+from stickslip.scene import Scene
+from stickslip.transient import Trajectory
+
+#: One colour per status, the same in every figure.
+COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
+NAMES = {"+": "positive sliding", "-": "negative sliding", "s": "sticking", "d": "detached"}
+STABLE, UNSTABLE = COLOURS["+"], COLOURS["s"]
+#: Samples of a history: some thirty per period of the fastest visible line.
+HISTORY = 6001
+
+
+def loci(scene: Scene, frictions: Real) -> Figure:
+    """Return growth rates and frequencies of steady sliding over friction (the paper's Fig. 3)."""
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    growth, frequency = figure.subplots(1, 2)
+    for friction in frictions:
+        modes = complex_modes(scene.replace(friction=float(friction)))
+        upper = modes.eigenvalues.imag >= 0.0
+        colours = np.where(modes.unstable[upper], UNSTABLE, STABLE)
+        at = np.full(colours.size, friction)
+        growth.scatter(at, modes.eigenvalues[upper].real, s=3, c=colours)
+        frequency.scatter(at, modes.frequencies[upper], s=3, c=colours)
+    growth.axhline(0.0, color="black", linewidth=0.6)
+    # The heavily damped modes would leave the others on one line.
+    growth.set(xlabel="friction coefficient", ylabel="real part, 1/s", ylim=(-250.0, 120.0))
+    frequency.set(xlabel="friction coefficient", ylabel="|eigenvalue| / 2π, Hz")
+    figure.suptitle("Complex eigenvalues of steady sliding (red: unstable)")
+    return figure
+
+
+def history(run: Trajectory, dofs: tuple[str, ...] = ("x1", "x2", "x3", "x7")) -> Figure:
+    """Return displacements over time, relative to the start (the paper's Fig. 5)."""
+    figure = Figure(figsize=(9.0, 1.7 * len(dofs)), layout="constrained")
+    motion = run.sample(np.linspace(0.0, run.duration, HISTORY))
+    panels = figure.subplots(len(dofs), 1, sharex=True, squeeze=False)[:, 0]
+    for axes, dof in zip(panels, dofs, strict=True):
+        displacement = motion.position.sel(dof=dof)
+        axes.plot(motion.time, 1e6 * (displacement - displacement[0]), color=STABLE, linewidth=0.7)
+        axes.set_ylabel(f"{dof}, µm")
+    panels[-1].set_xlabel("time, s")
+    figure.suptitle("Displacement from steady sliding")
+    return figure
+
+
+def phase_plane(run: Trajectory) -> Figure:
+    """Return slip motion of every contact in its phase plane, from the start on (the paper's Fig. 6)."""
+    return _phase_planes(
+        run, np.linspace(0.0, run.duration, 4 * HISTORY), "Phase plane of the contact masses"
+    )
+
+
+def limit_cycle(cycle: Attractor) -> Figure:
+    """Return the slip motion of every contact over one period of the limit cycle."""
+    sequence = " → ".join(cycle.combinations)
+    title = f"Limit cycle, period {1e3 * cycle.period:.4f} ms: {sequence}"
+    return _phase_planes(cycle.run, np.append(cycle.sample_times(), cycle.begin + cycle.period), title)
+
+
+def contact_status(run: Trajectory) -> Figure:
+    """Return the status of every contact over time (the paper's Fig. 7)."""
+    contacts = run.scene.contact_labels()
+    figure = Figure(figsize=(9.0, 1.2 + 0.7 * len(contacts)), layout="constrained")
+    axes = figure.subplots()
+    begins = np.concatenate([[0.0], run.events.time])
+    widths = np.diff(begins, append=run.duration)
+    combinations = [run.start.combination, *run.events.combination]
+    for contact in range(len(contacts)):
+        for status, colour in COLOURS.items():
+            spans = [
+                (begin, width)
+                for begin, width, combination in zip(begins, widths, combinations, strict=True)
+                if combination[contact] == status
+            ]
+            axes.broken_barh(spans, (contact - 0.4, 0.8), facecolors=colour)
+    axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(contacts)))
+    axes.set_yticklabels([f"contact {label}" for label in contacts])
+    _status_legend(axes, "".join(sorted(set("".join(combinations)))))
+    return figure
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG; the same figure gives the same bytes."""
+    figure.savefig(path, dpi=150, metadata={"Software": None})
+
+
+def _phase_planes(run: Trajectory, times: Real, title: str) -> Figure:
+    motion = run.sample(times)
+    scene = run.scene
+    labels = scene.contact_labels()
+    figure = Figure(figsize=(4.8 * len(labels), 4.4), layout="constrained")
+    panels = figure.subplots(1, len(labels), squeeze=False)[0]
+    for index, (axes, contact, label) in enumerate(zip(panels, scene.contacts, labels, strict=True)):
+        direction = scene.tangential_direction(index)
+        displacement = 1e6 * motion.position.to_numpy() @ direction
+        velocity = motion.velocity.to_numpy() @ direction
+        status = motion.status.to_numpy()[:, index]
+        for letter, colour in COLOURS.items():
+            # The sample before a stretch belongs to it as well, so that the curve has no holes.
+            shown = (status == letter) | np.append(status[1:] == letter, False)
+            axes.plot(np.where(shown, displacement, np.nan), velocity, color=colour, linewidth=1.2)
+        axes.axhline(contact.slider_speed, color="black", linewidth=0.6, linestyle="--", zorder=1)
+        axes.set(xlabel="tangential displacement, µm", title=f"contact {label}")
+    panels[0].set_ylabel("tangential velocity, m/s (dashed: slider)")
+    _status_legend(panels[-1], "".join(np.unique(motion.status)))
+    figure.suptitle(title)
+    return figure
+
+
+def _status_legend(axes: Axes, present: str) -> None:
+    for status in present:
+        axes.plot([], [], color=COLOURS[status], linewidth=4, label=f"{status}  {NAMES[status]}")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)

@@ -1,0 +1,121 @@
+"""Complex modes of a status combination."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.arrays import Complex, Real
+from stickslip.scene import Scene
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes:
+    """Eigenvalues and vectors of ``A y' + B y = 0``, y = (q, q'), for one status combination.
+
+    ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors ``lambda A xi = -B xi``, left
+    vectors ``lambda v' A = -v' B`` (plain transpose). m eigenvalues, sorted by modulus, the two of a
+    conjugate pair adjacent, positive imaginary part first; real ones occur.
+
+    Attributes
+    ----------
+    combination
+        The status combination.
+    eigenvalues
+        lambda, (m,), 1/s; a positive real part grows.
+    right, left
+        Columns xi and v, (m, m): ``left.T @ A @ right = diag(a)``, ``left.T @ B @ right = diag(b)``. The
+        largest displacement of a right vector is 1.
+    a, b
+        (m,), ``lambda = -b / a``; nan where a mode is defective and has no bi-orthogonal pair.
+    shapes
+        Displacement over all n dofs of the scene, (n, m).
+    condition
+        Condition number of each eigenvalue, (m,); infinite at a defective one.
+    defective
+        Whether an eigenvalue has too few eigenvectors, (m,).
+    residual
+        Relative residual of each right pair, (m,).
+    state_a, state_b
+        A and B, (m, m).
+    """
+
+    combination: str
+    eigenvalues: Complex
+    right: Complex
+    left: Complex
+    a: Complex
+    b: Complex
+    shapes: Complex
+    condition: Real
+    defective: NDArray[np.bool_]
+    residual: Real
+    state_a: Real
+    state_b: Real
+    dofs: tuple[str, ...]
+
+    @property
+    def frequencies(self) -> Real:
+        """``|lambda| / (2 pi)``, (m,), Hz."""
+        return np.abs(self.eigenvalues) / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Real:
+        """``-Re(lambda) / |lambda|``, (m,); negative where a mode grows, nan where lambda = 0."""
+        with np.errstate(invalid="ignore"):
+            ratios: Real = -self.eigenvalues.real / np.abs(self.eigenvalues)
+        return ratios
+
+    @property
+    def unstable(self) -> NDArray[np.bool_]:
+        """Whether the real part is positive, (m,)."""
+        return self.eigenvalues.real > 0.0
+
+    def __repr__(self) -> str:
+        lines = [f"Modes({self.combination!r})", "    frequency Hz  damping ratio"]
+        for value, hertz, ratio in zip(self.eigenvalues, self.frequencies, self.damping_ratios, strict=True):
+            if value.imag >= 0.0:
+                note = ("  real" if value.imag == 0.0 else "") + ("  unstable" if value.real > 0.0 else "")
+                lines.append(f"  {hertz:14.4f}  {ratio:+13.6f}{note}")
+        return "\n".join(lines)
+
+
+def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
+    """Return the complex modes of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    combination
+        One letter of ``+ - s d`` per contact; None: all positive sliding.
+
+    Raises
+    ------
+    InputError
+        If `combination` does not fit the scene.
+
+    Notes
+    -----
+    Errors of the eigenvalues are `condition` times rounding times the norm of the problem; every pair's
+    `residual` is checked by the core.
+    """
+    chosen = "+" * len(scene.contacts) if combination is None else combination
+    core = scene.core.modes(chosen)
+    return Modes(
+        chosen,
+        core.eigenvalues,
+        core.right,
+        core.left,
+        core.a,
+        core.b,
+        core.shapes,
+        core.condition,
+        core.defective,
+        core.residual,
+        core.state_a,
+        core.state_b,
+        scene.dofs,
+    )

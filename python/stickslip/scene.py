@@ -1,0 +1,227 @@
+"""A mechanical model with frictional unilateral contacts."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike
+
+from stickslip import _core
+from stickslip.arrays import Real, core_matrix, real_array, real_matrix, real_number
+from stickslip.contact import LAW, Contact, core_contact, nearest, per_contact
+from stickslip.errors import InputError
+
+#: A matrix as a scene keeps it: read-only, dense or in compressed rows.
+Matrix: TypeAlias = Real | scipy.sparse.csr_array
+
+
+@dataclass(frozen=True)
+class Proportional:
+    """Damping ``C = mass M + stiffness K``; mass in 1/s, stiffness in s."""
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Scene:
+    """``M x'' + C x' + K x = F + sum_i (n_i N_i + t_i T_i)`` with its contacts; immutable and validated.
+
+    Parameters
+    ----------
+    mass
+        M: (n,) lumped or (n, n) symmetric positive definite, kg.
+    stiffness
+        K: (n, n) symmetric, N/m; dense or scipy.sparse.
+    damping
+        C: `Proportional`, an (n, n) symmetric matrix in N s/m, dense or sparse, or None for no damping.
+    force
+        F: (n,), N, constant; None: no force.
+    contacts
+        The contacts, in the order of the letters of a status combination.
+    dofs
+        Names of the dofs; None: ``x1``, ``x2``, ...
+    impact_friction
+        Whether an impact also takes the Coulomb impulse of at most friction times the normal impulse;
+        otherwise the tangential velocity is unchanged by it.
+
+    Raises
+    ------
+    InputError
+        If anything is ill-posed: shape, number, symmetry, mass not positive definite, a contact direction
+        unknown or dependent on the others, friction < 0, static_friction < friction, restitution outside
+        [0, 1], ...
+    """
+
+    mass: Real
+    stiffness: Matrix
+    damping: Proportional | Matrix | None
+    force: Real
+    contacts: tuple[Contact, ...]
+    dofs: tuple[str, ...]
+    impact_friction: bool
+    core: _core.Scene = dataclasses.field(repr=False)
+
+    def __init__(
+        self,
+        mass: ArrayLike,
+        stiffness: Any,
+        damping: Any = None,
+        force: ArrayLike | None = None,
+        contacts: Sequence[Contact] = (),
+        dofs: Sequence[str] | None = None,
+        impact_friction: bool = False,
+    ) -> None:
+        m = real_array("mass", mass, 1, 2)
+        size = m.shape[0]
+        if m.ndim == 2 and m.shape[1] != size:
+            raise InputError(f"mass: expected shape (n,) or (n, n), got {m.shape}")
+        k = real_matrix("stiffness", stiffness)
+        c = _damping(damping)
+        f = real_array("force", np.zeros(size) if force is None else force, 1)
+        names = _dof_names(dofs, size)
+        if not isinstance(impact_friction, bool | np.bool_):
+            raise InputError(f"impact_friction: expected True or False, got {impact_friction!r}")
+        if isinstance(contacts, Contact):
+            raise InputError("contacts: expected a sequence of contacts, got a single Contact")
+        listed = tuple(contacts)
+        core = _core.Scene(
+            m,
+            _core_square("stiffness", k, size),
+            _core_damping(c, size),
+            f,
+            [core_contact(contact, i, names) for i, contact in enumerate(listed)],
+            bool(impact_friction),
+        )
+        self._set(
+            mass=m,
+            stiffness=k,
+            damping=c,
+            force=f,
+            contacts=listed,
+            dofs=names,
+            impact_friction=bool(impact_friction),
+            core=core,
+        )
+
+    def _set(self, **fields: Any) -> None:
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def size(self) -> int:
+        """Number of dofs, n."""
+        return len(self.dofs)
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a scene with some arguments changed.
+
+        Parameters
+        ----------
+        **changes
+            Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
+            ``slider_speed``, ``restitution``, ``gap``) as a scalar or with one value per contact.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, the number of values is not the number of contacts, or the new scene is
+            ill-posed.
+        """
+        arguments = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name != "core"}
+        law = {name: changes.pop(name) for name in LAW if name in changes}
+        for name in changes:
+            if name not in arguments:
+                raise InputError(f"replace: unknown field {name!r}{nearest(name, [*arguments, *LAW])}")
+        contacts = tuple(changes.pop("contacts", self.contacts))
+        for name, value in law.items():
+            values = per_contact(name, value, len(contacts))
+            contacts = tuple(
+                dataclasses.replace(contact, **{name: one})
+                for contact, one in zip(contacts, values, strict=True)
+            )
+        if changes:
+            return Scene(**{**arguments, "contacts": contacts, **changes})
+        # The arrays are shared.
+        scene = object.__new__(Scene)
+        core = self.core.with_contacts([core_contact(c, i, self.dofs) for i, c in enumerate(contacts)])
+        scene._set(**{**arguments, "contacts": contacts, "core": core})
+        return scene
+
+    def contact_labels(self) -> list[int] | list[str]:
+        """Return how tables label the contacts: indices, or names as soon as one contact has a name."""
+        if all(contact.name is None for contact in self.contacts):
+            return list(range(len(self.contacts)))
+        return [str(i) if c.name is None else c.name for i, c in enumerate(self.contacts)]
+
+    def tangential_direction(self, contact: int) -> Real:
+        """Return the direction t of a contact, (n,)."""
+        core = core_contact(self.contacts[contact], contact, self.dofs)[0]
+        return np.eye(self.size)[core] if isinstance(core, int) else core
+
+    def __reduce__(self) -> tuple[type[Scene], tuple[Any, ...]]:
+        return Scene, (
+            self.mass,
+            self.stiffness,
+            self.damping,
+            self.force,
+            self.contacts,
+            self.dofs,
+            self.impact_friction,
+        )
+
+    def __repr__(self) -> str:
+        lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts)"]
+        for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
+            law = f"friction {contact.friction:g}, slider speed {contact.slider_speed:g} m/s"
+            lines.append(f"  contact {label}: {law}")
+        return "\n".join(lines)
+
+
+def default_dofs(size: int) -> tuple[str, ...]:
+    """Return the names dofs have unless told otherwise: x1, x2, ..."""
+    return tuple(f"x{i + 1}" for i in range(size))
+
+
+def _dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
+    if dofs is None:
+        return default_dofs(size)
+    names = tuple(dofs)
+    if len(names) != size:
+        raise InputError(f"dofs: expected {size} names, got {len(names)}")
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(f"dofs: expected names, got {name!r}")
+        if names.count(name) > 1:
+            raise InputError(f"dofs: {name!r} names more than one dof")
+    return names
+
+
+def _damping(damping: Any) -> Proportional | Matrix | None:
+    if damping is None:
+        return None
+    if isinstance(damping, Proportional):
+        return Proportional(
+            mass=real_number("damping.mass", damping.mass),
+            stiffness=real_number("damping.stiffness", damping.stiffness),
+        )
+    return real_matrix("damping", damping)
+
+
+def _core_damping(damping: Proportional | Matrix | None, size: int) -> Any:
+    if damping is None:
+        return (0.0, 0.0)
+    if isinstance(damping, Proportional):
+        return (damping.mass, damping.stiffness)
+    return _core_square("damping", damping, size)
+
+
+def _core_square(argument: str, matrix: Matrix, size: int) -> Any:
+    if matrix.shape != (size, size):
+        raise InputError(f"{argument}: expected shape {(size, size)}, got {matrix.shape}")
+    return core_matrix(matrix)

@@ -1,0 +1,122 @@
+"""Where the system is, how it moves, and what its contacts do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.arrays import Real, real_array, real_number
+from stickslip.contact import dof_index
+from stickslip.errors import InputError
+from stickslip.scene import Scene, default_dofs
+
+#: Change of a state: dof name or index to amount, or one amount per dof.
+Change = Mapping[str | int, float] | ArrayLike
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class State:
+    """Position and velocity of every dof, and the status of every contact.
+
+    Parameters
+    ----------
+    position
+        x, (n,), m.
+    velocity
+        x', (n,), m/s.
+    combination
+        One letter per contact: ``+`` positive sliding (slip velocity < 0), ``-`` negative sliding,
+        ``s`` sticking, ``d`` detached.
+    dofs
+        Names of the dofs; None: ``x1``, ``x2``, ...
+
+    Raises
+    ------
+    InputError
+        If position and velocity are no real vectors of one length. Whether the state fits a scene and its
+        own combination is checked by what uses it.
+    """
+
+    position: Real
+    velocity: Real
+    combination: str = field(kw_only=True)
+    dofs: tuple[str, ...] = field(kw_only=True)
+
+    def __init__(
+        self,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        combination: str,
+        dofs: Sequence[str] | None = None,
+    ) -> None:
+        x = real_array("position", position, 1)
+        v = real_array("velocity", velocity, 1)
+        if x.shape != v.shape:
+            raise InputError(f"velocity: expected shape {x.shape} like position, got {v.shape}")
+        if not isinstance(combination, str):
+            raise InputError(f"combination: expected a string such as '+s', got {combination!r}")
+        names = default_dofs(x.size) if dofs is None else tuple(dofs)
+        if len(names) != x.size:
+            raise InputError(f"dofs: expected {x.size} names, got {len(names)}")
+        object.__setattr__(self, "position", x)
+        object.__setattr__(self, "velocity", v)
+        object.__setattr__(self, "combination", combination)
+        object.__setattr__(self, "dofs", names)
+
+    def perturbed(self, position: Change | None = None, velocity: Change | None = None) -> State:
+        """Return the state with something added; the combination stays.
+
+        Parameters
+        ----------
+        position, velocity
+            What to add, m and m/s: a mapping from dof name or index to amount, or a vector (n,).
+
+        Raises
+        ------
+        InputError
+            If a dof is unknown or an amount is no real number.
+        """
+        return State(
+            self.position + self._change("position", position),
+            self.velocity + self._change("velocity", velocity),
+            self.combination,
+            self.dofs,
+        )
+
+    def _change(self, argument: str, change: Change | None) -> Real:
+        added = np.zeros(self.position.size)
+        if isinstance(change, Mapping):
+            for dof, amount in change.items():
+                added[dof_index(argument, dof, self.dofs)] += real_number(f"{argument}[{dof!r}]", amount)
+        elif change is not None:
+            vector = real_array(argument, change, 1)
+            if vector.shape != added.shape:
+                raise InputError(f"{argument}: expected shape {added.shape}, got {vector.shape}")
+            added += vector
+        return added
+
+    def __repr__(self) -> str:
+        def row(values: Real) -> str:
+            return np.array2string(values, precision=6, threshold=10, edgeitems=3, separator=", ")
+
+        return (
+            f"State({self.combination!r}, {self.position.size} dofs,\n"
+            f"  position={row(self.position)},\n  velocity={row(self.velocity)})"
+        )
+
+
+def sliding_equilibrium(scene: Scene) -> State:
+    """Return the equilibrium of steady sliding: every contact closed and sliding against its slider.
+
+    The sliding sign of contact i is that of its slider speed: ``+`` for a positive one, T = +mu N.
+
+    Raises
+    ------
+    InputError
+        If a slider speed is zero (no direction), a normal force is tensile, or the stiffness is singular.
+    """
+    position, combination = scene.core.sliding_equilibrium()
+    return State(position, np.zeros(position.size), combination, scene.dofs)

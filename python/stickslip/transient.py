@@ -1,0 +1,300 @@
+"""The nonlinear transient: exact motion between status changes, and the changes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+import xarray as xr
+from numpy.typing import ArrayLike
+
+from stickslip import _core
+from stickslip.arrays import Index, Names, Real, real_array, real_number
+from stickslip.errors import InputError, RunError, RunInterrupted
+from stickslip.scene import Scene
+from stickslip.state import State
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Events:
+    """Every status change and impact of a run, in order; one entry per contact and instant.
+
+    Attributes
+    ----------
+    time
+        (e,), s.
+    contact
+        Index of the contact, (e,).
+    kind
+        (e,): ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
+        ``impact``, ``accumulation``. An impact counts even if the combination stays.
+    combination
+        The combination after the instant, (e,).
+    """
+
+    time: Real
+    contact: Index
+    kind: Names
+    combination: Names
+
+    def __len__(self) -> int:
+        return self.time.size
+
+    def __repr__(self) -> str:
+        rows = [
+            f"  {t:.12f} s  contact {i}  {kind:<9} -> {combination}"
+            for t, i, kind, combination in zip(
+                self.time[:10], self.contact, self.kind, self.combination, strict=False
+            )
+        ]
+        more = [f"  ... {len(self) - 10} more"] if len(self) > 10 else []
+        return "\n".join([f"Events({len(self)})", *rows, *more])
+
+
+class Grazing(NamedTuple):
+    """A touch of an event function within rounding: the status was kept, the alternative may be true."""
+
+    #: s
+    time: float
+    #: index of the contact
+    contact: int
+    #: kind of the event that was not taken
+    alternative: str
+    #: the event function at the touch, in its own unit (m/s, N or m)
+    value: float
+    #: bound on the error of `value`, same unit
+    uncertainty: float
+
+
+class Accumulation(NamedTuple):
+    """The limit of a series of bounces, taken instead of the rest of them."""
+
+    #: index of its event
+    event: int
+    #: bounces left out whose remaining time is at least one ulp of t
+    bounces: int
+    #: bound of the error of its time, s: the gap's acceleration is taken as constant over the rest
+    error: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory:
+    """A computed motion from 0 to `duration`: the events are kept, anything between is evaluated on demand.
+
+    Attributes
+    ----------
+    scene, start
+        What was simulated, from where.
+    events
+        The events.
+    grazings
+        Touches that rounding cannot tell from events.
+    accumulations
+        What stands behind each event of kind ``accumulation``.
+    accumulations
+        The limits of series of bounces, one for each event ``accumulation``.
+    duration
+        End of the computed motion, s.
+    stop_reason
+        Why it ends there: ``duration``, ``max_events``, ``time_limit``, ``grazing`` (asked to stop there), or
+        ``unbounded`` (beyond the range of numbers); the
+        partial motion of an error also has ``failed``, ``chattering``, ``interrupted``.
+    counters
+        How much work it took; exact numbers that do not depend on the machine.
+    """
+
+    scene: Scene
+    start: State
+    core: _core.Trajectory
+    events: Events
+    grazings: tuple[Grazing, ...]
+    accumulations: tuple[Accumulation, ...]
+    duration: float
+    stop_reason: str
+    counters: dict[str, int]
+
+    @classmethod
+    def _of(cls, scene: Scene, start: State, core: _core.Trajectory) -> Trajectory:
+        events = Events(
+            core.event_time,
+            core.event_contact,
+            np.array(core.event_kind, dtype=np.str_),
+            np.array(core.event_combination, dtype=np.str_),
+        )
+        return cls(
+            scene,
+            start,
+            core,
+            events,
+            tuple(Grazing(*touch) for touch in core.grazings),
+            tuple(Accumulation(*limit) for limit in core.accumulations),
+            core.duration,
+            core.stop_reason,
+            dict(core.counters),
+        )
+
+    def state(self, time: float) -> State:
+        """Return the state at a time in [0, duration], s; at an event time, the state after it.
+
+        Raises
+        ------
+        InputError
+            If the time lies outside the computed motion.
+        """
+        position, velocity, combination = self.core.state(real_number("time", time))
+        return State(position, velocity, combination, self.scene.dofs)
+
+    def sample(self, times: ArrayLike) -> xr.Dataset:
+        """Return motion and contact forces at k times in [0, duration], s; any order.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``position`` (time, dof) m, ``velocity`` (time, dof) m/s, ``normal_force`` (time, contact) N,
+            compression positive, ``friction_force`` (time, contact) N, on the mass along t, and ``status``
+            (time, contact), one of ``+ - s d``. At an event time: just after the event.
+
+        Raises
+        ------
+        InputError
+            If a time lies outside the computed motion.
+        """
+        at = np.atleast_1d(real_array("times", times, 0, 1))
+        position, velocity, normal, friction, status = self.core.sample(at)
+        motion, force = ("time", "dof"), ("time", "contact")
+        return xr.Dataset(
+            {
+                "position": (motion, position, {"units": "m"}),
+                "velocity": (motion, velocity, {"units": "m/s"}),
+                "normal_force": (force, normal, {"units": "N", "sign": "compression positive"}),
+                "friction_force": (force, friction, {"units": "N", "sign": "on the mass, along t"}),
+                "status": (force, np.ascontiguousarray(status).view("S1").astype(np.str_)),
+            },
+            coords={
+                "time": ("time", at, {"units": "s"}),
+                "dof": list(self.scene.dofs),
+                "contact": self.scene.contact_labels(),
+            },
+        )
+
+    def modal_coordinates(self, times: ArrayLike) -> xr.DataArray:
+        """Return the modal coordinates z, ``(q, q') = Xi z``, in the modes of each instant's combination.
+
+        Parameters
+        ----------
+        times
+            k times in [0, duration], s, ascending or not.
+
+        Returns
+        -------
+        xarray.DataArray
+            (time, mode), complex, m, in the order of `Modes.eigenvalues` of the coordinate ``combination``
+            (time); nan beyond the modes of a combination that has fewer than the largest of these.
+
+        Raises
+        ------
+        InputError
+            If a time lies outside the computed motion, or the modes of a combination are defective.
+        """
+        at = np.atleast_1d(real_array("times", times, 0, 1))
+        runs = self.core.modal_coordinates(at)
+        width = max((coordinates.shape[1] for _, _, coordinates in runs), default=0)
+        table = np.full((at.size, width), complex(np.nan, np.nan))
+        combination = np.empty(at.size, dtype=f"<U{len(self.scene.contacts)}")
+        for name, rows, coordinates in runs:
+            table[rows, : coordinates.shape[1]] = coordinates
+            combination[rows] = name
+        return xr.DataArray(
+            table,
+            dims=("time", "mode"),
+            coords={"time": ("time", at, {"units": "s"}), "combination": ("time", combination)},
+            name="modal_coordinates",
+            attrs={"units": "m"},
+        )
+
+    def event_states(self) -> tuple[Real, Real]:
+        """Return position, m, and velocity, m/s, just after each event, (e, n) each."""
+        return self.core.event_states()
+
+    def __repr__(self) -> str:
+        counted = f"{len(self.events)} events, {len(self.grazings)} grazings"
+        return f"Trajectory({self.duration:g} s, {counted}, stopped by {self.stop_reason})"
+
+
+def simulate(
+    scene: Scene,
+    start: State,
+    duration: float,
+    method: Literal["auto", "modal", "taylor"] = "auto",
+    max_events: int | None = None,
+    *,
+    time_limit: float | None = None,
+    accumulation_tolerance: float = 0.0,
+    on_grazing: Literal["keep", "stop"] = "keep",
+) -> Trajectory:
+    """Return the motion of a scene from a start state.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    start
+        State at t = 0; it must satisfy its own combination.
+    duration
+        > 0, s.
+    method
+        How phases are propagated: in modal coordinates, by Taylor series, or whichever fits.
+    max_events
+        Stop after that many events; None: no limit.
+    time_limit
+        Stop after that much wall-clock time, s; None: no limit.
+    accumulation_tolerance
+        Bounces whose remaining times sum to less than this, s, are replaced by their limit: the contact comes
+        to rest there, as one event ``accumulation`` (see `Trajectory.accumulations`). At least one ulp of t.
+    on_grazing
+        What to do where an event function touches zero within rounding: ``keep`` the status and go on, or
+        ``stop`` there.
+
+    Raises
+    ------
+    InputError
+        If an argument is ill-posed, or the start state penetrates or violates its combination.
+    RunError
+        If the motion cannot be continued; `RunError.partial` holds it up to there.
+    RunInterrupted
+        On Ctrl-C; a `KeyboardInterrupt` that holds the motion up to there.
+    """
+    if not isinstance(scene, Scene):
+        raise InputError(f"scene: expected a Scene, got {scene!r}")
+    if not isinstance(start, State):
+        raise InputError(f"start: expected a State, got {start!r}")
+    if method not in ("auto", "modal", "taylor"):
+        raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
+    if on_grazing not in ("keep", "stop"):
+        raise InputError(f"on_grazing: expected 'keep' or 'stop', got {on_grazing!r}")
+    core = scene.core.simulate(
+        start.position,
+        start.velocity,
+        start.combination,
+        real_number("duration", duration),
+        method,
+        _event_limit(max_events),
+        None if time_limit is None else real_number("time_limit", time_limit),
+        real_number("accumulation_tolerance", accumulation_tolerance),
+        on_grazing,
+    )
+    run = Trajectory._of(scene, start, core)
+    if run.stop_reason in ("failed", "chattering"):
+        raise RunError(core.stop_message, run)
+    if run.stop_reason == "interrupted":
+        raise RunInterrupted(run)
+    return run
+
+
+def _event_limit(value: Any) -> int | None:
+    if value is None:
+        return None
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 0:
+        return int(value)
+    raise InputError(f"max_events: expected an integer >= 0 or None, got {value!r}")

@@ -1,0 +1,211 @@
+"""The same mechanics by other means: contact forces as multipliers, motion by a Runge-Kutta method.
+
+Nothing is shared with the package but the scene. In a combination the accelerations and contact forces solve
+
+    [ M  -D ] [ a ]   [ F - C u - K x ]
+    [ E   0 ] [ f ] = [ 0             ]
+
+with one unknown force per constrained direction, so that y' = G y + h and every contact force is affine in y.
+`solve_ivp` runs from event to event and is started again after each.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.integrate import solve_ivp
+
+#: Longest step, s: zeros of an event function that lie closer are missed.
+LONGEST_STEP = 1e-4
+
+
+@dataclass
+class Motion:
+    time: list = field(default_factory=list)
+    contact: list = field(default_factory=list)
+    kind: list = field(default_factory=list)
+    combination: list = field(default_factory=list)
+    #: y = (x, x') after each event
+    states: list = field(default_factory=list)
+    end_state: np.ndarray | None = None
+
+
+class Mechanics:
+    """The linear mechanics of a scene in each of its combinations."""
+
+    def __init__(self, scene):
+        def dense(matrix):
+            return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
+
+        def direction(value):
+            if np.ndim(value) == 0:
+                return np.eye(scene.size)[value]
+            return np.asarray(value)
+
+        self.size = scene.size
+        self.mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
+        self.stiffness = dense(scene.stiffness)
+        if scene.damping is None:
+            self.damping = np.zeros_like(self.stiffness)
+        elif hasattr(scene.damping, "stiffness"):
+            self.damping = scene.damping.mass * self.mass + scene.damping.stiffness * self.stiffness
+        else:
+            self.damping = dense(scene.damping)
+        self.force = scene.force
+        self.contacts = scene.contacts
+        self.normal = [direction(c.normal) for c in scene.contacts]
+        self.tangential = [direction(c.tangential) for c in scene.contacts]
+        self.static = [c.friction if c.static_friction is None else c.static_friction for c in scene.contacts]
+        self.known = {}
+
+    def linear(self, combination):
+        """G and h of y' = G y + h, and for each contact (N, T) as (row, constant) pairs."""
+        if combination not in self.known:
+            self.known[combination] = self._linear(combination)
+        return self.known[combination]
+
+    def _linear(self, combination):
+        n = self.size
+        held, acting, owner = [], [], []
+        for i, status in enumerate(combination):
+            if status == "d":
+                continue
+            slope = {"+": 1.0, "-": -1.0, "s": 0.0}[status] * self.contacts[i].friction
+            held.append(self.normal[i])
+            acting.append(self.normal[i] + slope * self.tangential[i])
+            owner.append((i, "N", slope))
+            if status == "s":
+                held.append(self.tangential[i])
+                acting.append(self.tangential[i])
+                owner.append((i, "T", 0.0))
+        k = len(held)
+        system = np.zeros((n + k, n + k))
+        system[:n, :n] = self.mass
+        for j in range(k):
+            system[:n, n + j] = -acting[j]
+            system[n + j, :n] = held[j]
+        load = np.zeros((n + k, 2 * n + 1))
+        load[:n, :n], load[:n, n : 2 * n], load[:n, 2 * n] = -self.stiffness, -self.damping, self.force
+        solved = np.linalg.solve(system, load)
+        generator = np.zeros((2 * n, 2 * n))
+        generator[:n, n:] = np.eye(n)
+        generator[n:] = solved[:n, : 2 * n]
+        offset = np.concatenate([np.zeros(n), solved[:n, 2 * n]])
+        none = (np.zeros(2 * n), 0.0)
+        forces = [[none, none] for _ in self.contacts]
+        for j, (i, name, slope) in enumerate(owner):
+            row, constant = solved[n + j, : 2 * n], solved[n + j, 2 * n]
+            if name == "N":
+                forces[i] = [(row, constant), (slope * row, slope * constant)]
+            else:
+                forces[i][1] = (row, constant)
+        return generator, offset, forces
+
+    def event_functions(self, combination):
+        """(contact, kind, row, constant): positive while the combination holds."""
+        n = self.size
+        forces = self.linear(combination)[2]
+        functions = []
+        for i, status in enumerate(combination):
+            (normal, normal0), (friction, friction0) = forces[i]
+            if status in "+-":
+                functions.append((i, "release", normal, normal0))
+                if self.static[i] > 0.0:
+                    sign = -1.0 if status == "+" else 1.0
+                    row = np.concatenate([np.zeros(n), sign * self.tangential[i]])
+                    functions.append((i, "velocity", row, -sign * self.contacts[i].slider_speed))
+            elif status == "s":
+                for kind, sign in (("slip+", -1.0), ("slip-", 1.0)):
+                    row = self.static[i] * normal + sign * friction
+                    functions.append((i, kind, row, self.static[i] * normal0 + sign * friction0))
+            else:
+                row = np.concatenate([self.normal[i], np.zeros(n)])
+                functions.append((i, "impact", row, self.contacts[i].gap))
+        return functions
+
+    def contact_force(self, combination, y, contact):
+        (normal, normal0), (friction, friction0) = self.linear(combination)[2][contact]
+        return normal @ y + normal0, friction @ y + friction0
+
+    def slip(self, y, contact):
+        return self.tangential[contact] @ y[self.size :] - self.contacts[contact].slider_speed
+
+    def after(self, combination, y, contact, kind):
+        """Combination and state after an event."""
+
+        def with_status(status):
+            return combination[:contact] + status + combination[contact + 1 :]
+
+        if kind == "velocity":
+            y = self._shifted(y, self.tangential[contact], -self.slip(y, contact))
+            normal, friction = self.contact_force(with_status("s"), y, contact)
+            limit = self.static[contact] * normal
+            status = "s" if abs(friction) <= limit else "+" if friction > 0.0 else "-"
+        elif kind == "release":
+            status = "d"
+        elif kind in ("slip+", "slip-"):
+            status = kind[-1]
+        else:
+            return self._after_impact(combination, y, contact)
+        return with_status(status), y
+
+    def _after_impact(self, combination, y, contact):
+        direction = self.normal[contact]
+        speed = direction @ y[self.size :]
+        y = self._shifted(y, direction, -(1.0 + self.contacts[contact].restitution) * speed)
+        if self.contacts[contact].restitution > 0.0:
+            return combination, y
+        y[: self.size] -= direction * (direction @ y[: self.size] + self.contacts[contact].gap)
+        status = "+" if self.slip(y, contact) < 0.0 else "-"
+        closed = combination[:contact] + status + combination[contact + 1 :]
+        return (combination if self.contact_force(closed, y, contact)[0] < 0.0 else closed), y
+
+    def _shifted(self, y, direction, change):
+        """The velocity of `direction` changed by an impulse along it."""
+        response = np.linalg.solve(self.mass, direction)
+        shifted = y.copy()
+        shifted[self.size :] += response * (change / (direction @ response))
+        return shifted
+
+
+def integrate(scene, start, duration, rtol):
+    """The motion by DOP853 with restarts; absolute tolerances follow the size of x and x'."""
+    mechanics = Mechanics(scene)
+    y = np.concatenate([start.position, start.velocity])
+    atol = np.concatenate([np.full(scene.size, 1e-4 * rtol), np.full(scene.size, 1e-1 * rtol)])
+    combination, time, motion = start.combination, 0.0, Motion()
+    while True:
+        generator, offset, _ = mechanics.linear(combination)
+        functions = mechanics.event_functions(combination)
+        watched = [_watched(row, constant) for _, _, row, constant in functions]
+        solution = solve_ivp(
+            lambda _, y, g=generator, h=offset: g @ y + h,
+            (time, duration),
+            y,
+            method="DOP853",
+            rtol=rtol,
+            atol=atol,
+            max_step=LONGEST_STEP,
+            events=watched,
+        )
+        assert solution.success, solution.message
+        if solution.status == 0:
+            motion.end_state = solution.y[:, -1]
+            return motion
+        index = next(k for k, found in enumerate(solution.t_events) if found.size)
+        contact, kind, _, _ = functions[index]
+        time = float(solution.t_events[index][0])
+        combination, y = mechanics.after(combination, solution.y_events[index][0], contact, kind)
+        motion.time.append(time)
+        motion.contact.append(contact)
+        motion.kind.append(kind)
+        motion.combination.append(combination)
+        motion.states.append(y)
+
+
+def _watched(row, constant):
+    def function(_, y):
+        return row @ y + constant
+
+    function.terminal = True
+    function.direction = -1.0
+    return function

@@ -1,0 +1,133 @@
+import mpmath
+import numpy as np
+import pytest
+import stickslip as ss
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from random_scenes import drawn_scenes
+
+EPS = np.finfo(float).eps
+#: Condition number of an eigenvalue up to which a scene counts as away from defective points.
+WELL_CONDITIONED = 1e3
+
+
+def combinations(scene):
+    def allowed(combination):
+        pairs = zip(combination, scene.contacts, strict=True)
+        return not any(s == "s" and c.static_friction == 0.0 for s, c in pairs)
+
+    return st.text("+-sd", min_size=len(scene.contacts), max_size=len(scene.contacts)).filter(allowed)
+
+
+@given(drawn_scenes(), st.data())
+def test_left_and_right_vectors_are_biorthogonal(drawn, data):
+    modes = ss.complex_modes(drawn.scene, data.draw(combinations(drawn.scene)))
+    assume(modes.condition.max() < WELL_CONDITIONED)
+    for matrix, diagonal in ((modes.state_a, modes.a), (modes.state_b, modes.b)):
+        product = modes.left.T @ matrix @ modes.right
+        # Relative to what cancels in each entry.
+        size = np.abs(modes.left).T @ np.abs(matrix) @ np.abs(modes.right)
+        assert np.abs(product - np.diag(diagonal)).max() <= 1e-12 * size.max()
+        assert (
+            np.abs(product - np.diag(diagonal)) <= 1e-12 * np.sqrt(np.outer(np.diag(size), np.diag(size)))
+        ).all()
+    assert np.abs(modes.eigenvalues + modes.b / modes.a).max() <= 1e-12 * np.abs(modes.eigenvalues).max()
+
+
+@given(drawn_scenes(), st.data())
+def test_every_pair_solves_the_eigenproblem(drawn, data):
+    modes = ss.complex_modes(drawn.scene, data.draw(combinations(drawn.scene)))
+    m = modes.eigenvalues.size // 2
+    mass, damping, stiffness = modes.state_a[m:, :m], modes.state_a[:m, :m], modes.state_b[:m, :m]
+    for eigenvalue, right in zip(modes.eigenvalues, modes.right.T, strict=True):
+        xi = right[:m]
+        assert right[m:] == pytest.approx(eigenvalue * xi, rel=4 * EPS)
+        assert np.abs(xi).max() == pytest.approx(1.0, rel=4 * EPS)
+        terms = [eigenvalue**2 * mass, eigenvalue * damping, stiffness]
+        size = sum(np.abs(term).sum(axis=1) for term in terms)
+        # Backward stable up to a modest multiple of the size of the problem.
+        assert (np.abs(sum(terms) @ xi) <= 100 * m * EPS * size.max()).all()
+    assert (modes.residual <= 100 * m * EPS).all()
+
+
+@given(drawn_scenes(), st.data())
+def test_eigenvalues_are_sorted_by_modulus_with_conjugates_adjacent(drawn, data):
+    values = ss.complex_modes(drawn.scene, data.draw(combinations(drawn.scene))).eigenvalues
+    assert (np.diff(np.abs(values)) >= -EPS * np.abs(values[1:])).all()
+    index = 0
+    while index < values.size:
+        if values[index].imag == 0.0:
+            index += 1
+        else:
+            assert values[index].imag > 0.0
+            assert values[index + 1] == values[index].conjugate()
+            index += 2
+
+
+@pytest.mark.parametrize("combination", ["++", "+d", "s+", "ss", "+-", "dd"])
+@pytest.mark.parametrize("friction", [0.0, 0.612, 1.5, 2.2])
+def test_eigenvalues_against_forty_digits(combination, friction):
+    scene = ss.models.two_subsystems(friction=friction)
+    if friction == 0.0 and "s" in combination:
+        with pytest.raises(ss.InputError, match="friction 0"):
+            ss.complex_modes(scene, combination)
+        return
+    modes = ss.complex_modes(scene, combination)
+    reduced = ss.reduce(scene, combination)
+    with mpmath.workdps(40):
+        m = reduced.mass.shape[0]
+        inverse = mpmath.matrix(reduced.mass) ** -1
+        state = mpmath.zeros(2 * m)
+        state[:m, m:] = mpmath.eye(m)
+        state[m:, :m] = -inverse * mpmath.matrix(reduced.stiffness)
+        state[m:, m:] = -inverse * mpmath.matrix(reduced.damping)
+        exact = np.array([complex(value) for value in mpmath.eig(state, left=False, right=False)])
+    left = list(exact)
+    for value, condition in zip(modes.eigenvalues, modes.condition, strict=True):
+        nearest = min(left, key=lambda other: abs(other - value))
+        left.remove(nearest)
+        # First order: condition times a backward error of some ten roundings.
+        assert abs(value - nearest) <= 20 * EPS * condition * abs(value)
+
+
+def test_a_real_positive_eigenvalue_is_static_divergence():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5), "+-")
+    real = modes.eigenvalues.imag == 0.0
+    assert (real & (modes.eigenvalues.real > 0.0)).any()
+    assert modes.unstable[real & (modes.eigenvalues.real > 0.0)].all()
+
+
+def test_general_damping_agrees_with_proportional_damping():
+    scene = ss.models.two_subsystems(friction=1.5)
+    general = scene.replace(damping=1e-4 * scene.stiffness.toarray())
+    by_blocks, by_state = ss.complex_modes(scene), ss.complex_modes(general)
+    error = np.abs(by_blocks.eigenvalues - by_state.eigenvalues)
+    condition = np.maximum(by_blocks.condition, by_state.condition)
+    # The 2n problem has a backward error relative to its largest eigenvalue.
+    assert (error <= 100 * EPS * condition * np.abs(by_blocks.eigenvalues).max()).all()
+
+
+def test_shapes_cover_all_dofs_of_the_scene():
+    modes = ss.complex_modes(ss.models.two_subsystems(), "s+")
+    assert modes.shapes.shape == (8, 10)
+    assert not modes.shapes[[2, 3, 7]].any()  # stuck tangentially, and both contacts closed
+    assert np.array_equal(modes.shapes[[0, 1, 4, 5, 6]], modes.right[:5])
+
+
+def test_frequency_and_damping_ratio_of_one_oscillator():
+    omega, zeta = 200.0, 0.1
+    scene = ss.Scene([2.0], [[2.0 * omega**2]], damping=[[2.0 * 2.0 * zeta * omega]])
+    modes = ss.complex_modes(scene, "")
+    assert modes.frequencies == pytest.approx(omega / (2 * np.pi), rel=4 * EPS)
+    assert modes.damping_ratios == pytest.approx(zeta, rel=8 * EPS)
+    expected = omega * complex(-zeta, np.sqrt(1 - zeta**2))
+    assert modes.eigenvalues == pytest.approx([expected, expected.conjugate()], rel=8 * EPS)
+
+
+def test_defective_points_are_flagged_and_left_without_vectors():
+    # The undamped modes coalesce here; with C = beta K the damped ones do too.
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=0.612484152848669))
+    assert modes.defective.sum() == 4
+    assert np.isnan(modes.left[:, modes.defective]).all()
+    assert np.isfinite(modes.left[:, ~modes.defective]).all()
+    assert not ss.complex_modes(ss.models.two_subsystems(friction=0.60)).defective.any()

@@ -1,0 +1,129 @@
+import pickle
+
+import numpy as np
+import pytest
+import scipy.sparse
+import stickslip as ss
+from hypothesis import given
+from random_scenes import drawn_scenes
+
+
+def test_a_scene_keeps_what_it_was_given_read_only():
+    mass = np.array([1.0, 2.0])
+    scene = ss.Scene(mass, np.diag([3.0, 4.0]), force=[5.0, 6.0])
+    mass[0] = 99.0
+    assert scene.mass.tolist() == [1.0, 2.0]
+    for array in (scene.mass, scene.stiffness, scene.force):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 7.0
+    with pytest.raises(AttributeError, match="mass"):
+        scene.mass = np.ones(2)
+
+
+def test_defaults_are_no_force_no_damping_and_numbered_names():
+    scene = ss.Scene([1.0, 2.0], np.eye(2))
+    assert scene.force.tolist() == [0.0, 0.0]
+    assert scene.damping is None
+    assert scene.dofs == ("x1", "x2")
+    assert scene.contacts == ()
+    assert ss.complex_modes(scene, "").damping_ratios == pytest.approx(0.0, abs=1e-15)
+
+
+def test_replace_takes_a_scalar_or_one_value_per_contact():
+    scene = ss.models.two_subsystems(friction=1.5)
+    assert [c.friction for c in scene.replace(friction=2.2).contacts] == [2.2, 2.2]
+    assert [c.friction for c in scene.replace(friction=[0.1, 0.2]).contacts] == [0.1, 0.2]
+    changed = scene.replace(slider_speed=(0.1, -0.1), restitution=0.5, static_friction=3.0, gap=1e-4)
+    assert [c.slider_speed for c in changed.contacts] == [0.1, -0.1]
+    assert [(c.restitution, c.static_friction, c.gap) for c in changed.contacts] == [(0.5, 3.0, 1e-4)] * 2
+    assert [c.friction for c in scene.contacts] == [1.5, 1.5]
+
+
+def test_static_friction_follows_friction_unless_given():
+    scene = ss.models.two_subsystems(friction=1.5)
+    assert scene.replace(friction=2.2).contacts[0].static_friction is None
+    with pytest.raises(ss.InputError, match=r"contact 0: static_friction: must be >= friction, got 2$"):
+        scene.replace(friction=2.2, static_friction=2.0)
+
+
+def test_a_replaced_scene_computes_like_one_built_so():
+    replaced = ss.models.two_subsystems(friction=0.3).replace(friction=2.2)
+    built = ss.models.two_subsystems(friction=2.2)
+    for combination in ("++", "+d", "s-"):
+        assert np.array_equal(
+            ss.complex_modes(replaced, combination).eigenvalues,
+            ss.complex_modes(built, combination).eigenvalues,
+        )
+
+
+def test_replace_takes_scene_arguments_too():
+    scene = ss.models.two_subsystems()
+    heavy = scene.replace(mass=2.0 * scene.mass, damping=None)
+    # Without damping lambda = i omega, and omega goes with the inverse root of mass.
+    light = scene.replace(damping=None)
+    ratio = ss.complex_modes(heavy).frequencies / ss.complex_modes(light).frequencies
+    assert ratio == pytest.approx(np.sqrt(0.5), rel=1e-12)
+    assert scene.replace(impact_friction=True).impact_friction
+    assert scene.replace(dofs=list("abcdefgh")).dofs == tuple("abcdefgh")
+    assert len(scene.replace(contacts=scene.contacts[:1]).contacts) == 1
+
+
+def test_sparse_and_dense_matrices_are_the_same_scene():
+    dense = ss.models.two_subsystems()
+    matrix = dense.stiffness.toarray()
+    for form in (scipy.sparse.csr_array, scipy.sparse.csc_matrix, scipy.sparse.coo_array):
+        sparse = ss.Scene(dense.mass, form(matrix), form(1e-4 * matrix), dense.force, dense.contacts)
+        full = ss.Scene(dense.mass, matrix, 1e-4 * matrix, dense.force, dense.contacts)
+        assert np.array_equal(ss.reduce(sparse, "+s").stiffness, ss.reduce(full, "+s").stiffness)
+        assert np.array_equal(ss.reduce(sparse, "+s").damping, ss.reduce(full, "+s").damping)
+
+
+def test_duplicate_entries_of_a_sparse_matrix_add_up():
+    doubled = scipy.sparse.coo_array(([1.0, 1.0, 5.0], ([0, 0, 1], [0, 0, 1])), shape=(2, 2))
+    scene = ss.Scene([1.0, 1.0], doubled)
+    assert ss.reduce(scene, "").stiffness.tolist() == [[2.0, 0.0], [0.0, 5.0]]
+
+
+def test_a_direction_is_an_index_a_name_or_a_vector():
+    model = ss.models.two_subsystems()
+
+    def modes(tangential, normal):
+        first = ss.Contact(tangential=tangential, normal=normal, friction=1.5, slider_speed=0.025)
+        return ss.complex_modes(model.replace(contacts=[first, model.contacts[1]]))
+
+    unit = np.eye(8)
+    by_index = modes(2, 3)
+    assert np.array_equal(modes("x3", "x4").eigenvalues, by_index.eigenvalues)
+    assert np.array_equal(modes(np.int32(2), unit[3]).eigenvalues, by_index.eigenvalues)
+
+
+def test_names_of_dofs_and_contacts_label_results():
+    contact = ss.Contact(tangential="slip", normal="lift", friction=0.2, slider_speed=0.1, name="pad")
+    scene = ss.Scene(
+        [1.0, 1.0], 1e4 * np.eye(2), force=[0.0, -10.0], contacts=[contact], dofs=["slip", "lift"]
+    )
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 1e-3)
+    sample = run.sample([0.0, 1e-3])
+    assert sample.position.sel(dof="lift").shape == (2,)
+    assert sample.normal_force.sel(contact="pad").values == pytest.approx(10.0, rel=1e-12)
+
+
+@given(drawn_scenes())
+def test_a_pickled_scene_is_the_same_scene(drawn):
+    scene = drawn.scene
+    copy = pickle.loads(pickle.dumps(scene))
+    assert copy.dofs == scene.dofs
+    combination = "+" * len(scene.contacts)
+    assert np.array_equal(
+        ss.complex_modes(copy, combination).eigenvalues, ss.complex_modes(scene, combination).eigenvalues
+    )
+    with pytest.raises(ValueError, match="read-only"):
+        copy.force[0] = 1.0
+
+
+def test_the_representation_says_what_it_is():
+    text = repr(ss.models.two_subsystems())
+    assert "8 dofs, 2 contacts" in text
+    assert "contact 1: friction 1.5, slider speed 0.025 m/s" in text
+    assert "'++'" in repr(ss.sliding_equilibrium(ss.models.two_subsystems()))
+    assert "118.4" in repr(ss.complex_modes(ss.models.two_subsystems()))
