@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::basis::CombinationBasis;
 use crate::error::{Error, RunFailure};
 use crate::event::{EventFunction, Trigger};
-use crate::motion::{Motion, Panel};
+use crate::motion::{COEFFICIENTS, Motion, Panel};
 use crate::roots::{Touch, Verdict, first_root};
 use crate::scene::{Scene, State};
 use crate::status::{Combination, Status};
@@ -40,6 +40,8 @@ pub struct Controls<'a> {
 
 /// Panels between two questions whether the run is interrupted: about 50 us of small-scene work.
 const PANELS_PER_QUESTION: usize = 64;
+/// A bounce slower than this, relative to the fastest coordinate, is rounding of the impact before it.
+const BOUNCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Relative tolerance to which a start state may miss the constraints of its combination.
 const START_TOLERANCE: f64 = 1e-9;
 
@@ -408,7 +410,14 @@ impl Run<'_> {
                 return self.stop_within(&motion, 0.0, q, u, StopReason::Unbounded);
             }
             let (mut first, mut found) = (end, None);
-            let limit = self.accumulation(basis, &multiplicity);
+            for (index, function) in basis.functions.iter().enumerate() {
+                if multiplicity[index] == 1 && function.trigger == Trigger::GapClosed {
+                    // The speed of a bounce is known exactly, however small beside the motion it is.
+                    let normal = self.scene.contacts[function.contact].normal;
+                    self.panel.coefficients[index * COEFFICIENTS + 1] = u[normal] * width;
+                }
+            }
+            let limit = self.accumulation(basis, &multiplicity, u);
             if let Some(limit) = &limit {
                 first = first.min(limit.at);
             }
@@ -492,12 +501,18 @@ impl Run<'_> {
         }
     }
 
-    /// The nearest limit of a series of bounces in this panel. After a bounce the gap is
+    /// The nearest limit of a series of bounces in this panel whose rest is negligible. After a bounce the gap is
     /// `c1 s + c2 s^2 + c3 s^3 ..`; with constant acceleration the flight lasts `-c1 / c2`, the whole series
     /// that over `1 - e`, and the neglected c3 changes the flight by about its square times c3 / c2.
-    fn accumulation(&self, basis: &CombinationBasis, multiplicity: &[usize]) -> Option<Limit> {
+    fn accumulation(
+        &self,
+        basis: &CombinationBasis,
+        multiplicity: &[usize],
+        u: &[f64],
+    ) -> Option<Limit> {
         let ulp = self.time.seconds.next_up() - self.time.seconds;
         let tolerance = self.controls.accumulation_tolerance.max(ulp);
+        let speed = u.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
         let limit = |(function, event): (usize, &EventFunction)| {
             let restitution = self.scene.contacts[event.contact].restitution;
             let &[_, c1, c2, c3, ..] = self.panel.polynomial(function) else { return None };
@@ -506,7 +521,8 @@ impl Run<'_> {
             }
             let at = -c1 / c2 / (1.0 - restitution);
             let rest = at * self.panel.width;
-            (rest <= tolerance && at <= 1.0).then(|| Limit {
+            let negligible = rest <= tolerance || c1 <= BOUNCE_ROUNDING * speed * self.panel.width;
+            (negligible && at <= 1.0).then(|| Limit {
                 function,
                 at,
                 bounces: ((rest / ulp).ln() / -restitution.ln()).ceil().max(1.0) as usize,
