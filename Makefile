@@ -38,7 +38,7 @@ format: $(INSTALLED) ## Format Rust and Python
 	$(BIN)/ruff format
 
 bench: $(INSTALLED) ## Time against another integrator at known error
-	PYTHONPATH=tests $(BIN)/python benchmarks/standard_run.py
+	$(BIN)/python benchmarks/standard_run.py
 
 docs: $(INSTALLED) ## Run the README's examples and redraw its figure
 	$(BIN)/python -m pytest tests/test_readme.py

@@ -9,8 +9,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import stickslip as ss
 from hypothesis import HealthCheck, settings
+
+import stickslip as ss
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
 settings.register_profile(

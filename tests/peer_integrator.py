@@ -14,9 +14,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
-#: Longest step, s: zeros of an event function that lie closer are missed.
-LONGEST_STEP = 1e-4
-
 
 @dataclass
 class Motion:
@@ -167,8 +164,12 @@ class Mechanics:
         return shifted
 
 
-def integrate(scene, start, duration, rtol):
-    """The motion by DOP853 with restarts; absolute tolerances follow the size of x and x'."""
+def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
+    """The motion by DOP853 with restarts; absolute tolerances follow the size of x and x'.
+
+    Zeros of an event function that lie closer than a step are missed, and zeros are found on the dense
+    output, whose error has order 7: the longest step, s, is what decides the error.
+    """
     mechanics = Mechanics(scene)
     y = np.concatenate([start.position, start.velocity])
     atol = np.concatenate([np.full(scene.size, 1e-4 * rtol), np.full(scene.size, 1e-1 * rtol)])
@@ -184,7 +185,7 @@ def integrate(scene, start, duration, rtol):
             method="DOP853",
             rtol=rtol,
             atol=atol,
-            max_step=LONGEST_STEP,
+            max_step=longest_step,
             events=watched,
         )
         assert solution.success, solution.message

@@ -3,8 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-import stickslip as ss
 from hypothesis import strategies as st
+
+import stickslip as ss
 
 
 @dataclass(frozen=True)

@@ -1,8 +1,9 @@
 import numpy as np
 import pytest
-import stickslip as ss
 from hypothesis import given
 from hypothesis import strategies as st
+
+import stickslip as ss
 
 
 def test_two_subsystems_is_the_model_of_the_reference_solution(standard):

@@ -1,9 +1,10 @@
 import mpmath
 import numpy as np
 import pytest
-import stickslip as ss
 from hypothesis import assume, given
 from hypothesis import strategies as st
+
+import stickslip as ss
 from random_scenes import drawn_scenes
 
 EPS = np.finfo(float).eps

@@ -2,9 +2,10 @@ import itertools
 
 import numpy as np
 import pytest
-import stickslip as ss
 from hypothesis import given
 from hypothesis import strategies as st
+
+import stickslip as ss
 from peer_integrator import Mechanics
 from random_scenes import drawn_scenes
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 import stickslip as ss
 
 
@@ -47,13 +48,16 @@ def test_states_at_the_last_event_and_at_the_end(run, reference):
         assert np.abs(v - exact[n:]).max() <= 2 * 1e-12 * 500.0
 
 
-def test_grazing_of_the_second_run(lifting):
-    """One gap closes with zero speed: rounding cannot tell it from a touch, so it is reported."""
+def test_a_plastic_impact_with_tension_leaves_the_combination_and_is_an_event(lifting):
+    """One gap of the second run closes while the forces already pull it open again."""
     run = ss.simulate(lifting.scene, lifting.start, lifting.duration)
-    ((time, contact, alternative, _),) = lifting.grazing
-    (touch,) = run.grazings
-    assert touch.time == pytest.approx(time, abs=1e-6)  # a flat minimum: the root of 1e-12 relative
-    assert (touch.contact, touch.alternative) == (contact, alternative)
+    ((time, contact, kind, _),) = lifting.grazing
+    index = int(np.argmin(np.abs(run.events.time - time)))
+    assert (run.events.contact[index], run.events.kind[index]) == (contact, kind)
+    assert run.events.combination[index] == run.events.combination[index - 1] == "+d"
+    after = run.state(run.events.time[index])
+    assert after.velocity[7] == 0.0
+    assert run.grazings == ()
 
 
 def test_work_of_the_standard_run(standard):

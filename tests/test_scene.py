@@ -3,8 +3,9 @@ import pickle
 import numpy as np
 import pytest
 import scipy.sparse
-import stickslip as ss
 from hypothesis import given
+
+import stickslip as ss
 from random_scenes import drawn_scenes
 
 

@@ -1,7 +1,8 @@
 import numpy as np
 import pytest
-import stickslip as ss
 from hypothesis import given
+
+import stickslip as ss
 from random_scenes import drawn_scenes
 
 EPS = np.finfo(float).eps

@@ -10,14 +10,10 @@ from typing import Literal, final
 import numpy as np
 from numpy.typing import NDArray
 
-Real = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
+from stickslip.arrays import Complex, Index, Real, SparseData
+from stickslip.contact import ContactData
 
-#: (tangential, normal: dof index or (n,) vector; friction, static_friction, slider_speed, restitution, gap)
-ContactData = tuple[int | Real, int | Real, float, float, float, float, float]
-#: a sparse matrix in compressed rows: (data, indices, indptr)
-SparseData = tuple[Real, Index, Index]
+__all__ = ["Modes", "Reduced", "Scene", "Trajectory", "chain"]
 
 @final
 class Scene:

@@ -18,6 +18,8 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Names = NDArray[np.str_]
+#: A matrix in compressed rows as the core takes and gives it: data, column indices, row pointers.
+SparseData = tuple[Real, Index, Index]
 
 
 def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
@@ -82,7 +84,7 @@ def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
     return rows
 
 
-def core_matrix(matrix: Real | scipy.sparse.csr_array) -> Real | tuple[Real, Index, Index]:
+def core_matrix(matrix: Real | scipy.sparse.csr_array) -> Real | SparseData:
     """Return a matrix in the form the compiled core takes."""
     if isinstance(matrix, np.ndarray):
         return matrix

@@ -6,13 +6,14 @@ import difflib
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from stickslip.arrays import Real, real_array, real_number
 from stickslip.errors import InputError
 
-if TYPE_CHECKING:
-    from stickslip._core import ContactData
+#: A contact as the core takes it: tangential and normal (dof index or (n,) vector), friction,
+#: static_friction, slider_speed, restitution, gap.
+ContactData = tuple[int | Real, int | Real, float, float, float, float, float]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -119,9 +120,9 @@ def per_contact(argument: str, value: Any, count: int) -> list[Any]:
 
 def nearest(word: str, known: Sequence[str]) -> str:
     """Return the end of an error message that offers what a word may have meant."""
-    close = difflib.get_close_matches(word, known, n=3, cutoff=0.5)
+    close = difflib.get_close_matches(word, known, n=3, cutoff=0.6)
     if close:
-        return f"; nearest: {', '.join(close)}"
+        return f"; nearest: {', '.join(sorted(close, key=known.index))}"
     shown = ", ".join(known[:8])
     return f"; known: {shown}{', ...' if len(known) > 8 else ''}"
 

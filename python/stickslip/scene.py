@@ -92,8 +92,8 @@ class Scene:
         listed = tuple(contacts)
         core = _core.Scene(
             m,
-            _core_square("stiffness", k, size),
-            _core_damping(c, size),
+            core_matrix(k),
+            _core_damping(c),
             f,
             [core_contact(contact, i, names) for i, contact in enumerate(listed)],
             bool(impact_friction),
@@ -213,15 +213,9 @@ def _damping(damping: Any) -> Proportional | Matrix | None:
     return real_matrix("damping", damping)
 
 
-def _core_damping(damping: Proportional | Matrix | None, size: int) -> Any:
+def _core_damping(damping: Proportional | Matrix | None) -> Any:
     if damping is None:
         return (0.0, 0.0)
     if isinstance(damping, Proportional):
         return (damping.mass, damping.stiffness)
-    return _core_square("damping", damping, size)
-
-
-def _core_square(argument: str, matrix: Matrix, size: int) -> Any:
-    if matrix.shape != (size, size):
-        raise InputError(f"{argument}: expected shape {(size, size)}, got {matrix.shape}")
-    return core_matrix(matrix)
+    return core_matrix(damping)
