@@ -5,9 +5,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::event::EventFunction;
-use crate::motion::Motion;
-use crate::motion::modal::{ModalBasis, ModalMotion};
-use crate::motion::taylor::{TaylorMotion, TaylorOperator};
+use crate::motion::{ModalBasis, TaylorOperator};
 use crate::reduction::Reduced;
 use crate::scene::Scene;
 use crate::simulation::Method;
@@ -23,7 +21,7 @@ const KEPT_COMBINATIONS: usize = 4096;
 
 /// How a combination is propagated.
 #[derive(Debug)]
-enum Propagator {
+pub(crate) enum Propagator {
     Modal(Box<ModalBasis>),
     Taylor(Box<TaylorOperator>),
 }
@@ -33,7 +31,7 @@ enum Propagator {
 pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
-    propagator: Propagator,
+    pub propagator: Propagator,
 }
 
 impl CombinationBasis {
@@ -66,16 +64,6 @@ impl CombinationBasis {
 
     pub fn is_modal(&self) -> bool {
         matches!(self.propagator, Propagator::Modal(_))
-    }
-
-    /// A phase of this combination from (q, q') at local time 0.
-    pub fn motion<'a>(&'a self, scene: &'a Scene, q: &[f64], u: &[f64]) -> Motion<'a> {
-        match &self.propagator {
-            Propagator::Modal(basis) => Motion::Modal(ModalMotion::new(basis, q, u)),
-            Propagator::Taylor(operator) => {
-                Motion::Taylor(TaylorMotion::new(scene, operator, &self.functions, q, u))
-            }
-        }
     }
 }
 

@@ -98,6 +98,11 @@ impl Scene {
         }
     }
 
+    /// The value of [`Scene::reaction`] in state (q, q').
+    pub(crate) fn reaction_value(&self, row: usize, q: &[f64], u: &[f64]) -> f64 {
+        self.stiffness.row_dot(row, q) + self.damping.row_dot(row, u) - self.force[row]
+    }
+
     /// (T, N) of every contact as functionals of the state. Where mass couples contacts, the accelerations
     /// `W (forces - reactions)` that the statuses hold at zero make the forces a linear map of the reactions.
     pub(crate) fn contact_forces(

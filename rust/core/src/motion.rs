@@ -1,19 +1,25 @@
 //! The motion of one phase, as two kinds that answer the same question: on the next stretch of time,
 //! what polynomial is each event function, and how far can it be off?
 
-pub(crate) mod modal;
-pub(crate) mod phi;
-pub(crate) mod taylor;
+mod modal;
+mod modal_basis;
+mod phi;
+mod taylor;
+
+use std::sync::Arc;
+
+use crate::basis::{CombinationBasis, Propagator};
+use crate::scene::Scene;
 
 use modal::ModalMotion;
+pub(crate) use modal_basis::ModalBasis;
 use taylor::TaylorMotion;
+pub(crate) use taylor::TaylorOperator;
 
-/// Degree of the local polynomials. With panels of |lambda| width <= 3 the remainder
-/// 3^29 / 29! = 8e-18 stays below rounding; a higher degree buys longer panels, but cancellation
-/// costs e^3 ulp already.
-pub(crate) const DEGREE: usize = 28;
-/// Largest |lambda| times width of a panel.
-pub(crate) const REACH: f64 = 3.0;
+/// Largest |lambda| times width of a panel: cancellation costs e^3 ulp of the fastest mode.
+const REACH: f64 = 3.0;
+/// Degree of the local polynomials: the remainder 3^30 / 30! = 8e-19 stays below rounding.
+pub(crate) const DEGREE: usize = 29;
 /// Coefficients per function.
 pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
 
@@ -22,57 +28,111 @@ pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
 #[derive(Debug, Default)]
 pub(crate) struct Panel {
     pub width: f64,
+    /// Functions that an envelope proves positive on the panel; they have no coefficients.
+    pub excluded: Vec<bool>,
     /// `COEFFICIENTS` per function.
     pub coefficients: Vec<f64>,
     /// Bound of the error of the whole polynomial on [0, 1]: remainder and rounding.
     pub error: Vec<f64>,
     /// The part of that bound that belongs to the coefficients from the second power on.
     pub curvature_error: Vec<f64>,
+    /// Stretches passed over as a whole so far.
+    pub leaps: usize,
 }
 
 impl Panel {
     pub fn polynomial(&self, function: usize) -> &[f64] {
         &self.coefficients[function * COEFFICIENTS..(function + 1) * COEFFICIENTS]
     }
+
+    fn reset(&mut self, width: f64, functions: usize) {
+        self.width = width;
+        self.excluded.resize(functions, false);
+        self.coefficients.resize(functions * COEFFICIENTS, 0.0);
+        self.error.resize(functions, 0.0);
+        self.curvature_error.resize(functions, 0.0);
+    }
 }
 
-/// A phase in progress. `start` is where its next panel begins, in local time.
+/// A phase in progress, with buffers that serve one phase after the other.
 #[derive(Debug)]
-pub(crate) enum Motion<'a> {
-    Modal(ModalMotion<'a>),
-    Taylor(TaylorMotion<'a>),
+pub(crate) struct Motion {
+    scene: Arc<Scene>,
+    basis: Arc<CombinationBasis>,
+    modal: ModalMotion,
+    taylor: TaylorMotion,
 }
 
-impl Motion<'_> {
-    /// Local time at which the next panel begins.
-    pub fn start(&self) -> f64 {
-        match self {
-            Motion::Modal(motion) => motion.start(),
-            Motion::Taylor(motion) => motion.start(),
+impl Motion {
+    /// A phase of `basis` from (q, q') at local time 0.
+    pub fn new(scene: &Arc<Scene>, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) -> Self {
+        let mut motion = Self {
+            scene: Arc::clone(scene),
+            basis: Arc::clone(basis),
+            modal: ModalMotion::new(),
+            taylor: TaylorMotion::default(),
+        };
+        motion.restart(basis, q, u);
+        motion
+    }
+
+    /// Begins another phase.
+    pub fn restart(&mut self, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) {
+        if !Arc::ptr_eq(&self.basis, basis) {
+            self.basis = Arc::clone(basis);
+        }
+        match &basis.propagator {
+            Propagator::Modal(modal) => self.modal.restart(modal, q, u),
+            Propagator::Taylor(operator) => self.taylor.restart(&self.scene, operator, q, u),
         }
     }
 
-    /// Fills `panel` with the event functions on the next stretch.
-    pub fn expand(&mut self, panel: &mut Panel) {
-        match self {
-            Motion::Modal(motion) => motion.expand(panel),
-            Motion::Taylor(motion) => motion.expand(panel),
+    /// Local time at which the next panel begins.
+    pub fn start(&self) -> f64 {
+        match &self.basis.propagator {
+            Propagator::Modal(_) => self.modal.start(),
+            Propagator::Taylor(_) => self.taylor.start(),
+        }
+    }
+
+    /// Fills `panel` with the event functions on the next stretch. Before it, stretches on which no function
+    /// can vanish may be passed over, up to the local time `remaining`.
+    pub fn expand(&mut self, remaining: f64, panel: &mut Panel) {
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.expand(modal, remaining, panel),
+            Propagator::Taylor(operator) => {
+                self.taylor.expand(operator, &self.basis.functions, panel);
+            }
         }
     }
 
     /// Moves on to the end of the panel last expanded.
     pub fn advance(&mut self) {
-        match self {
-            Motion::Modal(motion) => motion.advance(),
-            Motion::Taylor(motion) => motion.advance(),
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.advance(modal),
+            Propagator::Taylor(operator) => self.taylor.advance(&self.scene, operator),
         }
     }
 
     /// (q, q') at `offset` after the start of the panel, written over `q` and `u`.
     pub fn state(&self, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        match self {
-            Motion::Modal(motion) => motion.state(offset, q, u),
-            Motion::Taylor(motion) => motion.state(offset, q, u),
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.state(modal, offset, q, u),
+            Propagator::Taylor(operator) => self.taylor.state(operator, offset, q, u),
+        }
+    }
+
+    /// (q, q') at local time `time`, from the start of the panel on.
+    pub fn seek(&mut self, time: f64, panel: &mut Panel, q: &mut [f64], u: &mut [f64]) {
+        match &self.basis.propagator {
+            // Modes reach any time in one step.
+            Propagator::Modal(modal) => self.modal.state(modal, time - self.modal.start(), q, u),
+            Propagator::Taylor(operator) => {
+                while time > self.taylor.start() + panel.width {
+                    self.taylor.advance(&self.scene, operator);
+                }
+                self.taylor.state(operator, time - self.taylor.start(), q, u);
+            }
         }
     }
 }

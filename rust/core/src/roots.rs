@@ -99,15 +99,11 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
 const STEPS: usize = 400;
 
-/// The first root of `p` on [0, end], end <= 1, and whether the quick bound was not enough.
-pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> (Verdict, bool) {
+/// The first root of `p` on [0, end], end <= 1.
+pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> Verdict {
     if lower_bound(p) > error {
-        return (Verdict::Clear { touch: None, in_band: None }, false);
+        return Verdict::Clear { touch: None, in_band: None };
     }
-    (march(p, error, end), true)
-}
-
-fn march(p: &[f64], error: f64, end: f64) -> Verdict {
     let m = third_derivative_bound(p);
     let mut s = 0.0;
     let mut touch: Option<Touch> = None;

@@ -118,7 +118,9 @@ pub struct Counters {
     pub phases: usize,
     /// Stretches on which the event functions were expanded.
     pub panels: usize,
-    /// Event functions on panels that the quick bound could not exclude.
+    /// Longer stretches passed over at once.
+    pub leaps: usize,
+    /// Event functions on panels that the envelope could not exclude.
     pub refinements: usize,
     /// Combinations decomposed or set up for this run, not found in the scene's memory.
     pub combinations: usize,
@@ -294,9 +296,9 @@ impl Scene {
         if !status.is_closed() {
             return (0.0, 0.0);
         }
-        let normal = self.reaction(law.normal).value(q, u);
+        let normal = self.reaction_value(law.normal, q, u);
         let friction = match status {
-            Status::Sticking => self.reaction(law.tangential).value(q, u),
+            Status::Sticking => self.reaction_value(law.tangential, q, u),
             _ => status.friction_sign() * law.friction * normal,
         };
         (normal, friction)
@@ -304,21 +306,24 @@ impl Scene {
 }
 
 /// Walks through a trajectory, reusing the phase in progress for times that go on from it.
-struct Cursor<'a> {
+pub(crate) struct Cursor<'a> {
     trajectory: &'a Trajectory,
-    phase: usize,
-    motion: Option<Motion<'a>>,
+    pub phase: usize,
+    /// The phase that `motion` follows.
+    in_motion: usize,
+    motion: Option<Motion>,
     panel: Panel,
-    q: Vec<f64>,
-    u: Vec<f64>,
+    pub q: Vec<f64>,
+    pub u: Vec<f64>,
 }
 
 impl<'a> Cursor<'a> {
-    fn new(trajectory: &'a Trajectory) -> Self {
+    pub fn new(trajectory: &'a Trajectory) -> Self {
         let n = trajectory.scene.size;
         Self {
             trajectory,
             phase: usize::MAX,
+            in_motion: usize::MAX,
             motion: None,
             panel: Panel::default(),
             q: vec![0.0; n],
@@ -326,38 +331,46 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    fn seek(&mut self, argument: &'static str, time: f64) -> Result<(), Error> {
+    /// Brings phase, q and q' to `time`; at an event time to the state after it.
+    pub fn seek(&mut self, argument: &'static str, time: f64) -> Result<(), Error> {
         let trajectory = self.trajectory;
         if !(time >= 0.0 && time <= trajectory.end) {
             return Err(Error::TimeOutside { argument, value: time, end: trajectory.end });
         }
         let phase = trajectory.phases.partition_point(|phase| phase.start <= time).max(1) - 1;
         let local = time - trajectory.phases[phase].start;
-        let usable = phase == self.phase
+        self.seek_local(phase, local);
+        Ok(())
+    }
+
+    /// Brings q and q' to a time counted from the start of a phase, which may lie at its very end.
+    pub fn seek_local(&mut self, phase: usize, local: f64) {
+        let trajectory = self.trajectory;
+        let (q, u) = trajectory.phase_state(phase);
+        let usable = phase == self.in_motion
             && self.motion.as_ref().is_some_and(|motion| motion.start() <= local);
-        if !usable {
-            self.phase = phase;
-            let (q, u) = trajectory.phase_state(phase);
+        // Coordinates held at zero are not written by the motion.
+        if phase != self.phase || local == 0.0 {
             self.q.copy_from_slice(q);
             self.u.copy_from_slice(u);
+        }
+        self.phase = phase;
+        if local == 0.0 {
+            return;
+        }
+        if !usable {
             let basis = &trajectory.phases[phase].basis;
-            let mut motion = basis.motion(&trajectory.scene, q, u);
-            motion.expand(&mut self.panel);
-            self.motion = Some(motion);
+            match &mut self.motion {
+                Some(motion) => motion.restart(basis, q, u),
+                None => self.motion = Some(Motion::new(&trajectory.scene, basis, q, u)),
+            }
+            self.in_motion = phase;
+            if let Some(motion) = &mut self.motion {
+                motion.expand(0.0, &mut self.panel);
+            }
         }
         if let Some(motion) = &mut self.motion {
-            if local == 0.0 {
-                let (q, u) = trajectory.phase_state(phase);
-                self.q.copy_from_slice(q);
-                self.u.copy_from_slice(u);
-                return Ok(());
-            }
-            while local > motion.start() + self.panel.width {
-                motion.advance();
-                motion.expand(&mut self.panel);
-            }
-            motion.state(local - motion.start(), &mut self.q, &mut self.u);
+            motion.seek(local, &mut self.panel, &mut self.q, &mut self.u);
         }
-        Ok(())
     }
 }

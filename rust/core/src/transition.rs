@@ -18,7 +18,7 @@ pub(crate) enum Departure {
     Gap(usize),
 }
 
-/// Statuses and departures of all contacts, and what has happened to which.
+/// Statuses and departures of all contacts, and what has happened to which at the last event.
 #[derive(Debug)]
 pub(crate) struct Settlement {
     pub statuses: Vec<Status>,
@@ -35,18 +35,18 @@ pub(crate) fn settle(
     scene: &Scene,
     time: f64,
     triggers: &[(usize, Trigger)],
-    statuses: &[Status],
+    settlement: &mut Settlement,
     q: &mut [f64],
     u: &mut [f64],
-) -> Result<Settlement, RunFailure> {
-    let mut struck = Vec::new();
+) -> Result<(), RunFailure> {
+    let mut impact = false;
     for &(contact, trigger) in triggers {
         let law = &scene.contacts[contact];
         match trigger {
             Trigger::SlipZero => u[law.tangential] = law.slider_speed,
             Trigger::GapClosed => {
                 q[law.normal] = 0.0;
-                struck.push(contact);
+                impact = true;
             }
             Trigger::Accumulated => {
                 q[law.normal] = 0.0;
@@ -55,40 +55,69 @@ pub(crate) fn settle(
             Trigger::Release | Trigger::SlipPositive | Trigger::SlipNegative => {}
         }
     }
-    let outcome = match &scene.coordinates.delassus {
-        None => {
-            struck.iter().for_each(|&contact| strike(scene, contact, u));
-            settle_each(scene, time, triggers, statuses, !struck.is_empty(), q, u)?
+    settlement.events.clear();
+    settlement.departures.fill(Departure::None);
+    if let Some(w) = &scene.coordinates.delassus {
+        let coupled = Coupled { scene, time, w };
+        let outcome = coupled.settle(triggers, &settlement.statuses, q, u)?;
+        for (contact, (after, departure)) in outcome.into_iter().enumerate() {
+            settlement.record(contact, of_contact(triggers, contact), after, departure);
         }
-        Some(w) => Coupled { scene, time, w }.settle(triggers, statuses, &struck, q, u)?,
-    };
-    let mut settlement = Settlement {
-        statuses: Vec::with_capacity(statuses.len()),
-        departures: Vec::with_capacity(statuses.len()),
-        events: Vec::with_capacity(triggers.len()),
-    };
-    for (contact, (&before, (after, departure))) in statuses.iter().zip(outcome).enumerate() {
-        settlement.statuses.push(after);
-        settlement.departures.push(departure);
-        let trigger = of_contact(triggers, contact);
-        let kind = match trigger {
-            Some(Trigger::GapClosed) => Some(EventKind::Impact),
-            Some(Trigger::Accumulated) => Some(EventKind::Accumulation),
-            _ if after == before && trigger != Some(Trigger::SlipZero) => None,
-            _ if after == Status::Detached => Some(EventKind::Release),
-            Some(Trigger::SlipZero) => Some(EventKind::Velocity),
-            _ if before == Status::Sticking && after == Status::Positive => {
-                Some(EventKind::SlipPositive)
-            }
-            _ if before == Status::Sticking && after == Status::Negative => {
-                Some(EventKind::SlipNegative)
-            }
-            // A tangential impulse that stopped or reversed a slip.
-            _ => Some(EventKind::Velocity),
-        };
-        settlement.events.extend(kind.map(|kind| (contact, kind)));
+        return Ok(());
     }
-    Ok(settlement)
+    for &(contact, trigger) in triggers {
+        if trigger == Trigger::GapClosed {
+            strike(scene, contact, u);
+        }
+    }
+    // An impact's velocity jump reaches the other contacts through the damping.
+    if impact {
+        for contact in 0..settlement.statuses.len() {
+            let trigger = of_contact(triggers, contact);
+            let before = settlement.statuses[contact];
+            if trigger.is_some() || before.is_closed() {
+                let (after, departure) =
+                    settle_contact(scene, time, contact, trigger, before, q, u)?;
+                settlement.record(contact, trigger, after, departure);
+            }
+        }
+        return Ok(());
+    }
+    for (k, &(contact, _)) in triggers.iter().enumerate() {
+        if k == 0 || triggers[k - 1].0 != contact {
+            let trigger = of_contact(triggers, contact);
+            let before = settlement.statuses[contact];
+            let (after, departure) = settle_contact(scene, time, contact, trigger, before, q, u)?;
+            settlement.record(contact, trigger, after, departure);
+        }
+    }
+    Ok(())
+}
+
+impl Settlement {
+    fn record(
+        &mut self,
+        contact: usize,
+        trigger: Option<Trigger>,
+        after: Status,
+        departure: Departure,
+    ) {
+        let before = self.statuses[contact];
+        self.statuses[contact] = after;
+        self.departures[contact] = departure;
+        let kind = match trigger {
+            Some(Trigger::GapClosed) => EventKind::Impact,
+            Some(Trigger::Accumulated) => EventKind::Accumulation,
+            _ if after == before && trigger != Some(Trigger::SlipZero) => return,
+            _ if after == Status::Detached => EventKind::Release,
+            Some(Trigger::SlipZero) => EventKind::Velocity,
+            _ if before == Status::Sticking && after == Status::Positive => EventKind::SlipPositive,
+            _ if before == Status::Sticking && after == Status::Negative => EventKind::SlipNegative,
+            // A tangential impulse that stopped or reversed a slip.
+            _ => EventKind::Velocity,
+        };
+        self.events.push((contact, kind));
+    }
 }
 
 /// The trigger that decides for a contact: a vanishing normal force before a vanishing slip velocity;
@@ -138,27 +167,6 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     }
 }
 
-/// Contacts that mass does not couple, one by one: those of the event, and after an impact, whose velocity
-/// jump reaches the others through the damping, all that are closed.
-fn settle_each(
-    scene: &Scene,
-    time: f64,
-    triggers: &[(usize, Trigger)],
-    statuses: &[Status],
-    impact: bool,
-    q: &[f64],
-    u: &[f64],
-) -> Result<Vec<(Status, Departure)>, RunFailure> {
-    statuses
-        .iter()
-        .enumerate()
-        .map(|(contact, &before)| match of_contact(triggers, contact) {
-            None if !(impact && before.is_closed()) => Ok((before, Departure::None)),
-            trigger => settle_contact(scene, time, contact, trigger, before, q, u),
-        })
-        .collect()
-}
-
 fn settle_contact(
     scene: &Scene,
     time: f64,
@@ -175,7 +183,7 @@ fn settle_contact(
     if trigger == Some(Trigger::GapClosed) && u[law.normal] > 0.0 {
         return Ok((Status::Detached, Departure::Gap(1)));
     }
-    let normal_force = scene.reaction(law.normal).value(q, u);
+    let normal_force = scene.reaction_value(law.normal, q, u);
     if normal_force < 0.0 {
         return Ok((Status::Detached, Departure::Gap(2)));
     }
@@ -186,7 +194,7 @@ fn settle_contact(
         let status = if before.is_sliding() { before } else { Status::Positive };
         return Ok((status, Departure::None));
     }
-    let required_friction = scene.reaction(law.tangential).value(q, u);
+    let required_friction = scene.reaction_value(law.tangential, q, u);
     let limit = law.static_friction * normal_force;
     if required_friction.abs() <= limit {
         Ok((Status::Sticking, Departure::None))
@@ -211,11 +219,15 @@ impl Coupled<'_> {
         &self,
         triggers: &[(usize, Trigger)],
         statuses: &[Status],
-        struck: &[usize],
         q: &[f64],
         u: &mut [f64],
     ) -> Result<Vec<(Status, Departure)>, RunFailure> {
         let contacts = &self.scene.contacts;
+        let struck: Vec<usize> = triggers
+            .iter()
+            .filter(|trigger| trigger.1 == Trigger::GapClosed)
+            .map(|trigger| trigger.0)
+            .collect();
         if !struck.is_empty() {
             let closed: Vec<usize> = (0..contacts.len())
                 .filter(|&i| statuses[i].is_closed() || struck.contains(&i))
@@ -274,7 +286,7 @@ impl Coupled<'_> {
             .contacts
             .iter()
             .flat_map(|law| {
-                [law.tangential, law.normal].map(|row| self.scene.reaction(row).value(q, u))
+                [law.tangential, law.normal].map(|row| self.scene.reaction_value(row, q, u))
             })
             .collect()
     }

@@ -77,6 +77,7 @@ impl Trajectory {
         let dict = PyDict::new(py);
         dict.set_item("phases", counters.phases)?;
         dict.set_item("panels", counters.panels)?;
+        dict.set_item("leaps", counters.leaps)?;
         dict.set_item("refinements", counters.refinements)?;
         dict.set_item("combinations", counters.combinations)?;
         dict.set_item("taylor_phases", counters.taylor_phases)?;

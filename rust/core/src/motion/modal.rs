@@ -8,405 +8,318 @@
 //!
 //! holds for every lambda, zero included, without cancellation; an event function `Re sum h_r z_r + ..`
 //! is then a polynomial with coefficients `Re sum h_r w_r lambda_r^j / (j + 2)!` from the second power on.
+//! Before a polynomial is formed, an envelope is tried: the quadratic part against the sum of what the
+//! modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer
+//! stretch.
 
-use std::sync::OnceLock;
+use super::modal_basis::{LEVELS, Level, ModalBasis, SplitComplex, TAIL};
+use super::phi::exponential_and_phi;
+use super::{COEFFICIENTS, DEGREE, Panel};
 
-use num_complex::Complex64;
+/// Quiet panels before a leap is tried, and the first leap in powers of two panels.
+const QUIET: u32 = 2;
+const FIRST_LEAP: usize = 3;
 
-use super::phi::{exponential_and_phi, phi2_bound};
-use super::{COEFFICIENTS, DEGREE, Panel, REACH};
-use crate::event::EventFunction;
-use crate::reduction::Reduced;
-use crate::spectrum::Mode;
-
-/// Widths grow by powers of two from the one that the fastest mode allows: 2^-40 .. 1 covers twelve
-/// orders of magnitude of time constants in one scene.
-const LEVELS: usize = 64;
-
-/// Everything about the modes of one combination that does not depend on the state.
+/// One phase in modal coordinates; its buffers serve every phase of a run.
 #[derive(Debug)]
-pub(crate) struct ModalBasis {
-    kept: Vec<usize>,
-    /// Ascending in modulus; one of each conjugate pair.
-    lambda: Vec<Complex64>,
-    /// Right vectors with the weight of the conjugate, mode fastest: `q_k = Re sum_r shape[k][r] z_r`.
-    shape: Vec<Complex64>,
-    /// `z_r = sum_k from_position[k][r] q_k + from_velocity[k][r] q'_k`, mode fastest.
-    from_position: Vec<Complex64>,
-    from_velocity: Vec<Complex64>,
-    force_constant: Vec<Complex64>,
-    force_linear: Vec<Complex64>,
-    sticking: Vec<StickingForce>,
-    functions: Vec<ModalFunction>,
-    base_width: f64,
-    levels: [OnceLock<Level>; LEVELS],
-}
-
-/// The modal force per unit of the tangential displacement at which a contact sticks.
-#[derive(Debug)]
-struct StickingForce {
-    coordinate: usize,
-    speed: f64,
-    force: Vec<Complex64>,
-}
-
-/// An event function in modal coordinates.
-#[derive(Debug)]
-struct ModalFunction {
-    weights: Vec<Complex64>,
-    magnitudes: Vec<f64>,
-    constant: f64,
-    /// (coordinate, weight) of the tangential displacements of sticking contacts.
-    sticking: Vec<(usize, f64)>,
-    slope: f64,
-}
-
-/// What depends on the width of a panel alone.
-#[derive(Debug)]
-struct Level {
-    width: f64,
-    exponential: Vec<Complex64>,
-    phi1: Vec<Complex64>,
-    phi2: Vec<Complex64>,
-    /// Modes slow enough for the polynomials: a prefix.
-    slow: usize,
-    /// `Re` and `Im` of `x_r^j / (j + 2)!`, j fastest.
-    powers_re: Vec<f64>,
-    powers_im: Vec<f64>,
-    /// Bound of `|h^2 phi2(x s) s^2|` on the panel: by the series for slow modes, for decaying fast ones by
-    /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing fast ones.
-    reach: Vec<f64>,
-}
-
-const TAIL: usize = COEFFICIENTS - 2;
-
-impl ModalBasis {
-    pub fn new(reduced: &Reduced, functions: &[EventFunction], mut modes: Vec<Mode>) -> Self {
-        modes.sort_by(|p, q| p.eigenvalue.norm().total_cmp(&q.eigenvalue.norm()));
-        let m = reduced.size();
-        let count = modes.len();
-        let lambda: Vec<Complex64> = modes.iter().map(|mode| mode.eigenvalue).collect();
-        let mut shape = vec![Complex64::default(); m * count];
-        let mut from_position = shape.clone();
-        let mut from_velocity = shape.clone();
-        for (r, mode) in modes.iter().enumerate() {
-            let weight = if mode.is_real() { 1.0 } else { 2.0 };
-            for k in 0..m {
-                shape[k * count + r] = weight * mode.right[k];
-                // left' ((C + lambda M) q + M q') / a
-                let product = |matrix: &[f64]| -> Complex64 {
-                    (0..m).map(|i| mode.left[i] * matrix[i * m + k]).sum::<Complex64>() / mode.a
-                };
-                from_velocity[k * count + r] = product(&reduced.mass);
-                from_position[k * count + r] =
-                    product(&reduced.damping) + mode.eigenvalue * from_velocity[k * count + r];
-            }
-        }
-        let modal_force = |force: &[f64]| -> Vec<Complex64> {
-            modes
-                .iter()
-                .map(|mode| {
-                    mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
-                })
-                .collect()
-        };
-        let sticking: Vec<StickingForce> = reduced
-            .sticking
-            .iter()
-            .map(|stick| StickingForce {
-                coordinate: stick.coordinate,
-                speed: stick.speed,
-                force: modal_force(&stick.load),
-            })
-            .collect();
-        let mut column = vec![usize::MAX; reduced.kept.last().map_or(0, |last| last + 1)];
-        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
-        let column = |k: usize| column.get(k).copied().filter(|&j| j != usize::MAX);
-        let functions = functions
-            .iter()
-            .map(|function| {
-                let functional = &function.functional;
-                let mut modal = ModalFunction {
-                    weights: vec![Complex64::default(); count],
-                    magnitudes: Vec::new(),
-                    constant: functional.constant,
-                    sticking: Vec::new(),
-                    slope: 0.0,
-                };
-                let stuck = |k: usize| sticking.iter().find(|stick| stick.coordinate == k);
-                for &(k, weight) in &functional.position {
-                    if let Some(j) = column(k) {
-                        for r in 0..count {
-                            modal.weights[r] += weight * shape[j * count + r];
-                        }
-                    } else if let Some(stick) = stuck(k) {
-                        modal.sticking.push((k, weight));
-                        modal.slope += weight * stick.speed;
-                    }
-                }
-                for &(k, weight) in &functional.velocity {
-                    if let Some(j) = column(k) {
-                        for r in 0..count {
-                            modal.weights[r] += weight * lambda[r] * shape[j * count + r];
-                        }
-                    } else if let Some(stick) = stuck(k) {
-                        modal.constant += weight * stick.speed;
-                    }
-                }
-                modal.magnitudes = modal.weights.iter().map(|h| h.norm()).collect();
-                modal
-            })
-            .collect();
-        let fastest = lambda.last().map_or(0.0, |lambda| lambda.norm());
-        Self {
-            kept: reduced.kept.clone(),
-            shape,
-            from_position,
-            from_velocity,
-            force_constant: modal_force(&reduced.force_constant),
-            force_linear: modal_force(&reduced.force_linear),
-            sticking,
-            functions,
-            // Without modes every motion is prescribed and linear; any width does.
-            base_width: if fastest > 0.0 { REACH / fastest } else { 1.0 },
-            levels: [const { OnceLock::new() }; LEVELS],
-            lambda,
-        }
-    }
-
-    fn level(&self, level: usize) -> &Level {
-        self.levels[level].get_or_init(|| self.build_level(self.base_width * (level as f64).exp2()))
-    }
-
-    fn build_level(&self, width: f64) -> Level {
-        let count = self.lambda.len();
-        let mut level = Level {
-            width,
-            exponential: Vec::with_capacity(count),
-            phi1: Vec::with_capacity(count),
-            phi2: Vec::with_capacity(count),
-            // Ulps above the reach, so that the fastest mode itself belongs to level 0.
-            slow: self
-                .lambda
-                .partition_point(|lambda| lambda.norm() * width <= REACH * (1.0 + 1e-12)),
-            powers_re: vec![0.0; count * TAIL],
-            powers_im: vec![0.0; count * TAIL],
-            reach: Vec::with_capacity(count),
-        };
-        for (r, &lambda) in self.lambda.iter().enumerate() {
-            let x = lambda * width;
-            let (exponential, phi1, phi2) = exponential_and_phi(x);
-            level.exponential.push(exponential);
-            level.phi1.push(width * phi1);
-            level.phi2.push(width * width * phi2);
-            if r < level.slow {
-                let mut power = Complex64::from(0.5 * width * width);
-                for j in 0..TAIL {
-                    level.powers_re[r * TAIL + j] = power.re;
-                    level.powers_im[r * TAIL + j] = power.im;
-                    power *= x / (j + 3) as f64;
-                }
-                level.reach.push(width * width * phi2_bound(x.norm()));
-            } else if lambda.re <= 0.0 {
-                level.reach.push((0.5 * width * width).min((2.0 + x.norm()) / lambda.norm_sqr()));
-            } else {
-                level.reach.push(f64::INFINITY);
-            }
-        }
-        level
-    }
-}
-
-/// One phase in modal coordinates.
-#[derive(Debug)]
-pub(crate) struct ModalMotion<'a> {
-    basis: &'a ModalBasis,
+pub(crate) struct ModalMotion {
+    arch: pulp::Arch,
     start: f64,
     panels: u32,
     level: usize,
-    z: Vec<Complex64>,
-    dz: Vec<Complex64>,
+    quiet: u32,
+    leap: usize,
+    z: SplitComplex,
+    dz: SplitComplex,
     /// z''
-    w: Vec<Complex64>,
-    /// p1 of this phase.
-    force_linear: &'a [Complex64],
+    w: SplitComplex,
+    /// Sizes |z|, |z'|, |w| as sums of the moduli of their parts.
+    sizes: [Vec<f64>; 3],
     /// Constant part of each event function at local time 0.
     constants: Vec<f64>,
-    /// (coordinate, q at local time 0, speed)
-    prescribed: Vec<(usize, f64, f64)>,
+    /// q at local time 0 of the coordinates that stick, in the order of the basis.
+    stuck: Vec<f64>,
 }
 
-impl<'a> ModalMotion<'a> {
-    /// Starts at local time 0 from (q, q').
-    pub fn new(basis: &'a ModalBasis, q: &[f64], u: &[f64]) -> Self {
-        let count = basis.lambda.len();
-        let mut z = vec![Complex64::default(); count];
-        for (j, &k) in basis.kept.iter().enumerate() {
-            let row = j * count..(j + 1) * count;
-            let (from_q, from_u) = (&basis.from_position[row.clone()], &basis.from_velocity[row]);
-            for r in 0..count {
-                z[r] += from_q[r] * q[k] + from_u[r] * u[k];
-            }
-        }
-        let mut force = basis.force_constant.clone();
-        for stick in &basis.sticking {
-            for (p, load) in force.iter_mut().zip(&stick.force) {
-                *p += load * q[stick.coordinate];
-            }
-        }
-        let dz: Vec<Complex64> = (0..count).map(|r| basis.lambda[r] * z[r] + force[r]).collect();
-        let w = (0..count).map(|r| basis.lambda[r] * dz[r] + basis.force_linear[r]).collect();
-        let constants = basis
-            .functions
-            .iter()
-            .map(|function| {
-                let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
-                function.constant + stuck
-            })
-            .collect();
+/// The factor between the two-norm and the sum of moduli of the parts of a complex number is in
+/// [1, sqrt 2], so sizes are upper bounds.
+fn size(re: f64, im: f64) -> f64 {
+    re.abs() + im.abs()
+}
+
+impl ModalMotion {
+    pub fn new() -> Self {
         Self {
-            basis,
+            arch: pulp::Arch::new(),
             start: 0.0,
             panels: 0,
             level: 0,
-            z,
-            dz,
-            w,
-            force_linear: &basis.force_linear,
-            constants,
-            prescribed: basis
-                .sticking
-                .iter()
-                .map(|stick| (stick.coordinate, q[stick.coordinate], stick.speed))
-                .collect(),
+            quiet: 0,
+            leap: FIRST_LEAP,
+            z: SplitComplex::default(),
+            dz: SplitComplex::default(),
+            w: SplitComplex::default(),
+            sizes: Default::default(),
+            constants: Vec::new(),
+            stuck: Vec::new(),
         }
+    }
+
+    /// Starts a phase at local time 0 from (q, q').
+    pub fn restart(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
+        self.start = 0.0;
+        self.panels = 0;
+        self.level = 0;
+        self.quiet = 0;
+        self.leap = FIRST_LEAP;
+        self.stuck.clear();
+        self.stuck.extend(basis.sticking.iter().map(|stick| q[stick.coordinate]));
+        self.constants.clear();
+        self.constants.extend(basis.functions.iter().map(|function| {
+            let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
+            function.constant + stuck
+        }));
+        let Self { z, dz, w, stuck, sizes, .. } = self;
+        sizes.iter_mut().for_each(|sizes| sizes.resize(basis.stride, 0.0));
+        self.arch.dispatch(
+            #[inline(always)]
+            || {
+                z.clear(basis.stride);
+                for (j, &k) in basis.kept.iter().enumerate() {
+                    z.add_scaled(q[k], &basis.from_position, j);
+                    z.add_scaled(u[k], &basis.from_velocity, j);
+                }
+                // dz holds the force until it is used.
+                dz.copy_from(&basis.force_constant);
+                for (stick, &at) in basis.sticking.iter().zip(stuck.iter()) {
+                    dz.add_scaled(at, &stick.force, 0);
+                }
+                dz.add_product(&basis.lambda, z);
+                w.copy_from(&basis.force_linear);
+                w.add_product(&basis.lambda, dz);
+            },
+        );
     }
 
     pub fn start(&self) -> f64 {
         self.start
     }
 
+    fn measure(&mut self) {
+        let Self { z, dz, w, sizes: [of_z, of_dz, of_w], arch, .. } = self;
+        arch.dispatch(
+            #[inline(always)]
+            || {
+                for (sizes, values) in [(of_z, z), (of_dz, dz), (of_w, w)] {
+                    for ((target, re), im) in sizes.iter_mut().zip(&values.re).zip(&values.im) {
+                        *target = size(*re, *im);
+                    }
+                }
+            },
+        );
+    }
+
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
-    fn allows(&self, level: &Level) -> bool {
-        let fast = level.slow..self.w.len();
-        self.basis.functions.iter().all(|function| {
+    fn allows(&self, basis: &ModalBasis, level: &Level) -> bool {
+        let fast = level.slow..basis.count;
+        basis.functions.iter().all(|function| {
             let bound: f64 = fast
                 .clone()
-                .map(|r| function.magnitudes[r] * self.w[r].norm() * level.reach[r])
+                .map(|r| function.magnitudes[r] * self.sizes[2][r] * level.reach[r])
                 .sum();
             let scale: f64 =
-                function.magnitudes.iter().zip(&self.z).map(|(h, z)| h * z.norm()).sum();
+                function.magnitudes.iter().zip(&self.sizes[0]).map(|(h, z)| h * z).sum();
             bound <= f64::EPSILON * scale
         })
     }
 
-    pub fn expand(&mut self, panel: &mut Panel) {
-        while self.level + 1 < LEVELS && self.allows(self.basis.level(self.level + 1)) {
+    /// Moves over stretches that the envelope proves free of events, up to `remaining`.
+    fn leap(&mut self, basis: &ModalBasis, remaining: f64) -> u32 {
+        let mut leaps = 0;
+        while self.quiet >= QUIET {
+            let index = (self.level + self.leap).min(LEVELS - 1);
+            let level = basis.level(index);
+            if self.start + level.width > remaining || !self.is_quiet(basis, level) {
+                if self.leap <= 1 {
+                    self.quiet = 0;
+                    self.leap = FIRST_LEAP;
+                    break;
+                }
+                self.leap -= 1;
+                continue;
+            }
+            self.advance_by(level);
+            self.measure();
+            self.leap += 1;
+            leaps += 1;
+        }
+        leaps
+    }
+
+    /// Whether all event functions stay positive over `level.width`: with `f = A + B t + sum Re(g / lambda^2
+    /// e^{lambda t})` over the modes that turn within it, and the bound of the series for those that don't.
+    fn is_quiet(&self, basis: &ModalBasis, level: &Level) -> bool {
+        basis.functions.iter().enumerate().all(|(index, function)| {
+            let mut value = self.constants[index] + function.slope * self.start;
+            let mut slope = function.slope;
+            let (mut envelope, mut scale) = (0.0, value.abs());
+            for r in 0..basis.count {
+                let (hr, hi) = (function.weights.re[r], function.weights.im[r]);
+                value += hr * self.z.re[r] - hi * self.z.im[r];
+                slope += hr * self.dz.re[r] - hi * self.dz.im[r];
+                scale +=
+                    function.magnitudes[r] * (self.sizes[0][r] + level.width * self.sizes[1][r]);
+                let amplitude = function.magnitudes[r] * self.sizes[2][r];
+                if level.turns[r] {
+                    let (gr, gi) = (
+                        hr * self.w.re[r] - hi * self.w.im[r],
+                        hr * self.w.im[r] + hi * self.w.re[r],
+                    );
+                    let (ir, ii) = (basis.inverse.re[r], basis.inverse.im[r]);
+                    // g / lambda and g / lambda^2
+                    let (ar, ai) = (gr * ir - gi * ii, gr * ii + gi * ir);
+                    slope -= ar;
+                    value -= ar * ir - ai * ii;
+                    envelope += amplitude * level.growth[r];
+                } else {
+                    envelope += amplitude * level.reach[r];
+                }
+            }
+            let lowest = value + (slope * level.width).min(0.0) - envelope;
+            lowest > 1e-12 * (scale + envelope)
+        })
+    }
+
+    pub fn expand(&mut self, basis: &ModalBasis, remaining: f64, panel: &mut Panel) {
+        self.measure();
+        panel.leaps += self.leap(basis, remaining) as usize;
+        while self.level + 1 < LEVELS && self.allows(basis, basis.level(self.level + 1)) {
             self.level += 1;
         }
-        let basis = self.basis;
         let level = basis.level(self.level);
-        let count = self.w.len();
-        panel.width = level.width;
-        panel.coefficients.clear();
-        panel.coefficients.resize(basis.functions.len() * COEFFICIENTS, 0.0);
-        panel.error.clear();
-        panel.curvature_error.clear();
+        panel.reset(level.width, basis.functions.len());
+        let arch = self.arch;
+        arch.dispatch(
+            #[inline(always)]
+            || self.fill(basis, level, panel),
+        );
+        let all_quiet = panel.excluded.iter().all(|&excluded| excluded);
+        self.quiet = if all_quiet { self.quiet + 1 } else { 0 };
+    }
+
+    #[inline(always)]
+    fn fill(&self, basis: &ModalBasis, level: &Level, panel: &mut Panel) {
+        let width = level.width;
         // Dot products of `count` complex terms, a table built by DEGREE multiplications, Horner's rule,
         // and the recurrence over the panels before this one, each a few roundings of relative size u.
         let unit = 0.5 * f64::EPSILON;
-        let rounding = unit * (2 * count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
-        // The first neglected term, with the geometric factor of those after it.
-        let first = DEGREE + 1;
-        let truncation = |x: f64| -> f64 {
-            let term: f64 = (3..=first).map(|j| x / j as f64).product::<f64>() * 0.5;
-            term / (1.0 - x / (first + 1) as f64)
-        };
-        let slow_truncation = truncation(REACH);
+        let rounding = unit * (2 * basis.count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
+        let [of_z, of_dz, of_w] = &self.sizes;
         for (index, function) in basis.functions.iter().enumerate() {
-            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
             let mut value = self.constants[index] + function.slope * self.start;
             let mut slope = function.slope;
-            let mut affine = self.constants[index].abs() + (function.slope * self.start).abs();
-            let mut curvature = 0.0;
-            let mut remainder = 0.0;
-            for r in 0..count {
-                let h = function.weights[r];
-                value += h.re * self.z[r].re - h.im * self.z[r].im;
-                slope += h.re * self.dz[r].re - h.im * self.dz[r].im;
-                let size = function.magnitudes[r];
-                affine += size * (self.z[r].norm() + level.width * self.dz[r].norm());
-                let amplitude = size * self.w[r].norm();
-                if r < level.slow {
-                    curvature += amplitude * level.reach[r];
-                    remainder += amplitude * level.width * level.width * slow_truncation;
-                    let g = h * self.w[r];
-                    let re = &level.powers_re[r * TAIL..(r + 1) * TAIL];
-                    let im = &level.powers_im[r * TAIL..(r + 1) * TAIL];
-                    for ((c, re), im) in c[2..].iter_mut().zip(re).zip(im) {
-                        *c += g.re * re - g.im * im;
-                    }
-                } else {
-                    remainder += amplitude * level.reach[r];
+            let mut second = 0.0;
+            let mut affine =
+                value.abs().max(self.constants[index].abs()) + (function.slope * width).abs();
+            let (mut curvature, mut cubic) = (0.0, 0.0);
+            let (hr, hi) = (&function.weights.re[..], &function.weights.im[..]);
+            for r in 0..basis.stride {
+                value += hr[r] * self.z.re[r] - hi[r] * self.z.im[r];
+                slope += hr[r] * self.dz.re[r] - hi[r] * self.dz.im[r];
+                second += hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
+                affine += function.magnitudes[r] * (of_z[r] + width * of_dz[r]);
+                let amplitude = function.magnitudes[r] * of_w[r];
+                curvature += amplitude * level.reach[r];
+                cubic += amplitude * level.cubic_reach[r];
+            }
+            let remainder = curvature * level.truncation + {
+                let fast = level.slow..basis.count;
+                fast.map(|r| function.magnitudes[r] * of_w[r] * level.reach[r]).sum::<f64>()
+            };
+            panel.curvature_error[index] = rounding * curvature + remainder;
+            panel.error[index] = rounding * (affine + curvature) + remainder;
+            let (c0, c1, c2) = (value, slope * width, 0.5 * second * width * width);
+            let mut lowest = c0.min(c0 + c1 + c2);
+            if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
+                lowest = c0 - 0.25 * c1 * c1 / c2;
+            }
+            panel.excluded[index] = lowest - cubic > panel.error[index];
+            if panel.excluded[index] {
+                continue;
+            }
+            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
+            c[0] = c0;
+            c[1] = c1;
+            let tail: &mut [f64; TAIL] = match (&mut c[2..]).try_into() {
+                Ok(tail) => tail,
+                Err(_) => unreachable!("COEFFICIENTS is TAIL + 2"),
+            };
+            let mut sum = [0.0; TAIL];
+            for r in 0..level.slow {
+                let g_re = hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
+                let g_im = hr[r] * self.w.im[r] + hi[r] * self.w.re[r];
+                let (re, im) = (&level.powers_re[r], &level.powers_im[r]);
+                for j in 0..TAIL {
+                    sum[j] += g_re * re[j] - g_im * im[j];
                 }
             }
-            c[0] = value;
-            c[1] = slope * level.width;
-            affine += function.slope.abs() * level.width;
-            panel.curvature_error.push(rounding * curvature + remainder);
-            panel.error.push(rounding * (affine + curvature) + remainder);
+            *tail = sum;
         }
     }
 
-    pub fn advance(&mut self) {
-        let level = self.basis.level(self.level);
-        for r in 0..self.w.len() {
-            let w = self.w[r];
-            self.z[r] += level.width * self.dz[r] + level.phi2[r] * w;
-            self.dz[r] += level.phi1[r] * w;
-            self.w[r] = level.exponential[r] * w;
-        }
+    fn advance_by(&mut self, level: &Level) {
+        let Self { z, dz, w, .. } = self;
+        self.arch.dispatch(
+            #[inline(always)]
+            || {
+                z.add_real(level.width, dz);
+                z.add_product(&level.phi2, w);
+                dz.add_product(&level.phi1, w);
+                w.multiply(&level.exponential);
+            },
+        );
         self.start += level.width;
         self.panels += 1;
     }
 
-    fn propagated(&self, offset: f64) -> (Vec<Complex64>, Vec<Complex64>) {
-        let mut z = self.z.clone();
-        let mut dz = self.dz.clone();
-        for r in 0..z.len() {
-            let lambda = self.basis.lambda[r];
-            let force = self.dz[r] - lambda * self.z[r];
-            // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
-            // the static part, is larger than what moves.
-            if force.norm_sqr() <= 64.0 * (lambda * self.z[r]).norm_sqr()
-                && self.force_linear[r].norm_sqr() <= 64.0 * (lambda * self.dz[r]).norm_sqr()
-            {
-                let w = (lambda * offset).exp() * self.w[r];
-                dz[r] = (w - self.force_linear[r]) / lambda;
-                z[r] = (dz[r] - force - self.force_linear[r] * offset) / lambda;
-            } else {
-                let (_, phi1, phi2) = exponential_and_phi(lambda * offset);
-                z[r] += offset * (self.dz[r] + offset * phi2 * self.w[r]);
-                dz[r] += offset * phi1 * self.w[r];
-            }
-        }
-        (z, dz)
+    pub fn advance(&mut self, basis: &ModalBasis) {
+        self.advance_by(basis.level(self.level));
     }
 
-    pub fn state(&self, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        let (z, dz) = self.propagated(offset);
-        let count = z.len();
-        for (j, &k) in self.basis.kept.iter().enumerate() {
-            let shape = &self.basis.shape[j * count..(j + 1) * count];
-            let real_dot = |x: &[Complex64]| -> f64 {
-                shape.iter().zip(x).map(|(a, b)| a.re * b.re - a.im * b.im).sum()
-            };
-            q[k] = real_dot(&z);
-            u[k] = real_dot(&dz);
+    /// (q, q') at `offset` after the start of the panel.
+    pub fn state(&self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        for &k in &basis.kept {
+            q[k] = 0.0;
+            u[k] = 0.0;
         }
-        for &(k, start, speed) in &self.prescribed {
-            q[k] = start + speed * (self.start + offset);
-            u[k] = speed;
+        for r in 0..basis.count {
+            let lambda = basis.lambda.get(r);
+            let (z0, dz0, w0) = (self.z.get(r), self.dz.get(r), self.w.get(r));
+            let linear = basis.force_linear.get(r);
+            // The force at the start of the panel.
+            let force = dz0 - lambda * z0;
+            // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
+            // the static part, is larger than what moves.
+            let (z, dz) = if force.norm_sqr() <= 64.0 * (lambda * z0).norm_sqr()
+                && linear.norm_sqr() <= 64.0 * (lambda * dz0).norm_sqr()
+            {
+                let inverse = basis.inverse.get(r);
+                let w = (lambda * offset).exp() * w0;
+                let dz = (w - linear) * inverse;
+                ((dz - force - linear * offset) * inverse, dz)
+            } else {
+                let (_, phi1, phi2) = exponential_and_phi(lambda * offset);
+                (z0 + offset * (dz0 + offset * phi2 * w0), dz0 + offset * phi1 * w0)
+            };
+            for (j, &k) in basis.kept.iter().enumerate() {
+                let shape = basis.shape.get(j * basis.stride + r);
+                q[k] += shape.re * z.re - shape.im * z.im;
+                u[k] += shape.re * dz.re - shape.im * dz.im;
+            }
+        }
+        for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
+            q[stick.coordinate] = at + stick.speed * (self.start + offset);
+            u[stick.coordinate] = stick.speed;
         }
     }
 }

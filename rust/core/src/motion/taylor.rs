@@ -111,6 +111,11 @@ impl TaylorOperator {
         Ok(operator)
     }
 
+    /// Every coordinate that is not held at zero.
+    fn moving(&self) -> impl Iterator<Item = usize> + '_ {
+        self.kept.iter().copied().chain(self.sticking.iter().map(|stick| stick.0))
+    }
+
     /// Row-sum norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
     fn norms(&self, scene: &Scene) -> (f64, f64) {
         let mut is_kept = vec![false; scene.size];
@@ -172,40 +177,37 @@ impl TaylorOperator {
     }
 }
 
-/// One phase by Taylor series.
-#[derive(Debug)]
-pub(crate) struct TaylorMotion<'a> {
-    scene: &'a Scene,
-    operator: &'a TaylorOperator,
-    functions: &'a [EventFunction],
+/// One phase by Taylor series; its buffers serve every phase of a run.
+#[derive(Debug, Default)]
+pub(crate) struct TaylorMotion {
     start: f64,
     panels: u32,
+    /// Coordinates.
+    size: usize,
     /// Q_0 .. Q_{DEGREE + 1}, one after the other.
     terms: Vec<f64>,
+    residual: Vec<f64>,
+    combined: Vec<f64>,
 }
 
-impl<'a> TaylorMotion<'a> {
-    /// Starts at local time 0 from (q, q').
-    pub fn new(
-        scene: &'a Scene,
-        operator: &'a TaylorOperator,
-        functions: &'a [EventFunction],
-        q: &[f64],
-        u: &[f64],
-    ) -> Self {
+impl TaylorMotion {
+    /// Starts a phase at local time 0 from (q, q').
+    pub fn restart(&mut self, scene: &Scene, operator: &TaylorOperator, q: &[f64], u: &[f64]) {
         let n = scene.size;
-        let mut terms = vec![0.0; n * (DEGREE + 2)];
+        self.start = 0.0;
+        self.panels = 0;
+        self.size = n;
+        self.terms.clear();
+        self.terms.resize(n * (DEGREE + 2), 0.0);
         for &k in &operator.kept {
-            terms[k] = q[k];
-            terms[n + k] = u[k] * operator.width;
+            self.terms[k] = q[k];
+            self.terms[n + k] = u[k] * operator.width;
         }
         for &(k, speed) in &operator.sticking {
-            terms[k] = q[k];
-            terms[n + k] = speed * operator.width;
+            self.terms[k] = q[k];
+            self.terms[n + k] = speed * operator.width;
         }
-        let mut motion = Self { scene, operator, functions, start: 0.0, panels: 0, terms };
-        motion.fill();
-        motion
+        self.fill(scene, operator);
     }
 
     pub fn start(&self) -> f64 {
@@ -213,76 +215,79 @@ impl<'a> TaylorMotion<'a> {
     }
 
     /// Q_2 and up from Q_0 and Q_1.
-    fn fill(&mut self) {
-        let n = self.scene.size;
-        let h = self.operator.width;
-        let mut residual = vec![0.0; n];
-        let mut combined = vec![0.0; n];
+    fn fill(&mut self, scene: &Scene, operator: &TaylorOperator) {
+        let n = self.size;
+        let h = operator.width;
+        self.residual.resize(n, 0.0);
+        self.combined.resize(n, 0.0);
+        let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
         for k in 0..DEGREE {
             let (known, next) = self.terms.split_at_mut((k + 2) * n);
             let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
             let next = &mut next[..n];
             let rate = (k + 1) as f64 / h;
             if k == 0 {
-                residual.copy_from_slice(&self.scene.force);
+                residual.copy_from_slice(&scene.force);
             } else {
                 residual.fill(0.0);
             }
-            match self.scene.proportional {
+            match scene.proportional {
                 // K (q + beta q') in one product.
                 Some((alpha, beta)) => {
                     for i in 0..n {
                         combined[i] = q[i] + beta * rate * dq[i];
                     }
-                    self.scene.stiffness.add_product(-1.0, &combined, &mut residual);
+                    scene.stiffness.add_product(-1.0, combined, residual);
                     if alpha != 0.0 {
-                        self.scene.mass.add_product(-alpha * rate, dq, &mut residual);
+                        scene.mass.add_product(-alpha * rate, dq, residual);
                     }
                 }
                 None => {
-                    self.scene.stiffness.add_product(-1.0, q, &mut residual);
-                    self.scene.damping.add_product(-rate, dq, &mut residual);
+                    scene.stiffness.add_product(-1.0, q, residual);
+                    scene.damping.add_product(-rate, dq, residual);
                 }
             }
-            self.operator.accelerate(&mut residual, next);
+            operator.accelerate(residual, next);
             let factor = h * h / ((k + 1) * (k + 2)) as f64;
-            self.operator.kept.iter().for_each(|&i| next[i] *= factor);
+            operator.kept.iter().for_each(|&i| next[i] *= factor);
         }
     }
 
     /// Norm of the k-th term of the state, `max(omega |q|, |q'|)` in mass-weighted coordinates.
-    fn term_norm(&self, k: usize) -> f64 {
-        let n = self.scene.size;
-        let rate = (k + 1) as f64 / self.operator.width;
-        self.operator
+    fn term_norm(&self, operator: &TaylorOperator, k: usize) -> f64 {
+        let n = self.size;
+        let rate = (k + 1) as f64 / operator.width;
+        operator
             .kept
             .iter()
             .map(|&i| {
-                let position = self.operator.omega * self.terms[k * n + i].abs();
+                let position = operator.omega * self.terms[k * n + i].abs();
                 let velocity = rate * self.terms[(k + 1) * n + i].abs();
-                self.operator.weight[i] * position.max(velocity)
+                operator.weight[i] * position.max(velocity)
             })
             .fold(0.0, f64::max)
     }
 
-    pub fn expand(&mut self, panel: &mut Panel) {
-        let n = self.scene.size;
-        let h = self.operator.width;
-        panel.width = h;
-        panel.coefficients.clear();
-        panel.coefficients.resize(self.functions.len() * COEFFICIENTS, 0.0);
-        panel.error.clear();
-        panel.curvature_error.clear();
-        let tail = self.operator.rho / (1.0 - self.operator.rho) * self.term_norm(DEGREE);
+    pub fn expand(
+        &mut self,
+        operator: &TaylorOperator,
+        functions: &[EventFunction],
+        panel: &mut Panel,
+    ) {
+        let n = self.size;
+        let h = operator.width;
+        panel.reset(h, functions.len());
+        let tail = operator.rho / (1.0 - operator.rho) * self.term_norm(operator, DEGREE);
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
-        for (index, function) in self.functions.iter().enumerate() {
+        for (index, function) in functions.iter().enumerate() {
             let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
             let (mut affine, mut curvature) = (function.functional.constant.abs(), 0.0);
-            c[0] = function.functional.constant;
+            let mut lowest = 0.0;
             for (k, c) in c.iter_mut().enumerate() {
                 let rate = (k + 1) as f64 / h;
                 let mut magnitude = 0.0;
+                *c = if k == 0 { function.functional.constant } else { 0.0 };
                 for &(i, weight) in &function.functional.position {
                     let term = weight * self.terms[k * n + i];
                     *c += term;
@@ -298,42 +303,48 @@ impl<'a> TaylorMotion<'a> {
                 } else {
                     curvature += magnitude;
                 }
+                lowest += if k == 0 { *c } else { c.min(0.0) };
             }
-            let remainder = tail * self.operator.function_norms[index];
-            panel.curvature_error.push(rounding * curvature + remainder);
-            panel.error.push(rounding * (affine + curvature) + remainder);
+            let remainder = tail * operator.function_norms[index];
+            panel.curvature_error[index] = rounding * curvature + remainder;
+            panel.error[index] = rounding * (affine + curvature) + remainder;
+            panel.excluded[index] = lowest > panel.error[index];
         }
     }
 
-    pub fn advance(&mut self) {
-        let n = self.scene.size;
-        let mut q = vec![0.0; n];
-        let mut u = vec![0.0; n];
-        let width = self.operator.width;
-        self.state(width, &mut q, &mut u);
-        self.start += width;
+    pub fn advance(&mut self, scene: &Scene, operator: &TaylorOperator) {
+        let n = self.size;
+        for i in operator.moving() {
+            let (value, slope) = self.horner(i, 1.0);
+            self.terms[i] = value;
+            self.terms[n + i] = slope;
+        }
+        for &(i, speed) in &operator.sticking {
+            self.terms[n + i] = speed * operator.width;
+        }
+        self.start += operator.width;
         self.panels += 1;
-        self.terms[..n].copy_from_slice(&q);
-        for i in 0..n {
-            self.terms[n + i] = u[i] * width;
-        }
-        self.fill();
+        self.fill(scene, operator);
     }
 
-    pub fn state(&self, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        let n = self.scene.size;
-        let s = offset / self.operator.width;
-        let moving = self.operator.kept.iter().copied();
-        for i in moving.chain(self.operator.sticking.iter().map(|stick| stick.0)) {
-            let (mut value, mut slope) = (0.0, 0.0);
-            for k in (0..=DEGREE + 1).rev() {
-                slope = slope * s + value;
-                value = value * s + self.terms[k * n + i];
-            }
-            q[i] = value;
-            u[i] = slope / self.operator.width;
+    /// Coordinate i and its derivative by s, at s of the panel.
+    fn horner(&self, i: usize, s: f64) -> (f64, f64) {
+        let (mut value, mut slope) = (0.0, 0.0);
+        for k in (0..=DEGREE + 1).rev() {
+            slope = slope * s + value;
+            value = value * s + self.terms[k * self.size + i];
         }
-        for &(i, speed) in &self.operator.sticking {
+        (value, slope)
+    }
+
+    pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        let s = offset / operator.width;
+        for i in operator.moving() {
+            let (value, slope) = self.horner(i, s);
+            q[i] = value;
+            u[i] = slope / operator.width;
+        }
+        for &(i, speed) in &operator.sticking {
             u[i] = speed;
         }
     }

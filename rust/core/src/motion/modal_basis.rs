@@ -1,0 +1,328 @@
+//! The modes of one combination, laid out for propagation: everything that does not depend on the state.
+
+use std::sync::OnceLock;
+
+use num_complex::Complex64;
+
+use super::phi::{exponential_and_phi, phi2_bound};
+use super::{COEFFICIENTS, REACH};
+use crate::event::EventFunction;
+use crate::reduction::Reduced;
+use crate::spectrum::Mode;
+
+/// Widths grow by powers of two from the one that the fastest mode allows: enough for forty orders
+/// of magnitude between the fastest mode and the duration.
+pub(super) const LEVELS: usize = 128;
+/// Coefficients from the second power on.
+pub(super) const TAIL: usize = COEFFICIENTS - 2;
+/// Modes are stored in groups of this many, so that no loop over them has a remainder.
+const GROUP: usize = 4;
+
+/// Complex numbers with their parts in two arrays.
+#[derive(Debug, Clone, Default)]
+pub(super) struct SplitComplex {
+    pub re: Vec<f64>,
+    pub im: Vec<f64>,
+}
+
+impl SplitComplex {
+    fn of(values: &[Complex64], stride: usize) -> Self {
+        let mut split = Self::default();
+        split.clear(stride);
+        for (r, value) in values.iter().enumerate() {
+            split.re[r] = value.re;
+            split.im[r] = value.im;
+        }
+        split
+    }
+
+    pub fn get(&self, r: usize) -> Complex64 {
+        Complex64::new(self.re[r], self.im[r])
+    }
+
+    pub fn clear(&mut self, length: usize) {
+        self.re.clear();
+        self.re.resize(length, 0.0);
+        self.im.clear();
+        self.im.resize(length, 0.0);
+    }
+
+    pub fn copy_from(&mut self, other: &Self) {
+        self.re.clone_from(&other.re);
+        self.im.clone_from(&other.im);
+    }
+
+    /// `self += factor * row`, a row of a matrix as long as self.
+    #[inline(always)]
+    pub fn add_scaled(&mut self, factor: f64, matrix: &Self, row: usize) {
+        let range = row * self.re.len()..(row + 1) * self.re.len();
+        for (target, value) in self.re.iter_mut().zip(&matrix.re[range.clone()]) {
+            *target += factor * value;
+        }
+        for (target, value) in self.im.iter_mut().zip(&matrix.im[range]) {
+            *target += factor * value;
+        }
+    }
+
+    #[inline(always)]
+    pub fn add_real(&mut self, factor: f64, other: &Self) {
+        self.add_scaled(factor, other, 0);
+    }
+
+    /// `self += a b`, element by element.
+    #[inline(always)]
+    pub fn add_product(&mut self, a: &Self, b: &Self) {
+        let n = self.re.len();
+        let (ar, ai, br, bi) = (&a.re[..n], &a.im[..n], &b.re[..n], &b.im[..n]);
+        let (re, im) = (&mut self.re[..n], &mut self.im[..n]);
+        for r in 0..n {
+            re[r] += ar[r] * br[r] - ai[r] * bi[r];
+            im[r] += ar[r] * bi[r] + ai[r] * br[r];
+        }
+    }
+
+    #[inline(always)]
+    pub fn multiply(&mut self, a: &Self) {
+        let n = self.re.len();
+        let (ar, ai) = (&a.re[..n], &a.im[..n]);
+        let (re, im) = (&mut self.re[..n], &mut self.im[..n]);
+        for r in 0..n {
+            (re[r], im[r]) = (ar[r] * re[r] - ai[r] * im[r], ar[r] * im[r] + ai[r] * re[r]);
+        }
+    }
+}
+
+/// Modes ascending in modulus, one of each conjugate pair, in groups filled up with zeros.
+#[derive(Debug)]
+pub(crate) struct ModalBasis {
+    pub(super) kept: Vec<usize>,
+    pub(super) count: usize,
+    /// `count` rounded up to whole groups.
+    pub(super) stride: usize,
+    pub(super) lambda: SplitComplex,
+    /// 1 / lambda, 0 where lambda is.
+    pub(super) inverse: SplitComplex,
+    /// Right vectors with the weight of the conjugate, one row per kept coordinate:
+    /// `q_k = Re sum_r shape[k][r] z_r`.
+    pub(super) shape: SplitComplex,
+    /// `z_r = sum_k from_position[k][r] q_k + from_velocity[k][r] q'_k`.
+    pub(super) from_position: SplitComplex,
+    pub(super) from_velocity: SplitComplex,
+    pub(super) force_constant: SplitComplex,
+    pub(super) force_linear: SplitComplex,
+    pub(super) sticking: Vec<StickingForce>,
+    pub(super) functions: Vec<ModalFunction>,
+    base_width: f64,
+    levels: [OnceLock<Box<Level>>; LEVELS],
+}
+
+/// The modal force per unit of the tangential displacement at which a contact sticks.
+#[derive(Debug)]
+pub(super) struct StickingForce {
+    pub coordinate: usize,
+    pub speed: f64,
+    pub force: SplitComplex,
+}
+
+/// An event function in modal coordinates: `constant + slope t + Re sum_r weights_r z_r`.
+#[derive(Debug)]
+pub(super) struct ModalFunction {
+    pub weights: SplitComplex,
+    pub magnitudes: Vec<f64>,
+    pub constant: f64,
+    /// (coordinate, weight) of the tangential displacements of sticking contacts.
+    pub sticking: Vec<(usize, f64)>,
+    pub slope: f64,
+}
+
+/// What depends on the width of a panel alone.
+#[derive(Debug)]
+pub(super) struct Level {
+    pub width: f64,
+    pub exponential: SplitComplex,
+    /// `h phi1`, `h^2 phi2`
+    pub phi1: SplitComplex,
+    pub phi2: SplitComplex,
+    /// Modes slow enough for the polynomials: a prefix.
+    pub slow: usize,
+    /// `x^j h^2 / (j + 2)!` for x = lambda h.
+    pub powers_re: Vec<[f64; TAIL]>,
+    pub powers_im: Vec<[f64; TAIL]>,
+    /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
+    /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
+    pub reach: Vec<f64>,
+    /// The same without the leading `t^2 / 2`; all of `reach` for fast modes.
+    pub cubic_reach: Vec<f64>,
+    /// What the polynomials leave out, relative to `reach` of the slow modes.
+    pub truncation: f64,
+    /// Modes that turn within the width, `|lambda| h > 1`, and the bound of `|e^{lambda t} / lambda^2|`.
+    pub turns: Vec<bool>,
+    pub growth: Vec<f64>,
+}
+
+impl ModalBasis {
+    pub fn new(reduced: &Reduced, functions: &[EventFunction], mut modes: Vec<Mode>) -> Self {
+        modes.sort_by(|p, q| p.eigenvalue.norm().total_cmp(&q.eigenvalue.norm()));
+        let m = reduced.size();
+        let count = modes.len();
+        let stride = count.next_multiple_of(GROUP);
+        let lambda: Vec<Complex64> = modes.iter().map(|mode| mode.eigenvalue).collect();
+        let mut shape = vec![Complex64::default(); m * stride];
+        let mut from_position = shape.clone();
+        let mut from_velocity = shape.clone();
+        for (r, mode) in modes.iter().enumerate() {
+            let weight = if mode.is_real() { 1.0 } else { 2.0 };
+            for k in 0..m {
+                shape[k * stride + r] = weight * mode.right[k];
+                // left' ((C + lambda M) q + M q') / a
+                let product = |matrix: &[f64]| -> Complex64 {
+                    (0..m).map(|i| mode.left[i] * matrix[i * m + k]).sum::<Complex64>() / mode.a
+                };
+                from_velocity[k * stride + r] = product(&reduced.mass);
+                from_position[k * stride + r] =
+                    product(&reduced.damping) + mode.eigenvalue * from_velocity[k * stride + r];
+            }
+        }
+        let modal_force = |force: &[f64]| -> SplitComplex {
+            let of_mode = |mode: &Mode| {
+                mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
+            };
+            SplitComplex::of(&modes.iter().map(of_mode).collect::<Vec<_>>(), stride)
+        };
+        let sticking: Vec<StickingForce> = reduced
+            .sticking
+            .iter()
+            .map(|stick| StickingForce {
+                coordinate: stick.coordinate,
+                speed: stick.speed,
+                force: modal_force(&stick.load),
+            })
+            .collect();
+        let mut column = vec![usize::MAX; reduced.kept.last().map_or(0, |last| last + 1)];
+        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
+        let column = |k: usize| column.get(k).copied().filter(|&j| j != usize::MAX);
+        let functions = functions
+            .iter()
+            .map(|function| {
+                let functional = &function.functional;
+                let mut weights = vec![Complex64::default(); stride];
+                let mut constant = functional.constant;
+                let mut slope = 0.0;
+                let mut stuck_terms = Vec::new();
+                let stuck = |k: usize| sticking.iter().find(|stick| stick.coordinate == k);
+                for &(k, weight) in &functional.position {
+                    if let Some(j) = column(k) {
+                        for r in 0..count {
+                            weights[r] += weight * shape[j * stride + r];
+                        }
+                    } else if let Some(stick) = stuck(k) {
+                        stuck_terms.push((k, weight));
+                        slope += weight * stick.speed;
+                    }
+                }
+                for &(k, weight) in &functional.velocity {
+                    if let Some(j) = column(k) {
+                        for r in 0..count {
+                            weights[r] += weight * lambda[r] * shape[j * stride + r];
+                        }
+                    } else if let Some(stick) = stuck(k) {
+                        constant += weight * stick.speed;
+                    }
+                }
+                ModalFunction {
+                    magnitudes: weights.iter().map(|h| h.norm()).collect(),
+                    weights: SplitComplex::of(&weights, stride),
+                    constant,
+                    sticking: stuck_terms,
+                    slope,
+                }
+            })
+            .collect();
+        let fastest = lambda.last().map_or(0.0, |lambda| lambda.norm());
+        let inverse: Vec<Complex64> = lambda
+            .iter()
+            .map(|lambda| if lambda.norm() > 0.0 { lambda.inv() } else { Complex64::default() })
+            .collect();
+        Self {
+            kept: reduced.kept.clone(),
+            count,
+            stride,
+            shape: SplitComplex::of(&shape, m * stride),
+            from_position: SplitComplex::of(&from_position, m * stride),
+            from_velocity: SplitComplex::of(&from_velocity, m * stride),
+            force_constant: modal_force(&reduced.force_constant),
+            force_linear: modal_force(&reduced.force_linear),
+            sticking,
+            functions,
+            // Without modes every motion is prescribed and linear; any width does.
+            base_width: if fastest > 0.0 { REACH / fastest } else { 1.0 },
+            levels: [const { OnceLock::new() }; LEVELS],
+            lambda: SplitComplex::of(&lambda, stride),
+            inverse: SplitComplex::of(&inverse, stride),
+        }
+    }
+
+    pub(super) fn level(&self, level: usize) -> &Level {
+        self.levels[level]
+            .get_or_init(|| Box::new(Level::new(self, self.base_width * (level as f64).exp2())))
+    }
+}
+
+impl Level {
+    fn new(basis: &ModalBasis, width: f64) -> Self {
+        let lambdas: Vec<Complex64> = (0..basis.stride).map(|r| basis.lambda.get(r)).collect();
+        let all: Vec<_> =
+            lambdas.iter().map(|lambda| exponential_and_phi(lambda * width)).collect();
+        let split = |f: &dyn Fn(&(Complex64, Complex64, Complex64)) -> Complex64| {
+            SplitComplex::of(&all.iter().map(f).collect::<Vec<_>>(), basis.stride)
+        };
+        // Ulps above the reach, so that the fastest mode itself belongs to level 0.
+        let is_slow = |lambda: &Complex64| lambda.norm() * width <= REACH * (1.0 + 1e-12);
+        let slow = lambdas[..basis.count].partition_point(is_slow);
+        let mut level = Self {
+            width,
+            exponential: split(&|f| f.0),
+            phi1: split(&|f| width * f.1),
+            phi2: split(&|f| width * width * f.2),
+            slow,
+            powers_re: Vec::with_capacity(slow),
+            powers_im: Vec::with_capacity(slow),
+            reach: vec![0.0; basis.stride],
+            cubic_reach: vec![0.0; basis.stride],
+            truncation: truncation(),
+            turns: lambdas.iter().map(|lambda| lambda.norm() * width > 1.0).collect(),
+            growth: vec![0.0; basis.stride],
+        };
+        for (r, &lambda) in lambdas[..basis.count].iter().enumerate() {
+            let x = lambda * width;
+            let leading = 0.5 * width * width;
+            level.growth[r] = x.re.max(0.0).exp() / lambda.norm_sqr();
+            if r < slow {
+                let (mut re, mut im) = ([0.0; TAIL], [0.0; TAIL]);
+                let mut power = Complex64::from(leading);
+                for j in 0..TAIL {
+                    (re[j], im[j]) = (power.re, power.im);
+                    power *= x / (j + 3) as f64;
+                }
+                level.powers_re.push(re);
+                level.powers_im.push(im);
+                level.reach[r] = width * width * phi2_bound(x.norm());
+                level.cubic_reach[r] = level.reach[r] - leading;
+            } else if lambda.re <= 0.0 {
+                level.reach[r] = leading.min((2.0 + x.norm()) / lambda.norm_sqr());
+                level.cubic_reach[r] = level.reach[r] + leading;
+            } else {
+                level.reach[r] = f64::INFINITY;
+                level.cubic_reach[r] = f64::INFINITY;
+            }
+        }
+        level
+    }
+}
+
+/// The sum of the terms that the polynomials of a mode leave out, over its whole series, at |x| = REACH;
+/// less for slower modes.
+fn truncation() -> f64 {
+    let first: f64 = (3..=COEFFICIENTS).map(|j| REACH / j as f64).product::<f64>() * 0.5;
+    first / (1.0 - REACH / (COEFFICIENTS + 1) as f64) / phi2_bound(REACH)
+}

@@ -1,0 +1,159 @@
+//! The start of a run: a state brought to contact coordinates and to the exact zeros of its combination.
+
+use crate::contact::check_finite;
+use crate::error::Error;
+use crate::scene::{Scene, State};
+use crate::status::{Combination, Status};
+use crate::transition::Departure;
+
+/// Relative tolerance to which a start state may miss the constraints of its combination.
+const START_TOLERANCE: f64 = 1e-9;
+
+impl Scene {
+    /// Brings a start state to contact coordinates, refusing one that penetrates or violates its combination.
+    pub fn start_coordinates(&self, state: &State) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        for (argument, values) in [("position", &state.position), ("velocity", &state.velocity)] {
+            if values.len() != self.size {
+                return Err(Error::Shape {
+                    argument: argument.into(),
+                    expected: format!("({},)", self.size),
+                    got: format!("({},)", values.len()),
+                });
+            }
+            check_finite(argument, values)?;
+        }
+        if state.combination.statuses().len() != self.contacts.len() {
+            return Err(Error::Combination {
+                got: state.combination.to_string(),
+                contacts: self.contacts.len(),
+            });
+        }
+        self.check_combination(&state.combination)?;
+        let (mut q, mut u) = self.to_coordinates(&state.position, &state.velocity);
+        let length = q.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let speed = u.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(state.combination.statuses()).enumerate()
+        {
+            let violated = |argument, quantity, value| Error::ViolatedStatus {
+                argument,
+                contact,
+                status: status.letter(),
+                quantity,
+                value,
+            };
+            let gap = q[law.normal];
+            let length_tolerance = START_TOLERANCE * length.max(law.gap.abs());
+            let speed_tolerance = START_TOLERANCE * speed.max(law.slider_speed.abs());
+            if gap < -length_tolerance {
+                return Err(Error::Penetration { contact, gap });
+            }
+            if !status.is_closed() {
+                q[law.normal] = gap.max(0.0);
+                if gap <= 0.0 && u[law.normal] < -speed_tolerance {
+                    return Err(violated("velocity", "gap velocity", u[law.normal]));
+                }
+                continue;
+            }
+            if gap > length_tolerance {
+                return Err(violated("position", "gap", gap));
+            }
+            if u[law.normal].abs() > speed_tolerance {
+                return Err(violated("velocity", "gap velocity", u[law.normal]));
+            }
+            q[law.normal] = 0.0;
+            u[law.normal] = 0.0;
+            let slip = u[law.tangential] - law.slider_speed;
+            let consistent = match status {
+                Status::Sticking => slip.abs() <= speed_tolerance,
+                Status::Positive => slip <= 0.0 || law.static_friction == 0.0,
+                _ => slip >= 0.0 || law.static_friction == 0.0,
+            };
+            if !consistent {
+                return Err(violated("velocity", "slip velocity", slip));
+            }
+            if status == Status::Sticking {
+                u[law.tangential] = law.slider_speed;
+            }
+        }
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(state.combination.statuses()).enumerate()
+        {
+            if !status.is_closed() {
+                continue;
+            }
+            let violated = |quantity, value| Error::ViolatedStatus {
+                argument: "state",
+                contact,
+                status: status.letter(),
+                quantity,
+                value,
+            };
+            let normal = self.reaction(law.normal);
+            let normal_force = normal.value(&q, &u);
+            let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
+            if normal_force < -tolerance {
+                return Err(violated("normal force", normal_force));
+            }
+            let slip = u[law.tangential] - law.slider_speed;
+            if slip == 0.0 && law.static_friction > 0.0 {
+                let friction = self.reaction(law.tangential);
+                let required = friction.value(&q, &u);
+                let limit = law.static_friction * normal_force;
+                let tolerance =
+                    law.static_friction * tolerance + START_TOLERANCE * friction.magnitude(&q, &u);
+                let holds = match status {
+                    Status::Sticking => required.abs() <= limit + tolerance,
+                    Status::Positive => required >= law.friction * normal_force - tolerance,
+                    _ => required <= -law.friction * normal_force + tolerance,
+                };
+                if !holds {
+                    return Err(violated("required friction force at slip velocity 0", required));
+                }
+            }
+        }
+        Ok((q, u))
+    }
+
+    /// Functions of the start state that are exactly zero leave from zero: their multiplicity is found
+    /// from the derivatives, each compared with its rounding.
+    pub(crate) fn initial_departures(
+        &self,
+        combination: &Combination,
+        q: &[f64],
+        u: &[f64],
+    ) -> Vec<Departure> {
+        combination
+            .statuses()
+            .iter()
+            .enumerate()
+            .map(|(contact, &status)| {
+                let law = &self.contacts[contact];
+                let vanishes = |row: usize| {
+                    let reaction = self.reaction(row);
+                    reaction.value(q, u).abs() <= START_TOLERANCE * reaction.magnitude(q, u)
+                };
+                match status {
+                    Status::Detached if q[law.normal] == 0.0 => {
+                        if u[law.normal] > 0.0 {
+                            Departure::Gap(1)
+                        } else if vanishes(law.normal) {
+                            Departure::Gap(3)
+                        } else {
+                            Departure::Gap(2)
+                        }
+                    }
+                    _ if status.is_sliding() && u[law.tangential] == law.slider_speed => {
+                        let normal = self.reaction(law.normal).value(q, u);
+                        let friction = status.friction_sign() * law.friction * normal;
+                        let required = self.reaction(law.tangential);
+                        let excess = (required.value(q, u) - friction).abs();
+                        let rounding = START_TOLERANCE * required.magnitude(q, u);
+                        Departure::Slip(if excess <= rounding { 2 } else { 1 })
+                    }
+                    _ => Departure::None,
+                }
+            })
+            .collect()
+    }
+}
