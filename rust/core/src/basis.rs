@@ -6,6 +6,7 @@ use std::sync::Arc;
 use crate::error::Error;
 use crate::event::EventFunction;
 use crate::motion::{ModalBasis, TaylorOperator};
+use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
 use crate::simulation::Method;
@@ -44,7 +45,7 @@ impl CombinationBasis {
             Method::Auto if scene.size - closed > MODAL_SIZE => Propagator::Taylor(taylor()?),
             Method::Auto | Method::Modal => {
                 let reduced = Reduced::new(scene, combination)?;
-                let modes = spectrum(scene, &reduced)?;
+                let modes = spectrum(&Pencil::new(scene, &reduced))?;
                 let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
                 if condition <= CONDITION_LIMIT {
                     Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))

@@ -33,7 +33,19 @@ fn two_product(a: f64, b: f64) -> (f64, f64) {
     (product, ((ah * bh - product) + ah * bl + al * bh) + al * bl)
 }
 
+impl From<f64> for Doubled {
+    fn from(high: f64) -> Self {
+        Self { high, low: 0.0 }
+    }
+}
+
 impl Doubled {
+    /// The product of two doubles without rounding.
+    pub fn product(a: f64, b: f64) -> Self {
+        let (high, low) = two_product(a, b);
+        Self { high, low }
+    }
+
     pub fn add(self, other: Self) -> Self {
         let (sum, error) = two_sum(self.high, other.high);
         let (high, low) = two_sum(sum, error + self.low + other.low);
@@ -71,18 +83,14 @@ impl DoubledComplex {
     }
 
     /// `sum_k weight_k z_k`
-    pub fn dot(terms: impl Iterator<Item = (f64, Complex64)>) -> Self {
+    pub fn dot(terms: impl Iterator<Item = (Doubled, Complex64)>) -> Self {
         terms.fold(Self::default(), |sum, (weight, z)| {
-            let exact = |part: f64| {
-                let (high, low) = two_product(weight, part);
-                Doubled { high, low }
+            let product = |part: f64| {
+                let (high, low) = two_product(weight.high, part);
+                Doubled { high, low: low + weight.low * part }
             };
-            sum.add(Self { re: exact(z.re), im: exact(z.im) })
+            sum.add(Self { re: product(z.re), im: product(z.im) })
         })
-    }
-
-    pub fn scaled(self, factor: f64) -> Self {
-        Self { re: self.re.times(factor), im: self.im.times(factor) }
     }
 
     pub fn value(self) -> Complex64 {

@@ -7,6 +7,7 @@
 use num_complex::Complex64;
 
 use crate::error::Error;
+use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
 use crate::spectrum::{Mode, spectrum};
@@ -38,7 +39,7 @@ pub struct Modes {
 impl Modes {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let mut half = spectrum(scene, &reduced)?;
+        let mut half = spectrum(&Pencil::new(scene, &reduced))?;
         half.sort_by(|p, q| {
             let key =
                 |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.im, mode.eigenvalue.re);

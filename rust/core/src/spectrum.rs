@@ -12,13 +12,16 @@ use num_complex::Complex64;
 use crate::compensated::DoubledComplex;
 use crate::eigen::{self, EigenPair, norm};
 use crate::error::Error;
-use crate::matrix::SparseMatrix;
-use crate::reduction::Reduced;
-use crate::scene::Scene;
+use crate::pencil::{Damping, DoubledRows, Pencil};
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.
 /// A backward-stable solver leaves some 1e-15; the margin only has to tell noise from failure.
 const CONVERGED: f64 = 1e-10;
+
+/// Condition number up to which an eigenvalue is corrected by its own Rayleigh quotient. The correction moves it
+/// by about the condition number times rounding away from the value its vector belongs to, so a larger limit
+/// would show in the residual; the eigenvalue itself is within its condition times rounding in any case.
+const WELL_CONDITIONED: f64 = 100.0;
 
 /// One mode, of each conjugate pair the one with positive imaginary part; vectors over the kept coordinates.
 #[derive(Debug, Clone)]
@@ -51,19 +54,19 @@ enum MassFactor {
 }
 
 impl MassFactor {
-    fn new(reduced: &Reduced) -> Result<Self, Error> {
-        let m = reduced.size();
-        if reduced.is_lumped() {
-            return Ok(Self::Diagonal((0..m).map(|i| reduced.mass[i * m + i].sqrt()).collect()));
+    fn new(pencil: &Pencil) -> Result<Self, Error> {
+        let m = pencil.size;
+        let mass = pencil.mass.to_dense();
+        if pencil.mass.is_diagonal() && (0..m).all(|i| mass[i * m + i] > 0.0) {
+            return Ok(Self::Diagonal((0..m).map(|i| mass[i * m + i].sqrt()).collect()));
         }
-        let symmetric =
-            (0..m).all(|i| (0..i).all(|j| reduced.mass[i * m + j] == reduced.mass[j * m + i]));
-        if symmetric && let Ok(factor) = eigen::cholesky(m, &reduced.mass) {
+        let symmetric = (0..m).all(|i| (0..i).all(|j| mass[i * m + j] == mass[j * m + i]));
+        if symmetric && let Ok(factor) = eigen::cholesky(m, &mass) {
             return Ok(Self::Cholesky(factor));
         }
-        match eigen::smallest_relative_pivot(m, &reduced.mass) {
-            pivot if pivot > 1e-14 => Ok(Self::General(reduced.mass.clone())),
-            pivot => Err(Error::SingularMass { combination: reduced.combination.clone(), pivot }),
+        match eigen::smallest_relative_pivot(m, &mass) {
+            pivot if pivot > 1e-14 => Ok(Self::General(mass)),
+            pivot => Err(Error::SingularMass { combination: pencil.combination.clone(), pivot }),
         }
     }
 
@@ -102,98 +105,51 @@ fn transpose(m: usize, matrix: &[f64]) -> Vec<f64> {
     (0..m * m).map(|k| matrix[(k % m) * m + k / m]).collect()
 }
 
-/// All modes of the reduced system, in no particular order.
-pub(crate) fn spectrum(scene: &Scene, reduced: &Reduced) -> Result<Vec<Mode>, Error> {
-    let m = reduced.size();
-    let factor = MassFactor::new(reduced)?;
-    let stiffness = factor.normalised(m, &reduced.stiffness);
-    let problem = Problem::new(scene, reduced);
-    let modes = match scene.proportional {
-        Some((alpha, beta)) => eigen::real_matrix(m, &stiffness)
+/// All modes of a reduced problem, in no particular order.
+pub(crate) fn spectrum(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
+    let m = pencil.size;
+    let factor = MassFactor::new(pencil)?;
+    let stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
+    let problem = Problem { pencil, factor, norms: pencil.norms() };
+    let modes = match &pencil.damping {
+        &Damping::Proportional { alpha, beta } => eigen::real_matrix(m, &stiffness)
             .iter()
-            .flat_map(|pair| problem.proportional_modes(&factor, pair, alpha, beta))
+            .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
             .collect::<Vec<_>>(),
-        None => {
-            let damping = factor.normalised(m, &reduced.damping);
-            problem.general_modes(&factor, &stiffness, &damping)
-        }
+        Damping::General(damping) => problem.general_modes(damping, &stiffness),
     };
     // A comparison that also fails for NaN.
     match modes.iter().find(|mode| !(mode.residual <= CONVERGED)) {
         Some(mode) => Err(Error::Eigenvalues {
-            combination: reduced.combination.clone(),
+            combination: pencil.combination.clone(),
             residual: mode.residual,
         }),
         None => Ok(modes),
     }
 }
 
-/// The reduced problem with access to the rows it was made of.
 struct Problem<'a> {
-    scene: &'a Scene,
-    reduced: &'a Reduced,
-    column: Vec<usize>,
+    pencil: &'a Pencil,
+    factor: MassFactor,
+    /// Of M, C, K.
     norms: [f64; 3],
 }
 
-impl<'a> Problem<'a> {
-    fn new(scene: &'a Scene, reduced: &'a Reduced) -> Self {
-        let mut column = vec![usize::MAX; scene.size];
-        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
-        let frobenius = |matrix: &[f64]| matrix.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let norms =
-            [&reduced.mass, &reduced.damping, &reduced.stiffness].map(|matrix| frobenius(matrix));
-        Self { scene, reduced, column, norms }
-    }
-
-    /// Row i of `L' matrix R`, times `vector`.
-    fn row(&self, matrix: &SparseMatrix, i: usize, vector: &[Complex64]) -> DoubledComplex {
-        let dot = |row: usize| {
-            DoubledComplex::dot(
-                matrix
-                    .row(row)
-                    .filter(|entry| self.column[entry.0] != usize::MAX)
-                    .map(|(k, value)| (value, vector[self.column[k]])),
-            )
-        };
-        self.reduced
-            .merges
-            .iter()
-            .filter(|merge| merge.position == i)
-            .fold(dot(self.reduced.kept[i]), |row, merge| {
-                row.add(dot(merge.normal).scaled(merge.factor))
-            })
-    }
-
-    /// `left' P right` for a residual P right given row by row.
-    fn project(&self, left: &[Complex64], row: impl Fn(usize) -> Complex64) -> Complex64 {
-        left.iter().enumerate().map(|(i, v)| v * row(i)).sum()
-    }
-
-    fn proportional_modes(
-        &self,
-        factor: &MassFactor,
-        pair: &EigenPair,
-        alpha: f64,
-        beta: f64,
-    ) -> Vec<Mode> {
+impl Problem<'_> {
+    fn proportional_modes(&self, pair: &EigenPair, alpha: f64, beta: f64) -> Vec<Mode> {
         let condition = pair.condition();
-        let right = factor.right(&pair.right);
-        let left = factor.left(&pair.left);
-        let mass_rows: Vec<DoubledComplex> =
-            (0..right.len()).map(|i| self.row(&self.scene.mass, i, &right)).collect();
-        let modal_mass = self.project(&left, |i| mass_rows[i].value());
-        let residual = self.project(&left, |i| {
-            self.row(&self.scene.stiffness, i, &right).add(mass_rows[i].times(-pair.value)).value()
-        });
-        let correction = residual / modal_mass;
-        // At a defective eigenvalue the quotient is 0 / 0; the uncorrected value is the best there is.
-        let kappa = if correction.norm() <= 1e-6 * (pair.value.norm() + correction.norm()) {
-            let corrected = pair.value + correction;
-            if pair.value.im == 0.0 { Complex64::from(corrected.re) } else { corrected }
-        } else {
-            pair.value
-        };
+        let right = self.factor.right(&pair.right);
+        let left = self.factor.left(&pair.left);
+        let mass = self.pencil.mass.product(&right);
+        let stiffness = self.pencil.stiffness.product(&right);
+        let modal_mass = project(&left, mass.iter().map(|row| row.value()));
+        let mut kappa = pair.value;
+        if condition <= WELL_CONDITIONED {
+            let residual =
+                mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-pair.value)).value());
+            let correction = project(&left, residual) / modal_mass;
+            kappa += if pair.value.im == 0.0 { correction.re.into() } else { correction };
+        }
         let d = Complex64::from(alpha) + beta * kappa;
         roots_of_mode(kappa, d)
             .into_iter()
@@ -202,32 +158,39 @@ impl<'a> Problem<'a> {
                 // State-space condition of the two-by-two block, right vector (omega, lambda), left (-other, omega).
                 let splitting = (omega.hypot(lambda.norm()) * omega.hypot(other.norm()))
                     / (omega * (lambda - other).norm());
+                let rows = mass.iter().zip(&stiffness).map(|(m, k)| {
+                    m.times(lambda)
+                        .add(m.times(alpha.into()))
+                        .add(k.times(beta.into()))
+                        .times(lambda)
+                        .add(*k)
+                });
+                let residual = self.relative_residual(lambda, &right, rows);
                 let conjugated = lambda.im < 0.0;
                 let orient = |z: Complex64| if conjugated { z.conj() } else { z };
-                let mut mode = Mode {
+                Mode {
                     eigenvalue: orient(lambda),
                     right: right.iter().copied().map(orient).collect(),
                     left: left.iter().copied().map(orient).collect(),
                     a: orient((lambda - other) * modal_mass),
                     condition: condition
                         * if splitting.is_nan() { f64::INFINITY } else { splitting },
-                    residual: 0.0,
-                };
-                mode.residual = self.residual(&mode);
-                mode
+                    residual,
+                }
             })
             .collect()
     }
 
-    fn general_modes(&self, factor: &MassFactor, stiffness: &[f64], damping: &[f64]) -> Vec<Mode> {
-        let m = self.reduced.size();
+    fn general_modes(&self, damping_rows: &DoubledRows, stiffness: &[f64]) -> Vec<Mode> {
+        let m = self.pencil.size;
+        let damping = self.factor.normalised(m, &damping_rows.to_dense());
         let row_sum = |matrix: &[f64]| {
             matrix
                 .chunks_exact(m.max(1))
                 .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
                 .fold(0.0, f64::max)
         };
-        let gamma = row_sum(stiffness).sqrt().max(row_sum(damping)).max(f64::MIN_POSITIVE);
+        let gamma = row_sum(stiffness).sqrt().max(row_sum(&damping)).max(f64::MIN_POSITIVE);
         // gamma enters as a power of two, so the scaling itself is exact.
         let gamma = gamma.log2().round().exp2();
         let size = 2 * m;
@@ -241,65 +204,66 @@ impl<'a> Problem<'a> {
         }
         eigen::real_matrix(size, &state)
             .into_iter()
-            .map(|pair| {
-                let condition = pair.condition();
-                let (upper, lower) = pair.right.split_at(m);
-                // Both blocks hold the shape; the larger one holds more of its digits.
-                let shape = if norm(upper) >= norm(lower) { upper } else { lower };
-                let right = factor.right(shape);
-                let left = factor.left(&pair.left[m..]);
-                let mut mode = Mode {
-                    eigenvalue: pair.value,
-                    right,
-                    left,
-                    a: Complex64::default(),
-                    condition: if condition.is_nan() { f64::INFINITY } else { condition },
-                    residual: 0.0,
-                };
-                mode.a = self.slope(&mode);
-                let correction =
-                    self.project(&mode.left, |i| self.quadratic_row(&mode, i)) / mode.a;
-                if correction.norm() <= 1e-6 * (mode.eigenvalue.norm() + correction.norm()) {
-                    mode.eigenvalue -=
-                        if mode.is_real() { correction.re.into() } else { correction };
-                    mode.a = self.slope(&mode);
-                }
-                mode.residual = self.residual(&mode);
-                mode
-            })
+            .map(|pair| self.general_mode(&pair, damping_rows))
             .collect()
     }
 
-    /// `left' (C + 2 lambda M) right`
-    fn slope(&self, mode: &Mode) -> Complex64 {
-        self.project(&mode.left, |i| {
-            self.row(&self.scene.damping, i, &mode.right)
-                .add(self.row(&self.scene.mass, i, &mode.right).times(2.0 * mode.eigenvalue))
-                .value()
-        })
+    fn general_mode(&self, pair: &EigenPair, damping: &DoubledRows) -> Mode {
+        let condition = pair.condition();
+        let (upper, lower) = pair.right.split_at(self.pencil.size);
+        // Both blocks hold the shape; the larger one holds more of its digits.
+        let shape = if norm(upper) >= norm(lower) { upper } else { lower };
+        let right = self.factor.right(shape);
+        let left = self.factor.left(&pair.left[self.pencil.size..]);
+        let mass = self.pencil.mass.product(&right);
+        let damping = damping.product(&right);
+        let stiffness = self.pencil.stiffness.product(&right);
+        let slope = |lambda: Complex64| {
+            project(
+                &left,
+                mass.iter().zip(&damping).map(|(m, c)| m.times(2.0 * lambda).add(*c).value()),
+            )
+        };
+        let rows = |lambda: Complex64| {
+            let quadratic = mass.iter().zip(&damping).zip(&stiffness);
+            quadratic.map(move |((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k))
+        };
+        let mut eigenvalue = pair.value;
+        if condition <= WELL_CONDITIONED {
+            let correction =
+                project(&left, rows(eigenvalue).map(|row| row.value())) / slope(eigenvalue);
+            eigenvalue -= if eigenvalue.im == 0.0 { correction.re.into() } else { correction };
+        }
+        Mode {
+            eigenvalue,
+            a: slope(eigenvalue),
+            condition: if condition.is_nan() { f64::INFINITY } else { condition },
+            residual: self.relative_residual(eigenvalue, &right, rows(eigenvalue)),
+            right,
+            left,
+        }
     }
 
-    /// Row i of `(lambda^2 M + lambda C + K) right`.
-    fn quadratic_row(&self, mode: &Mode, i: usize) -> Complex64 {
-        self.row(&self.scene.mass, i, &mode.right)
-            .times(mode.eigenvalue)
-            .add(self.row(&self.scene.damping, i, &mode.right))
-            .times(mode.eigenvalue)
-            .add(self.row(&self.scene.stiffness, i, &mode.right))
-            .value()
-    }
-
-    fn residual(&self, mode: &Mode) -> f64 {
-        let rows: Vec<Complex64> =
-            (0..mode.right.len()).map(|i| self.quadratic_row(mode, i)).collect();
-        let size = mode.eigenvalue.norm();
+    /// `|P(lambda) right| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |right|)` of the rows of `P(lambda) right`.
+    fn relative_residual(
+        &self,
+        lambda: Complex64,
+        right: &[Complex64],
+        rows: impl Iterator<Item = DoubledComplex>,
+    ) -> f64 {
+        let size = lambda.norm();
         let [mass, damping, stiffness] = self.norms;
-        let scale = (size * size * mass + size * damping + stiffness) * norm(&mode.right);
-        match norm(&rows) {
+        let scale = (size * size * mass + size * damping + stiffness) * norm(right);
+        match rows.map(|row| row.value().norm_sqr()).sum::<f64>().sqrt() {
             0.0 => 0.0,
             residual => residual / scale,
         }
     }
+}
+
+/// `left' column`
+fn project(left: &[Complex64], column: impl Iterator<Item = Complex64>) -> Complex64 {
+    left.iter().zip(column).map(|(v, z)| v * z).sum()
 }
 
 /// The two roots of `lambda^2 + d lambda + kappa = 0`, each with the other one; of real kappa below

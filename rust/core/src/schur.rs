@@ -1,0 +1,317 @@
+//! Real Schur form of small matrices: Householder Hessenberg form, then Francis double-shift QR.
+//!
+//! The algorithm is EISPACK's `orthes`, `hqr2` and `hqr` (Smith et al. 1976; Golub and Van Loan 2013,
+//! section 7.5). It is here beside the library's solver because that one spends more on its set-up than
+//! a matrix of a dozen rows costs altogether, and sweeps and studies solve millions of those.
+//! Matrices are row-major slices of `n * n`.
+
+use num_complex::Complex64;
+
+/// QR sweeps per eigenvalue after which the iteration counts as failed; three is usual.
+const SWEEPS: usize = 60;
+/// A vector grown beyond this is scaled back, so that a chain of coalesced eigenvalues can't overflow.
+const GROWN: f64 = 1e100;
+
+/// Overwrites `h` with its upper Hessenberg form `Q' h Q`; Q is stored to `q` if given.
+pub(crate) fn hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
+    if let Some(q) = q.as_deref_mut() {
+        q.fill(0.0);
+        (0..n).for_each(|i| q[i * n + i] = 1.0);
+    }
+    let mut vector = vec![0.0; n];
+    for m in 1..n.saturating_sub(1) {
+        let scale: f64 = (m..n).map(|i| h[i * n + m - 1].abs()).sum();
+        if scale == 0.0 {
+            continue;
+        }
+        let mut square = 0.0;
+        for i in m..n {
+            vector[i] = h[i * n + m - 1] / scale;
+            square += vector[i] * vector[i];
+        }
+        let length = if vector[m] > 0.0 { -square.sqrt() } else { square.sqrt() };
+        let half_norm = square - vector[m] * length;
+        vector[m] -= length;
+        for j in m..n {
+            let factor = (m..n).map(|i| vector[i] * h[i * n + j]).sum::<f64>() / half_norm;
+            (m..n).for_each(|i| h[i * n + j] -= factor * vector[i]);
+        }
+        let reflect_rows = |matrix: &mut [f64]| {
+            for row in matrix.chunks_exact_mut(n) {
+                let factor = (m..n).map(|j| vector[j] * row[j]).sum::<f64>() / half_norm;
+                (m..n).for_each(|j| row[j] -= factor * vector[j]);
+            }
+        };
+        reflect_rows(h);
+        if let Some(q) = q.as_deref_mut() {
+            reflect_rows(q);
+        }
+        h[m * n + m - 1] = scale * length;
+        (m + 1..n).for_each(|i| h[i * n + m - 1] = 0.0);
+    }
+}
+
+/// Eigenvalues of the upper Hessenberg matrix `h`, conjugates adjacent, +Im first; false if the
+/// iteration failed. With `q`, `h` becomes quasi-triangular and `q` accumulates the rotations.
+pub(crate) fn francis(
+    n: usize,
+    h: &mut [f64],
+    mut q: Option<&mut [f64]>,
+    values: &mut [Complex64],
+) -> bool {
+    let norm: f64 = (0..n)
+        .map(|i| h[i * n + i.saturating_sub(1)..(i + 1) * n].iter().map(|x| x.abs()).sum::<f64>())
+        .sum();
+    if !norm.is_finite() {
+        return false;
+    }
+    let mut shifted = 0.0;
+    let mut sweeps = 0;
+    // Rows 0..end are still to be deflated.
+    let mut end = n;
+    while end > 0 {
+        let last = end - 1;
+        let mut first = last;
+        while first > 0 {
+            let neighbours = h[(first - 1) * n + first - 1].abs() + h[first * n + first].abs();
+            let neighbours = if neighbours == 0.0 { norm } else { neighbours };
+            if h[first * n + first - 1].abs() < f64::EPSILON * neighbours {
+                break;
+            }
+            first -= 1;
+        }
+        if first == last {
+            h[last * n + last] += shifted;
+            values[last] = h[last * n + last].into();
+            if last > 0 {
+                h[last * n + last - 1] = 0.0;
+            }
+            end -= 1;
+            sweeps = 0;
+        } else if first + 1 == last {
+            split_pair(n, h, q.as_deref_mut(), values, last, shifted);
+            end -= 2;
+            sweeps = 0;
+        } else if sweeps == SWEEPS {
+            return false;
+        } else {
+            sweep(n, h, q.as_deref_mut(), first, last, sweeps, &mut shifted);
+            sweeps += 1;
+        }
+    }
+    true
+}
+
+/// Eigenvalues of the deflated 2 by 2 block that ends at `last`; a real pair is made triangular.
+fn split_pair(
+    n: usize,
+    h: &mut [f64],
+    q: Option<&mut [f64]>,
+    values: &mut [Complex64],
+    last: usize,
+    shifted: f64,
+) {
+    let upper = last - 1;
+    let product = h[last * n + upper] * h[upper * n + last];
+    let half = 0.5 * (h[upper * n + upper] - h[last * n + last]);
+    let discriminant = half * half + product;
+    h[last * n + last] += shifted;
+    h[upper * n + upper] += shifted;
+    if upper > 0 {
+        h[upper * n + upper - 1] = 0.0;
+    }
+    let corner = h[last * n + last];
+    if discriminant < 0.0 {
+        let value = Complex64::new(corner + half, (-discriminant).sqrt());
+        values[upper] = value;
+        values[last] = value.conj();
+        return;
+    }
+    let root = if half >= 0.0 { half + discriminant.sqrt() } else { half - discriminant.sqrt() };
+    values[upper] = (corner + root).into();
+    values[last] = if root != 0.0 { (corner - product / root).into() } else { values[upper] };
+    let Some(q) = q else { return };
+    let below = h[last * n + upper];
+    let length = below.hypot(root);
+    if length == 0.0 {
+        return;
+    }
+    let (sine, cosine) = (below / length, root / length);
+    for j in upper..n {
+        let (x, y) = (h[upper * n + j], h[last * n + j]);
+        h[upper * n + j] = cosine * x + sine * y;
+        h[last * n + j] = cosine * y - sine * x;
+    }
+    let rotate_columns = |matrix: &mut [f64], rows: usize| {
+        for row in matrix.chunks_exact_mut(n).take(rows) {
+            let (x, y) = (row[upper], row[last]);
+            row[upper] = cosine * x + sine * y;
+            row[last] = cosine * y - sine * x;
+        }
+    };
+    rotate_columns(h, last + 1);
+    rotate_columns(q, n);
+    h[last * n + upper] = 0.0;
+    h[upper * n + upper] = values[upper].re;
+    h[last * n + last] = values[last].re;
+}
+
+/// One implicit double-shift sweep over the active rows `first..=last`.
+fn sweep(
+    n: usize,
+    h: &mut [f64],
+    mut q: Option<&mut [f64]>,
+    first: usize,
+    last: usize,
+    sweeps: usize,
+    shifted: &mut f64,
+) {
+    let at = |i: usize, j: usize| i * n + j;
+    let mut x = h[at(last, last)];
+    let mut y = h[at(last - 1, last - 1)];
+    let mut w = h[at(last, last - 1)] * h[at(last - 1, last)];
+    // Exceptional shifts of EISPACK break the rare cycles.
+    if sweeps % 10 == 9 {
+        *shifted += x;
+        (0..=last).for_each(|i| h[at(i, i)] -= x);
+        let size = h[at(last, last - 1)].abs() + h[at(last - 1, last - 2)].abs();
+        x = 0.75 * size;
+        y = x;
+        w = -0.4375 * size * size;
+    }
+    let mut start = last - 2;
+    let (mut p, mut r, mut s);
+    loop {
+        let z = h[at(start, start)];
+        let (dx, dy) = (x - z, y - z);
+        p = (dx * dy - w) / h[at(start + 1, start)] + h[at(start, start + 1)];
+        r = h[at(start + 1, start + 1)] - z - dx - dy;
+        s = h[at(start + 2, start + 1)];
+        let size = p.abs() + r.abs() + s.abs();
+        p /= size;
+        r /= size;
+        s /= size;
+        if start == first {
+            break;
+        }
+        let coupling = h[at(start, start - 1)].abs() * (r.abs() + s.abs());
+        let diagonal =
+            h[at(start - 1, start - 1)].abs() + z.abs() + h[at(start + 1, start + 1)].abs();
+        if coupling < f64::EPSILON * p.abs() * diagonal {
+            break;
+        }
+        start -= 1;
+    }
+    for i in start + 2..=last {
+        h[at(i, i - 2)] = 0.0;
+        if i > start + 2 {
+            h[at(i, i - 3)] = 0.0;
+        }
+    }
+    // Without vectors only the active block has to be transformed.
+    let (row_end, column_start) = if q.is_some() { (n, 0) } else { (last + 1, first) };
+    let mut scale = 0.0;
+    for k in start..last {
+        let three = k + 1 != last;
+        if k != start {
+            p = h[at(k, k - 1)];
+            r = h[at(k + 1, k - 1)];
+            s = if three { h[at(k + 2, k - 1)] } else { 0.0 };
+            scale = p.abs() + r.abs() + s.abs();
+            if scale == 0.0 {
+                continue;
+            }
+            p /= scale;
+            r /= scale;
+            s /= scale;
+        }
+        let length = p.signum() * (p * p + r * r + s * s).sqrt();
+        if length == 0.0 {
+            continue;
+        }
+        if k != start {
+            h[at(k, k - 1)] = -length * scale;
+        } else if first != start {
+            h[at(k, k - 1)] = -h[at(k, k - 1)];
+        }
+        p += length;
+        let (u0, u1, u2) = (p / length, r / length, s / length);
+        let (v1, v2) = (r / p, s / p);
+        for j in k..row_end {
+            let mut sum = h[at(k, j)] + v1 * h[at(k + 1, j)];
+            if three {
+                sum += v2 * h[at(k + 2, j)];
+                h[at(k + 2, j)] -= sum * u2;
+            }
+            h[at(k, j)] -= sum * u0;
+            h[at(k + 1, j)] -= sum * u1;
+        }
+        let reflect_columns = |row: &mut [f64]| {
+            let mut sum = u0 * row[k] + u1 * row[k + 1];
+            if three {
+                sum += u2 * row[k + 2];
+                row[k + 2] -= sum * v2;
+            }
+            row[k] -= sum;
+            row[k + 1] -= sum * v1;
+        };
+        let bottom = last.min(k + 3);
+        h.chunks_exact_mut(n).take(bottom + 1).skip(column_start).for_each(reflect_columns);
+        if let Some(q) = q.as_deref_mut() {
+            q.chunks_exact_mut(n).for_each(reflect_columns);
+        }
+    }
+}
+
+/// The eigenvector of an upper quasi-triangular matrix `t(i, j)` that belongs to the diagonal block whose
+/// last row is `last` (`pair`: of two rows), by back substitution. Rows below the block are zero.
+pub(crate) fn quasi_triangular_vector(
+    n: usize,
+    t: impl Fn(usize, usize) -> f64,
+    value: Complex64,
+    last: usize,
+    pair: bool,
+    smallest: f64,
+) -> Vec<Complex64> {
+    let mut vector = vec![Complex64::default(); n];
+    let mut top = last;
+    vector[last] = 1.0.into();
+    if pair {
+        top -= 1;
+        // The larger off-diagonal entry gives the better conditioned of the two equations.
+        if t(last, top).abs() > t(top, last).abs() {
+            vector[top] = (value - t(last, last)) / t(last, top);
+        } else {
+            vector[top] = 1.0.into();
+            vector[last] = (value - t(top, top)) / t(top, last);
+        }
+    }
+    let away_from_zero =
+        |z: Complex64, floor: f64| if z.norm() < floor { Complex64::from(floor) } else { z };
+    while top > 0 {
+        let i = top - 1;
+        let load = |row: usize, vector: &[Complex64]| -> Complex64 {
+            (top..=last).map(|j| t(row, j) * vector[j]).sum()
+        };
+        let rhs = -load(i, &vector);
+        let step;
+        if i > 0 && t(i, i - 1) != 0.0 {
+            let upper = -load(i - 1, &vector);
+            let (a, b) = (t(i - 1, i - 1) - value, t(i - 1, i));
+            let (c, d) = (t(i, i - 1), t(i, i) - value);
+            let determinant = away_from_zero(a * d - b * c, smallest * smallest);
+            vector[i - 1] = (upper * d - rhs * b) / determinant;
+            vector[i] = (a * rhs - upper * c) / determinant;
+            step = 2;
+        } else {
+            vector[i] = rhs / away_from_zero(t(i, i) - value, smallest);
+            step = 1;
+        }
+        let size = (top - step..top).map(|k| vector[k].norm()).fold(0.0, f64::max);
+        if size > GROWN {
+            vector.iter_mut().for_each(|z| *z /= size);
+        }
+        top -= step;
+    }
+    vector
+}
