@@ -23,6 +23,7 @@ mod motion;
 mod pencil;
 mod phase;
 mod reduction;
+mod refinement;
 mod roots;
 mod scene;
 mod schur;

@@ -86,6 +86,17 @@ impl DoubledRows {
             .collect()
     }
 
+    /// `vector' matrix`, in doubled precision.
+    pub fn left_product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
+        let mut product = vec![DoubledComplex::default(); self.size()];
+        for (i, &z) in vector.iter().enumerate() {
+            for (j, value) in self.row(i) {
+                product[j] = product[j].add(DoubledComplex::dot(std::iter::once((value, z))));
+            }
+        }
+        product
+    }
+
     pub fn to_dense(&self) -> Vec<f64> {
         let m = self.size();
         let mut dense = vec![0.0; m * m];

@@ -13,6 +13,7 @@ use crate::compensated::DoubledComplex;
 use crate::eigen::{self, EigenPair, norm};
 use crate::error::Error;
 use crate::pencil::{Damping, DoubledRows, Pencil};
+use crate::refinement::Eigenvectors;
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.
 /// A backward-stable solver leaves some 1e-15; the margin only has to tell noise from failure.
@@ -112,7 +113,8 @@ pub(crate) fn spectrum(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
     let stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
-        &Damping::Proportional { alpha, beta } => eigen::real_matrix(m, &stiffness)
+        &Damping::Proportional { alpha, beta } => problem
+            .refined_pairs(&eigen::real_matrix(m, &stiffness))
             .iter()
             .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
             .collect::<Vec<_>>(),
@@ -128,6 +130,14 @@ pub(crate) fn spectrum(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
     }
 }
 
+/// An eigenpair of `K x = kappa M x`.
+struct HalfMode {
+    kappa: Complex64,
+    condition: f64,
+    right: Vec<Complex64>,
+    left: Vec<Complex64>,
+}
+
 struct Problem<'a> {
     pencil: &'a Pencil,
     factor: MassFactor,
@@ -136,20 +146,70 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    fn proportional_modes(&self, pair: &EigenPair, alpha: f64, beta: f64) -> Vec<Mode> {
-        let condition = pair.condition();
-        let right = self.factor.right(&pair.right);
-        let left = self.factor.left(&pair.left);
-        let mass = self.pencil.mass.product(&right);
-        let stiffness = self.pencil.stiffness.product(&right);
-        let modal_mass = project(&left, mass.iter().map(|row| row.value()));
-        let mut kappa = pair.value;
-        if condition <= WELL_CONDITIONED {
-            let residual =
-                mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-pair.value)).value());
-            let correction = project(&left, residual) / modal_mass;
-            kappa += if pair.value.im == 0.0 { correction.re.into() } else { correction };
+    /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with refined values and vectors.
+    fn refined_pairs(&self, pairs: &[EigenPair]) -> Vec<HalfMode> {
+        let mut halves: Vec<HalfMode> = pairs
+            .iter()
+            .map(|pair| HalfMode {
+                kappa: pair.value,
+                condition: pair.condition(),
+                right: self.factor.right(&pair.right),
+                left: self.factor.left(&pair.left),
+            })
+            .collect();
+        for half in &mut halves {
+            if half.condition <= WELL_CONDITIONED {
+                let mass = self.pencil.mass.product(&half.right);
+                let stiffness = self.pencil.stiffness.product(&half.right);
+                let residual =
+                    mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-half.kappa)).value());
+                let correction = project(&half.left, residual)
+                    / project(&half.left, mass.iter().map(|row| row.value()));
+                half.kappa += if half.kappa.im == 0.0 { correction.re.into() } else { correction };
+            }
         }
+        let column = |half: &HalfMode, products: [Vec<DoubledComplex>; 2]| -> Vec<Complex64> {
+            let [mass, stiffness] = products;
+            mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-half.kappa)).value()).collect()
+        };
+        let matrices = [&self.pencil.mass, &self.pencil.stiffness];
+        let right: Vec<_> = halves
+            .iter()
+            .map(|half| column(half, matrices.map(|matrix| matrix.product(&half.right))))
+            .collect();
+        let left: Vec<_> = halves
+            .iter()
+            .map(|half| column(half, matrices.map(|matrix| matrix.left_product(&half.left))))
+            .collect();
+        let scales: Vec<Complex64> = halves
+            .iter()
+            .map(|half| {
+                let mass = self.pencil.mass.product(&half.right);
+                project(&half.left, mass.iter().map(|row| row.value()))
+            })
+            .collect();
+        let values: Vec<Complex64> = halves.iter().map(|half| half.kappa).collect();
+        let vectors: (Vec<_>, Vec<_>) = halves
+            .iter_mut()
+            .map(|half| (std::mem::take(&mut half.right), std::mem::take(&mut half.left)))
+            .unzip();
+        let before =
+            Eigenvectors { values: &values, scales: &scales, right: &vectors.0, left: &vectors.1 };
+        let refined_right = before.refined_right(&right, -1.0);
+        let refined_left = before.refined_left(&left, -1.0);
+        for ((half, right), left) in halves.iter_mut().zip(refined_right).zip(refined_left) {
+            half.right = right;
+            half.left = left;
+        }
+        halves
+    }
+
+    fn proportional_modes(&self, half: &HalfMode, alpha: f64, beta: f64) -> Vec<Mode> {
+        let HalfMode { kappa, condition, right, left } = half;
+        let (kappa, condition) = (*kappa, *condition);
+        let mass = self.pencil.mass.product(right);
+        let stiffness = self.pencil.stiffness.product(right);
+        let modal_mass = project(left, mass.iter().map(|row| row.value()));
         let d = Complex64::from(alpha) + beta * kappa;
         roots_of_mode(kappa, d)
             .into_iter()
@@ -165,7 +225,7 @@ impl Problem<'_> {
                         .times(lambda)
                         .add(*k)
                 });
-                let residual = self.relative_residual(lambda, &right, rows);
+                let residual = self.relative_residual(lambda, right, rows);
                 let conjugated = lambda.im < 0.0;
                 let orient = |z: Complex64| if conjugated { z.conj() } else { z };
                 Mode {
