@@ -28,7 +28,14 @@ class Drawn:
             # Less than the slider speed, so that no slip velocity changes sign.
             direction = scene.tangential_direction(i)
             velocity += direction * contact.slider_speed * rng.uniform(-0.5, 0.5)
-        return start.perturbed(velocity=velocity)
+        # Dashpots pull at the contacts: weaker until every normal force is compressive.
+        while True:
+            try:
+                scene.core.check_state(start.position, velocity, start.combination)
+            except ss.InputError:
+                velocity = 0.5 * velocity
+            else:
+                return start.perturbed(velocity=velocity)
 
 
 @st.composite

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
@@ -23,13 +23,14 @@ def assert_same_motion(scene, start, duration):
     end = run.state(duration)
     ours = np.vstack([np.hstack([position, velocity]), np.concatenate([end.position, end.velocity])])
     theirs, rough = (np.vstack([*motion.states, motion.end_state]) for motion in (fine, coarse))
-    # What the peer changes by from steps twice as long is far more than its error, which is of order 7.
+    # What the peer changes by from steps twice as long, fourfold: at an impact of 2e-3 m/s rounding of its
+    # event functions adds as much.
     scale = np.repeat([np.abs(theirs[:, :n]).max(), np.abs(theirs[:, n:]).max()], n)
-    own_error = np.abs((theirs - rough) / scale).max() + 1e-12
+    own_error = 4 * np.abs((theirs - rough) / scale).max() + 1e-12
     assert np.abs((ours - theirs) / scale).max() <= own_error
     assert own_error < 1e-5, "the peer is too far off to say anything"
     times = np.array([fine.time, coarse.time])
-    time_error = np.abs(times[0] - times[1]).max(initial=0.0) + 1e-12 * duration
+    time_error = 4 * np.abs(times[0] - times[1]).max(initial=0.0) + 1e-12 * duration
     assert np.abs(run.events.time - times[0]).max(initial=0.0) <= time_error
     return run
 
@@ -42,7 +43,6 @@ def test_the_published_runs(request, reference, duration):
     assert {"velocity", "slip+", "release", "impact"} <= kinds
 
 
-@settings(max_examples=6)
 @given(drawn_scenes(min_friction=0.2), st.data())
 def test_random_scenes(drawn, data):
     start = drawn.kicked(data.draw(st.floats(0.3, 2.0), label="strength"))
