@@ -6,6 +6,8 @@
 //! band |p| <= error; what happens there is a crossing (p leaves the band below), a touch (it leaves
 //! above), or undecided at the end of the interval.
 
+use crate::motion::COEFFICIENTS;
+
 /// Where a polynomial stands on the interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Verdict {
@@ -34,8 +36,13 @@ fn derivatives(p: &[f64], s: f64) -> (f64, f64, f64) {
     (value, first, 2.0 * second)
 }
 
-fn value(p: &[f64], s: f64) -> f64 {
-    p.iter().rev().fold(0.0, |value, &c| value * s + c)
+fn value_and_slope(p: &[f64], s: f64) -> (f64, f64) {
+    let (mut value, mut first) = (0.0, 0.0);
+    for &c in p.iter().rev() {
+        first = first * s + value;
+        value = value * s + c;
+    }
+    (value, first)
 }
 
 /// A bound of |p'''| on [0, 1].
@@ -104,6 +111,79 @@ pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> Verdict {
     if lower_bound(p) > error {
         return Verdict::Clear { touch: None, in_band: None };
     }
+        let (short, wider) = shortened(p, error);
+    if let Some(root) = lone_root(short, wider, end) {
+        // The search bears the error of the coefficients left out, the root need not.
+        let (v, v1) = value_and_slope(p, root);
+        return Verdict::Crossing { root: root - v / v1, touch: None };
+    }
+    march(p, error, end)
+}
+
+/// Drops the highest coefficients that together stay below a quarter of the error, and adds them to it.
+fn shortened(p: &[f64], error: f64) -> (&[f64], f64) {
+    let mut dropped = 0.0;
+    let mut length = p.len();
+    while length > 3 && dropped + p[length - 1].abs() <= 0.25 * error {
+        dropped += p[length - 1].abs();
+        length -= 1;
+    }
+    (&p[..length], error + dropped)
+}
+
+/// The usual case, a single transversal crossing: where p ends below the band, a root r is found by Newton's
+/// method and divided out; `p = (r - s) q` with q proved positive on [0, r] has no root before r.
+fn lone_root(p: &[f64], error: f64, end: f64) -> Option<f64> {
+    if p[0] <= error {
+        return None;
+    }
+    let (at_end, slope_at_end) = value_and_slope(p, end);
+    if !(at_end < -error && slope_at_end < 0.0) {
+        return None;
+    }
+    let (mut low, mut high) = (0.0, end);
+    let mut s = end - at_end / slope_at_end;
+    if !(s > low && s < high) {
+        s = end * p[0] / (p[0] - at_end);
+    }
+    for _ in 0..20 {
+        let (v, v1) = value_and_slope(p, s);
+        if v > 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+        let newton = s - v / v1;
+        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let step = (next - s).abs();
+        s = next;
+        // The next step would be about the square of this one.
+        if step <= 1e-9 * s {
+            return is_first(p, error, s).then_some(s);
+        }
+    }
+    None
+}
+
+/// Whether p has no root on [0, root) but for the error of its last part.
+fn is_first(p: &[f64], error: f64, root: f64) -> bool {
+    // Horner's scheme at the root leaves the coefficients of p / (s - root), here scaled to [0, 1].
+    let mut quotient = [0.0; COEFFICIENTS];
+    let length = p.len() - 1;
+    let mut carried = 0.0;
+    for k in (0..length).rev() {
+        carried = carried * root + p[k + 1];
+        quotient[k] = -carried;
+    }
+    let mut power = 1.0;
+    for c in &mut quotient[..length] {
+        *c *= power;
+        power *= root;
+    }
+    lower_bound(&quotient[..length]) * root > 2.0 * error
+}
+
+fn march(p: &[f64], error: f64, end: f64) -> Verdict {
     let m = third_derivative_bound(p);
     let mut s = 0.0;
     let mut touch: Option<Touch> = None;
@@ -197,12 +277,12 @@ fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
 /// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
 fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
     let (mut low, mut high) = (low, high);
-    if value(p, low) <= 0.0 {
+    if value_and_slope(p, low).0 <= 0.0 {
         return low;
     }
     let mut s = 0.5 * (low + high);
     for _ in 0..100 {
-        let (v, v1, _) = derivatives(p, s);
+        let (v, v1) = value_and_slope(p, s);
         if v > 0.0 {
             low = s;
         } else {
