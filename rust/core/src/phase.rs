@@ -3,7 +3,7 @@
 use crate::basis::CombinationBasis;
 use crate::event::{EventFunction, Trigger};
 use crate::motion::{COEFFICIENTS, Motion, Panel};
-use crate::roots::{Touch, Verdict, first_root};
+use crate::roots::{FirstRoot, Touch, ValueAndSlope, Verdict};
 use crate::simulation::Run;
 use crate::trajectory::{Accumulation, EventKind, Grazing, StopReason};
 use crate::transition::Departure;
@@ -41,6 +41,7 @@ pub(crate) struct PhaseSearch {
     /// Touches at the end of a panel wait for the next one to say whether they were crossings.
     pending: Vec<Option<Grazing>>,
     touches: Vec<Grazing>,
+    arch: pulp::Arch,
     /// What vanishes at the event found, by contact.
     pub triggers: Vec<(usize, Trigger)>,
 }
@@ -159,7 +160,8 @@ impl PhaseSearch {
                 value: touch.value,
                 uncertainty: error,
             };
-            match first_root(p, error, first) {
+            let verdict = self.arch.dispatch(FirstRoot { polynomial: p, error, end: first });
+            match verdict {
                 Verdict::Clear { touch, in_band } => {
                     let before = self.pending[index].take().filter(|_| in_band.is_none());
                     self.touches.extend(touch.map(grazing).or(before));
@@ -191,7 +193,8 @@ impl PhaseSearch {
             power *= scale;
         }
         let error = self.panel.curvature_error[function] * scale;
-        match first_root(&scaled, error, (end / scale).min(1.0)) {
+        let end = (end / scale).min(1.0);
+        match self.arch.dispatch(FirstRoot { polynomial: &scaled, error, end }) {
             Verdict::Crossing { root, .. } => Some(root * scale),
             Verdict::Clear { .. } => None,
         }
@@ -207,19 +210,10 @@ impl PhaseSearch {
         at: f64,
     ) {
         if functions[index].trigger == Trigger::GapClosed {
-            let (_, slope) = self.value_and_slope(index, 0, at);
+            let (_, slope) = self.arch.dispatch(ValueAndSlope(self.panel.polynomial(index), at));
             let normal = run.scene.contacts[functions[index].contact].normal;
             run.u[normal] = (slope / self.panel.width).min(0.0);
         }
-    }
-
-    fn value_and_slope(&self, function: usize, departing: usize, s: f64) -> (f64, f64) {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for &c in self.panel.polynomial(function)[departing..].iter().rev() {
-            slope = slope * s + value;
-            value = value * s + c;
-        }
-        (value, slope)
     }
 
     /// Whether an event function is within its error of zero, and falling, at `s` of the panel.
@@ -227,7 +221,8 @@ impl PhaseSearch {
         if self.panel.excluded[function] && self.multiplicity[function] == 0 {
             return false;
         }
-        let (value, slope) = self.value_and_slope(function, self.multiplicity[function], s);
+        let p = &self.panel.polynomial(function)[self.multiplicity[function]..];
+        let (value, slope) = self.arch.dispatch(ValueAndSlope(p, s));
         value <= self.panel.error[function] && slope < 0.0
     }
 

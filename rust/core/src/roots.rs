@@ -5,6 +5,11 @@
 //! that stays above `error` there is provably no root. The march slows down only where p approaches the
 //! band |p| <= error; what happens there is a crossing (p leaves the band below), a touch (it leaves
 //! above), or undecided at the end of the interval.
+//!
+//! Everything is inlined into its caller, which is compiled for the vector units found at run time; products
+//! and sums are fused on every machine.
+
+use pulp::{Simd, WithSimd};
 
 use crate::motion::COEFFICIENTS;
 
@@ -26,31 +31,47 @@ pub(crate) struct Touch {
 }
 
 /// Value and the first two derivatives at s.
+#[inline(always)]
 fn derivatives(p: &[f64], s: f64) -> (f64, f64, f64) {
-    let (mut value, mut first, mut second) = (0.0, 0.0, 0.0);
+    let (mut value, mut first, mut second) = (0.0f64, 0.0f64, 0.0f64);
     for &c in p.iter().rev() {
-        second = second * s + first;
-        first = first * s + value;
-        value = value * s + c;
+        second = second.mul_add(s, first);
+        first = first.mul_add(s, value);
+        value = value.mul_add(s, c);
     }
     (value, first, 2.0 * second)
 }
 
+/// Value and slope of a polynomial.
+pub(crate) struct ValueAndSlope<'a>(pub &'a [f64], pub f64);
+
+impl WithSimd for ValueAndSlope<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> (f64, f64) {
+        value_and_slope(self.0, self.1)
+    }
+}
+
+#[inline(always)]
 fn value_and_slope(p: &[f64], s: f64) -> (f64, f64) {
-    let (mut value, mut first) = (0.0, 0.0);
+    let (mut value, mut first) = (0.0f64, 0.0f64);
     for &c in p.iter().rev() {
-        first = first * s + value;
-        value = value * s + c;
+        first = first.mul_add(s, value);
+        value = value.mul_add(s, c);
     }
     (value, first)
 }
 
 /// A bound of |p'''| on [0, 1].
+#[inline(always)]
 fn third_derivative_bound(p: &[f64]) -> f64 {
     p.iter().enumerate().skip(3).map(|(k, c)| (k * (k - 1) * (k - 2)) as f64 * c.abs()).sum()
 }
 
 /// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
+#[inline(always)]
 fn lower_bound(p: &[f64]) -> f64 {
     let coefficient = |k: usize| p.get(k).copied().unwrap_or(0.0);
     let (c0, c1, c2) = (coefficient(0), coefficient(1), coefficient(2));
@@ -63,6 +84,7 @@ fn lower_bound(p: &[f64]) -> f64 {
 
 /// The largest step d <= longest on which `v + v1 d + v2 d^2 / 2 - m d^3 / 6 > floor`, from below:
 /// any value on which the inequality holds for all smaller d is valid.
+#[inline(always)]
 fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 {
     let margin = v - floor;
     let positive_to = |d: f64| {
@@ -106,12 +128,28 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
 const STEPS: usize = 400;
 
-/// The first root of `p` on [0, end], end <= 1.
-pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> Verdict {
+/// The first root of `polynomial` on [0, end], end <= 1.
+pub(crate) struct FirstRoot<'a> {
+    pub polynomial: &'a [f64],
+    pub error: f64,
+    pub end: f64,
+}
+
+impl WithSimd for FirstRoot<'_> {
+    type Output = Verdict;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Verdict {
+        first_root(self.polynomial, self.error, self.end)
+    }
+}
+
+#[inline(always)]
+fn first_root(p: &[f64], error: f64, end: f64) -> Verdict {
     if lower_bound(p) > error {
         return Verdict::Clear { touch: None, in_band: None };
     }
-        let (short, wider) = shortened(p, error);
+    let (short, wider) = shortened(p, error);
     if let Some(root) = lone_root(short, wider, end) {
         // The search bears the error of the coefficients left out, the root need not.
         let (v, v1) = value_and_slope(p, root);
@@ -121,6 +159,7 @@ pub(crate) fn first_root(p: &[f64], error: f64, end: f64) -> Verdict {
 }
 
 /// Drops the highest coefficients that together stay below a quarter of the error, and adds them to it.
+#[inline(always)]
 fn shortened(p: &[f64], error: f64) -> (&[f64], f64) {
     let mut dropped = 0.0;
     let mut length = p.len();
@@ -133,6 +172,7 @@ fn shortened(p: &[f64], error: f64) -> (&[f64], f64) {
 
 /// The usual case, a single transversal crossing: where p ends below the band, a root r is found by Newton's
 /// method and divided out; `p = (r - s) q` with q proved positive on [0, r] has no root before r.
+#[inline(always)]
 fn lone_root(p: &[f64], error: f64, end: f64) -> Option<f64> {
     if p[0] <= error {
         return None;
@@ -142,10 +182,7 @@ fn lone_root(p: &[f64], error: f64, end: f64) -> Option<f64> {
         return None;
     }
     let (mut low, mut high) = (0.0, end);
-    let mut s = end - at_end / slope_at_end;
-    if !(s > low && s < high) {
-        s = end * p[0] / (p[0] - at_end);
-    }
+    let mut s = hermite_root(p[0], p[1] * end, at_end, slope_at_end * end) * end;
     for _ in 0..20 {
         let (v, v1) = value_and_slope(p, s);
         if v > 0.0 {
@@ -165,7 +202,30 @@ fn lone_root(p: &[f64], error: f64, end: f64) -> Option<f64> {
     None
 }
 
+/// A root on [0, 1] of the cubic with values `a > 0 > b` and slopes `da`, `db` at 0 and 1: a start that leaves
+/// two or three steps on p itself.
+#[inline(always)]
+fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
+    let c2 = 3.0 * (b - a) - 2.0 * da - db;
+    let c3 = 2.0 * (a - b) + da + db;
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut s = a / (a - b);
+    for _ in 0..5 {
+        let value = ((c3 * s + c2) * s + da) * s + a;
+        let slope = (3.0 * c3 * s + 2.0 * c2) * s + da;
+        if value > 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+        let newton = s - value / slope;
+        s = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    s
+}
+
 /// Whether p has no root on [0, root) but for the error of its last part.
+#[inline(always)]
 fn is_first(p: &[f64], error: f64, root: f64) -> bool {
     // Horner's scheme at the root leaves the coefficients of p / (s - root), here scaled to [0, 1].
     let mut quotient = [0.0; COEFFICIENTS];
@@ -183,6 +243,7 @@ fn is_first(p: &[f64], error: f64, root: f64) -> bool {
     lower_bound(&quotient[..length]) * root > 2.0 * error
 }
 
+#[inline(always)]
 fn march(p: &[f64], error: f64, end: f64) -> Verdict {
     let m = third_derivative_bound(p);
     let mut s = 0.0;
@@ -222,6 +283,7 @@ fn march(p: &[f64], error: f64, end: f64) -> Verdict {
 }
 
 /// A distance d by which p has certainly fallen through the band, decreasing all the way.
+#[inline(always)]
 fn monotone_crossing(v: f64, v1: f64, v2: f64, m: f64, error: f64, longest: f64) -> Option<f64> {
     if v1 >= 0.0 {
         return None;
@@ -239,6 +301,7 @@ enum Exit {
 }
 
 /// Follows p from the edge of the band |p| <= error until it is certainly outside.
+#[inline(always)]
 fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
     let mut s = entry;
     let mut lowest = Touch { at: entry, value: f64::INFINITY };
@@ -275,6 +338,7 @@ fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
 }
 
 /// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
+#[inline(always)]
 fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
     let (mut low, mut high) = (low, high);
     if value_and_slope(p, low).0 <= 0.0 {

@@ -12,7 +12,9 @@
 //! modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer
 //! stretch.
 
-use super::modal_basis::{LEVELS, Level, ModalBasis, SplitComplex, TAIL};
+use pulp::{Simd, WithSimd};
+
+use super::modal_basis::{GROUP, LEVELS, Level, ModalBasis, SplitComplex, TAIL, size};
 use super::phi::exponential_and_phi;
 use super::{COEFFICIENTS, DEGREE, Panel};
 
@@ -39,12 +41,6 @@ pub(crate) struct ModalMotion {
     constants: Vec<f64>,
     /// q at local time 0 of the coordinates that stick, in the order of the basis.
     stuck: Vec<f64>,
-}
-
-/// The factor between the two-norm and the sum of moduli of the parts of a complex number is in
-/// [1, sqrt 2], so sizes are upper bounds.
-fn size(re: f64, im: f64) -> f64 {
-    re.abs() + im.abs()
 }
 
 impl ModalMotion {
@@ -79,44 +75,40 @@ impl ModalMotion {
             let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
             function.constant + stuck
         }));
-        let Self { z, dz, w, stuck, sizes, .. } = self;
-        sizes.iter_mut().for_each(|sizes| sizes.resize(basis.stride, 0.0));
-        self.arch.dispatch(
-            #[inline(always)]
-            || {
-                z.clear(basis.stride);
-                for (j, &k) in basis.kept.iter().enumerate() {
-                    z.add_scaled(q[k], &basis.from_position, j);
-                    z.add_scaled(u[k], &basis.from_velocity, j);
-                }
-                // dz holds the force until it is used.
-                dz.copy_from(&basis.force_constant);
-                for (stick, &at) in basis.sticking.iter().zip(stuck.iter()) {
-                    dz.add_scaled(at, &stick.force, 0);
-                }
-                dz.add_product(&basis.lambda, z);
-                w.copy_from(&basis.force_linear);
-                w.add_product(&basis.lambda, dz);
-            },
-        );
+        self.sizes.iter_mut().for_each(|sizes| sizes.resize(basis.stride, 0.0));
+        self.arch.dispatch(Project { motion: self, basis, q, u });
+    }
+
+    #[inline(always)]
+    fn project(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
+        let Self { z, dz, w, stuck, .. } = self;
+        z.clear(basis.stride);
+        for (j, &k) in basis.kept.iter().enumerate() {
+            z.add_scaled(q[k], &basis.from_position, j);
+            z.add_scaled(u[k], &basis.from_velocity, j);
+        }
+        // dz holds the force until it is used.
+        dz.copy_from(&basis.force_constant);
+        for (stick, &at) in basis.sticking.iter().zip(stuck.iter()) {
+            dz.add_scaled(at, &stick.force, 0);
+        }
+        dz.add_product(&basis.lambda, z);
+        w.copy_from(&basis.force_linear);
+        w.add_product(&basis.lambda, dz);
     }
 
     pub fn start(&self) -> f64 {
         self.start
     }
 
+    #[inline(always)]
     fn measure(&mut self) {
-        let Self { z, dz, w, sizes: [of_z, of_dz, of_w], arch, .. } = self;
-        arch.dispatch(
-            #[inline(always)]
-            || {
-                for (sizes, values) in [(of_z, z), (of_dz, dz), (of_w, w)] {
-                    for ((target, re), im) in sizes.iter_mut().zip(&values.re).zip(&values.im) {
-                        *target = size(*re, *im);
-                    }
-                }
-            },
-        );
+        let Self { z, dz, w, sizes: [of_z, of_dz, of_w], .. } = self;
+        for (sizes, values) in [(of_z, z), (of_dz, dz), (of_w, w)] {
+            for ((target, re), im) in sizes.iter_mut().zip(&values.re).zip(&values.im) {
+                *target = size(*re, *im);
+            }
+        }
     }
 
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
@@ -149,7 +141,7 @@ impl ModalMotion {
                 continue;
             }
             self.advance_by(level);
-            self.measure();
+            self.arch.dispatch(Measure { motion: self });
             self.leap += 1;
             leaps += 1;
         }
@@ -191,18 +183,14 @@ impl ModalMotion {
     }
 
     pub fn expand(&mut self, basis: &ModalBasis, remaining: f64, panel: &mut Panel) {
-        self.measure();
+        self.arch.dispatch(Measure { motion: self });
         panel.leaps += self.leap(basis, remaining) as usize;
         while self.level + 1 < LEVELS && self.allows(basis, basis.level(self.level + 1)) {
             self.level += 1;
         }
         let level = basis.level(self.level);
         panel.reset(level.width, basis.functions.len());
-        let arch = self.arch;
-        arch.dispatch(
-            #[inline(always)]
-            || self.fill(basis, level, panel),
-        );
+        self.arch.dispatch(Fill { motion: self, basis, level, panel });
         let all_quiet = panel.excluded.iter().all(|&excluded| excluded);
         self.quiet = if all_quiet { self.quiet + 1 } else { 0 };
     }
@@ -254,32 +242,35 @@ impl ModalMotion {
                 Ok(tail) => tail,
                 Err(_) => unreachable!("COEFFICIENTS is TAIL + 2"),
             };
-            let mut sum = [0.0; TAIL];
+            *tail = [0.0; TAIL];
             for r in 0..level.slow {
                 let g_re = hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
                 let g_im = hr[r] * self.w.im[r] + hi[r] * self.w.re[r];
-                let (re, im) = (&level.powers_re[r], &level.powers_im[r]);
-                for j in 0..TAIL {
-                    sum[j] += g_re * re[j] - g_im * im[j];
+                let groups = level.groups[r];
+                let re = &level.powers_re[r].as_chunks::<GROUP>().0[..groups];
+                let im = &level.powers_im[r].as_chunks::<GROUP>().0[..groups];
+                let sums = &mut tail.as_chunks_mut::<GROUP>().0[..groups];
+                for ((sum, re), im) in sums.iter_mut().zip(re).zip(im) {
+                    for j in 0..GROUP {
+                        sum[j] = g_re.mul_add(re[j], (-g_im).mul_add(im[j], sum[j]));
+                    }
                 }
             }
-            *tail = sum;
         }
     }
 
     fn advance_by(&mut self, level: &Level) {
-        let Self { z, dz, w, .. } = self;
-        self.arch.dispatch(
-            #[inline(always)]
-            || {
-                z.add_real(level.width, dz);
-                z.add_product(&level.phi2, w);
-                dz.add_product(&level.phi1, w);
-                w.multiply(&level.exponential);
-            },
-        );
+        self.arch.dispatch(Advance { motion: self, level });
         self.start += level.width;
         self.panels += 1;
+    }
+
+    #[inline(always)]
+    fn shift(&mut self, level: &Level) {
+        self.z.add_real(level.width, &self.dz);
+        self.z.add_product(&level.phi2, &self.w);
+        self.dz.add_product(&level.phi1, &self.w);
+        self.w.multiply(&level.exponential);
     }
 
     pub fn advance(&mut self, basis: &ModalBasis) {
@@ -321,5 +312,65 @@ impl ModalMotion {
             q[stick.coordinate] = at + stick.speed * (self.start + offset);
             u[stick.coordinate] = stick.speed;
         }
+    }
+}
+
+/// Work on all modes, compiled for the vector units found at run time. Only what is inlined into `with_simd` is.
+struct Project<'a> {
+    motion: &'a mut ModalMotion,
+    basis: &'a ModalBasis,
+    q: &'a [f64],
+    u: &'a [f64],
+}
+
+impl WithSimd for Project<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.motion.project(self.basis, self.q, self.u);
+    }
+}
+
+struct Measure<'a> {
+    motion: &'a mut ModalMotion,
+}
+
+impl WithSimd for Measure<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.motion.measure();
+    }
+}
+
+struct Fill<'a> {
+    motion: &'a ModalMotion,
+    basis: &'a ModalBasis,
+    level: &'a Level,
+    panel: &'a mut Panel,
+}
+
+impl WithSimd for Fill<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.motion.fill(self.basis, self.level, self.panel);
+    }
+}
+
+struct Advance<'a> {
+    motion: &'a mut ModalMotion,
+    level: &'a Level,
+}
+
+impl WithSimd for Advance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.motion.shift(self.level);
     }
 }

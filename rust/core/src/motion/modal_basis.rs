@@ -16,7 +16,7 @@ pub(super) const LEVELS: usize = 128;
 /// Coefficients from the second power on.
 pub(super) const TAIL: usize = COEFFICIENTS - 2;
 /// Modes are stored in groups of this many, so that no loop over them has a remainder.
-const GROUP: usize = 4;
+pub(super) const GROUP: usize = 4;
 
 /// Complex numbers with their parts in two arrays.
 #[derive(Debug, Clone, Default)]
@@ -148,6 +148,8 @@ pub(super) struct Level {
     /// `x^j h^2 / (j + 2)!` for x = lambda h.
     pub powers_re: Vec<[f64; TAIL]>,
     pub powers_im: Vec<[f64; TAIL]>,
+    /// Groups of those powers, from the first, that are not below rounding of the leading one.
+    pub groups: Vec<usize>,
     /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
     /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
     pub reach: Vec<f64>,
@@ -287,6 +289,7 @@ impl Level {
             slow,
             powers_re: Vec::with_capacity(slow),
             powers_im: Vec::with_capacity(slow),
+            groups: Vec::with_capacity(slow),
             reach: vec![0.0; basis.stride],
             cubic_reach: vec![0.0; basis.stride],
             truncation: truncation(),
@@ -304,6 +307,9 @@ impl Level {
                     (re[j], im[j]) = (power.re, power.im);
                     power *= x / (j + 3) as f64;
                 }
+                let counts = |j: &usize| size(re[*j], im[*j]) > 1e-20 * leading;
+                let needed = (0..TAIL).rev().find(counts).map_or(0, |last| last + 1);
+                level.groups.push(needed.div_ceil(GROUP));
                 level.powers_re.push(re);
                 level.powers_im.push(im);
                 level.reach[r] = width * width * phi2_bound(x.norm());
@@ -318,6 +324,11 @@ impl Level {
         }
         level
     }
+}
+
+/// An upper bound of the modulus, within a factor of sqrt 2.
+pub(super) fn size(re: f64, im: f64) -> f64 {
+    re.abs() + im.abs()
 }
 
 /// The sum of the terms that the polynomials of a mode leave out, over its whole series, at |x| = REACH;
