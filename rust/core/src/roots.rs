@@ -54,20 +54,30 @@ impl WithSimd for ValueAndSlope<'_> {
     }
 }
 
+/// By two interleaved chains over the even and the odd powers, `p = e(s^2) + s o(s^2)`: half the latency.
 #[inline(always)]
 fn value_and_slope(p: &[f64], s: f64) -> (f64, f64) {
-    let (mut value, mut first) = (0.0f64, 0.0f64);
-    for &c in p.iter().rev() {
-        first = first.mul_add(s, value);
-        value = value.mul_add(s, c);
+    let square = s * s;
+    let (mut even, mut odd, mut even_slope, mut odd_slope) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
+    let (pairs, rest) = p.as_chunks::<2>();
+    if let &[last] = rest {
+        even = last;
     }
-    (value, first)
+    for &[e, o] in pairs.iter().rev() {
+        even_slope = even_slope.mul_add(square, even);
+        odd_slope = odd_slope.mul_add(square, odd);
+        even = even.mul_add(square, e);
+        odd = odd.mul_add(square, o);
+    }
+    let value = odd.mul_add(s, even);
+    let slope = (2.0 * s).mul_add(odd_slope.mul_add(s, even_slope), odd);
+    (value, slope)
 }
 
 /// A bound of |p'''| on [0, 1].
 #[inline(always)]
 fn third_derivative_bound(p: &[f64]) -> f64 {
-    p.iter().enumerate().skip(3).map(|(k, c)| (k * (k - 1) * (k - 2)) as f64 * c.abs()).sum()
+    lanes(p, |k, c| (k * (k - 1.0) * (k - 2.0)) * c.abs())
 }
 
 /// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
@@ -79,7 +89,24 @@ fn lower_bound(p: &[f64]) -> f64 {
     if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
         lowest = lowest.min(c0 - 0.25 * c1 * c1 / c2);
     }
-    lowest + p.iter().skip(3).map(|c| c.min(0.0)).sum::<f64>()
+    lowest + lanes(p, |_, c| c.min(0.0))
+}
+
+/// `sum_k term(k, p_k)` over the powers from the third on, in four independent sums.
+#[inline(always)]
+fn lanes(p: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
+    let tail = p.get(3..).unwrap_or(&[]);
+    let (groups, rest) = tail.as_chunks::<4>();
+    let mut sums = [0.0; 4];
+    let mut powers = [3.0, 4.0, 5.0, 6.0];
+    for group in groups {
+        for lane in 0..4 {
+            sums[lane] += term(powers[lane], group[lane]);
+            powers[lane] += 4.0;
+        }
+    }
+    let rest: f64 = rest.iter().zip(powers).map(|(&c, k)| term(k, c)).sum();
+    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
 }
 
 /// The largest step d <= longest on which `v + v1 d + v2 d^2 / 2 - m d^3 / 6 > floor`, from below:

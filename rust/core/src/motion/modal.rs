@@ -209,17 +209,28 @@ impl ModalMotion {
             let mut second = 0.0;
             let mut affine =
                 value.abs().max(self.constants[index].abs()) + (function.slope * width).abs();
-            let (mut curvature, mut cubic) = (0.0, 0.0);
             let (hr, hi) = (&function.weights.re[..], &function.weights.im[..]);
-            for r in 0..basis.stride {
-                value += hr[r] * self.z.re[r] - hi[r] * self.z.im[r];
-                slope += hr[r] * self.dz.re[r] - hi[r] * self.dz.im[r];
-                second += hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
-                affine += function.magnitudes[r] * (of_z[r] + width * of_dz[r]);
-                let amplitude = function.magnitudes[r] * of_w[r];
-                curvature += amplitude * level.reach[r];
-                cubic += amplitude * level.cubic_reach[r];
+            // Seven sums over the modes, each in the lanes of a group.
+            let mut sums = [[0.0; GROUP]; 7];
+            let magnitude = &function.magnitudes[..];
+            for group in 0..basis.stride / GROUP {
+                for lane in 0..GROUP {
+                    let r = group * GROUP + lane;
+                    sums[0][lane] += hr[r] * self.z.re[r] - hi[r] * self.z.im[r];
+                    sums[1][lane] += hr[r] * self.dz.re[r] - hi[r] * self.dz.im[r];
+                    sums[2][lane] += hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
+                    sums[3][lane] += magnitude[r] * of_z[r];
+                    sums[4][lane] += magnitude[r] * of_dz[r];
+                    sums[5][lane] += magnitude[r] * of_w[r] * level.reach[r];
+                    sums[6][lane] += magnitude[r] * of_w[r] * level.cubic_reach[r];
+                }
             }
+            let sums = sums.map(|lanes| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]));
+            value += sums[0];
+            slope += sums[1];
+            second += sums[2];
+            affine += sums[3] + width * sums[4];
+            let (curvature, cubic) = (sums[5], sums[6]);
             let remainder = curvature * level.truncation + {
                 let fast = level.slow..basis.count;
                 fast.map(|r| function.magnitudes[r] * of_w[r] * level.reach[r]).sum::<f64>()
