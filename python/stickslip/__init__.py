@@ -8,6 +8,7 @@ from importlib.metadata import version
 
 from stickslip import models
 from stickslip.contact import Contact
+from stickslip.energy import Balance
 from stickslip.errors import InputError, RunError, RunInterrupted, StickslipError
 from stickslip.modes import Modes, complex_modes
 from stickslip.reduction import Reduced, reduce
@@ -19,6 +20,7 @@ __version__ = version("stickslip")
 
 __all__ = [
     "Accumulation",
+    "Balance",
     "Contact",
     "Events",
     "Grazing",

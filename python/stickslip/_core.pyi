@@ -5,7 +5,7 @@ Every error a user can cause is raised as a class of `stickslip.errors`.
 """
 
 from collections.abc import Sequence
-from typing import Literal, final
+from typing import Any, Literal, final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.arrays import Complex, Index, Real, SparseData
 from stickslip.contact import ContactData
 
-__all__ = ["Modes", "Reduced", "Scene", "Trajectory", "chain"]
+__all__ = ["Modes", "Reduced", "Scene", "Trajectory", "Works", "chain", "energy", "works"]
 
 @final
 class Scene:
@@ -94,6 +94,32 @@ class Trajectory:
     # status code (k, c) as ASCII of + - s d
     def modal_coordinates(self, times: Real) -> list[tuple[str, Index, Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
+
+@final
+class Works:
+    """Works over an interval, J; p phases, m impacts, c contacts, g damper groups."""
+
+    kinetic: float
+    elastic: float
+    states: int
+    groups: list[str]
+    start: Real  # (p,) s
+    duration: Real  # (p,) s
+    combination: list[str]
+    contact: Real  # (p, c) on the structure
+    slider: Real  # (p, c)
+    external: Real  # (p,)
+    damping: Real  # (p, g)
+    impact_time: Real  # (m,) s
+    impact_contact: Index  # (m,)
+    impact_normal: Real  # (m,)
+    impact_slider: Real  # (m,)
+    impact_friction: Real  # (m,)
+
+def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
+def energy(trajectory: Trajectory, times: Real) -> dict[str, Any]:
+    ...
+    # kinetic, elastic, rate, external (k,), damping (k, g), contact, slider (k, c), combination, groups
 
 def chain(
     upper_mass: Real,  # (s,)

@@ -10,6 +10,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip import _core
+from stickslip import energy as energetics
 from stickslip.arrays import Index, Names, Real, real_array, real_number
 from stickslip.errors import InputError, RunError, RunInterrupted
 from stickslip.scene import Scene
@@ -212,6 +213,53 @@ class Trajectory:
             name="modal_coordinates",
             attrs={"units": "m"},
         )
+
+    def energy(self, times: ArrayLike) -> xr.Dataset:
+        """Return energies and powers at k times in [0, duration], s, each from its own formula.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``kinetic`` ``1/2 x'^T M x'`` and ``elastic`` ``1/2 x^T K x`` (time) J. (time, contact) W:
+            ``contact_power`` ``T_i (t_i . x')``, into the structure positive, which is ``slider_power``
+            ``T_i v_i`` less ``friction_heat`` ``-T_i s_i >= 0``. (time) W: ``external_power`` ``F . x'``,
+            into the structure positive; ``damping_power`` ``x'^T C x'``, dissipated, also by ``damper_power``
+            (time, damper) for the mass and stiffness part of proportional damping; ``energy_rate`` dE/dt =
+            ``x'^T (M x'' + K x)`` with x'' from the state equation of the combination, in which no contact
+            force appears. ``combination`` (time). At an event time: just after the event.
+
+        Raises
+        ------
+        InputError
+            If a time lies outside the computed motion.
+
+        Notes
+        -----
+        ``energy_rate = sum(contact_power) + external_power - damping_power`` is left for the caller to check.
+        Nothing of this is computed before it is asked for. A preload by an imposed displacement counts as
+        external force: the support's spring energy is relative to zero displacement (Brunetti, Massi,
+        D'Ambrogio, Berthier, section 6).
+        """
+        return energetics.energy(self.scene, self.core, times)
+
+    def balance(self, t0: float = 0.0, t1: float | None = None) -> energetics.Balance:
+        """Return where the energy came from and went over (t0, t1], by default over the whole motion.
+
+        The works are integrals of the powers over every phase by a Gauss rule that is exact to rounding for
+        the motion at hand (its bound stands in the core), never from output samples.
+
+        Parameters
+        ----------
+        t0, t1
+            ``0 <= t0 <= t1 <= duration``, s; impacts at t1 are counted, those at t0 are not.
+
+        Raises
+        ------
+        InputError
+            If the interval is reversed or lies outside the computed motion.
+        """
+        end = self.duration if t1 is None else real_number("t1", t1)
+        return energetics.balance(self.scene, self.core, real_number("t0", t0), end)
 
     def event_states(self) -> tuple[Real, Real]:
         """Return position, m, and velocity, m/s, just after each event, (e, n) each."""

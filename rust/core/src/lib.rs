@@ -13,6 +13,7 @@ mod complementarity;
 mod contact;
 mod coordinates;
 mod eigen;
+mod energy;
 mod equilibrium;
 mod error;
 mod event;
@@ -22,6 +23,7 @@ mod modes;
 mod motion;
 mod pencil;
 mod phase;
+mod quadrature;
 mod reduction;
 mod refinement;
 mod roots;
@@ -33,8 +35,10 @@ mod start;
 mod status;
 mod trajectory;
 mod transition;
+mod work;
 
 pub use contact::{Contact, ContactInput, Direction};
+pub use energy::EnergySample;
 pub use error::{Error, RunFailure};
 pub use matrix::SparseMatrix;
 pub use modes::Modes;
@@ -45,3 +49,4 @@ pub use status::{Combination, Status};
 pub use trajectory::{
     Accumulation, Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory,
 };
+pub use work::{ImpactWork, PhaseWork, Works};

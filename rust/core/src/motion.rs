@@ -4,7 +4,7 @@
 mod modal;
 mod modal_basis;
 mod phi;
-mod taylor;
+pub(crate) mod taylor;
 
 use std::sync::Arc;
 
@@ -133,6 +133,15 @@ impl Motion {
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
+        }
+    }
+
+    /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have
+    /// decayed below rounding of the velocity do not count. 1/s.
+    pub fn growth_rate(&self, time: f64) -> f64 {
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.growth_rate(modal, time - self.modal.start()),
+            Propagator::Taylor(operator) => operator.norm(),
         }
     }
 }

@@ -107,7 +107,7 @@ pub fn simulate(
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Clock {
     pub seconds: f64,
-    rest: f64,
+    pub rest: f64,
 }
 
 impl Clock {
@@ -150,9 +150,11 @@ impl Run<'_> {
         let mut at_this_instant = 0;
         loop {
             let departing = settlement.departures.iter().any(|&d| d != Departure::None);
-            self.trajectory
-                .phases
-                .push(Phase { start: self.time.seconds, basis: Arc::clone(&basis) });
+            self.trajectory.phases.push(Phase {
+                start: self.time.seconds,
+                rest: self.time.rest,
+                basis: Arc::clone(&basis),
+            });
             self.trajectory.states.extend_from_slice(&self.q);
             self.trajectory.states.extend_from_slice(&self.u);
             self.trajectory.end = self.time.seconds;

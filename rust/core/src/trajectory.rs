@@ -132,6 +132,8 @@ pub struct Counters {
 #[derive(Debug)]
 pub(crate) struct Phase {
     pub start: f64,
+    /// What rounding takes from `start`.
+    pub rest: f64,
     pub basis: Arc<CombinationBasis>,
 }
 
@@ -172,6 +174,12 @@ impl Trajectory {
     pub(crate) fn phase_state(&self, phase: usize) -> (&[f64], &[f64]) {
         let n = self.scene.size;
         self.states[2 * n * phase..2 * n * (phase + 1)].split_at(n)
+    }
+
+    /// The events at the start of a phase.
+    pub(crate) fn events_at(&self, phase: usize) -> impl Iterator<Item = &Event> {
+        let first = self.events.partition_point(|event| event.phase < phase);
+        self.events[first..].iter().take_while(move |event| event.phase == phase)
     }
 
     /// (position, velocity) over dofs just after an event.
@@ -372,5 +380,13 @@ impl<'a> Cursor<'a> {
         if let Some(motion) = &mut self.motion {
             motion.seek(local, &mut self.panel, &mut self.q, &mut self.u);
         }
+    }
+
+    /// A rate such that the motion of a phase grows, off the real axis too, by at most `e^{rate |z|}` around a
+    /// local time; what has decayed below rounding does not count. 1/s.
+    pub fn growth_rate(&mut self, phase: usize, local: f64) -> f64 {
+        // Local time 0 is known without a motion.
+        self.seek_local(phase, local.max(f64::MIN_POSITIVE));
+        self.motion.as_ref().map_or(0.0, |motion| motion.growth_rate(local))
     }
 }

@@ -258,7 +258,7 @@ impl Coupled<'_> {
                 problem.push((i, sliding.map(Status::friction_sign)));
             }
         }
-        if !forces_jump {
+        if !forces_jump || problem.is_empty() {
             return Ok(outcome);
         }
         let reactions = self.reactions(q, u);

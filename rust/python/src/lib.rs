@@ -1,6 +1,7 @@
 //! `stickslip._core`: the core for Python. Conversion only; what each thing means stands in the core.
 
 mod convert;
+mod energy;
 mod errors;
 mod modes;
 mod scene;
@@ -11,6 +12,8 @@ use pyo3::prelude::*;
 /// The compiled core of stickslip.
 #[pymodule(gil_used = false)]
 mod _core {
+    #[pymodule_export]
+    use crate::energy::{Works, energy, works};
     #[pymodule_export]
     use crate::modes::{Modes, Reduced};
     #[pymodule_export]

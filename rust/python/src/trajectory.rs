@@ -23,6 +23,10 @@ impl Trajectory {
     pub fn new(inner: core::Trajectory) -> Self {
         Self { inner }
     }
+
+    pub fn core(&self) -> &core::Trajectory {
+        &self.inner
+    }
 }
 
 #[pymethods]

@@ -324,6 +324,31 @@ impl ModalMotion {
             u[stick.coordinate] = stick.speed;
         }
     }
+
+    /// Largest |lambda| of the modes whose transient velocity `w / lambda` at `offset` is not yet rounding of the
+    /// velocities of all.
+    pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
+        let rows = 0..basis.kept.len();
+        let largest = |r: usize| {
+            rows.clone().map(|j| basis.shape.get(j * basis.stride + r).norm()).fold(0.0, f64::max)
+        };
+        let transient: Vec<f64> = (0..basis.count)
+            .map(|r| {
+                let lambda = basis.lambda.get(r);
+                let decay = (lambda.re * offset).exp();
+                largest(r) * self.w.get(r).norm() * decay / lambda.norm().max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        let steady = (0..basis.count).map(|r| largest(r) * self.dz.get(r).norm()).sum::<f64>();
+        let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
+        // One that grows may rise from below rounding.
+        (0..basis.count)
+            .filter(|&r| {
+                !(transient[r] <= floor) || (basis.lambda.re[r] > 0.0 && transient[r] > 0.0)
+            })
+            .map(|r| basis.lambda.get(r).norm())
+            .fold(0.0, f64::max)
+    }
 }
 
 /// Work on all modes, compiled for the vector units found at run time. Only what is inlined into `with_simd` is.

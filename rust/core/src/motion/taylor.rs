@@ -151,8 +151,13 @@ impl TaylorOperator {
         (norm(row_sums(&scene.stiffness)), norm(row_sums(&scene.damping)))
     }
 
+    /// sigma, the bound of the growth of every solution, 1/s.
+    pub fn norm(&self) -> f64 {
+        self.rho * (DEGREE + 1) as f64 / self.width
+    }
+
     /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
-    fn accelerate(&self, residual: &mut [f64], acceleration: &mut [f64]) {
+    pub fn accelerate(&self, residual: &mut [f64], acceleration: &mut [f64]) {
         for merge in &self.merges {
             residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
         }

@@ -1,0 +1,79 @@
+"""Energy over one limit cycle of the standard run: what is absorbed is released."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from stickslip.attractor import settle
+
+
+@pytest.fixture(scope="module")
+def cycle(standard):
+    """The last period of 3 s; the transient dies by 0.784 per period and has reached rounding."""
+    return settle(standard.scene, standard.start, stretch=3.0)
+
+
+@pytest.fixture(scope="module")
+def balance(cycle):
+    return cycle.run.balance(cycle.begin, cycle.begin + cycle.period)
+
+
+def test_what_flows_in_flows_out(cycle, balance):
+    # Stored when the first contact begins to slip, both sliding from there on.
+    events = cycle.run.events
+    slips = events.time[(events.kind == "slip+") & (events.combination == "++")]
+    stored = cycle.run.energy(slips[-1:])
+    assert balance.damping == pytest.approx(2.1328e-3, abs=1e-7)
+    assert float((stored.kinetic + stored.elastic).max()) == pytest.approx(79.3e-3, abs=1e-4)
+    assert balance.impact == pytest.approx(32.3e-9, abs=1e-10)
+    assert abs(balance.stored) < 1e-12 * balance.damping
+    assert abs(balance.external) < 1e-12 * balance.damping
+    assert abs(balance.contact - balance.damping - balance.impact) < 1e-12 * balance.damping
+    assert abs(balance.residual) < 1e-13 * balance.turnover
+    # The sliders drive the cycle; most of what they give becomes heat in the contacts.
+    assert balance.slider - balance.friction_heat == pytest.approx(balance.contact, rel=1e-12)
+    assert balance.friction_heat > 0.0
+
+
+def test_the_first_contact_absorbs_while_sticking_and_releases_while_sliding(balance):
+    work = balance.contacts.work.sel(contact=0)
+    assert float(work.sel(status="s")) == pytest.approx(15.95e-3, abs=1e-5)
+    assert float(work.sel(status="+")) == pytest.approx(-13.59e-3, abs=1e-5)
+    assert float(work.sel(status=["-", "d"]).sum()) == 0.0
+    # A detached contact has no force; the second one is open for a part of the cycle.
+    second = balance.contacts.sel(contact=1)
+    assert float(second.time.sel(status="d")) > 1e-4
+    assert float(second.work.sel(status="d")) == 0.0
+
+
+def test_times_and_works_by_status_and_by_combination_are_complete(cycle, balance):
+    time = balance.contacts.time.sum("status")
+    assert np.abs(time - cycle.period).max() <= 1e-15
+    assert set(balance.combinations.combination.values) == set(cycle.combinations)
+    for parts in (balance.contacts.work.sum("status"), balance.combinations.work.sum("combination")):
+        assert float(parts.sum()) == pytest.approx(balance.contact, rel=1e-12)
+    assert float(balance.combinations.damping.sum()) == pytest.approx(balance.damping, rel=1e-14)
+    assert sum(balance.dampers.values()) == pytest.approx(balance.damping, rel=1e-15)
+    assert balance.dampers["mass"] == 0.0
+
+
+def test_works_are_those_of_a_fine_quadrature_of_the_sampled_powers(cycle, balance):
+    """Gauss rules of 20 nodes between events, on the powers that `energy` gives."""
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    times = cycle.run.events.time
+    inside = times[(times >= cycle.begin) & (times <= cycle.begin + cycle.period)]
+    contact, damping, external, heat = np.zeros(2), 0.0, 0.0, np.zeros(2)
+    for begin, end in itertools.pairwise(inside):
+        at = begin + 0.5 * (end - begin) * (1.0 + nodes)
+        flow = cycle.run.energy(np.clip(at, begin, np.nextafter(end, begin)))
+        weight = 0.5 * (end - begin) * weights
+        contact += weight @ flow.contact_power.values
+        heat += weight @ flow.friction_heat.values
+        damping += weight @ flow.damping_power.values
+        external += weight @ flow.external_power.values
+    scale = 1e-12 * balance.slider
+    assert np.abs(contact - balance.contacts.work.sum("status").values).max() <= scale
+    assert np.abs(heat - balance.contacts.friction_heat.sum("status").values).max() <= scale
+    assert abs(damping - balance.damping) <= scale
+    assert abs(external - balance.external) <= scale
