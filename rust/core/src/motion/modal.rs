@@ -203,33 +203,38 @@ impl ModalMotion {
         let unit = 0.5 * f64::EPSILON;
         let rounding = unit * (2 * basis.count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
         let [of_z, of_dz, of_w] = &self.sizes;
+        let count = basis.stride / GROUP;
+        let state = [&self.z, &self.dz, &self.w]
+            .map(|part| (in_groups(&part.re, count), in_groups(&part.im, count)));
+        let sizes = [of_z, of_dz, of_w].map(|sizes| in_groups(sizes, count));
+        let (reach, cubic_reach) =
+            (in_groups(&level.reach, count), in_groups(&level.cubic_reach, count));
         for (index, function) in basis.functions.iter().enumerate() {
-            let mut value = self.constants[index] + function.slope * self.start;
-            let mut slope = function.slope;
-            let mut second = 0.0;
-            let mut affine =
-                value.abs().max(self.constants[index].abs()) + (function.slope * width).abs();
             let (hr, hi) = (&function.weights.re[..], &function.weights.im[..]);
+            let (re, im) = (in_groups(hr, count), in_groups(hi, count));
+            let magnitude = in_groups(&function.magnitudes, count);
             // Seven sums over the modes, each in the lanes of a group.
             let mut sums = [[0.0; GROUP]; 7];
-            let magnitude = &function.magnitudes[..];
-            for group in 0..basis.stride / GROUP {
-                for lane in 0..GROUP {
-                    let r = group * GROUP + lane;
-                    sums[0][lane] += hr[r] * self.z.re[r] - hi[r] * self.z.im[r];
-                    sums[1][lane] += hr[r] * self.dz.re[r] - hi[r] * self.dz.im[r];
-                    sums[2][lane] += hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
-                    sums[3][lane] += magnitude[r] * of_z[r];
-                    sums[4][lane] += magnitude[r] * of_dz[r];
-                    sums[5][lane] += magnitude[r] * of_w[r] * level.reach[r];
-                    sums[6][lane] += magnitude[r] * of_w[r] * level.cubic_reach[r];
+            for g in 0..count {
+                for k in 0..3 {
+                    let (part_re, part_im) = (&state[k].0[g], &state[k].1[g]);
+                    sums[k] = add_product(sums[k], &re[g], part_re);
+                    sums[k] = subtract_product(sums[k], &im[g], part_im);
                 }
+                sums[3] = add_product(sums[3], &magnitude[g], &sizes[0][g]);
+                sums[4] = add_product(sums[4], &magnitude[g], &sizes[1][g]);
+                let amplitude = add_product([0.0; GROUP], &magnitude[g], &sizes[2][g]);
+                sums[5] = add_product(sums[5], &amplitude, &reach[g]);
+                sums[6] = add_product(sums[6], &amplitude, &cubic_reach[g]);
             }
             let sums = sums.map(|lanes| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]));
-            value += sums[0];
-            slope += sums[1];
-            second += sums[2];
-            affine += sums[3] + width * sums[4];
+            let offset = self.constants[index] + function.slope * self.start;
+            let value = offset + sums[0];
+            let slope = function.slope + sums[1];
+            let second = sums[2];
+            let affine = offset.abs().max(self.constants[index].abs())
+                + width * (function.slope.abs() + sums[4])
+                + sums[3];
             let (curvature, cubic) = (sums[5], sums[6]);
             let remainder = curvature * level.truncation + {
                 let fast = level.slow..basis.count;
@@ -254,17 +259,13 @@ impl ModalMotion {
                 Err(_) => unreachable!("COEFFICIENTS is TAIL + 2"),
             };
             *tail = [0.0; TAIL];
-            for r in 0..level.slow {
-                let g_re = hr[r] * self.w.re[r] - hi[r] * self.w.im[r];
-                let g_im = hr[r] * self.w.im[r] + hi[r] * self.w.re[r];
-                let groups = level.groups[r];
-                let re = &level.powers_re[r].as_chunks::<GROUP>().0[..groups];
-                let im = &level.powers_im[r].as_chunks::<GROUP>().0[..groups];
-                let sums = &mut tail.as_chunks_mut::<GROUP>().0[..groups];
-                for ((sum, re), im) in sums.iter_mut().zip(re).zip(im) {
-                    for j in 0..GROUP {
-                        sum[j] = g_re.mul_add(re[j], (-g_im).mul_add(im[j], sum[j]));
-                    }
+            let (w_re, w_im) = (&self.w.re[..level.slow], &self.w.im[..level.slow]);
+            let (hr, hi) = (&hr[..level.slow], &hi[..level.slow]);
+            for (r, powers) in level.powers.iter().enumerate() {
+                let g_re = [hr[r] * w_re[r] - hi[r] * w_im[r]; GROUP];
+                let g_im = [hr[r] * w_im[r] + hi[r] * w_re[r]; GROUP];
+                for (sum, (re, im)) in tail.as_chunks_mut::<GROUP>().0.iter_mut().zip(powers) {
+                    *sum = subtract_product(add_product(*sum, &g_re, re), &g_im, im);
                 }
             }
         }
@@ -349,6 +350,22 @@ impl ModalMotion {
             .map(|r| basis.lambda.get(r).norm())
             .fold(0.0, f64::max)
     }
+}
+
+/// The first `count` groups of an array.
+#[inline(always)]
+fn in_groups(values: &[f64], count: usize) -> &[[f64; GROUP]] {
+    &values.as_chunks::<GROUP>().0[..count]
+}
+
+#[inline(always)]
+fn add_product(sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
+    std::array::from_fn(|lane| a[lane].mul_add(b[lane], sum[lane]))
+}
+
+#[inline(always)]
+fn subtract_product(sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
+    std::array::from_fn(|lane| (-a[lane]).mul_add(b[lane], sum[lane]))
 }
 
 /// Work on all modes, compiled for the vector units found at run time. Only what is inlined into `with_simd` is.

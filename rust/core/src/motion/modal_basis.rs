@@ -145,11 +145,9 @@ pub(super) struct Level {
     pub phi2: SplitComplex,
     /// Modes slow enough for the polynomials: a prefix.
     pub slow: usize,
-    /// `x^j h^2 / (j + 2)!` for x = lambda h.
-    pub powers_re: Vec<[f64; TAIL]>,
-    pub powers_im: Vec<[f64; TAIL]>,
-    /// Groups of those powers, from the first, that are not below rounding of the leading one.
-    pub groups: Vec<usize>,
+    /// Real and imaginary parts of `x^j h^2 / (j + 2)!` for x = lambda h of each slow mode, in groups, as many
+    /// as are not below rounding of the leading one.
+    pub powers: Vec<Vec<([f64; GROUP], [f64; GROUP])>>,
     /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
     /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
     pub reach: Vec<f64>,
@@ -287,9 +285,7 @@ impl Level {
             phi1: split(&|f| width * f.1),
             phi2: split(&|f| width * width * f.2),
             slow,
-            powers_re: Vec::with_capacity(slow),
-            powers_im: Vec::with_capacity(slow),
-            groups: Vec::with_capacity(slow),
+            powers: Vec::with_capacity(slow),
             reach: vec![0.0; basis.stride],
             cubic_reach: vec![0.0; basis.stride],
             truncation: truncation(),
@@ -309,9 +305,8 @@ impl Level {
                 }
                 let counts = |j: &usize| size(re[*j], im[*j]) > 1e-20 * leading;
                 let needed = (0..TAIL).rev().find(counts).map_or(0, |last| last + 1);
-                level.groups.push(needed.div_ceil(GROUP));
-                level.powers_re.push(re);
-                level.powers_im.push(im);
+                let groups = re.as_chunks().0.iter().copied().zip(im.as_chunks().0.iter().copied());
+                level.powers.push(groups.take(needed.div_ceil(GROUP)).collect());
                 level.reach[r] = width * width * phi2_bound(x.norm());
                 level.cubic_reach[r] = level.reach[r] - leading;
             } else if lambda.re <= 0.0 {
