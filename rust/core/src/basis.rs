@@ -10,7 +10,7 @@ use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
 use crate::simulation::Method;
-use crate::spectrum::spectrum;
+use crate::spectrum::{Vectors, spectrum};
 use crate::status::Combination;
 
 /// Modal superposition loses about this many ulp; above it the series is used instead.
@@ -45,7 +45,7 @@ impl CombinationBasis {
             Method::Auto if scene.size - closed > MODAL_SIZE => Propagator::Taylor(taylor()?),
             Method::Auto | Method::Modal => {
                 let reduced = Reduced::new(scene, combination)?;
-                let modes = spectrum(&Pencil::new(scene, &reduced))?;
+                let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
                 let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
                 if condition <= CONDITION_LIMIT {
                     Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))

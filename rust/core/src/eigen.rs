@@ -124,7 +124,7 @@ fn symmetric_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPa
 
 /// Matrices up to this size are solved by the QR iteration of this crate, larger ones by the library,
 /// whose blocked algorithms win from there on (measured on 8 to 64 rows).
-const SMALL: usize = 32;
+pub(crate) const SMALL: usize = 32;
 
 fn general_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPair> {
     let mut matrix: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
@@ -347,6 +347,51 @@ pub(crate) fn solve(n: usize, matrix: &[f64], rhs: &[f64]) -> Vec<f64> {
     let columns = rhs.len() / n.max(1);
     let solution = row_major(n, n, matrix).partial_piv_lu().solve(row_major(n, columns, rhs));
     (0..n * columns).map(|k| solution[(k / columns, k % columns)]).collect()
+}
+
+/// `matrix^-1 rhs` for a complex matrix (n by n, row-major) and right-hand sides one after the other.
+#[derive(Debug)]
+pub(crate) struct ComplexFactors(faer::linalg::solvers::PartialPivLu<Complex64>);
+
+impl ComplexFactors {
+    pub fn new(n: usize, matrix: &[Complex64]) -> Self {
+        Self(Mat::from_fn(n, n, |i, j| matrix[i * n + j]).partial_piv_lu())
+    }
+
+    pub fn solve(&self, rhs: &[Complex64]) -> Vec<Complex64> {
+        let solution = self.0.solve(Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]));
+        (0..rhs.len()).map(|i| solution[(i, 0)]).collect()
+    }
+}
+
+/// Sign of the determinant (row-major), 0 where it is lost in rounding of the equilibrated rows.
+pub(crate) fn determinant_sign(n: usize, matrix: &[f64]) -> f64 {
+    let mut rows: Vec<Vec<f64>> = matrix.chunks_exact(n.max(1)).map(<[f64]>::to_vec).collect();
+    for row in &mut rows {
+        let largest = row.iter().map(|a| a.abs()).fold(0.0, f64::max);
+        row.iter_mut().for_each(|a| *a /= largest);
+    }
+    let mut sign = 1.0;
+    for k in 0..n {
+        let pivot = (k..n).fold(k, |best, i| if rows[i][k].abs() > rows[best][k].abs() { i } else { best });
+        let size = rows[pivot][k].abs();
+        // NaN, from a row of zeros, is lost as well.
+        if !(size > f64::EPSILON * n as f64) {
+            return 0.0;
+        }
+        if pivot != k {
+            rows.swap(pivot, k);
+            sign = -sign;
+        }
+        sign *= rows[k][k].signum();
+        let (above, below) = rows.split_at_mut(k + 1);
+        let source = &above[k];
+        for row in below {
+            let factor = row[k] / source[k];
+            (k..n).for_each(|j| row[j] -= factor * source[j]);
+        }
+    }
+    sign
 }
 
 /// `matrix^-T vector`

@@ -8,19 +8,23 @@
 #![forbid(unsafe_code)]
 
 mod basis;
+mod branches;
 mod compensated;
 mod complementarity;
 mod contact;
 mod coordinates;
+mod critical;
 mod eigen;
 mod energy;
 mod equilibrium;
 mod error;
 mod event;
+mod exceptional;
 mod matrix;
 pub mod models;
 mod modes;
 mod motion;
+mod path;
 mod pencil;
 mod phase;
 mod quadrature;
@@ -32,20 +36,26 @@ mod schur;
 mod simulation;
 mod spectrum;
 mod start;
+mod stability;
 mod status;
+mod sweep;
 mod trajectory;
 mod transition;
 mod work;
 
 pub use contact::{Contact, ContactInput, Direction};
+pub use critical::{CriticalKind, CriticalPoint, critical_points};
 pub use energy::EnergySample;
 pub use error::{Error, RunFailure};
 pub use matrix::SparseMatrix;
 pub use modes::Modes;
+pub use path::{Path, PathDamping, Piece, Series};
 pub use reduction::Reduced;
 pub use scene::{Damping, Mass, Scene, SceneInput, State};
 pub use simulation::{Controls, Method, simulate};
+pub use stability::{ChainSamples, Growth};
 pub use status::{Combination, Status};
+pub use sweep::Sweep;
 pub use trajectory::{
     Accumulation, Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory,
 };

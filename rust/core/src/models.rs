@@ -29,17 +29,50 @@ pub struct Link {
     pub vertical_stiffness: f64,
 }
 
-/// (mass, stiffness, force) of a chain; four dofs per subsystem: upper horizontal, upper vertical,
-/// contact tangential, contact normal. The wall holds the first upper mass horizontally.
+/// Dofs per subsystem: upper horizontal, upper vertical, contact tangential, contact normal.
+pub const DOFS: usize = 4;
+
+/// Hands every spring of a chain to `spring` as (stiffness, weights): it resists the elongation `sum_k weight_k x_k`.
+/// The wall holds the first upper mass horizontally.
+pub(crate) fn springs(
+    subsystems: &[Subsystem],
+    links: &[Link],
+    wall_stiffness: f64,
+    mut spring: impl FnMut(f64, &[(usize, f64)]),
+) {
+    for (index, part) in subsystems.iter().enumerate() {
+        let [horizontal, vertical, tangential, normal] = [0, 1, 2, 3].map(|k| DOFS * index + k);
+        let (sin, cos) = part.inclination.sin_cos();
+        if index == 0 {
+            spring(wall_stiffness, &[(horizontal, 1.0)]);
+        }
+        spring(part.ceiling_stiffness, &[(vertical, 1.0)]);
+        spring(
+            part.vertical_stiffness,
+            &[(vertical, 1.0), (tangential, -sin), (normal, -cos)],
+        );
+        spring(
+            part.horizontal_stiffness,
+            &[(horizontal, 1.0), (tangential, -cos), (normal, sin)],
+        );
+        if let Some(link) = links.get(index)
+            && index + 1 < subsystems.len()
+        {
+            spring(link.horizontal_stiffness, &[(horizontal, 1.0), (horizontal + DOFS, -1.0)]);
+            spring(link.vertical_stiffness, &[(vertical, 1.0), (vertical + DOFS, -1.0)]);
+        }
+    }
+}
+
+/// (mass, stiffness, force) of a chain.
 pub fn chain(
     subsystems: &[Subsystem],
     links: &[Link],
     wall_stiffness: f64,
 ) -> (Vec<f64>, SparseMatrix, Vec<f64>) {
-    let size = 4 * subsystems.len();
+    let size = DOFS * subsystems.len();
     let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); size];
-    // A spring resists the elongation `sum_k weight_k x_k`.
-    let mut spring = |stiffness: f64, elongation: &[(usize, f64)]| {
+    springs(subsystems, links, wall_stiffness, |stiffness, elongation| {
         for &(i, a) in elongation {
             for &(j, b) in elongation {
                 match rows[i].iter_mut().find(|entry| entry.0 == j) {
@@ -48,25 +81,11 @@ pub fn chain(
                 }
             }
         }
-    };
+    });
     let mut mass = Vec::with_capacity(size);
     let mut force = vec![0.0; size];
     for (index, part) in subsystems.iter().enumerate() {
-        let [horizontal, vertical, tangential, normal] = [0, 1, 2, 3].map(|k| 4 * index + k);
-        let (sin, cos) = part.inclination.sin_cos();
-        if index == 0 {
-            spring(wall_stiffness, &[(horizontal, 1.0)]);
-        }
-        spring(part.ceiling_stiffness, &[(vertical, 1.0)]);
-        spring(part.vertical_stiffness, &[(vertical, 1.0), (tangential, -sin), (normal, -cos)]);
-        spring(part.horizontal_stiffness, &[(horizontal, 1.0), (tangential, -cos), (normal, sin)]);
-        if let Some(link) = links.get(index)
-            && index + 1 < subsystems.len()
-        {
-            spring(link.horizontal_stiffness, &[(horizontal, 1.0), (horizontal + 4, -1.0)]);
-            spring(link.vertical_stiffness, &[(vertical, 1.0), (vertical + 4, -1.0)]);
-        }
-        force[vertical] = -part.ceiling_stiffness * part.preload_displacement - part.external_force;
+        force[DOFS * index + 1] = -part.ceiling_stiffness * part.preload_displacement - part.external_force;
         mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
     }
     let mut row_start = vec![0];

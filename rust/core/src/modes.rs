@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
-use crate::spectrum::{Mode, spectrum};
+use crate::spectrum::{Mode, Vectors, spectrum};
 use crate::status::Combination;
 
 /// Condition number above which an eigenvalue counts as defective: a defective pair splits by about
@@ -39,7 +39,7 @@ pub struct Modes {
 impl Modes {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let mut half = spectrum(&Pencil::new(scene, &reduced))?;
+        let mut half = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
         half.sort_by(|p, q| {
             let key =
                 |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.im, mode.eigenvalue.re);

@@ -45,7 +45,7 @@ impl Mode {
 }
 
 /// The factor of the reduced mass that turns the pencil into a standard eigenproblem.
-enum MassFactor {
+pub(crate) enum MassFactor {
     /// Square roots of a diagonal mass.
     Diagonal(Vec<f64>),
     /// Lower Cholesky factor, row-major.
@@ -55,7 +55,7 @@ enum MassFactor {
 }
 
 impl MassFactor {
-    fn new(pencil: &Pencil) -> Result<Self, Error> {
+    pub fn new(pencil: &Pencil) -> Result<Self, Error> {
         let m = pencil.size;
         let mass = pencil.mass.to_dense();
         if pencil.mass.is_diagonal() && (0..m).all(|i| mass[i * m + i] > 0.0) {
@@ -72,7 +72,7 @@ impl MassFactor {
     }
 
     /// `G^-1 matrix G^-T` for `M = G G'`, or `M^-1 matrix`.
-    fn normalised(&self, m: usize, matrix: &[f64]) -> Vec<f64> {
+    pub fn normalised(&self, m: usize, matrix: &[f64]) -> Vec<f64> {
         match self {
             Self::Diagonal(root) => {
                 (0..m * m).map(|k| matrix[k] / (root[k / m] * root[k % m])).collect()
@@ -106,15 +106,25 @@ fn transpose(m: usize, matrix: &[f64]) -> Vec<f64> {
     (0..m * m).map(|k| matrix[(k % m) * m + k / m]).collect()
 }
 
+/// How far vectors are taken; eigenvalues are the same.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Vectors {
+    /// Backward stable, as the solver leaves them.
+    Solved,
+    /// With one more step that leaves rounding, at several times the cost; for a transient, whose event times are
+    /// only as good as they are.
+    Refined,
+}
+
 /// All modes of a reduced problem, in no particular order.
-pub(crate) fn spectrum(pencil: &Pencil) -> Result<Vec<Mode>, Error> {
+pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
     let m = pencil.size;
     let factor = MassFactor::new(pencil)?;
     let stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => problem
-            .refined_pairs(&eigen::real_matrix(m, &stiffness))
+            .half_modes(&eigen::real_matrix(m, &stiffness), vectors)
             .iter()
             .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
             .collect::<Vec<_>>(),
@@ -146,8 +156,8 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with refined values and vectors.
-    fn refined_pairs(&self, pairs: &[EigenPair]) -> Vec<HalfMode> {
+    /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
+    fn half_modes(&self, pairs: &[EigenPair], vectors: Vectors) -> Vec<HalfMode> {
         let mut halves: Vec<HalfMode> = pairs
             .iter()
             .map(|pair| HalfMode {
@@ -168,6 +178,13 @@ impl Problem<'_> {
                 half.kappa += if half.kappa.im == 0.0 { correction.re.into() } else { correction };
             }
         }
+        match vectors {
+            Vectors::Solved => halves,
+            Vectors::Refined => self.refined(halves),
+        }
+    }
+
+    fn refined(&self, mut halves: Vec<HalfMode>) -> Vec<HalfMode> {
         let column = |half: &HalfMode, products: [Vec<DoubledComplex>; 2]| -> Vec<Complex64> {
             let [mass, stiffness] = products;
             mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-half.kappa)).value()).collect()
@@ -244,25 +261,7 @@ impl Problem<'_> {
     fn general_modes(&self, damping_rows: &DoubledRows, stiffness: &[f64]) -> Vec<Mode> {
         let m = self.pencil.size;
         let damping = self.factor.normalised(m, &damping_rows.to_dense());
-        let row_sum = |matrix: &[f64]| {
-            matrix
-                .chunks_exact(m.max(1))
-                .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
-                .fold(0.0, f64::max)
-        };
-        let gamma = row_sum(stiffness).sqrt().max(row_sum(&damping)).max(f64::MIN_POSITIVE);
-        // gamma enters as a power of two, so the scaling itself is exact.
-        let gamma = gamma.log2().round().exp2();
-        let size = 2 * m;
-        let mut state = vec![0.0; size * size];
-        for i in 0..m {
-            state[i * size + m + i] = gamma;
-            for j in 0..m {
-                state[(m + i) * size + j] = -stiffness[i * m + j] / gamma;
-                state[(m + i) * size + m + j] = -damping[i * m + j];
-            }
-        }
-        eigen::real_matrix(size, &state)
+        eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping))
             .into_iter()
             .map(|pair| self.general_mode(&pair, damping_rows))
             .collect()
@@ -319,6 +318,29 @@ impl Problem<'_> {
             residual => residual / scale,
         }
     }
+}
+
+/// The linearisation of `y = (gamma x, x')`, row-major, of mass-normalised stiffness and damping.
+pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<f64> {
+    let row_sum = |matrix: &[f64]| {
+        matrix
+            .chunks_exact(m.max(1))
+            .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
+            .fold(0.0, f64::max)
+    };
+    let gamma = row_sum(stiffness).sqrt().max(row_sum(damping)).max(f64::MIN_POSITIVE);
+    // gamma enters as a power of two, so the scaling itself is exact.
+    let gamma = gamma.log2().round().exp2();
+    let size = 2 * m;
+    let mut state = vec![0.0; size * size];
+    for i in 0..m {
+        state[i * size + m + i] = gamma;
+        for j in 0..m {
+            state[(m + i) * size + j] = -stiffness[i * m + j] / gamma;
+            state[(m + i) * size + m + j] = -damping[i * m + j];
+        }
+    }
+    state
 }
 
 /// `left' column`

@@ -1,0 +1,292 @@
+//! Eigenvalues along a path as continuous branches.
+//!
+//! Two neighbouring points are joined by the correlation of left and right vectors,
+//! `v_r' ((lambda_r + lambda_s) M + C) xi_s / sqrt(a_r a_s)`, which is 1 or 0 for the modes of one point (it is
+//! `left' A right` of the state vectors) and stays near 1 or 0 as long as the points are near each other. An interval
+//! is halved until the correlation is decisive *and* no pair of coupled eigenvalues has approached or left each other
+//! by more than half its distance: a veering, however sharp, is followed and not jumped across.
+//! At an exceptional point of a real parameter two branches meet and no continuation exists; there the interval shrinks
+//! to [`RESOLUTION`], and the nearest eigenvalues are joined.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::path::Path;
+use crate::spectrum::{Mode, Vectors, spectrum};
+
+/// Smallest interval, of the whole range; below it two branches count as meeting. Rounding splits a meeting pair by
+/// the square root of an ulp, so nothing finer could be told from rounding.
+const RESOLUTION: f64 = 1e-13;
+/// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
+const KEPT: f64 = 0.5;
+const OTHERS: f64 = 0.25;
+/// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
+const UNCOUPLED: f64 = 1e-22;
+
+/// The modes at one parameter value, of each conjugate pair the one with positive imaginary part.
+#[derive(Debug, Clone)]
+pub(crate) struct Node {
+    pub value: f64,
+    pub modes: Vec<Mode>,
+    /// `d lambda / d p` of each mode.
+    pub slopes: Vec<Complex64>,
+    /// `M xi` and `C xi` of each mode.
+    mass: Vec<Vec<Complex64>>,
+    damping: Vec<Vec<Complex64>>,
+}
+
+/// An eigenvalue among all 2m: a mode of the node, or its conjugate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Member {
+    pub mode: usize,
+    pub conjugate: bool,
+}
+
+/// Two neighbouring nodes joined: `next[k]` is the member of the second that continues member k of the first.
+#[derive(Debug, Clone)]
+pub(crate) struct Link {
+    pub next: Vec<usize>,
+    /// Whether branches meet in the interval, so that the continuation is a convention.
+    pub meeting: bool,
+}
+
+impl Node {
+    pub fn new(path: &Path, value: f64) -> Result<Self, Error> {
+        let mut modes = spectrum(&path.pencil(value), Vectors::Solved)?;
+        modes.sort_by(|p, q| {
+            let key = |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.re);
+            let (p, q) = (key(p), key(q));
+            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1))
+        });
+        let m = path.size;
+        let expansion = path.expansion(value.into());
+        let product = |matrix: &[Complex64], x: &[Complex64]| -> Vec<Complex64> {
+            matrix.chunks_exact(m.max(1)).map(|row| row.iter().zip(x).map(|(a, z)| a.re * z).sum()).collect()
+        };
+        let [mass, damping, _] = &expansion.matrices;
+        let slopes = modes.iter().map(|mode| slope(mode, &expansion.slopes)).collect();
+        Ok(Self {
+            value,
+            slopes,
+            mass: modes.iter().map(|mode| product(mass, &mode.right)).collect(),
+            damping: modes.iter().map(|mode| product(damping, &mode.right)).collect(),
+            modes,
+        })
+    }
+
+    /// All 2m eigenvalues, conjugates adjacent, positive imaginary part first.
+    pub fn members(&self) -> Vec<Member> {
+        let mut members = Vec::with_capacity(2 * self.modes.len());
+        for (mode, entry) in self.modes.iter().enumerate() {
+            members.push(Member { mode, conjugate: false });
+            if !entry.is_real() {
+                members.push(Member { mode, conjugate: true });
+            }
+        }
+        members
+    }
+
+    pub fn eigenvalue(&self, member: Member) -> Complex64 {
+        let value = self.modes[member.mode].eigenvalue;
+        if member.conjugate { value.conj() } else { value }
+    }
+
+    /// Square of the correlation of mode r here with mode s there.
+    fn correlation(&self, r: usize, other: &Node, s: usize) -> f64 {
+        let (here, there) = (&self.modes[r], &other.modes[s]);
+        let sum = here.eigenvalue + there.eigenvalue;
+        let product: Complex64 = here
+            .left
+            .iter()
+            .zip(other.mass[s].iter().zip(&other.damping[s]))
+            .map(|(v, (m, c))| v * (sum * m + c))
+            .sum();
+        product.norm_sqr() / (here.a.norm() * there.a.norm())
+    }
+
+    /// The decisive continuation of modes, if there is one, and the correlations, row by row.
+    pub fn continued(&self, other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
+        let count = self.modes.len();
+        if count != other.modes.len() {
+            return (None, Vec::new());
+        }
+        let correlations: Vec<f64> =
+            (0..count * count).map(|k| self.correlation(k / count, other, k % count)).collect();
+        let mut next = Vec::with_capacity(count);
+        let mut taken = vec![false; count];
+        for r in 0..count {
+            let row = &correlations[r * count..(r + 1) * count];
+            let best = (0..count).fold(0, |best, s| if row[s] > row[best] { s } else { best });
+            let decisive = row[best] >= KEPT
+                && row[best] <= 1.0 / KEPT
+                && (0..count).all(|s| s == best || row[s] <= OTHERS * row[best])
+                && self.modes[r].is_real() == other.modes[best].is_real();
+            if !decisive || taken[best] {
+                return (None, correlations);
+            }
+            taken[best] = true;
+            next.push(best);
+        }
+        (Some(next), correlations)
+    }
+
+    /// Whether every pair of coupled eigenvalues keeps its distance to within half of it.
+    fn keeps_distances(&self, other: &Node, next: &[usize], correlations: &[f64]) -> bool {
+        let count = next.len();
+        let steady = |before: Complex64, after: Complex64| {
+            (after - before).norm() <= 0.5 * before.norm().min(after.norm())
+        };
+        let value = |node: &Node, mode: usize| node.modes[mode].eigenvalue;
+        (0..count).all(|r| {
+            let (before, after) = (value(self, r), value(other, next[r]));
+            let own_conjugate = self.modes[r].is_real()
+                || steady(before - before.conj(), after - after.conj());
+            own_conjugate
+                && (0..r).all(|s| {
+                    let coupling = correlations[r * count + next[s]].max(correlations[s * count + next[r]]);
+                    coupling < UNCOUPLED
+                        || steady(before - value(self, s), after - value(other, next[s]))
+                })
+        })
+    }
+
+    /// The members of `other` that continue the members here, given the continuation of modes.
+    fn members_of(&self, other: &Node, next: &[usize]) -> Vec<usize> {
+        let mut position = vec![0; other.modes.len()];
+        for (k, member) in other.members().iter().enumerate().filter(|(_, member)| !member.conjugate) {
+            position[member.mode] = k;
+        }
+        self.members().iter().map(|member| position[next[member.mode]] + usize::from(member.conjugate)).collect()
+    }
+
+    /// Nearest eigenvalues joined, the nearest of all first, conjugates alike.
+    fn nearest(&self, other: &Node) -> Vec<usize> {
+        let (here, there) = (self.members(), other.members());
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::with_capacity(here.len() * there.len());
+        for (i, &r) in here.iter().enumerate() {
+            for (j, &s) in there.iter().enumerate() {
+                candidates.push(((self.eigenvalue(r) - other.eigenvalue(s)).norm(), i, j));
+            }
+        }
+        candidates.sort_by(|p, q| p.0.total_cmp(&q.0));
+        let mut next = vec![usize::MAX; here.len()];
+        let mut taken = vec![false; there.len()];
+        let mirror = |node: &Node, members: &[Member], k: usize| {
+            if node.modes[members[k].mode].is_real() {
+                k
+            } else if members[k].conjugate {
+                k - 1
+            } else {
+                k + 1
+            }
+        };
+        for (_, i, j) in candidates {
+            for (i, j) in [(i, j), (mirror(self, &here, i), mirror(other, &there, j))] {
+                if next[i] == usize::MAX && !taken[j] {
+                    next[i] = j;
+                    taken[j] = true;
+                }
+            }
+        }
+        next
+    }
+}
+
+/// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`
+pub(crate) fn slope(mode: &Mode, slopes: &[Vec<Complex64>; 3]) -> Complex64 {
+    let m = mode.right.len();
+    let lambda = mode.eigenvalue;
+    let mut sum = Complex64::default();
+    for i in 0..m {
+        let mut row = Complex64::default();
+        for j in 0..m {
+            let k = i * m + j;
+            row += (lambda * (lambda * slopes[0][k].re + slopes[1][k].re) + slopes[2][k].re) * mode.right[j];
+        }
+        sum += mode.left[i] * row;
+    }
+    -sum / mode.a
+}
+
+/// What an interval must fulfil beyond a safe continuation, else it is halved as well.
+pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync);
+
+/// Nodes in ascending order of the parameter, each joined to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Mesh {
+    pub nodes: Vec<Node>,
+    pub links: Vec<Link>,
+}
+
+impl Mesh {
+    /// Through all `values` (ascending, at least one) and as many points between them as it takes.
+    pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
+        let nodes =
+            values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()?;
+        let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
+        let parts = nodes
+            .par_windows(2)
+            .map(|pair| {
+                let mut part = Mesh::default();
+                part.refine(path, &pair[0], &pair[1], demand, resolution)?;
+                Ok(part)
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        let mut mesh = Mesh::default();
+        let mut nodes = nodes.into_iter();
+        mesh.nodes.extend(nodes.next());
+        for (part, node) in parts.into_iter().zip(nodes) {
+            mesh.nodes.extend(part.nodes);
+            mesh.links.extend(part.links);
+            mesh.nodes.push(node);
+        }
+        Ok(mesh)
+    }
+
+    fn refine(
+        &mut self,
+        path: &Path,
+        from: &Node,
+        to: &Node,
+        demand: Demand<'_>,
+        resolution: f64,
+    ) -> Result<(), Error> {
+        let (continued, correlations) = from.continued(to);
+        if let Some(next) = &continued
+            && from.keeps_distances(to, next, &correlations)
+        {
+            let next = from.members_of(to, next);
+            if demand(from, to, &next) {
+                self.links.push(Link { next, meeting: false });
+                return Ok(());
+            }
+        }
+        let middle = 0.5 * (from.value + to.value);
+        if to.value - from.value > resolution && from.value < middle && middle < to.value {
+            let node = Node::new(path, middle)?;
+            self.refine(path, from, &node, demand, resolution)?;
+            self.nodes.push(node.clone());
+            return self.refine(path, &node, to, demand, resolution);
+        }
+        let link = match continued {
+            // A crossing of modes whose coupling is lost in rounding.
+            Some(next) => Link { next: from.members_of(to, &next), meeting: false },
+            None => Link { next: from.nearest(to), meeting: true },
+        };
+        self.links.push(link);
+        Ok(())
+    }
+
+    /// For every node, the member that carries each branch; branches are the members of the first node.
+    pub fn carriers(&self) -> Vec<Vec<usize>> {
+        let count = self.nodes.first().map_or(0, |node| node.members().len());
+        let mut current: Vec<usize> = (0..count).collect();
+        let mut carriers = vec![current.clone()];
+        for link in &self.links {
+            current = current.iter().map(|&k| link.next[k]).collect();
+            carriers.push(current.clone());
+        }
+        carriers
+    }
+}

@@ -1,0 +1,220 @@
+//! A reduced problem along one parameter p: `P(lambda, p) = lambda^2 M(p) + lambda C(p) + K(p)`.
+//!
+//! Entries are piecewise Chebyshev series in p. Friction enters linearly (design of the left basis), so a path over
+//! friction is one piece of degree one and exact; any other parameter of a model is interpolated to rounding by
+//! whoever samples the model. A series can be evaluated at complex p and differentiated, which is what
+//! sensitivities and exceptional points need.
+
+use num_complex::Complex64;
+
+use crate::compensated::Doubled;
+use crate::error::Error;
+use crate::pencil::{Damping, DoubledRows, Pencil};
+use crate::reduction::Reduced;
+use crate::scene::Scene;
+use crate::status::Combination;
+
+/// Coefficients of `sum_k T_k(t) c_k` for equally long vectors c_k.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Series(pub Vec<Vec<f64>>);
+
+impl Series {
+    fn constant(values: Vec<f64>) -> Self {
+        Self(vec![values])
+    }
+
+    /// Entry `index` at t, carried in doubled precision (Clenshaw).
+    fn doubled(&self, index: usize, t: f64) -> Doubled {
+        if let [constant, slope] = self.0.as_slice() {
+            return Doubled::product(slope[index], t).add(constant[index].into());
+        }
+        let (mut b1, mut b2) = (Doubled::default(), Doubled::default());
+        for (k, coefficient) in self.0.iter().enumerate().rev() {
+            let double = if k == 0 { t } else { 2.0 * t };
+            let b0 = b1.times(double).add(b2.times(-1.0)).add(coefficient[index].into());
+            (b2, b1) = (b1, b0);
+        }
+        b1
+    }
+
+    fn value(&self, t: f64) -> f64 {
+        self.doubled(0, t).value()
+    }
+
+    /// (value, derivative to t) of every entry at a complex t, from `T_k` and `T_k' = k U_{k-1}`.
+    fn expanded(&self, t: Complex64) -> (Vec<Complex64>, Vec<Complex64>) {
+        let length = self.0.first().map_or(0, Vec::len);
+        let mut value = vec![Complex64::default(); length];
+        let mut slope = value.clone();
+        let (mut chebyshev, mut next) = (Complex64::from(1.0), t);
+        let (mut second, mut second_next) = (Complex64::default(), Complex64::from(1.0));
+        for (k, coefficient) in self.0.iter().enumerate() {
+            let derivative = k as f64 * second;
+            for (i, &c) in coefficient.iter().enumerate() {
+                value[i] += chebyshev * c;
+                slope[i] += derivative * c;
+            }
+            (chebyshev, next) = (next, 2.0 * t * next - chebyshev);
+            (second, second_next) = (second_next, 2.0 * t * second_next - second);
+        }
+        (value, slope)
+    }
+}
+
+/// Damping along a path.
+#[derive(Debug, Clone)]
+pub enum PathDamping {
+    /// `C = alpha M + beta K`; series of one entry.
+    Proportional { alpha: Series, beta: Series },
+    General(Series),
+}
+
+/// The problem on `lower <= p <= upper`, in `t = (p - centre) / half_width`.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    pub lower: f64,
+    pub upper: f64,
+    pub centre: f64,
+    pub half_width: f64,
+    /// m by m, row-major.
+    pub mass: Series,
+    pub stiffness: Series,
+    pub damping: PathDamping,
+}
+
+/// One status combination along one parameter.
+#[derive(Debug, Clone)]
+pub struct Path {
+    pub combination: Combination,
+    pub size: usize,
+    pieces: Vec<Piece>,
+}
+
+/// M, C, K and their derivatives to p at one, possibly complex, p.
+#[derive(Debug, Clone)]
+pub(crate) struct Expansion {
+    pub matrices: [Vec<Complex64>; 3],
+    pub slopes: [Vec<Complex64>; 3],
+}
+
+impl Path {
+    /// `pieces` ascending and adjacent.
+    pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Self {
+        Self { combination, size, pieces }
+    }
+
+    /// The friction of `contacts` from `lower` to `upper`, one value for all of them.
+    pub fn friction(
+        scene: &Scene,
+        combination: &Combination,
+        contacts: &[usize],
+        lower: f64,
+        upper: f64,
+    ) -> Result<Self, Error> {
+        let reduced = Reduced::new(scene, combination)?;
+        let m = reduced.size();
+        let mut column = vec![usize::MAX; scene.size];
+        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
+        let series = |matrix: &crate::matrix::SparseMatrix| {
+            let (mut constant, mut slope) = (vec![0.0; m * m], vec![0.0; m * m]);
+            let add = |target: &mut [f64], i: usize, row: usize, factor: f64| {
+                for (k, value) in matrix.row(row).filter(|entry| column[entry.0] != usize::MAX) {
+                    target[i * m + column[k]] += factor * value;
+                }
+            };
+            reduced.kept.iter().enumerate().for_each(|(i, &k)| add(&mut constant, i, k, 1.0));
+            for (contact, &status) in combination.statuses().iter().enumerate() {
+                let law = &scene.contacts[contact];
+                if status.is_sliding() {
+                    let i = reduced.kept.partition_point(|&k| k < law.tangential);
+                    if contacts.contains(&contact) {
+                        add(&mut slope, i, law.normal, -status.friction_sign());
+                    } else {
+                        add(&mut constant, i, law.normal, -status.friction_sign() * law.friction);
+                    }
+                }
+            }
+            Series(vec![constant, slope])
+        };
+        let piece = Piece {
+            lower,
+            upper,
+            centre: 0.0,
+            half_width: 1.0,
+            mass: series(&scene.mass),
+            stiffness: series(&scene.stiffness),
+            damping: match scene.proportional {
+                Some((alpha, beta)) => PathDamping::Proportional {
+                    alpha: Series::constant(vec![alpha]),
+                    beta: Series::constant(vec![beta]),
+                },
+                None => PathDamping::General(series(&scene.damping)),
+            },
+        };
+        Ok(Self::new(combination.clone(), m, vec![piece]))
+    }
+
+    pub fn range(&self) -> (f64, f64) {
+        match (self.pieces.first(), self.pieces.last()) {
+            (Some(first), Some(last)) => (first.lower, last.upper),
+            _ => (f64::NAN, f64::NAN),
+        }
+    }
+
+    fn piece(&self, p: f64) -> &Piece {
+        let index = self.pieces.partition_point(|piece| piece.upper < p);
+        &self.pieces[index.min(self.pieces.len() - 1)]
+    }
+
+    /// The problem at a real p.
+    pub(crate) fn pencil(&self, p: f64) -> Pencil {
+        let piece = self.piece(p);
+        let m = self.size;
+        let t = (p - piece.centre) / piece.half_width;
+        let rows =
+            |series: &Series| DoubledRows::new(m, |i, j| series.doubled(i * m + j, t));
+        Pencil {
+            combination: self.combination.clone(),
+            size: m,
+            mass: rows(&piece.mass),
+            stiffness: rows(&piece.stiffness),
+            damping: match &piece.damping {
+                PathDamping::Proportional { alpha, beta } => {
+                    Damping::Proportional { alpha: alpha.value(t), beta: beta.value(t) }
+                }
+                PathDamping::General(series) => Damping::General(rows(series)),
+            },
+        }
+    }
+
+    /// The problem and its derivative at a complex p.
+    pub(crate) fn expansion(&self, p: Complex64) -> Expansion {
+        let piece = self.piece(p.re);
+        let t = (p - piece.centre) / piece.half_width;
+        let scaled = |series: &Series| {
+            let (value, mut slope) = series.expanded(t);
+            slope.iter_mut().for_each(|z| *z /= piece.half_width);
+            (value, slope)
+        };
+        let (mass, mass_slope) = scaled(&piece.mass);
+        let (stiffness, stiffness_slope) = scaled(&piece.stiffness);
+        let (damping, damping_slope) = match &piece.damping {
+            PathDamping::General(series) => scaled(series),
+            PathDamping::Proportional { alpha, beta } => {
+                let ((alpha, alpha_slope), (beta, beta_slope)) = (scaled(alpha), scaled(beta));
+                let combined = |a: Complex64, b: Complex64, m: &[Complex64], k: &[Complex64]| {
+                    m.iter().zip(k).map(|(m, k)| a * m + b * k).collect::<Vec<_>>()
+                };
+                let value = combined(alpha[0], beta[0], &mass, &stiffness);
+                let mut slope = combined(alpha[0], beta[0], &mass_slope, &stiffness_slope);
+                let moved = combined(alpha_slope[0], beta_slope[0], &mass, &stiffness);
+                slope.iter_mut().zip(moved).for_each(|(z, more)| *z += more);
+                (value, slope)
+            }
+        };
+        Expansion {
+            matrices: [mass, damping, stiffness],
+            slopes: [mass_slope, damping_slope, stiffness_slope],
+        }
+    }
+}

@@ -1,0 +1,198 @@
+//! The stability verdict alone: the largest real part of all eigenvalues, without vectors.
+//!
+//! With `C = alpha M + beta K` the eigenvalues kappa of the mass-normalised stiffness suffice:
+//! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::eigen;
+use crate::error::Error;
+use crate::models::{DOFS, Link, Subsystem, springs};
+use crate::path::Path;
+use crate::pencil::{Damping, Pencil};
+use crate::reduction::Reduced;
+use crate::scene::Scene;
+use crate::spectrum::MassFactor;
+use crate::status::Combination;
+
+/// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Growth {
+    pub eigenvalue: Complex64,
+    /// How many eigenvalues have a positive real part, conjugates counted.
+    pub unstable: usize,
+}
+
+/// The members of a sampled family of chains: slices hold one row per sample.
+#[derive(Debug, Clone, Copy)]
+pub struct ChainSamples<'a> {
+    pub subsystems: usize,
+    /// `samples * subsystems` each.
+    pub upper_mass: &'a [f64],
+    pub contact_mass: &'a [f64],
+    pub inclination: &'a [f64],
+    pub vertical_stiffness: &'a [f64],
+    pub horizontal_stiffness: &'a [f64],
+    pub ceiling_stiffness: &'a [f64],
+    pub friction: &'a [f64],
+    /// `samples * (subsystems - 1)` each.
+    pub link_horizontal: &'a [f64],
+    pub link_vertical: &'a [f64],
+    /// `samples` each.
+    pub wall_stiffness: &'a [f64],
+    /// beta of `C = beta K`.
+    pub damping: &'a [f64],
+}
+
+/// Arrays that one sample after the other reuses.
+#[derive(Debug, Default)]
+struct Workspace {
+    full: Vec<f64>,
+    reduced: Vec<f64>,
+    values: Vec<Complex64>,
+    subsystems: Vec<Subsystem>,
+    links: Vec<Link>,
+}
+
+impl ChainSamples<'_> {
+    /// The verdict on steady positive sliding of every sample, on all threads of the pool in use.
+    pub fn growth(&self) -> Vec<Growth> {
+        // A few microseconds per sample: a hundred of them outweigh handing the work over.
+        (0..self.wall_stiffness.len())
+            .into_par_iter()
+            .with_min_len(128)
+            .map_init(Workspace::default, |workspace, sample| self.sample(sample, workspace))
+            .collect()
+    }
+
+    fn sample(&self, sample: usize, workspace: &mut Workspace) -> Growth {
+        let count = self.subsystems;
+        let (size, m) = (DOFS * count, (DOFS - 1) * count);
+        let at = |values: &[f64], i: usize| values[sample * count + i];
+        workspace.subsystems.clear();
+        workspace.subsystems.extend((0..count).map(|i| Subsystem {
+            upper_mass: at(self.upper_mass, i),
+            contact_mass: at(self.contact_mass, i),
+            inclination: at(self.inclination, i),
+            vertical_stiffness: at(self.vertical_stiffness, i),
+            horizontal_stiffness: at(self.horizontal_stiffness, i),
+            ceiling_stiffness: at(self.ceiling_stiffness, i),
+            preload_displacement: 0.0,
+            external_force: 0.0,
+        }));
+        workspace.links.clear();
+        workspace.links.extend((0..count - 1).map(|i| Link {
+            horizontal_stiffness: self.link_horizontal[sample * (count - 1) + i],
+            vertical_stiffness: self.link_vertical[sample * (count - 1) + i],
+        }));
+        let full = &mut workspace.full;
+        full.clear();
+        full.resize(size * size, 0.0);
+        springs(&workspace.subsystems, &workspace.links, self.wall_stiffness[sample], |k, weights| {
+            for &(i, a) in weights {
+                for &(j, b) in weights {
+                    full[i * size + j] += k * (a * b);
+                }
+            }
+        });
+        let reduced = &mut workspace.reduced;
+        reduced.clear();
+        for i in 0..m {
+            let (part, role) = (i / 3, i % 3);
+            let row = &full[(DOFS * part + role) * size..][..size];
+            let normal = &full[(DOFS * part + 3) * size..][..size];
+            let friction = if role == 2 { at(self.friction, part) } else { 0.0 };
+            let mass = |i: usize| {
+                at(if i % 3 == 2 { self.contact_mass } else { self.upper_mass }, i / 3)
+            };
+            // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
+            let inverse_mass = 1.0 / mass(i);
+            reduced.extend((0..m).map(|j| {
+                let column = DOFS * (j / 3) + j % 3;
+                (row[column] - friction * normal[column]) * inverse_mass
+            }));
+        }
+        workspace.values.resize(m, Complex64::default());
+        kappas(m, reduced, &mut workspace.values);
+        proportional_growth(&workspace.values, 0.0, self.damping[sample])
+    }
+}
+
+/// Eigenvalues of `matrix`, which is overwritten; NaN where the iteration failed.
+fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
+    if m <= eigen::SMALL {
+        if eigen::small_values(m, matrix, values).is_none() {
+            values.fill(f64::NAN.into());
+        }
+    } else {
+        values.copy_from_slice(&eigen::values(m, matrix));
+    }
+}
+
+fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
+    let mut growth =
+        Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
+    for &kappa in kappas {
+        let half = 0.5 * (beta * kappa + alpha);
+        let root = if kappa.im == 0.0 {
+            let discriminant = half.re * half.re - kappa.re;
+            let size = discriminant.abs().sqrt();
+            if discriminant < 0.0 { Complex64::new(0.0, size) } else { size.into() }
+        } else {
+            (half * half - kappa).sqrt()
+        };
+        for lambda in [root - half, -root - half] {
+            growth.unstable += usize::from(lambda.re > 0.0);
+            // Not so for NaN, which has to stay.
+            if !(lambda.re <= growth.eigenvalue.re) {
+                growth.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
+            }
+        }
+    }
+    growth
+}
+
+fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
+    let m = pencil.size;
+    let factor = MassFactor::new(pencil)?;
+    let mut stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
+    let growth = match &pencil.damping {
+        &Damping::Proportional { alpha, beta } => {
+            let mut values = vec![Complex64::default(); m];
+            kappas(m, &mut stiffness, &mut values);
+            proportional_growth(&values, alpha, beta)
+        }
+        Damping::General(rows) => {
+            let damping = factor.normalised(m, &rows.to_dense());
+            let mut growth =
+                Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
+            for lambda in eigen::values(2 * m, &crate::spectrum::state_matrix(m, &stiffness, &damping)) {
+                growth.unstable += usize::from(lambda.re > 0.0);
+                if !(lambda.re <= growth.eigenvalue.re) {
+                    growth.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
+                }
+            }
+            growth
+        }
+    };
+    if growth.eigenvalue.re.is_nan() {
+        return Err(Error::Eigenvalues { combination: pencil.combination.clone(), residual: f64::NAN });
+    }
+    Ok(growth)
+}
+
+impl Growth {
+    /// The verdict on one combination of each scene.
+    pub fn of_scenes(scenes: &[&Scene], combination: &Combination) -> Result<Vec<Growth>, Error> {
+        scenes
+            .par_iter()
+            .map(|scene| pencil_growth(&Pencil::new(scene, &Reduced::new(scene, combination)?)))
+            .collect()
+    }
+
+    /// The verdict at parameter values of a path.
+    pub fn along(path: &Path, values: &[f64]) -> Result<Vec<Growth>, Error> {
+        values.par_iter().map(|&value| pencil_growth(&path.pencil(value))).collect()
+    }
+}
