@@ -12,7 +12,9 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::error::Error;
+use crate::modes::normalised;
 use crate::path::Path;
+use crate::pencil::{Damping, DoubledRows};
 use crate::spectrum::{Mode, Vectors, spectrum};
 
 /// Smallest interval, of the whole range; below it two branches count as meeting. Rounding splits a meeting pair by
@@ -24,13 +26,16 @@ const OTHERS: f64 = 0.25;
 /// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
 const UNCOUPLED: f64 = 1e-22;
 
-/// The modes at one parameter value, of each conjugate pair the one with positive imaginary part.
+/// The modes at one parameter value, of each conjugate pair the one with positive imaginary part. Vectors are scaled to
+/// a largest entry of 1: a correlation of two modes depends on how each is shared between its right and left vector.
 #[derive(Debug, Clone)]
 pub(crate) struct Node {
     pub value: f64,
     pub modes: Vec<Mode>,
     /// `d lambda / d p` of each mode.
     pub slopes: Vec<Complex64>,
+    /// `|a|` of each mode.
+    sizes: Vec<f64>,
     /// `M xi` and `C xi` of each mode.
     mass: Vec<Vec<Complex64>>,
     damping: Vec<Vec<Complex64>>,
@@ -53,24 +58,35 @@ pub(crate) struct Link {
 
 impl Node {
     pub fn new(path: &Path, value: f64) -> Result<Self, Error> {
-        let mut modes = spectrum(&path.pencil(value), Vectors::Solved)?;
+        let pencil = path.pencil(value);
+        let mut modes = spectrum(&pencil, Vectors::Solved)?;
         modes.sort_by(|p, q| {
             let key = |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.re);
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1))
         });
-        let m = path.size;
-        let expansion = path.expansion(value.into());
-        let product = |matrix: &[Complex64], x: &[Complex64]| -> Vec<Complex64> {
-            matrix.chunks_exact(m.max(1)).map(|row| row.iter().zip(x).map(|(a, z)| a.re * z).sum()).collect()
+        modes = modes.into_iter().map(normalised).collect();
+        let products = |rows: &DoubledRows| -> Vec<Vec<Complex64>> {
+            modes.iter().map(|mode| rows.rounded_product(&mode.right)).collect()
         };
-        let [mass, damping, _] = &expansion.matrices;
-        let slopes = modes.iter().map(|mode| slope(mode, &expansion.slopes)).collect();
+        let mass = products(&pencil.mass);
+        let damping = match &pencil.damping {
+            Damping::General(rows) => products(rows),
+            Damping::Proportional { alpha, beta } => {
+                let mut stiffness = products(&pencil.stiffness);
+                for (k, m) in stiffness.iter_mut().flatten().zip(mass.iter().flatten()) {
+                    *k = alpha * m + beta * *k;
+                }
+                stiffness
+            }
+        };
+        let derivative = path.derivative(value);
         Ok(Self {
             value,
-            slopes,
-            mass: modes.iter().map(|mode| product(mass, &mode.right)).collect(),
-            damping: modes.iter().map(|mode| product(damping, &mode.right)).collect(),
+            slopes: modes.iter().map(|mode| slope(mode, &derivative)).collect(),
+            sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
+            mass,
+            damping,
             modes,
         })
     }
@@ -102,7 +118,7 @@ impl Node {
             .zip(other.mass[s].iter().zip(&other.damping[s]))
             .map(|(v, (m, c))| v * (sum * m + c))
             .sum();
-        product.norm_sqr() / (here.a.norm() * there.a.norm())
+        product.norm_sqr() / (self.sizes[r] * other.sizes[s])
     }
 
     /// The decisive continuation of modes, if there is one, and the correlations, row by row.
@@ -135,16 +151,17 @@ impl Node {
     fn keeps_distances(&self, other: &Node, next: &[usize], correlations: &[f64]) -> bool {
         let count = next.len();
         let steady = |before: Complex64, after: Complex64| {
-            (after - before).norm() <= 0.5 * before.norm().min(after.norm())
+            (after - before).norm_sqr() <= 0.25 * before.norm_sqr().min(after.norm_sqr())
         };
         let value = |node: &Node, mode: usize| node.modes[mode].eigenvalue;
         (0..count).all(|r| {
             let (before, after) = (value(self, r), value(other, next[r]));
-            let own_conjugate = self.modes[r].is_real()
-                || steady(before - before.conj(), after - after.conj());
+            let own_conjugate =
+                self.modes[r].is_real() || steady(before - before.conj(), after - after.conj());
             own_conjugate
                 && (0..r).all(|s| {
-                    let coupling = correlations[r * count + next[s]].max(correlations[s * count + next[r]]);
+                    let coupling =
+                        correlations[r * count + next[s]].max(correlations[s * count + next[r]]);
                     coupling < UNCOUPLED
                         || steady(before - value(self, s), after - value(other, next[s]))
                 })
@@ -154,10 +171,15 @@ impl Node {
     /// The members of `other` that continue the members here, given the continuation of modes.
     fn members_of(&self, other: &Node, next: &[usize]) -> Vec<usize> {
         let mut position = vec![0; other.modes.len()];
-        for (k, member) in other.members().iter().enumerate().filter(|(_, member)| !member.conjugate) {
+        for (k, member) in
+            other.members().iter().enumerate().filter(|(_, member)| !member.conjugate)
+        {
             position[member.mode] = k;
         }
-        self.members().iter().map(|member| position[next[member.mode]] + usize::from(member.conjugate)).collect()
+        self.members()
+            .iter()
+            .map(|member| position[next[member.mode]] + usize::from(member.conjugate))
+            .collect()
     }
 
     /// Nearest eigenvalues joined, the nearest of all first, conjugates alike.
@@ -194,15 +216,19 @@ impl Node {
 }
 
 /// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`
-pub(crate) fn slope(mode: &Mode, slopes: &[Vec<Complex64>; 3]) -> Complex64 {
+fn slope(mode: &Mode, [mass, damping, stiffness]: &[Vec<f64>; 3]) -> Complex64 {
     let m = mode.right.len();
     let lambda = mode.eigenvalue;
+    let square = lambda * lambda;
     let mut sum = Complex64::default();
     for i in 0..m {
         let mut row = Complex64::default();
         for j in 0..m {
             let k = i * m + j;
-            row += (lambda * (lambda * slopes[0][k].re + slopes[1][k].re) + slopes[2][k].re) * mode.right[j];
+            // Most parameters move few entries.
+            if mass[k] != 0.0 || damping[k] != 0.0 || stiffness[k] != 0.0 {
+                row += (square * mass[k] + lambda * damping[k] + stiffness[k]) * mode.right[j];
+            }
         }
         sum += mode.left[i] * row;
     }
@@ -222,8 +248,10 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// Through all `values` (ascending, at least one) and as many points between them as it takes.
     pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
-        let nodes =
-            values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()?;
+        let nodes = values
+            .par_iter()
+            .map(|&value| Node::new(path, value))
+            .collect::<Result<Vec<_>, _>>()?;
         let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
         let parts = nodes
             .par_windows(2)

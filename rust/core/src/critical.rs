@@ -173,10 +173,12 @@ impl Search<'_> {
     /// The node at p with, for each mode of `from`, the mode that continues it.
     fn followed(&self, from: &Node, p: f64) -> Result<(Node, Vec<usize>), Error> {
         let node = Node::new(self.path, p)?;
-        let predicted = |mode: usize| from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
+        let predicted =
+            |mode: usize| from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
         let nearest = |mode: usize| {
             let distance = |k: usize| (node.modes[k].eigenvalue - predicted(mode)).norm();
-            (0..node.modes.len()).fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
+            (0..node.modes.len())
+                .fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
         };
         let next = match from.continued(&node).0 {
             Some(next) => next,
@@ -199,7 +201,11 @@ impl Search<'_> {
         loop {
             let (node, next) = self.followed(from, p)?;
             let (value, slope) = f(&node, &next);
-            if value * sign > 0.0 { low = p } else { high = p }
+            if value * sign > 0.0 {
+                low = p
+            } else {
+                high = p
+            }
             let step = -value / slope;
             let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * self.span);
             if value == 0.0 || step.abs() <= resolution || high - low <= resolution {
@@ -243,7 +249,11 @@ impl Search<'_> {
                         (node.modes[next[mode]].eigenvalue.re, node.slopes[next[mode]].re)
                     })?;
                     let eigenvalue = root.modes[next[mode]].eigenvalue;
-                    let kind = if eigenvalue.im == 0.0 { CriticalKind::Divergence } else { CriticalKind::Hopf };
+                    let kind = if eigenvalue.im == 0.0 {
+                        CriticalKind::Divergence
+                    } else {
+                        CriticalKind::Hopf
+                    };
                     if kind == CriticalKind::Hopf {
                         points.push(CriticalPoint {
                             kind,
@@ -300,9 +310,16 @@ impl Search<'_> {
     }
 
     /// The root of det K_s between two nodes, by Newton's method for its implicit determinant.
-    fn singular_stiffness(&self, from: &Node, to: &Node, sign: f64, sign_at: &dyn Fn(f64) -> f64) -> f64 {
+    fn singular_stiffness(
+        &self,
+        from: &Node,
+        to: &Node,
+        sign: f64,
+        sign_at: &dyn Fn(f64) -> f64,
+    ) -> f64 {
         let (mut low, mut high) = (from.value, to.value);
-        let slowest = from.modes.iter().min_by(|a, b| a.eigenvalue.norm().total_cmp(&b.eigenvalue.norm()));
+        let slowest =
+            from.modes.iter().min_by(|a, b| a.eigenvalue.norm().total_cmp(&b.eigenvalue.norm()));
         let mut p = 0.5 * (low + high);
         while high - low > 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * self.span) {
             match sign_at(p) {
@@ -312,7 +329,12 @@ impl Search<'_> {
             }
             let newton = slowest.map_or(f64::NAN, |mode| {
                 let expansion = self.path.expansion(p.into());
-                let d = ImplicitDeterminant::new(&expansion, Complex64::default(), &mode.right, &mode.left);
+                let d = ImplicitDeterminant::new(
+                    &expansion,
+                    Complex64::default(),
+                    &mode.right,
+                    &mode.left,
+                );
                 p - (d.g / d.by_parameter).re
             });
             let bisected = 0.5 * (low + high);
@@ -327,7 +349,11 @@ impl Search<'_> {
 
     /// Exceptional points of two modes, and of a mode with its conjugate (critical damping), from every interval in
     /// which the linear course of the squared difference, `(lambda_r - lambda_s)^2`, has its root.
-    fn exceptional_points(&self, imaginary: f64, divergences: &[CriticalPoint]) -> Vec<CriticalPoint> {
+    fn exceptional_points(
+        &self,
+        imaginary: f64,
+        divergences: &[CriticalPoint],
+    ) -> Vec<CriticalPoint> {
         let (lower, upper) = self.path.range();
         let nodes = &self.mesh.nodes;
         let mut found: Vec<ExceptionalPoint> = Vec::new();
@@ -345,7 +371,8 @@ impl Search<'_> {
                     };
                     let difference = mode.eigenvalue - other;
                     let shift = -difference / (2.0 * (node.slopes[r] - other_slope));
-                    let inside = shift.re.abs() <= width && shift.im.abs() <= 2.0 * imaginary.max(width);
+                    let inside =
+                        shift.re.abs() <= width && shift.im.abs() <= 2.0 * imaginary.max(width);
                     if !inside || difference == Complex64::default() {
                         continue;
                     }
@@ -355,7 +382,9 @@ impl Search<'_> {
                             * (mode.eigenvalue + other + (node.slopes[r] + other_slope) * shift),
                     };
                     let reach = 4.0 * (shift.norm() + width);
-                    if let Some(point) = exceptional_point(self.path, start, &mode.right, &mode.left, reach) {
+                    if let Some(point) =
+                        exceptional_point(self.path, start, &mode.right, &mode.left, reach)
+                    {
                         self.admit(point, &mut found, imaginary, lower, upper);
                     }
                 }
@@ -405,9 +434,12 @@ impl Search<'_> {
 
     /// With damping in proportion to stiffness a pair that becomes static coalesces at zero: one event, not two.
     fn is_divergence(&self, point: &ExceptionalPoint, divergences: &[CriticalPoint]) -> bool {
-        let largest = self.mesh.nodes[0].modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
+        let largest =
+            self.mesh.nodes[0].modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
         point.eigenvalue.norm() <= 1e-6 * largest
-            && divergences.iter().any(|other| (other.value - point.parameter.re).abs() <= 1e-8 * self.span)
+            && divergences
+                .iter()
+                .any(|other| (other.value - point.parameter.re).abs() <= 1e-8 * self.span)
     }
 
     /// Where the largest real part passes to another branch; at a lock-in it does so trivially.
@@ -420,7 +452,8 @@ impl Search<'_> {
         }
         points.retain(|point| {
             lock_ins.iter().all(|other| {
-                other.complex_value.im != 0.0 || (other.value - point.value).abs() > 1e-6 * self.span
+                other.complex_value.im != 0.0
+                    || (other.value - point.value).abs() > 1e-6 * self.span
             })
         });
         Ok(points)

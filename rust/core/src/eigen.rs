@@ -373,7 +373,8 @@ pub(crate) fn determinant_sign(n: usize, matrix: &[f64]) -> f64 {
     }
     let mut sign = 1.0;
     for k in 0..n {
-        let pivot = (k..n).fold(k, |best, i| if rows[i][k].abs() > rows[best][k].abs() { i } else { best });
+        let pivot =
+            (k..n).fold(k, |best, i| if rows[i][k].abs() > rows[best][k].abs() { i } else { best });
         let size = rows[pivot][k].abs();
         // NaN, from a row of zeros, is lost as well.
         if !(size > f64::EPSILON * n as f64) {

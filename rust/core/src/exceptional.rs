@@ -31,14 +31,20 @@ pub(crate) struct ImplicitDeterminant {
 
 impl ImplicitDeterminant {
     /// `right` and `left` near the null vectors, `v' P ~ 0`.
-    pub fn new(expansion: &Expansion, lambda: Complex64, right: &[Complex64], left: &[Complex64]) -> Self {
+    pub fn new(
+        expansion: &Expansion,
+        lambda: Complex64,
+        right: &[Complex64],
+        left: &[Complex64],
+    ) -> Self {
         let m = right.len();
         let [mass, damping, stiffness] = &expansion.matrices;
         let [mass_slope, damping_slope, stiffness_slope] = &expansion.slopes;
         let at = |f: &dyn Fn(usize) -> Complex64| (0..m * m).map(f).collect::<Vec<_>>();
         let p = at(&|k| lambda * (lambda * mass[k] + damping[k]) + stiffness[k]);
         let p_lambda = at(&|k| 2.0 * lambda * mass[k] + damping[k]);
-        let p_parameter = at(&|k| lambda * (lambda * mass_slope[k] + damping_slope[k]) + stiffness_slope[k]);
+        let p_parameter =
+            at(&|k| lambda * (lambda * mass_slope[k] + damping_slope[k]) + stiffness_slope[k]);
         let p_both = at(&|k| 2.0 * lambda * mass_slope[k] + damping_slope[k]);
         let size = p.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
         let length = |v: &[Complex64]| v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
@@ -66,7 +72,11 @@ impl ImplicitDeterminant {
         let x_parameter = solve(&|i| -row(&p_parameter, i, &x), 0.0);
         let x_twice = solve(&|i| -2.0 * (row(&p_lambda, i, &x_lambda) + row(mass, i, &x)), 0.0);
         let x_both = solve(
-            &|i| -row(&p_both, i, &x) - row(&p_lambda, i, &x_parameter) - row(&p_parameter, i, &x_lambda),
+            &|i| {
+                -row(&p_both, i, &x)
+                    - row(&p_lambda, i, &x_parameter)
+                    - row(&p_parameter, i, &x_lambda)
+            },
             0.0,
         );
         Self {

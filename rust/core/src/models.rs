@@ -47,14 +47,8 @@ pub(crate) fn springs(
             spring(wall_stiffness, &[(horizontal, 1.0)]);
         }
         spring(part.ceiling_stiffness, &[(vertical, 1.0)]);
-        spring(
-            part.vertical_stiffness,
-            &[(vertical, 1.0), (tangential, -sin), (normal, -cos)],
-        );
-        spring(
-            part.horizontal_stiffness,
-            &[(horizontal, 1.0), (tangential, -cos), (normal, sin)],
-        );
+        spring(part.vertical_stiffness, &[(vertical, 1.0), (tangential, -sin), (normal, -cos)]);
+        spring(part.horizontal_stiffness, &[(horizontal, 1.0), (tangential, -cos), (normal, sin)]);
         if let Some(link) = links.get(index)
             && index + 1 < subsystems.len()
         {
@@ -85,7 +79,8 @@ pub fn chain(
     let mut mass = Vec::with_capacity(size);
     let mut force = vec![0.0; size];
     for (index, part) in subsystems.iter().enumerate() {
-        force[DOFS * index + 1] = -part.ceiling_stiffness * part.preload_displacement - part.external_force;
+        force[DOFS * index + 1] =
+            -part.ceiling_stiffness * part.preload_displacement - part.external_force;
         mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
     }
     let mut row_start = vec![0];

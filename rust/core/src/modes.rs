@@ -131,7 +131,7 @@ impl Modes {
 }
 
 /// Scales both vectors so that their largest entries are 1; `a` follows.
-fn normalised(mut mode: Mode) -> Mode {
+pub(crate) fn normalised(mut mode: Mode) -> Mode {
     let largest = |vector: &[Complex64]| {
         vector
             .iter()

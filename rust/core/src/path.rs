@@ -25,7 +25,13 @@ impl Series {
 
     /// Entry `index` at t, carried in doubled precision (Clenshaw).
     fn doubled(&self, index: usize, t: f64) -> Doubled {
+        if let [constant] = self.0.as_slice() {
+            return constant[index].into();
+        }
         if let [constant, slope] = self.0.as_slice() {
+            if slope[index] == 0.0 {
+                return constant[index].into();
+            }
             return Doubled::product(slope[index], t).add(constant[index].into());
         }
         let (mut b1, mut b2) = (Doubled::default(), Doubled::default());
@@ -65,7 +71,10 @@ impl Series {
 #[derive(Debug, Clone)]
 pub enum PathDamping {
     /// `C = alpha M + beta K`; series of one entry.
-    Proportional { alpha: Series, beta: Series },
+    Proportional {
+        alpha: Series,
+        beta: Series,
+    },
     General(Series),
 }
 
@@ -98,9 +107,37 @@ pub(crate) struct Expansion {
 }
 
 impl Path {
-    /// `pieces` ascending and adjacent.
-    pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Self {
-        Self { combination, size, pieces }
+    /// From `pieces`, ascending and adjacent, at least one.
+    pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Result<Self, Error> {
+        let adjacent = pieces.windows(2).all(|pair| pair[0].upper == pair[1].lower);
+        let complete = |series: &Series, length: usize| {
+            !series.0.is_empty() && series.0.iter().all(|coefficient| coefficient.len() == length)
+        };
+        let consistent = pieces.iter().all(|piece| {
+            piece.half_width > 0.0
+                && complete(&piece.mass, size * size)
+                && complete(&piece.stiffness, size * size)
+                && match &piece.damping {
+                    PathDamping::Proportional { alpha, beta } => {
+                        complete(alpha, 1) && complete(beta, 1)
+                    }
+                    PathDamping::General(series) => complete(series, size * size),
+                }
+        });
+        if pieces.is_empty() || !adjacent || !consistent {
+            return Err(Error::Shape {
+                argument: "pieces".into(),
+                expected: format!("adjacent intervals with series of ({size}, {size}) matrices"),
+                got: format!("{} pieces", pieces.len()),
+            });
+        }
+        Ok(Self { combination, size, pieces })
+    }
+
+    /// (M, C, K, M', C', K') at a real p, row-major.
+    pub fn matrices(&self, p: f64) -> [Vec<f64>; 6] {
+        let Expansion { matrices: [m, c, k], slopes: [dm, dc, dk] } = self.expansion(p.into());
+        [m, c, k, dm, dc, dk].map(|entries| entries.into_iter().map(|z| z.re).collect())
     }
 
     /// The friction of `contacts` from `lower` to `upper`, one value for all of them.
@@ -151,7 +188,7 @@ impl Path {
                 None => PathDamping::General(series(&scene.damping)),
             },
         };
-        Ok(Self::new(combination.clone(), m, vec![piece]))
+        Ok(Self { combination: combination.clone(), size: m, pieces: vec![piece] })
     }
 
     pub fn range(&self) -> (f64, f64) {
@@ -171,8 +208,7 @@ impl Path {
         let piece = self.piece(p);
         let m = self.size;
         let t = (p - piece.centre) / piece.half_width;
-        let rows =
-            |series: &Series| DoubledRows::new(m, |i, j| series.doubled(i * m + j, t));
+        let rows = |series: &Series| DoubledRows::new(m, |i, j| series.doubled(i * m + j, t));
         Pencil {
             combination: self.combination.clone(),
             size: m,
@@ -185,6 +221,27 @@ impl Path {
                 PathDamping::General(series) => Damping::General(rows(series)),
             },
         }
+    }
+
+    /// (M', C', K') at a real p.
+    pub(crate) fn derivative(&self, p: f64) -> [Vec<f64>; 3] {
+        let piece = self.piece(p);
+        let constant = |series: &Series| series.0.len() == 1;
+        if let PathDamping::Proportional { alpha, beta } = &piece.damping
+            && let ([_, mass], [_, stiffness]) = (&*piece.mass.0, &*piece.stiffness.0)
+            && constant(alpha)
+            && constant(beta)
+        {
+            // Of friction, and of any other parameter that enters linearly.
+            let scaled =
+                |slope: &[f64]| slope.iter().map(|c| c / piece.half_width).collect::<Vec<_>>();
+            let (mass, stiffness) = (scaled(mass), scaled(stiffness));
+            let (alpha, beta) = (alpha.0[0][0], beta.0[0][0]);
+            let damping = mass.iter().zip(&stiffness).map(|(m, k)| alpha * m + beta * k).collect();
+            return [mass, damping, stiffness];
+        }
+        let Expansion { slopes, .. } = self.expansion(p.into());
+        slopes.map(|entries| entries.into_iter().map(|z| z.re).collect())
     }
 
     /// The problem and its derivative at a complex p.

@@ -86,6 +86,13 @@ impl DoubledRows {
             .collect()
     }
 
+    /// The matrix times a vector, in working precision.
+    pub fn rounded_product(&self, vector: &[Complex64]) -> Vec<Complex64> {
+        (0..self.size())
+            .map(|i| self.row(i).map(|(j, value)| value.high * vector[j]).sum())
+            .collect()
+    }
+
     /// `vector' matrix`, in doubled precision.
     pub fn left_product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
         let mut product = vec![DoubledComplex::default(); self.size()];

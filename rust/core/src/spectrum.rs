@@ -224,9 +224,12 @@ impl Problem<'_> {
     fn proportional_modes(&self, half: &HalfMode, alpha: f64, beta: f64) -> Vec<Mode> {
         let HalfMode { kappa, condition, right, left } = half;
         let (kappa, condition) = (*kappa, *condition);
-        let mass = self.pencil.mass.product(right);
-        let stiffness = self.pencil.stiffness.product(right);
-        let modal_mass = project(left, mass.iter().map(|row| row.value()));
+        let rounded = |product: Vec<DoubledComplex>| -> Vec<Complex64> {
+            product.into_iter().map(DoubledComplex::value).collect()
+        };
+        let mass = rounded(self.pencil.mass.product(right));
+        let stiffness = rounded(self.pencil.stiffness.product(right));
+        let modal_mass = project(left, mass.iter().copied());
         let d = Complex64::from(alpha) + beta * kappa;
         roots_of_mode(kappa, d)
             .into_iter()
@@ -235,13 +238,9 @@ impl Problem<'_> {
                 // State-space condition of the two-by-two block, right vector (omega, lambda), left (-other, omega).
                 let splitting = (omega.hypot(lambda.norm()) * omega.hypot(other.norm()))
                     / (omega * (lambda - other).norm());
-                let rows = mass.iter().zip(&stiffness).map(|(m, k)| {
-                    m.times(lambda)
-                        .add(m.times(alpha.into()))
-                        .add(k.times(beta.into()))
-                        .times(lambda)
-                        .add(*k)
-                });
+                // The products are exact to rounding; what cancels between them now is the residual itself.
+                let (by_mass, by_stiffness) = (lambda * (lambda + alpha), 1.0 + beta * lambda);
+                let rows = mass.iter().zip(&stiffness).map(|(m, k)| by_mass * m + by_stiffness * k);
                 let residual = self.relative_residual(lambda, right, rows);
                 let conjugated = lambda.im < 0.0;
                 let orient = |z: Complex64| if conjugated { z.conj() } else { z };
@@ -297,7 +296,11 @@ impl Problem<'_> {
             eigenvalue,
             a: slope(eigenvalue),
             condition: if condition.is_nan() { f64::INFINITY } else { condition },
-            residual: self.relative_residual(eigenvalue, &right, rows(eigenvalue)),
+            residual: self.relative_residual(
+                eigenvalue,
+                &right,
+                rows(eigenvalue).map(DoubledComplex::value),
+            ),
             right,
             left,
         }
@@ -308,12 +311,12 @@ impl Problem<'_> {
         &self,
         lambda: Complex64,
         right: &[Complex64],
-        rows: impl Iterator<Item = DoubledComplex>,
+        rows: impl Iterator<Item = Complex64>,
     ) -> f64 {
         let size = lambda.norm();
         let [mass, damping, stiffness] = self.norms;
         let scale = (size * size * mass + size * damping + stiffness) * norm(right);
-        match rows.map(|row| row.value().norm_sqr()).sum::<f64>().sqrt() {
+        match rows.map(|row| row.norm_sqr()).sum::<f64>().sqrt() {
             0.0 => 0.0,
             residual => residual / scale,
         }

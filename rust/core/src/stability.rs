@@ -89,13 +89,18 @@ impl ChainSamples<'_> {
         let full = &mut workspace.full;
         full.clear();
         full.resize(size * size, 0.0);
-        springs(&workspace.subsystems, &workspace.links, self.wall_stiffness[sample], |k, weights| {
-            for &(i, a) in weights {
-                for &(j, b) in weights {
-                    full[i * size + j] += k * (a * b);
+        springs(
+            &workspace.subsystems,
+            &workspace.links,
+            self.wall_stiffness[sample],
+            |k, weights| {
+                for &(i, a) in weights {
+                    for &(j, b) in weights {
+                        full[i * size + j] += k * (a * b);
+                    }
                 }
-            }
-        });
+            },
+        );
         let reduced = &mut workspace.reduced;
         reduced.clear();
         for i in 0..m {
@@ -103,9 +108,8 @@ impl ChainSamples<'_> {
             let row = &full[(DOFS * part + role) * size..][..size];
             let normal = &full[(DOFS * part + 3) * size..][..size];
             let friction = if role == 2 { at(self.friction, part) } else { 0.0 };
-            let mass = |i: usize| {
-                at(if i % 3 == 2 { self.contact_mass } else { self.upper_mass }, i / 3)
-            };
+            let mass =
+                |i: usize| at(if i % 3 == 2 { self.contact_mass } else { self.upper_mass }, i / 3);
             // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
             let inverse_mass = 1.0 / mass(i);
             reduced.extend((0..m).map(|j| {
@@ -131,8 +135,7 @@ fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
 }
 
 fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
-    let mut growth =
-        Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
+    let mut growth = Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
     for &kappa in kappas {
         let half = 0.5 * (beta * kappa + alpha);
         let root = if kappa.im == 0.0 {
@@ -167,7 +170,9 @@ fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
             let damping = factor.normalised(m, &rows.to_dense());
             let mut growth =
                 Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
-            for lambda in eigen::values(2 * m, &crate::spectrum::state_matrix(m, &stiffness, &damping)) {
+            for lambda in
+                eigen::values(2 * m, &crate::spectrum::state_matrix(m, &stiffness, &damping))
+            {
                 growth.unstable += usize::from(lambda.re > 0.0);
                 if !(lambda.re <= growth.eigenvalue.re) {
                     growth.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
@@ -177,7 +182,10 @@ fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
         }
     };
     if growth.eigenvalue.re.is_nan() {
-        return Err(Error::Eigenvalues { combination: pencil.combination.clone(), residual: f64::NAN });
+        return Err(Error::Eigenvalues {
+            combination: pencil.combination.clone(),
+            residual: f64::NAN,
+        });
     }
     Ok(growth)
 }

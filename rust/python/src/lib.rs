@@ -4,6 +4,7 @@ mod convert;
 mod energy;
 mod errors;
 mod modes;
+mod path;
 mod scene;
 mod trajectory;
 
@@ -16,6 +17,8 @@ mod _core {
     use crate::energy::{Works, energy, works};
     #[pymodule_export]
     use crate::modes::{Modes, Reduced};
+    #[pymodule_export]
+    use crate::path::{Path, chain_growth, scene_growth};
     #[pymodule_export]
     use crate::scene::{Scene, chain};
     #[pymodule_export]

@@ -58,7 +58,7 @@ impl Scene {
         Ok(Self { inner: Arc::new(inner), input })
     }
 
-    fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
+    pub fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
         core::Combination::parse(text, self.inner.contacts().len())
             .map_err(|error| raise(py, &error))
     }
