@@ -1,0 +1,214 @@
+"""One status combination of a scene along one of its parameters.
+
+The reduced matrices along a parameter are what sweeps, critical points and sensitivities are computed from. Friction
+enters them linearly, and the core forms that path exactly. Any other parameter belongs to a model function, which is
+sampled at Chebyshev points until the interpolating polynomials leave rounding (Trefethen 2013, chapters 2 to 8); where
+they don't, the interval is halved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.fft
+
+from stickslip import _core
+from stickslip.arrays import Real, real_number
+from stickslip.contact import LAW, nearest
+from stickslip.errors import InputError
+from stickslip.scene import Proportional, Scene
+
+#: A scene, or a function from named parameters to one.
+Model = Scene | Callable[..., Scene]
+
+#: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.
+_POINTS = (3, 5, 9, 17, 33)
+#: Where interpolants are compared with the model, in (-1, 1), away from every Chebyshev point.
+_CHECKS = (-0.61803398875, 0.2360679775)
+#: Largest error of an interpolant, of the largest entry of its row: some rounding errors of forming an entry.
+_INTERPOLATED = 64 * np.finfo(float).eps
+#: Halvings of the range after which a model counts as not smooth.
+_HALVINGS = 12
+
+
+@dataclass(frozen=True)
+class Family:
+    """The scenes that a model gives for the values of its parameters.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, whose parameters are the fields of its contacts (``friction`` for all of them, ``friction_0`` for
+        contact 0, ``friction_left`` for the contact of that name), or a function from keywords to a `Scene`.
+    combination
+        Status combination; None: all positive sliding.
+    """
+
+    model: Model
+    combination: str | None = None
+
+    def scene(self, **values: float) -> Scene:
+        """Return the scene for some parameter values; those not given stay as they are."""
+        if isinstance(self.model, Scene):
+            scene = self.model
+            for name, value in values.items():
+                field, contacts = contact_parameter(scene, name)
+                law = [getattr(contact, field) for contact in scene.contacts]
+                for contact in contacts:
+                    law[contact] = value
+                scene = scene.replace(**{field: law})
+            return scene
+        scene = self.model(**values)
+        if not isinstance(scene, Scene):
+            raise InputError(f"model: expected a function that returns a Scene, got {scene!r}")
+        return scene
+
+    def letters(self, scene: Scene) -> str:
+        """Return the status combination for a scene of the family."""
+        return "+" * len(scene.contacts) if self.combination is None else self.combination
+
+    def path(self, name: str, lower: float, upper: float, **fixed: float) -> _core.Path:
+        """Return the path from `lower` to `upper` of one parameter, the others at `fixed` values.
+
+        Raises
+        ------
+        InputError
+            If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
+        """
+        if isinstance(self.model, Scene):
+            # Both ends are validated; what lies between them is then valid as well.
+            scene = self.scene(**fixed, **{name: lower})
+            self.scene(**fixed, **{name: upper})
+            field, contacts = contact_parameter(scene, name)
+            moving = contacts if field == "friction" else []
+            return _core.Path.friction(scene.core, self.letters(scene), moving, lower, upper)
+        return _Interpolation(self, name, fixed).path(lower, upper)
+
+
+def contact_parameter(scene: Scene, name: str) -> tuple[str, list[int]]:
+    """Return the field and the contacts that a parameter name of a scene stands for.
+
+    Raises
+    ------
+    InputError
+        If it is no field of the contact law, with or without the label of a contact.
+    """
+    everything = list(range(len(scene.contacts)))
+    if name in LAW:
+        return name, everything
+    labels = [str(label) for label in scene.contact_labels()]
+    known = {f"{field}_{label}": (field, [i]) for field in LAW for i, label in enumerate(labels)}
+    if name in known:
+        return known[name]
+    raise InputError(
+        f"{name}: a scene has no such parameter{nearest(name, [*LAW, *known])}; for others pass a function"
+        " from parameters to a Scene"
+    )
+
+
+@dataclass
+class _Interpolation:
+    """Samples of the reduced matrices of a model over one parameter."""
+
+    family: Family
+    name: str
+    fixed: Mapping[str, float]
+
+    def path(self, lower: float, upper: float) -> _core.Path:
+        scene = self.family.scene(**self.fixed, **{self.name: lower})
+        self.letters = self.family.letters(scene)
+        self.proportional = isinstance(scene.damping, Proportional) or scene.damping is None
+        self.known: dict[float, tuple[Real, ...]] = {}
+        self.size = self.sample(lower)[0].shape[0]
+        return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
+
+    def sample(self, value: float) -> tuple[Real, ...]:
+        """Return M, C (or alpha and beta) and K; matrices (m, m), numbers (1, 1)."""
+        if value not in self.known:
+            scene = self.family.scene(**self.fixed, **{self.name: value})
+            core = scene.core.reduced(self.letters)
+            law = Proportional() if scene.damping is None else scene.damping
+            if isinstance(law, Proportional) != self.proportional:
+                raise InputError(f"{self.name}: the kind of damping must not change along it, as at {value!r}")
+            if isinstance(law, Proportional):
+                damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
+            else:
+                damping = (core.damping,)
+            sampled = (core.mass, *damping, core.stiffness)
+            if self.known and sampled[0].shape != next(iter(self.known.values()))[0].shape:
+                raise InputError(f"{self.name}: the number of dofs must not change along it, as at {value!r}")
+            self.known[value] = sampled
+        return self.known[value]
+
+    def pieces(self, lower: float, upper: float, halvings: int) -> list[Any]:
+        centre, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
+
+        def at(t: float) -> tuple[Real, ...]:
+            # The ends of adjacent intervals are the same point, exactly.
+            return self.sample({-1.0: lower, 1.0: upper}.get(t, centre + half * t))
+
+        checks = [at(t) for t in _CHECKS]
+        for points in _POINTS:
+            nodes = np.cos(np.pi * np.arange(points) / (points - 1))
+            nodes[0], nodes[-1] = 1.0, -1.0
+            sampled = [at(float(t)) for t in nodes]
+            series = [_coefficients(np.array(values)) for values in zip(*sampled, strict=True)]
+            if all(
+                _agrees(coefficients, t, value)
+                for t, check in zip(_CHECKS, checks, strict=True)
+                for coefficients, value in zip(series, check, strict=True)
+            ):
+                mass, *damping, stiffness = (_shortened(coefficients) for coefficients in series)
+                law = tuple(c[:, 0, 0].copy() for c in damping) if self.proportional else damping[0]
+                return [(lower, upper, mass, law, stiffness)]
+        if halvings == 0:
+            raise InputError(
+                f"{self.name}: the model is not a smooth function of it near {centre!r}; "
+                "sweep the ranges in which it is, one by one"
+            )
+        return [
+            *self.pieces(lower, centre, halvings - 1),
+            *self.pieces(centre, upper, halvings - 1),
+        ]
+
+
+def _coefficients(values: Real) -> Real:
+    """Return Chebyshev coefficients of values at ``cos(pi j / (k - 1))``, (k, ...)."""
+    coefficients: Real = scipy.fft.dct(values, type=1, axis=0) / (len(values) - 1)
+    coefficients[[0, -1]] *= 0.5
+    return coefficients
+
+
+def _agrees(coefficients: Real, t: float, value: Real) -> bool:
+    interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
+    scale = np.maximum(np.abs(value).max(axis=1, keepdims=True), np.abs(coefficients).sum(axis=0).max() * 1e-300)
+    return bool((np.abs(interpolated - value) <= _INTERPOLATED * scale).all())
+
+
+def _shortened(coefficients: Real) -> Real:
+    """Drop the last coefficients where they are rounding."""
+    scale = np.abs(coefficients).sum(axis=0).max(axis=-1, keepdims=True)
+    significant = (np.abs(coefficients) > 8 * np.finfo(float).eps * scale).any(axis=(1, 2))
+    last = int(np.flatnonzero(significant).max(initial=0))
+    return np.ascontiguousarray(coefficients[: last + 1])
+
+
+def interval(name: str, value: Any) -> tuple[float, float]:
+    """Return a parameter range given as (lower, upper).
+
+    Raises
+    ------
+    InputError
+        If it is not two finite numbers, the first below the second.
+    """
+    try:
+        lower, upper = value
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected a range (lower, upper), got {value!r}") from None
+    ends = real_number(name, lower), real_number(name, upper)
+    if not (np.isfinite(ends).all() and ends[0] < ends[1]):
+        raise InputError(f"{name}: expected finite lower < upper, got {value!r}")
+    return ends

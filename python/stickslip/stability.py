@@ -1,0 +1,139 @@
+"""The stability verdict alone, for many scenes at once."""
+
+from __future__ import annotations
+
+import inspect
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip import _core
+from stickslip.arrays import Complex, Index, Real, real_array
+from stickslip.errors import InputError
+from stickslip.models import two_subsystem_stiffness, two_subsystems
+from stickslip.path import Family, Model, contact_parameter
+from stickslip.scene import Scene
+
+#: Parameters of the two-subsystem model that its stability depends on, with the number of values per scene.
+_SHAPES = {
+    "friction": 2,
+    "upper_mass": 2,
+    "contact_mass": 2,
+    "inclination": 2,
+    "vertical_stiffness": 2,
+    "horizontal_stiffness": 2,
+    "ceiling_stiffness": 2,
+    "link_horizontal_stiffness": 1,
+    "link_vertical_stiffness": 1,
+    "wall_stiffness": 0,
+    "damping": 0,
+}
+#: Those that have to be positive; the others only must not be negative, but for the inclination.
+_POSITIVE = ("upper_mass", "contact_mass")
+
+
+def stability(model: Model, combination: str | None = None, **parameters: Any) -> xr.Dataset:
+    """Return the least stable eigenvalue of every scene of a sample, without computing vectors.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, or a function from keywords to one. ``ss.models.two_subsystems`` is evaluated in compiled code.
+    combination
+        One letter of ``+ - s d`` per contact; None: all positive sliding.
+    **parameters
+        Samples (k,) of parameters, named as in `sweep`, all of one length; numbers stay the same in all samples. The
+        parameters of ``two_subsystems`` that take one value per contact also take (k, 2).
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part, 1/s;
+        ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many eigenvalues
+        have a positive real part, conjugates counted.
+
+    Raises
+    ------
+    InputError
+        If a parameter is unknown, lengths differ, or a value is ill-posed.
+    """
+    arrays = {name: real_array(name, value, 0, 1, 2) for name, value in parameters.items()}
+    lengths = {name: len(value) for name, value in arrays.items() if value.ndim > 0}
+    if not lengths:
+        raise InputError("stability: expected at least one parameter with an array of samples")
+    count = next(iter(lengths.values()))
+    for name, length in lengths.items():
+        if length != count:
+            raise InputError(f"{name}: expected {count} samples like {next(iter(lengths))}, got {length}")
+    if model is two_subsystems and combination in (None, "++") and set(arrays) <= set(_SHAPES):
+        eigenvalue, unstable = _two_subsystems(arrays, count)
+    else:
+        eigenvalue, unstable = _scenes(Family(model, combination), arrays, count)
+    return xr.Dataset(
+        {
+            "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
+            "growth_rate": ("sample", eigenvalue.real, {"units": "1/s"}),
+            "frequency": ("sample", np.abs(eigenvalue) / (2.0 * np.pi), {"units": "Hz"}),
+            "unstable": ("sample", unstable),
+        }
+    )
+
+
+def _scenes(family: Family, arrays: dict[str, Real], count: int) -> tuple[Complex, Index]:
+    for name, array in arrays.items():
+        if array.ndim == 2:
+            raise InputError(f"{name}: expected shape ({count},), got {array.shape}")
+    if isinstance(family.model, Scene) and len(arrays) == 1:
+        ((name, values),) = arrays.items()
+        field, _ = contact_parameter(family.model, name)
+        if field == "friction":
+            lower, upper = float(values.min()), float(values.max())
+            return family.path(name, lower, upper + (lower == upper)).growth(np.ascontiguousarray(values))
+    columns = {name: np.broadcast_to(array, count) for name, array in arrays.items()}
+    scenes = [
+        family.scene(**{name: float(column[i]) for name, column in columns.items()}) for i in range(count)
+    ]
+    return _core.scene_growth([scene.core for scene in scenes], family.letters(scenes[0]))
+
+
+def _two_subsystems(arrays: dict[str, Real], count: int) -> tuple[Complex, Index]:
+    defaults = {
+        name: parameter.default for name, parameter in inspect.signature(two_subsystems).parameters.items()
+    }
+    defaults |= two_subsystem_stiffness("matrix")
+    columns = {}
+    for name, width in _SHAPES.items():
+        array = arrays.get(name)
+        if array is None:
+            values = np.broadcast_to(np.asarray(defaults[name], dtype=float), (count, width) if width else count)
+        elif array.ndim == 2:
+            if array.shape[1:] != (width,):
+                raise InputError(f"{name}: expected shape ({count},) or ({count}, {width}), got {array.shape}")
+            values = array
+        else:
+            column = np.broadcast_to(array, count)
+            values = np.broadcast_to(column[:, None], (count, width)) if width else column
+        _check(name, values)
+        columns[name] = np.ascontiguousarray(values)
+    return _core.chain_growth(
+        link_horizontal=columns.pop("link_horizontal_stiffness"),
+        link_vertical=columns.pop("link_vertical_stiffness"),
+        **columns,
+    )
+
+
+def _check(name: str, values: Real) -> None:
+    if name == "inclination" or name.endswith("stiffness"):
+        # As in a scene, springs may be negative.
+        wrong = ~np.isfinite(values)
+        requirement = "finite"
+    elif name in _POSITIVE:
+        wrong, requirement = ~((values > 0.0) & np.isfinite(values)), "> 0 and finite"
+    elif name == "friction":
+        wrong, requirement = ~((values >= 0.0) & np.isfinite(values)), ">= 0 and finite"
+    else:
+        wrong, requirement = ~np.isfinite(values), "finite"
+    if wrong.any():
+        first = tuple(int(k) for k in np.argwhere(wrong)[0])
+        raise InputError(f"{name}: must be {requirement}, got {values[first]!r} in sample {first[0]}")

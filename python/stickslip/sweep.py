@@ -1,0 +1,195 @@
+"""Eigenvalues over one or two parameters, as continuous branches."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+import xarray as xr
+from rich.progress import track
+
+from stickslip import _core
+from stickslip.arrays import Complex, Real, real_array, real_number
+from stickslip.errors import InputError
+from stickslip.path import Family, Model
+
+#: Values handed to the core at once by a sweep that shows its progress.
+_CHUNK = 32
+#: Expected time from which a sweep shows its progress, s.
+_LONG = 3.0
+
+
+def sweep(
+    model: Model,
+    combination: str | None = None,
+    *,
+    vectors: bool = False,
+    progress: bool | None = None,
+    **parameters: Any,
+) -> xr.Dataset:
+    """Return the eigenvalues over one or two parameters, with branches tracked.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, or a function from keywords to one, such as ``ss.models.two_subsystems``.
+    combination
+        One letter of ``+ - s d`` per contact; None: all positive sliding.
+    vectors
+        Whether to keep the left and right vectors of every point.
+    progress
+        Whether to show a progress bar on standard error; None: when the sweep takes more than some seconds.
+    **parameters
+        One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of its
+        contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a name); of a
+        function: any keyword that takes a number.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2 pi``,
+        Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter, ``condition``;
+        over the parameters ``stable``. With `vectors`, ``right`` and ``left`` (displacement parts xi and v over
+        ``coordinate``; state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``. The attribute
+        ``meetings`` lists parameter values at which branches meet, so that their labels beyond are a convention.
+
+    Raises
+    ------
+    InputError
+        If a parameter is unknown, values repeat or are not finite, or a scene on the way is ill-posed.
+
+    Notes
+    -----
+    Neighbouring points are joined by the correlation ``v_r' ((lambda_r + lambda_s) M + C) xi_s`` of their left and
+    right vectors, with as many points between them as it takes (core, `branches`). Branches of two parameters are
+    continuous along the last one and, at its first value, along the first one: around an exceptional point no labels
+    are continuous everywhere.
+    """
+    family = Family(model, combination)
+    arrays = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
+    fixed = {name: real_number(name, value) for name, value in parameters.items() if name not in arrays}
+    if not 1 <= len(arrays) <= 2:
+        raise InputError(f"sweep: expected one or two parameters with arrays of values, got {list(arrays)}")
+    axes = {name: _axis(name, value) for name, value in arrays.items()}
+    rows = _along(family, fixed, axes, vectors, progress)
+    if len(axes) == 1:
+        result = rows[0]
+    else:
+        first, second = axes
+        joined = _along(family, {**fixed, second: axes[second][0]}, {first: axes[first]}, False, False)[0]
+        orders = [
+            _order(row["eigenvalue"][0], target)
+            for row, target in zip(rows, joined["eigenvalue"], strict=True)
+        ]
+        result = {
+            name: np.stack([row[name][..., order] for row, order in zip(rows, orders, strict=True)])
+            for name in rows[0]
+            if name != "meetings"
+        }
+        result["meetings"] = np.concatenate([row["meetings"] for row in rows])
+    return _dataset(axes, result)
+
+
+def _axis(name: str, value: Any) -> Real:
+    values = real_array(name, value, 1)
+    if values.size == 0 or not np.isfinite(values).all():
+        raise InputError(f"{name}: expected finite values, at least one, got {value!r}")
+    if np.unique(values).size != values.size:
+        raise InputError(f"{name}: expected distinct values, got {value!r}")
+    return values
+
+
+def _along(
+    family: Family, fixed: dict[str, float], axes: dict[str, Real], vectors: bool, progress: bool | None
+) -> list[dict[str, Any]]:
+    """Return the sweeps along the last axis, one for each value of the first if there are two."""
+    *outer, (name, values) = axes.items()
+    ascending = np.sort(values)
+    backwards = np.argsort(np.argsort(values))
+    # A path needs some length; a single value is its lower end.
+    upper = ascending[-1] if values.size > 1 else ascending[0] + max(abs(ascending[0]), 1.0) * 1e-6
+    others = [{outer[0][0]: float(value)} for value in outer[0][1]] if outer else [{}]
+    bar = len(others) > 1 and progress is not False and _is_long(family, fixed, others[0], name, values)
+    sweeps = []
+    for other in track(others, "sweep", disable=not (bar or progress), transient=True):
+        path = family.path(name, float(ascending[0]), float(upper), **fixed, **other)
+        found = _chunked(path, ascending, vectors, progress if not outer else False)
+        order = _order(found["eigenvalue"][backwards[0]], None)
+        sweeps.append(
+            {
+                key: part if key == "meetings" else part[backwards][..., order]
+                for key, part in found.items()
+            }
+        )
+    return sweeps
+
+
+def _is_long(family: Family, fixed: dict[str, float], other: dict[str, float], name: str, values: Real) -> bool:
+    begin = time.perf_counter()
+    family.scene(**fixed, **other, **{name: float(values[0])})
+    return (time.perf_counter() - begin) * values.size > _LONG
+
+
+def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | None) -> dict[str, Any]:
+    """Sweep in one call, or in chunks that show progress and can be interrupted."""
+    begin = time.perf_counter()
+    first: dict[str, Any] = path.sweep(values[:2], vectors)
+    expected = 0.5 * (time.perf_counter() - begin) * values.size
+    if progress is False or (progress is None and expected < _LONG):
+        whole: dict[str, Any] = path.sweep(values, vectors)
+        return whole
+    chunks: list[dict[str, Any]] = []
+    for chunk in track(list(_overlapping(values)), "sweep", transient=True):
+        found = path.sweep(chunk, vectors)
+        if chunks:
+            order = _order(found["eigenvalue"][0], chunks[-1]["eigenvalue"][-1])
+            found = {
+                key: part if key == "meetings" else part[1:][..., order] for key, part in found.items()
+            }
+        chunks.append(found)
+    return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in first}
+
+
+def _overlapping(values: Real) -> Iterator[Real]:
+    yield values[:_CHUNK]
+    for start in range(_CHUNK, values.size, _CHUNK):
+        yield values[start - 1 : start + _CHUNK]
+
+
+def _order(found: Complex, target: Complex | None) -> Any:
+    """Return the order of the eigenvalues `found` that matches `target`, or that sorts them as modes are."""
+    if target is None:
+        # Rounding must not part conjugates, whose moduli are equal.
+        return np.lexsort((-found.imag, np.abs(found.imag), np.abs(found)))
+    return scipy.optimize.linear_sum_assignment(np.abs(target[:, None] - found[None, :]))[1]
+
+
+def _dataset(axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
+    dims = (*axes, "branch")
+    eigenvalue = result["eigenvalue"]
+    modulus = np.abs(eigenvalue)
+    with np.errstate(invalid="ignore"):
+        ratio = -eigenvalue.real / modulus
+    unstable = eigenvalue.real > 0.0
+    last = list(axes)[-1]
+    variables: dict[str, Any] = {
+        "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
+        "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz", "long_name": "|eigenvalue| / 2 pi"}),
+        "damping_ratio": (dims, ratio),
+        "unstable": (dims, unstable),
+        "stable": (tuple(axes), ~unstable.any(axis=-1)),
+        "derivative": (dims, result["slope"], {"long_name": f"d eigenvalue / d {last}"}),
+        "condition": (dims, result["condition"]),
+    }
+    if "right" in result:
+        vector = (*axes, "coordinate", "branch")
+        variables |= {
+            "right": (vector, result["right"]),
+            "left": (vector, result["left"]),
+            "a": (dims, result["a"]),
+        }
+    attributes = {"meetings": np.sort(result["meetings"])}
+    return xr.Dataset(variables, coords={**axes, "branch": np.arange(eigenvalue.shape[-1])}, attrs=attributes)
