@@ -8,12 +8,18 @@ from importlib.metadata import version
 
 from stickslip import models
 from stickslip.contact import Contact
+from stickslip.critical import CriticalPoint, critical_points, hopf_points
 from stickslip.energy import Balance
 from stickslip.errors import InputError, RunError, RunInterrupted, StickslipError
+from stickslip.mode_shape import mode_power, orbit, phase_lag
 from stickslip.modes import Modes, complex_modes
 from stickslip.reduction import Reduced, reduce
 from stickslip.scene import Proportional, Scene
+from stickslip.sensitivity import entry_sensitivity, sensitivity
+from stickslip.stability import stability
 from stickslip.state import State, sliding_equilibrium
+from stickslip.status_table import StatusTable, status_table
+from stickslip.sweep import sweep
 from stickslip.transient import Accumulation, Events, Grazing, Trajectory, simulate
 
 __version__ = version("stickslip")
@@ -22,6 +28,7 @@ __all__ = [
     "Accumulation",
     "Balance",
     "Contact",
+    "CriticalPoint",
     "Events",
     "Grazing",
     "InputError",
@@ -32,12 +39,23 @@ __all__ = [
     "RunInterrupted",
     "Scene",
     "State",
+    "StatusTable",
     "StickslipError",
     "Trajectory",
     "__version__",
     "complex_modes",
+    "critical_points",
+    "entry_sensitivity",
+    "hopf_points",
+    "mode_power",
     "models",
+    "orbit",
+    "phase_lag",
     "reduce",
+    "sensitivity",
     "simulate",
     "sliding_equilibrium",
+    "stability",
+    "status_table",
+    "sweep",
 ]

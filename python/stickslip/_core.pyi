@@ -72,6 +72,49 @@ class Modes:
     state_a: Real  # (2m, 2m) A of A y' + B y = Q
     state_b: Real  # (2m, 2m) B
 
+CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing"]
+#: (lower, upper, mass, damping, stiffness) on one interval: Chebyshev coefficients (k, m, m); proportional damping as
+#: coefficients (k,) of its mass and stiffness factors
+PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real]
+
+@final
+class Path:
+    """A reduced problem along one parameter."""
+
+    def __new__(cls, combination: str, size: int, pieces: Sequence[PieceData]) -> Path: ...
+    @staticmethod
+    def friction(
+        scene: Scene, combination: str, contacts: Sequence[int], lower: float, upper: float
+    ) -> Path: ...
+    @property
+    def size(self) -> int: ...  # m
+    # M, C, K and their derivatives to the parameter, (m, m) each
+    def matrices(self, value: float) -> list[Real]: ...
+    # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
+    # with vectors also right, left: (k, m, 2m)
+    def sweep(self, values: Real, vectors: bool) -> dict[str, Any]: ...
+    # kind, parameter, eigenvalue, other eigenvalue, slope of every critical point
+    def critical_points(
+        self, imaginary: float
+    ) -> tuple[list[CriticalKind], Complex, Complex, Complex, Real]: ...
+    def growth(self, values: Real) -> tuple[Complex, Index]: ...
+
+# least stable eigenvalue and number of unstable ones, (k,)
+def scene_growth(scenes: Sequence[Scene], combination: str) -> tuple[Complex, Index]: ...
+def chain_growth(
+    upper_mass: Real,  # (k, s)
+    contact_mass: Real,  # (k, s)
+    inclination: Real,  # (k, s) rad
+    vertical_stiffness: Real,  # (k, s)
+    horizontal_stiffness: Real,  # (k, s)
+    ceiling_stiffness: Real,  # (k, s)
+    friction: Real,  # (k, s)
+    link_horizontal: Real,  # (k, s - 1)
+    link_vertical: Real,  # (k, s - 1)
+    wall_stiffness: Real,  # (k,)
+    damping: Real,  # (k,)
+) -> tuple[Complex, Index]: ...
+
 @final
 class Trajectory:
     event_time: Real

@@ -16,7 +16,12 @@ from stickslip.scene import Proportional, Scene
 
 
 def orbit(
-    modes: Modes, mode: int, dofs: Sequence[int | str] | None = None, *, periods: float = 3.0, samples: int = 601
+    modes: Modes,
+    mode: int,
+    dofs: Sequence[int | str] | None = None,
+    *,
+    periods: float = 3.0,
+    samples: int = 601,
 ) -> xr.DataArray:
     """Return the motion of a mode, ``x(t) = Re(shape e^{lambda t})``: spirals, growing where it is unstable.
 
@@ -44,7 +49,9 @@ def orbit(
         If there is no such mode or dof, or the eigenvalue is zero.
     """
     shape, eigenvalue = _shape(modes, mode)
-    chosen = list(range(len(modes.dofs))) if dofs is None else [dof_index("dofs", d, modes.dofs) for d in dofs]
+    chosen = (
+        list(range(len(modes.dofs))) if dofs is None else [dof_index("dofs", d, modes.dofs) for d in dofs]
+    )
     rate = abs(eigenvalue.imag) / (2.0 * np.pi) or abs(eigenvalue)
     if rate == 0.0:
         raise InputError(f"mode: {mode} has eigenvalue 0 and no time of its own")
@@ -53,7 +60,9 @@ def orbit(
     times = np.linspace(0.0, periods / rate, samples)
     motion = (np.exp(eigenvalue * times)[:, None] * shape[chosen]).real
     names = [modes.dofs[k] for k in chosen]
-    return xr.DataArray(motion, dims=("time", "dof"), coords={"time": times, "dof": names}, name="displacement")
+    return xr.DataArray(
+        motion, dims=("time", "dof"), coords={"time": times, "dof": names}, name="displacement"
+    )
 
 
 def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
@@ -77,7 +86,10 @@ def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
     InputError
         If there is no such dof.
     """
-    first, second = (modes.shapes[dof_index(name, dof, modes.dofs)] for name, dof in (("leading", leading), ("lagging", lagging)))
+    first, second = (
+        modes.shapes[dof_index(name, dof, modes.dofs)]
+        for name, dof in (("leading", leading), ("lagging", lagging))
+    )
     # What rounding leaves of a dof at rest is no motion.
     moving = np.minimum(np.abs(first), np.abs(second)) > 64 * np.finfo(float).eps
     lag: Real = np.where(moving, np.angle(first * second.conj()), np.nan)

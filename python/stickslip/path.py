@@ -132,11 +132,12 @@ class _Interpolation:
             core = scene.core.reduced(self.letters)
             law = Proportional() if scene.damping is None else scene.damping
             if isinstance(law, Proportional) != self.proportional:
-                raise InputError(f"{self.name}: the kind of damping must not change along it, as at {value!r}")
+                raise InputError(
+                    f"{self.name}: the kind of damping must not change along it, as at {value!r}"
+                )
+            damping: tuple[Real, ...] = (core.damping,)
             if isinstance(law, Proportional):
                 damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
-            else:
-                damping = (core.damping,)
             sampled = (core.mass, *damping, core.stiffness)
             if self.known and sampled[0].shape != next(iter(self.known.values()))[0].shape:
                 raise InputError(f"{self.name}: the number of dofs must not change along it, as at {value!r}")
@@ -184,7 +185,9 @@ def _coefficients(values: Real) -> Real:
 
 def _agrees(coefficients: Real, t: float, value: Real) -> bool:
     interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
-    scale = np.maximum(np.abs(value).max(axis=1, keepdims=True), np.abs(coefficients).sum(axis=0).max() * 1e-300)
+    scale = np.maximum(
+        np.abs(value).max(axis=1, keepdims=True), np.abs(coefficients).sum(axis=0).max() * 1e-300
+    )
     return bool((np.abs(interpolated - value) <= _INTERPOLATED * scale).all())
 
 

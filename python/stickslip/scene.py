@@ -164,6 +164,11 @@ class Scene:
         core = core_contact(self.contacts[contact], contact, self.dofs)[0]
         return np.eye(self.size)[core] if isinstance(core, int) else core
 
+    def normal_direction(self, contact: int) -> Real:
+        """Return the direction n of a contact, (n,)."""
+        core = core_contact(self.contacts[contact], contact, self.dofs)[1]
+        return np.eye(self.size)[core] if isinstance(core, int) else core
+
     def __reduce__(self) -> tuple[type[Scene], tuple[Any, ...]]:
         return Scene, (
             self.mass,

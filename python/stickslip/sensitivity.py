@@ -14,9 +14,9 @@ from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse
 import xarray as xr
 
+from stickslip import _core
 from stickslip.arrays import Complex, Real, real_number
 from stickslip.errors import InputError
 from stickslip.modes import Modes, complex_modes
@@ -71,7 +71,9 @@ def sensitivity(
     else:
         point = {name: real_number(name, value) for name, value in values.items()}
         if not point:
-            raise InputError("sensitivity: expected at least one parameter of the model with its value, got none")
+            raise InputError(
+                "sensitivity: expected at least one parameter of the model with its value, got none"
+            )
         family = Family(model, combination)
         scene = family.scene(**point)
         names = tuple(point)
@@ -84,7 +86,7 @@ def sensitivity(
         pair = modes.eigenvalues[[mode, partner[mode]]]
         for row, change in zip(means, changes, strict=True):
             row[mode] = _mean_derivative(modes, change, pair)
-    derivative[:, ~defined] = np.nan
+    derivative[:, ~defined] = complex(np.nan, np.nan)
     return xr.Dataset(
         {
             "eigenvalue": ("mode", modes.eigenvalues, {"units": "1/s"}),
@@ -137,10 +139,13 @@ def entry_sensitivity(
         raise InputError(f"matrix: expected one of {list(factors)}, got {matrix!r}")
     right = reduced.right_basis @ modes.right[:m]
     left = reduced.left_basis @ modes.left[:m]
-    derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
-    derivative[~defined] = np.nan
+    with np.errstate(invalid="ignore"):
+        derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
+    derivative[~defined] = complex(np.nan, np.nan)
     coords = {"mode": np.arange(value.size), "row": list(scene.dofs), "column": list(scene.dofs)}
-    return xr.DataArray(derivative, dims=("mode", "row", "column"), coords=coords, name=f"d eigenvalue / d {matrix}")
+    return xr.DataArray(
+        derivative, dims=("mode", "row", "column"), coords=coords, name=f"d eigenvalue / d {matrix}"
+    )
 
 
 #: Derivatives of M, C and K.
@@ -150,8 +155,6 @@ Change = tuple[Real, Real, Real]
 def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
     field, contacts = contact_parameter(scene, name)
     letters = Family(scene, combination).letters(scene)
-    from stickslip import _core
-
     path = _core.Path.friction(scene.core, letters, contacts if field == "friction" else [], 0.0, 1.0)
     *_, mass, damping, stiffness = path.matrices(0.0)
     return mass, damping, stiffness
@@ -188,7 +191,9 @@ def _derivative(modes: Modes, change: Change) -> Complex:
     m = mass.shape[0]
     value, right, left = modes.eigenvalues, modes.right[:m], modes.left[:m]
     moved = value**2 * (mass @ right) + value * (damping @ right) + stiffness @ right
-    derivative: Complex = -(left * moved).sum(axis=0) / modes.a
+    # a is nan for a defective mode, and so is its derivative.
+    with np.errstate(invalid="ignore"):
+        derivative: Complex = -(left * moved).sum(axis=0) / modes.a
     return derivative
 
 

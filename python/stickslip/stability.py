@@ -11,7 +11,7 @@ import xarray as xr
 from stickslip import _core
 from stickslip.arrays import Complex, Index, Real, real_array
 from stickslip.errors import InputError
-from stickslip.models import two_subsystem_stiffness, two_subsystems
+from stickslip.models import LABELS, two_subsystems
 from stickslip.path import Family, Model, contact_parameter
 from stickslip.scene import Scene
 
@@ -101,15 +101,19 @@ def _two_subsystems(arrays: dict[str, Real], count: int) -> tuple[Complex, Index
     defaults = {
         name: parameter.default for name, parameter in inspect.signature(two_subsystems).parameters.items()
     }
-    defaults |= two_subsystem_stiffness("matrix")
+    defaults |= LABELS["matrix"]
     columns = {}
     for name, width in _SHAPES.items():
         array = arrays.get(name)
         if array is None:
-            values = np.broadcast_to(np.asarray(defaults[name], dtype=float), (count, width) if width else count)
+            values = np.broadcast_to(
+                np.asarray(defaults[name], dtype=float), (count, width) if width else count
+            )
         elif array.ndim == 2:
             if array.shape[1:] != (width,):
-                raise InputError(f"{name}: expected shape ({count},) or ({count}, {width}), got {array.shape}")
+                raise InputError(
+                    f"{name}: expected shape ({count},) or ({count}, {width}), got {array.shape}"
+                )
             values = array
         else:
             column = np.broadcast_to(array, count)

@@ -80,7 +80,10 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
         count = len(scene.contacts)
         if 4**count > _LARGEST:
             raise InputError(f"combinations: {4**count} are too many for one table, choose some")
-        stuck = [contact.friction if contact.static_friction is None else contact.static_friction for contact in scene.contacts]
+        stuck = [
+            contact.friction if contact.static_friction is None else contact.static_friction
+            for contact in scene.contacts
+        ]
         chosen = [
             "".join(letters)
             for letters in itertools.product("+-sd", repeat=count)

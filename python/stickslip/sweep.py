@@ -119,15 +119,14 @@ def _along(
         found = _chunked(path, ascending, vectors, progress if not outer else False)
         order = _order(found["eigenvalue"][backwards[0]], None)
         sweeps.append(
-            {
-                key: part if key == "meetings" else part[backwards][..., order]
-                for key, part in found.items()
-            }
+            {key: part if key == "meetings" else part[backwards][..., order] for key, part in found.items()}
         )
     return sweeps
 
 
-def _is_long(family: Family, fixed: dict[str, float], other: dict[str, float], name: str, values: Real) -> bool:
+def _is_long(
+    family: Family, fixed: dict[str, float], other: dict[str, float], name: str, values: Real
+) -> bool:
     begin = time.perf_counter()
     family.scene(**fixed, **other, **{name: float(values[0])})
     return (time.perf_counter() - begin) * values.size > _LONG
@@ -146,9 +145,7 @@ def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | Non
         found = path.sweep(chunk, vectors)
         if chunks:
             order = _order(found["eigenvalue"][0], chunks[-1]["eigenvalue"][-1])
-            found = {
-                key: part if key == "meetings" else part[1:][..., order] for key, part in found.items()
-            }
+            found = {key: part if key == "meetings" else part[1:][..., order] for key, part in found.items()}
         chunks.append(found)
     return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in first}
 
