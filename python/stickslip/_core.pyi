@@ -117,6 +117,7 @@ def chain_growth(
 
 @final
 class Trajectory:
+    event_count: int
     event_time: Real
     event_contact: Index
     event_kind: list[str]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -17,30 +18,41 @@ from stickslip.scene import Scene
 from stickslip.state import State
 
 
-@dataclass(frozen=True, eq=False, repr=False)
 class Events:
     """Every status change and impact of a run, in order; one entry per contact and instant.
 
-    Attributes
-    ----------
-    time
-        (e,), s.
-    contact
-        Index of the contact, (e,).
-    kind
-        (e,): ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
-        ``impact``, ``accumulation``. An impact counts even if the combination stays.
-    combination
-        The combination after the instant, (e,).
+    Each array is made when it is first asked for.
     """
 
-    time: Real
-    contact: Index
-    kind: Names
-    combination: Names
+    def __init__(self, core: _core.Trajectory) -> None:
+        self._core = core
+
+    @cached_property
+    def time(self) -> Real:
+        """(e,), s."""
+        return self._core.event_time
+
+    @cached_property
+    def contact(self) -> Index:
+        """Index of the contact, (e,)."""
+        return self._core.event_contact
+
+    @cached_property
+    def kind(self) -> Names:
+        """What happened, (e,).
+
+        One of ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
+        ``impact``, ``accumulation``. An impact counts even if the combination stays.
+        """
+        return np.array(self._core.event_kind, dtype=np.str_)
+
+    @cached_property
+    def combination(self) -> Names:
+        """The combination after the instant, (e,)."""
+        return np.array(self._core.event_combination, dtype=np.str_)
 
     def __len__(self) -> int:
-        return self.time.size
+        return self._core.event_count
 
     def __repr__(self) -> str:
         rows = [
@@ -87,53 +99,46 @@ class Trajectory:
     ----------
     scene, start
         What was simulated, from where.
-    events
-        The events.
-    grazings
-        Touches that rounding cannot tell from events.
-    accumulations
-        What stands behind each event of kind ``accumulation``.
-    accumulations
-        The limits of series of bounces, one for each event ``accumulation``.
-    duration
-        End of the computed motion, s.
-    stop_reason
-        Why it ends there: ``duration``, ``max_events``, ``time_limit``, ``grazing`` (asked to stop there), or
-        ``unbounded`` (beyond the range of numbers); the
-        partial motion of an error also has ``failed``, ``chattering``, ``interrupted``.
-    counters
-        How much work it took; exact numbers that do not depend on the machine.
     """
 
     scene: Scene
     start: State
     core: _core.Trajectory
-    events: Events
-    grazings: tuple[Grazing, ...]
-    accumulations: tuple[Accumulation, ...]
-    duration: float
-    stop_reason: str
-    counters: dict[str, int]
 
-    @classmethod
-    def _of(cls, scene: Scene, start: State, core: _core.Trajectory) -> Trajectory:
-        events = Events(
-            core.event_time,
-            core.event_contact,
-            np.array(core.event_kind, dtype=np.str_),
-            np.array(core.event_combination, dtype=np.str_),
-        )
-        return cls(
-            scene,
-            start,
-            core,
-            events,
-            tuple(Grazing(*touch) for touch in core.grazings),
-            tuple(Accumulation(*limit) for limit in core.accumulations),
-            core.duration,
-            core.stop_reason,
-            dict(core.counters),
-        )
+    @cached_property
+    def events(self) -> Events:
+        """The events."""
+        return Events(self.core)
+
+    @cached_property
+    def grazings(self) -> tuple[Grazing, ...]:
+        """Touches that rounding cannot tell from events."""
+        return tuple(Grazing(*touch) for touch in self.core.grazings)
+
+    @cached_property
+    def accumulations(self) -> tuple[Accumulation, ...]:
+        """The limits of series of bounces, one for each event ``accumulation``."""
+        return tuple(Accumulation(*limit) for limit in self.core.accumulations)
+
+    @property
+    def duration(self) -> float:
+        """End of the computed motion, s."""
+        return self.core.duration
+
+    @property
+    def stop_reason(self) -> str:
+        """Why the motion ends there.
+
+        ``duration``, ``max_events``, ``time_limit``, ``grazing`` (asked to stop there), or ``unbounded``
+        (beyond the range of numbers); the partial motion of an error also has ``failed``, ``chattering``,
+        ``interrupted``.
+        """
+        return self.core.stop_reason
+
+    @cached_property
+    def counters(self) -> dict[str, int]:
+        """How much work it took; exact numbers that do not depend on the machine."""
+        return dict(self.core.counters)
 
     def state(self, time: float) -> State:
         """Return the state at a time in [0, duration], s; at an event time, the state after it.
@@ -332,7 +337,7 @@ def simulate(
         real_number("accumulation_tolerance", accumulation_tolerance),
         on_grazing,
     )
-    run = Trajectory._of(scene, start, core)
+    run = Trajectory(scene, start, core)
     if run.stop_reason in ("failed", "chattering"):
         raise RunError(core.stop_message, run)
     if run.stop_reason == "interrupted":

@@ -32,6 +32,11 @@ impl Trajectory {
 #[pymethods]
 impl Trajectory {
     #[getter]
+    fn event_count(&self) -> usize {
+        self.inner.events.len()
+    }
+
+    #[getter]
     fn event_time<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.inner.events.iter().map(|event| event.time).collect::<Vec<_>>().into_pyarray(py)
     }
