@@ -12,6 +12,7 @@
 //! modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer
 //! stretch.
 
+use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::modal_basis::{GROUP, LEVELS, Level, ModalBasis, SplitComplex, TAIL, size};
@@ -39,6 +40,8 @@ pub(crate) struct ModalMotion {
     sizes: [Vec<f64>; 3],
     /// Constant part of each event function at local time 0.
     constants: Vec<f64>,
+    /// (q, q') of the kept coordinates at local time 0.
+    gathered: Vec<[f64; 2]>,
     /// q at local time 0 of the coordinates that stick, in the order of the basis.
     stuck: Vec<f64>,
 }
@@ -57,6 +60,7 @@ impl ModalMotion {
             w: SplitComplex::default(),
             sizes: Default::default(),
             constants: Vec::new(),
+            gathered: Vec::new(),
             stuck: Vec::new(),
         }
     }
@@ -81,16 +85,32 @@ impl ModalMotion {
 
     #[inline(always)]
     fn project(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        let Self { z, dz, w, stuck, .. } = self;
-        z.clear(basis.stride);
-        for (j, &k) in basis.kept.iter().enumerate() {
-            z.add_scaled(q[k], &basis.from_position, j);
-            z.add_scaled(u[k], &basis.from_velocity, j);
+        let Self { z, dz, w, stuck, gathered, .. } = self;
+        gathered.clear();
+        gathered.extend(basis.kept.iter().map(|&k| [q[k], u[k]]));
+        z.resize(basis.stride);
+        let count = basis.stride / GROUP;
+        let rows = gathered.len() * count;
+        let (from_q, from_u) = (&basis.from_position, &basis.from_velocity);
+        for (part, of_q, of_u) in
+            [(&mut z.re, &from_q.re, &from_u.re), (&mut z.im, &from_q.im, &from_u.im)]
+        {
+            let (of_q, of_u) = (in_groups(of_q, rows), in_groups(of_u, rows));
+            for (g, target) in part.as_chunks_mut::<GROUP>().0.iter_mut().enumerate() {
+                let mut sum = [0.0; GROUP];
+                let mut row = g;
+                for &[q, u] in gathered.iter() {
+                    sum = add_product(sum, &[q; GROUP], &of_q[row]);
+                    sum = add_product(sum, &[u; GROUP], &of_u[row]);
+                    row += count;
+                }
+                *target = sum;
+            }
         }
         // dz holds the force until it is used.
         dz.copy_from(&basis.force_constant);
         for (stick, &at) in basis.sticking.iter().zip(stuck.iter()) {
-            dz.add_scaled(at, &stick.force, 0);
+            dz.add_scaled(at, &stick.force);
         }
         dz.add_product(&basis.lambda, z);
         w.copy_from(&basis.force_linear);
@@ -227,15 +247,14 @@ impl ModalMotion {
                 sums[5] = add_product(sums[5], &amplitude, &reach[g]);
                 sums[6] = add_product(sums[6], &amplitude, &cubic_reach[g]);
             }
-            let sums = sums.map(|lanes| (lanes[0] + lanes[1]) + (lanes[2] + lanes[3]));
             let offset = self.constants[index] + function.slope * self.start;
-            let value = offset + sums[0];
-            let slope = function.slope + sums[1];
-            let second = sums[2];
+            let value = offset + sum_of(sums[0]);
+            let slope = function.slope + sum_of(sums[1]);
+            let second = sum_of(sums[2]);
             let affine = offset.abs().max(self.constants[index].abs())
-                + width * (function.slope.abs() + sums[4])
-                + sums[3];
-            let (curvature, cubic) = (sums[5], sums[6]);
+                + width * (function.slope.abs() + sum_of(sums[4]))
+                + sum_of(sums[3]);
+            let (curvature, cubic) = (sum_of(sums[5]), sum_of(sums[6]));
             let remainder = curvature * level.truncation + {
                 let fast = level.slow..basis.count;
                 fast.map(|r| function.magnitudes[r] * of_w[r] * level.reach[r]).sum::<f64>()
@@ -258,13 +277,14 @@ impl ModalMotion {
                 Ok(tail) => tail,
                 Err(_) => unreachable!("COEFFICIENTS is TAIL + 2"),
             };
-            *tail = [0.0; TAIL];
             let (w_re, w_im) = (&self.w.re[..level.slow], &self.w.im[..level.slow]);
             let (hr, hi) = (&hr[..level.slow], &hi[..level.slow]);
+            *tail = [0.0; TAIL];
+            let tail = tail.as_chunks_mut::<GROUP>().0;
             for (r, powers) in level.powers.iter().enumerate() {
                 let g_re = [hr[r] * w_re[r] - hi[r] * w_im[r]; GROUP];
                 let g_im = [hr[r] * w_im[r] + hi[r] * w_re[r]; GROUP];
-                for (sum, (re, im)) in tail.as_chunks_mut::<GROUP>().0.iter_mut().zip(powers) {
+                for (sum, (re, im)) in tail.iter_mut().zip(powers) {
                     *sum = subtract_product(add_product(*sum, &g_re, re), &g_im, im);
                 }
             }
@@ -279,7 +299,7 @@ impl ModalMotion {
 
     #[inline(always)]
     fn shift(&mut self, level: &Level) {
-        self.z.add_real(level.width, &self.dz);
+        self.z.add_scaled(level.width, &self.dz);
         self.z.add_product(&level.phi2, &self.w);
         self.dz.add_product(&level.phi1, &self.w);
         self.w.multiply(&level.exponential);
@@ -291,38 +311,64 @@ impl ModalMotion {
 
     /// (q, q') at `offset` after the start of the panel.
     pub fn state(&self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        for &k in &basis.kept {
-            q[k] = 0.0;
-            u[k] = 0.0;
-        }
-        for r in 0..basis.count {
-            let lambda = basis.lambda.get(r);
-            let (z0, dz0, w0) = (self.z.get(r), self.dz.get(r), self.w.get(r));
-            let linear = basis.force_linear.get(r);
-            // The force at the start of the panel.
-            let force = dz0 - lambda * z0;
-            // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
-            // the static part, is larger than what moves.
-            let (z, dz) = if force.norm_sqr() <= 64.0 * (lambda * z0).norm_sqr()
-                && linear.norm_sqr() <= 64.0 * (lambda * dz0).norm_sqr()
-            {
-                let inverse = basis.inverse.get(r);
-                let w = (lambda * offset).exp() * w0;
-                let dz = (w - linear) * inverse;
-                ((dz - force - linear * offset) * inverse, dz)
-            } else {
-                let (_, phi1, phi2) = exponential_and_phi(lambda * offset);
-                (z0 + offset * (dz0 + offset * phi2 * w0), dz0 + offset * phi1 * w0)
-            };
-            for (j, &k) in basis.kept.iter().enumerate() {
-                let shape = basis.shape.get(j * basis.stride + r);
-                q[k] += shape.re * z.re - shape.im * z.im;
-                u[k] += shape.re * dz.re - shape.im * dz.im;
-            }
-        }
+        self.arch.dispatch(StateAt { motion: self, basis, offset, q, u });
         for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
             q[stick.coordinate] = at + stick.speed * (self.start + offset);
             u[stick.coordinate] = stick.speed;
+        }
+    }
+
+    /// z and z' of one mode at `offset` after the start of the panel.
+    #[inline(always)]
+    fn mode_at(&self, basis: &ModalBasis, r: usize, offset: f64) -> (Complex64, Complex64) {
+        let lambda = basis.lambda.get(r);
+        let (z, dz, w) = (self.z.get(r), self.dz.get(r), self.w.get(r));
+        let linear = basis.force_linear.get(r);
+        // The force at the start of the panel.
+        let force = dz - lambda * z;
+        // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
+        // the static part, is larger than what moves.
+        if force.norm_sqr() <= 64.0 * (lambda * z).norm_sqr()
+            && linear.norm_sqr() <= 64.0 * (lambda * dz).norm_sqr()
+        {
+            let inverse = basis.inverse.get(r);
+            let dz = ((lambda * offset).exp() * w - linear) * inverse;
+            ((dz - force - linear * offset) * inverse, dz)
+        } else {
+            let (_, phi1, phi2) = exponential_and_phi(lambda * offset);
+            (z + offset * (dz + offset * phi2 * w), dz + offset * phi1 * w)
+        }
+    }
+
+    #[inline(always)]
+    fn superpose(&self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        let count = basis.stride / GROUP;
+        let rows = basis.kept.len() * count;
+        let (shape_re, shape_im) =
+            (in_groups(&basis.shape.re, rows), in_groups(&basis.shape.im, rows));
+        for g in 0..count {
+            let mut parts = [[0.0; GROUP]; 4];
+            for lane in 0..GROUP.min(basis.count - g * GROUP) {
+                let (z, dz) = self.mode_at(basis, g * GROUP + lane, offset);
+                for (part, value) in parts.iter_mut().zip([z.re, z.im, dz.re, dz.im]) {
+                    part[lane] = value;
+                }
+            }
+            let [z_re, z_im, dz_re, dz_im] = &parts;
+            let mut row = g;
+            for &k in &basis.kept {
+                let (re, im) = (&shape_re[row], &shape_im[row]);
+                let position = subtract_product(add_product([0.0; GROUP], re, z_re), im, z_im);
+                let velocity = subtract_product(add_product([0.0; GROUP], re, dz_re), im, dz_im);
+                let (position, velocity) = (sum_of(position), sum_of(velocity));
+                if g == 0 {
+                    (q[k], u[k]) = (position, velocity);
+                } else {
+                    q[k] += position;
+                    u[k] += velocity;
+                }
+                row += count;
+            }
         }
     }
 
@@ -359,13 +405,24 @@ fn in_groups(values: &[f64], count: usize) -> &[[f64; GROUP]] {
 }
 
 #[inline(always)]
-fn add_product(sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
-    std::array::from_fn(|lane| a[lane].mul_add(b[lane], sum[lane]))
+fn add_product(mut sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
+    for lane in 0..GROUP {
+        sum[lane] = a[lane].mul_add(b[lane], sum[lane]);
+    }
+    sum
 }
 
 #[inline(always)]
-fn subtract_product(sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
-    std::array::from_fn(|lane| (-a[lane]).mul_add(b[lane], sum[lane]))
+fn subtract_product(mut sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
+    for lane in 0..GROUP {
+        sum[lane] = (-a[lane]).mul_add(b[lane], sum[lane]);
+    }
+    sum
+}
+
+#[inline(always)]
+fn sum_of(lanes: [f64; GROUP]) -> f64 {
+    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
 }
 
 /// Work on all modes, compiled for the vector units found at run time. Only what is inlined into `with_simd` is.
@@ -382,6 +439,23 @@ impl WithSimd for Project<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         self.motion.project(self.basis, self.q, self.u);
+    }
+}
+
+struct StateAt<'a> {
+    motion: &'a ModalMotion,
+    basis: &'a ModalBasis,
+    offset: f64,
+    q: &'a mut [f64],
+    u: &'a mut [f64],
+}
+
+impl WithSimd for StateAt<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        self.motion.superpose(self.basis, self.offset, self.q, self.u);
     }
 }
 

@@ -40,10 +40,14 @@ impl SplitComplex {
         Complex64::new(self.re[r], self.im[r])
     }
 
-    pub fn clear(&mut self, length: usize) {
+    fn clear(&mut self, length: usize) {
         self.re.clear();
-        self.re.resize(length, 0.0);
         self.im.clear();
+        self.resize(length);
+    }
+
+    pub fn resize(&mut self, length: usize) {
+        self.re.resize(length, 0.0);
         self.im.resize(length, 0.0);
     }
 
@@ -52,21 +56,15 @@ impl SplitComplex {
         self.im.clone_from(&other.im);
     }
 
-    /// `self += factor * row`, a row of a matrix as long as self.
+    /// `self += factor * other`
     #[inline(always)]
-    pub fn add_scaled(&mut self, factor: f64, matrix: &Self, row: usize) {
-        let range = row * self.re.len()..(row + 1) * self.re.len();
-        for (target, value) in self.re.iter_mut().zip(&matrix.re[range.clone()]) {
+    pub fn add_scaled(&mut self, factor: f64, other: &Self) {
+        for (target, value) in self.re.iter_mut().zip(&other.re) {
             *target += factor * value;
         }
-        for (target, value) in self.im.iter_mut().zip(&matrix.im[range]) {
+        for (target, value) in self.im.iter_mut().zip(&other.im) {
             *target += factor * value;
         }
-    }
-
-    #[inline(always)]
-    pub fn add_real(&mut self, factor: f64, other: &Self) {
-        self.add_scaled(factor, other, 0);
     }
 
     /// `self += a b`, element by element.
