@@ -9,8 +9,16 @@ from importlib.metadata import version
 from stickslip import models
 from stickslip.contact import Contact
 from stickslip.critical import CriticalPoint, critical_points, hopf_points
+from stickslip.cycle import Cycle, CyclePhase, Margin
 from stickslip.energy import Balance
-from stickslip.errors import InputError, RunError, RunInterrupted, StickslipError
+from stickslip.errors import (
+    InputError,
+    NotPeriodicError,
+    OrbitError,
+    RunError,
+    RunInterrupted,
+    StickslipError,
+)
 from stickslip.mode_shape import mode_power, orbit, phase_lag
 from stickslip.modes import Modes, complex_modes
 from stickslip.reduction import Reduced, reduce
@@ -29,10 +37,15 @@ __all__ = [
     "Balance",
     "Contact",
     "CriticalPoint",
+    "Cycle",
+    "CyclePhase",
     "Events",
     "Grazing",
     "InputError",
+    "Margin",
     "Modes",
+    "NotPeriodicError",
+    "OrbitError",
     "Proportional",
     "Reduced",
     "RunError",

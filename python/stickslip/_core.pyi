@@ -138,6 +138,7 @@ class Trajectory:
     # status code (k, c) as ASCII of + - s d
     def modal_coordinates(self, times: Real) -> list[tuple[str, Index, Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
+    def attractor(self, limit: float) -> Settled: ...  # follows the motion for at most `limit` s more
 
 @final
 class Works:
@@ -164,6 +165,37 @@ def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: Real) -> dict[str, Any]:
     ...
     # kinetic, elastic, rate, external (k,), damping (k, g), contact, slider (k, c), combination, groups
+
+@final
+class Cycle:
+    """`K` phases, `d` dimension of the admissible space at the section."""
+
+    period: float
+    residual: float  # largest mismatch between phases, relative
+    combinations: list[str]  # (K,)
+    durations: Real  # (K,)
+    multipliers: Complex  # (d,) descending in modulus
+    structural_zeros: int
+    is_stable: bool
+    minimum: Real  # (n,)
+    maximum: Real  # (n,)
+    def trajectory(self) -> Trajectory: ...
+    def monodromy(self) -> Real: ...  # (2n, 2n), contact coordinates
+    def harmonics(self, count: int) -> Complex: ...  # (count + 1, n)
+    # phase, contact, kind, lowest value, time, whether it is a local minimum
+    def margins(self) -> list[tuple[int, int, str, float, float, bool]]: ...
+    def is_followed(self) -> bool: ...
+    def continued(self, scene: Scene) -> Cycle: ...
+
+#: kind, Lyapunov exponent, cycle, distance from it, last stretch of the motion
+Settled = tuple[str, float, Cycle | None, float, Trajectory | None]
+
+def settle_all(
+    scenes: Sequence[Scene],
+    starts: Sequence[tuple[Real, Real, str]],  # position, velocity, combination
+    stretch: float,
+    limit: float,
+) -> list[tuple[Settled, str]]: ...  # and why the last stretch ended
 
 def chain(
     upper_mass: Real,  # (s,)

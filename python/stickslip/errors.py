@@ -36,3 +36,25 @@ class RunInterrupted(KeyboardInterrupt):
     def __init__(self, partial: Trajectory) -> None:
         super().__init__(f"interrupted after {partial.duration:g} s of motion")
         self.partial = partial
+
+
+class OrbitError(RunError):
+    """A periodic orbit that Newton's method does not find."""
+
+
+class NotPeriodicError(RunError):
+    """A motion without a limit cycle.
+
+    Attributes
+    ----------
+    kind
+        What it is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled``, ``unbounded`` or
+        ``stopped``.
+    exponent
+        Largest Lyapunov exponent across the flow, 1/s; nan where there is none to measure.
+    """
+
+    def __init__(self, message: str, partial: Trajectory | None, kind: str, exponent: float) -> None:
+        super().__init__(message, partial)
+        self.kind = kind
+        self.exponent = exponent

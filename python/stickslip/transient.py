@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -16,6 +16,9 @@ from stickslip.arrays import Index, Names, Real, real_array, real_number
 from stickslip.errors import InputError, RunError, RunInterrupted
 from stickslip.scene import Scene
 from stickslip.state import State
+
+if TYPE_CHECKING:
+    from stickslip.cycle import Cycle
 
 
 class Events:
@@ -265,6 +268,33 @@ class Trajectory:
         """
         end = self.duration if t1 is None else real_number("t1", t1)
         return energetics.balance(self.scene, self.core, real_number("t0", t0), end)
+
+    def limit_cycle(self, further: float = 10.0) -> Cycle:
+        """Return the periodic orbit that the motion settles to, refined to rounding.
+
+        Recurring events and states give a first orbit, Newton's method on the exact return map the rest. The
+        motion must be on the orbit, or approach it with the orbit stable; the period is the smallest one.
+
+        Parameters
+        ----------
+        further
+            Where the motion computed does not show it yet: how much longer to follow it, s; 0 to look at this
+            run only.
+
+        Raises
+        ------
+        NotPeriodicError
+            If the motion settles to no cycle; it says what it is instead, with the largest Lyapunov exponent
+            where there is one.
+        InputError
+            If `further` is negative or not finite.
+        """
+        from stickslip.cycle import limit_cycle
+
+        limit = real_number("further", further)
+        if not 0.0 <= limit < np.inf:
+            raise InputError(f"further: expected a finite time >= 0, got {limit:g}")
+        return limit_cycle(self, limit)
 
     def event_states(self) -> tuple[Real, Real]:
         """Return position, m, and velocity, m/s, just after each event, (e, n) each."""

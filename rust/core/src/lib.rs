@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod attractor;
 mod basis;
 mod branches;
 mod compensated;
@@ -14,23 +15,30 @@ mod complementarity;
 mod contact;
 mod coordinates;
 mod critical;
+mod cycle;
 mod eigen;
 mod energy;
+mod ensemble;
 mod equilibrium;
 mod error;
 mod event;
 mod exceptional;
+mod flow;
+mod harmonics;
 mod matrix;
 pub mod models;
 mod modes;
 mod motion;
+mod orbit;
 mod path;
 mod pencil;
 mod phase;
 mod quadrature;
+mod recurrence;
 mod reduction;
 mod refinement;
 mod roots;
+mod saltation;
 mod scene;
 mod schur;
 mod simulation;
@@ -43,13 +51,19 @@ mod trajectory;
 mod transition;
 mod work;
 
+pub use attractor::{Attractor, Search, settle};
 pub use contact::{Contact, ContactInput, Direction};
 pub use critical::{CriticalKind, CriticalPoint, critical_points};
+pub use cycle::{Cycle, Extremes, Margin};
 pub use energy::EnergySample;
+pub use ensemble::settle_all;
 pub use error::{Error, RunFailure};
+pub use harmonics::Harmonics;
 pub use matrix::SparseMatrix;
 pub use modes::Modes;
+pub use orbit::{Multipliers, Orbit, OrbitFailure, Step};
 pub use path::{Path, PathDamping, Piece, Series};
+pub use recurrence::Recurrence;
 pub use reduction::Reduced;
 pub use scene::{Damping, Mass, Scene, SceneInput, State};
 pub use simulation::{Controls, Method, simulate};

@@ -3,7 +3,7 @@
 
 mod modal;
 mod modal_basis;
-mod phi;
+pub(crate) mod phi;
 pub(crate) mod taylor;
 
 use std::sync::Arc;

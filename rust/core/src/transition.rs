@@ -167,6 +167,23 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     }
 }
 
+/// The velocities after contact `struck` closes its gap while the others have `statuses`.
+pub(crate) fn impact(
+    scene: &Scene,
+    statuses: &[Status],
+    struck: usize,
+    q: &[f64],
+    u: &mut [f64],
+) -> Result<(), RunFailure> {
+    let Some(w) = &scene.coordinates.delassus else {
+        strike(scene, struck, u);
+        return Ok(());
+    };
+    let closed: Vec<usize> =
+        (0..statuses.len()).filter(|&i| i == struck || statuses[i].is_closed()).collect();
+    Coupled { scene, time: 0.0, w }.strike(&closed, q, u)
+}
+
 fn settle_contact(
     scene: &Scene,
     time: f64,

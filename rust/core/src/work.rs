@@ -63,7 +63,7 @@ pub struct Works {
 
 impl Trajectory {
     /// Exact time between the start of a phase and its end.
-    fn phase_duration(&self, phase: usize) -> f64 {
+    pub(crate) fn phase_duration(&self, phase: usize) -> f64 {
         let this = &self.phases[phase];
         match self.phases.get(phase + 1) {
             Some(next) => (next.start - this.start) + (next.rest - this.rest),

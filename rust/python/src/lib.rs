@@ -1,6 +1,7 @@
 //! `stickslip._core`: the core for Python. Conversion only; what each thing means stands in the core.
 
 mod convert;
+mod cycle;
 mod energy;
 mod errors;
 mod modes;
@@ -13,6 +14,8 @@ use pyo3::prelude::*;
 /// The compiled core of stickslip.
 #[pymodule(gil_used = false)]
 mod _core {
+    #[pymodule_export]
+    use crate::cycle::{Cycle, settle_all};
     #[pymodule_export]
     use crate::energy::{Works, energy, works};
     #[pymodule_export]

@@ -63,7 +63,7 @@ impl Scene {
             .map_err(|error| raise(py, &error))
     }
 
-    fn start(
+    pub fn start(
         &self,
         py: Python<'_>,
         position: &PyReadonlyArray1<'_, f64>,

@@ -7,7 +7,18 @@ use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
+use crate::cycle::{Settled, settled};
 use crate::errors::raise;
+
+pub fn stop_message(reason: &core::StopReason) -> String {
+    match reason {
+        core::StopReason::Failed(failure) => failure.to_string(),
+        core::StopReason::Chattering { contact } => {
+            format!("contact {contact} changes status without end at one instant")
+        }
+        reason => reason.name().to_owned(),
+    }
+}
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Trajectory {
@@ -71,13 +82,24 @@ impl Trajectory {
     /// What stopped the run, in words, when it is not the duration.
     #[getter]
     fn stop_message(&self) -> String {
-        match &self.inner.stop_reason {
-            core::StopReason::Failed(failure) => failure.to_string(),
-            core::StopReason::Chattering { contact } => {
-                format!("contact {contact} changes status without end at one instant")
-            }
-            reason => reason.name().to_owned(),
-        }
+        stop_message(&self.inner.stop_reason)
+    }
+
+    /// What the run has settled to, and the motion of `limit` seconds more if it takes that to say.
+    fn attractor(&self, py: Python<'_>, limit: f64) -> PyResult<Settled> {
+        let interrupted = || Python::attach(|py| py.check_signals().is_err());
+        let found = py.detach(|| {
+            let search = core::Search {
+                stretch: self.inner.end,
+                limit,
+                method: core::Method::Auto,
+                interrupted: Some(&interrupted),
+            };
+            self.inner.settled(search)
+        });
+        let (attractor, run) = found.map_err(|error| raise(py, &error))?;
+        py.check_signals()?;
+        Ok(settled(attractor, run))
     }
 
     #[getter]

@@ -1,0 +1,262 @@
+//! A periodic orbit as a motion: its trajectory, its extremes, and how far it is from other event sequences.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::event::Trigger;
+use crate::orbit::{Multipliers, Orbit, OrbitFailure, Step};
+use crate::scene::Scene;
+use crate::simulation::Clock;
+use crate::trajectory::{Counters, Event, EventKind, Phase, StopReason, Trajectory};
+
+/// Instants per phase at which an extreme is looked for, and per period besides; between two of
+/// them a velocity has changed sign once.
+const PHASE_GRID: usize = 8;
+const PERIOD_GRID: usize = 512;
+
+/// A periodic orbit and what it is asked for most.
+#[derive(Debug, Clone)]
+pub struct Cycle {
+    pub orbit: Orbit,
+    pub multipliers: Multipliers,
+    pub extremes: Extremes,
+}
+
+impl Cycle {
+    pub fn new(orbit: Orbit) -> Result<Self, OrbitFailure> {
+        Ok(Self { multipliers: orbit.multipliers()?, extremes: orbit.extremes()?, orbit })
+    }
+}
+
+/// Smallest and largest displacement of every dof over a period, m.
+#[derive(Debug, Clone)]
+pub struct Extremes {
+    pub minimum: Vec<f64>,
+    pub maximum: Vec<f64>,
+}
+
+/// How close an event function that ends no phase comes to its zero: what would change the sequence.
+#[derive(Debug, Clone, Copy)]
+pub struct Margin {
+    pub step: usize,
+    pub contact: usize,
+    /// The event that would happen.
+    pub kind: EventKind,
+    /// Lowest value, in the unit of the event function; negative where the orbit violates a contact law.
+    pub value: f64,
+    /// Where in the period, s.
+    pub time: f64,
+    /// Lowest within the phase (a touch there), not at its end (two events that meet).
+    pub interior: bool,
+}
+
+impl Orbit {
+    /// One period as a trajectory, from just after the last event to just after it again.
+    pub fn trajectory(&self) -> Result<Trajectory, Error> {
+        let times = self.times();
+        let flows = self.flows()?;
+        let mut trajectory = Trajectory {
+            scene: Arc::clone(&self.scene),
+            phases: Vec::new(),
+            states: Vec::new(),
+            events: Vec::new(),
+            grazings: Vec::new(),
+            accumulations: Vec::new(),
+            counters: Counters::default(),
+            stop_reason: StopReason::Duration,
+            end: times[self.steps.len()].seconds,
+        };
+        let count = self.steps.len();
+        for k in 0..=count {
+            let step = &self.steps[k % count];
+            let basis = Arc::clone(&flows[k % count].basis);
+            let Clock { seconds: start, rest } = times[k];
+            trajectory.phases.push(Phase { start, rest, basis });
+            trajectory.states.extend_from_slice(&step.state);
+            if k > 0 {
+                let ended = &self.steps[k - 1];
+                trajectory.events.push(Event {
+                    time: times[k].seconds,
+                    contact: ended.passage.contact,
+                    kind: ended.kind,
+                    phase: k,
+                });
+            }
+        }
+        trajectory.counters.phases = count + 1;
+        Ok(trajectory)
+    }
+
+    /// The orbit with the same event sequence in another scene.
+    pub fn continued(&self, scene: &Arc<Scene>) -> Result<Self, OrbitFailure> {
+        if scene.size != self.scene.size || scene.contacts.len() != self.scene.contacts.len() {
+            return Err(Error::Shape {
+                argument: "scene".into(),
+                expected: format!(
+                    "{} dofs and {} contacts, like the orbit",
+                    self.scene.size,
+                    self.scene.contacts.len()
+                ),
+                got: format!("{} dofs and {} contacts", scene.size, scene.contacts.len()),
+            }
+            .into());
+        }
+        Self::solve(scene, self.method, self.steps.clone())
+    }
+
+    /// The orbit as if its period were twice as long: the guess of a doubled orbit, displaced along a
+    /// direction of the section by `amount` of the range of the orbit.
+    pub fn doubled(&self, direction: &[f64], amount: f64) -> Result<Self, OrbitFailure> {
+        let mut steps: Vec<Step> = self.steps.iter().chain(&self.steps).cloned().collect();
+        let scales = self.scales();
+        let n = self.scene.size;
+        let half = self.steps.len();
+        for (k, shift) in direction.iter().enumerate() {
+            let unit = if k < n { scales.length } else { scales.speed };
+            steps[0].state[k] += amount * unit * shift;
+            steps[half].state[k] -= amount * unit * shift;
+        }
+        Self::solve(&self.scene, self.method, steps)
+    }
+
+    fn grid(&self, duration: f64) -> usize {
+        PHASE_GRID + (PERIOD_GRID as f64 * (duration / self.period).abs()).ceil() as usize
+    }
+
+    /// Smallest and largest displacement of every dof; where a velocity changes sign, by Newton's method.
+    pub fn extremes(&self) -> Result<Extremes, Error> {
+        let scene = &self.scene;
+        let n = scene.size;
+        let mut extremes =
+            Extremes { minimum: vec![f64::INFINITY; n], maximum: vec![f64::NEG_INFINITY; n] };
+        let dofs = |state: &[f64]| {
+            let (q, u) = state.split_at(n);
+            (scene.positions(q), scene.velocities(u))
+        };
+        for (step, flow) in self.steps.iter().zip(self.flows()?) {
+            let count = self.grid(step.duration);
+            let width = step.duration / count as f64;
+            let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
+            for i in 0..=count {
+                let at = dofs(&flow.end(&step.state, width * i as f64));
+                for dof in 0..n {
+                    extremes.include(dof, at.0[dof]);
+                    let turns = before.as_ref().is_some_and(|b| b.1[dof] * at.1[dof] < 0.0);
+                    if let (true, Some(before)) = (turns, &before) {
+                        let (v0, v1) = (before.1[dof], at.1[dof]);
+                        let mut time = width * ((i - 1) as f64 + v0 / (v0 - v1));
+                        // An error d of the time leaves one of d^2 in the extreme: two steps are rounding.
+                        for _ in 0..2 {
+                            let state = flow.end(&step.state, time);
+                            let field = flow.field(&state);
+                            let velocity = dofs(&state).1[dof];
+                            let acceleration = scene.velocities(&field[n..])[dof];
+                            let moved = time - velocity / acceleration;
+                            if (width * (i - 1) as f64..=width * i as f64).contains(&moved) {
+                                time = moved;
+                            }
+                        }
+                        extremes.include(dof, dofs(&flow.end(&step.state, time)).0[dof]);
+                    }
+                }
+                before = Some(at);
+            }
+        }
+        Ok(extremes)
+    }
+
+    /// The margins of all event functions over their phases, except those that end them.
+    pub fn margins(&self) -> Result<Vec<Margin>, Error> {
+        let n = self.scene.size;
+        let mut margins = Vec::new();
+        let times = self.times();
+        for (index, (step, flow)) in self.steps.iter().zip(self.flows()?).enumerate() {
+            let count = self.grid(step.duration);
+            let width = step.duration / count as f64;
+            let at = |time: f64| {
+                let state = flow.end(&step.state, time);
+                let field = flow.field(&state);
+                (state, field)
+            };
+            let samples: Vec<_> = (0..=count).map(|i| at(width * i as f64)).collect();
+            for function in &flow.basis.functions {
+                let functional = &function.functional;
+                let value = |state: &[f64]| functional.value(&state[..n], &state[n..]);
+                let slope = |field: &[f64]| {
+                    functional.value(&field[..n], &field[n..]) - functional.constant
+                };
+                let ends = function.contact == step.passage.contact
+                    && function.trigger == step.passage.trigger;
+                let slopes: Vec<f64> = samples.iter().map(|sample| slope(&sample.1)).collect();
+                let mut lowest: Option<(f64, f64, bool)> = None;
+                let mut include = |value: f64, time: f64, interior: bool| {
+                    if lowest.is_none_or(|low| value < low.0) {
+                        lowest = Some((value, time, interior));
+                    }
+                };
+                for i in 0..count {
+                    if slopes[i] < 0.0 && slopes[i + 1] >= 0.0 {
+                        let time = root(width * i as f64, width, (slopes[i], slopes[i + 1]), |t| {
+                            slope(&at(t).1)
+                        });
+                        include(value(&at(time).0), time, true);
+                    }
+                }
+                if !ends {
+                    include(value(&samples[count].0), step.duration, false);
+                }
+                margins.extend(lowest.map(|(value, time, interior)| Margin {
+                    step: index,
+                    contact: function.contact,
+                    kind: kind(function.trigger),
+                    value,
+                    time: times[index].seconds + time,
+                    interior,
+                }));
+            }
+        }
+        Ok(margins)
+    }
+}
+
+/// The zero of a function that rises from negative to not negative over `width`, by false position with
+/// halved weights (M. Dowell, P. Jarratt, BIT 11, 1971).
+fn root(left: f64, width: f64, ends: (f64, f64), function: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (left, left + width);
+    let (mut fa, mut fb) = ends;
+    for _ in 0..60 {
+        if fb == 0.0 {
+            return b;
+        }
+        let c = b - fb * (b - a) / (fb - fa);
+        if (c - b).abs() <= 4.0 * f64::EPSILON * width {
+            return c;
+        }
+        let fc = function(c);
+        if fc * fb < 0.0 {
+            (a, fa) = (b, fb);
+        } else {
+            fa *= 0.5;
+        }
+        (b, fb) = (c, fc);
+    }
+    b
+}
+
+const fn kind(trigger: Trigger) -> EventKind {
+    match trigger {
+        Trigger::SlipZero => EventKind::Velocity,
+        Trigger::Release => EventKind::Release,
+        Trigger::SlipPositive => EventKind::SlipPositive,
+        Trigger::SlipNegative => EventKind::SlipNegative,
+        Trigger::GapClosed => EventKind::Impact,
+        Trigger::Accumulated => EventKind::Accumulation,
+    }
+}
+
+impl Extremes {
+    fn include(&mut self, dof: usize, displacement: f64) {
+        self.minimum[dof] = self.minimum[dof].min(displacement);
+        self.maximum[dof] = self.maximum[dof].max(displacement);
+    }
+}

@@ -1,0 +1,143 @@
+//! The flow of one status combination: where a phase leads, how its end depends on its start, and its
+//! vector field.
+//!
+//! Within a phase the state y = (q, q') moves by `M_s q'' = F_s(t) - C_s q' - K_s q` (see `reduction`), so
+//! the state after a time tau is an affine map of the state before, `y(tau) = Phi(tau) y(0) + g(tau)`. A
+//! column of Phi is therefore the exact difference of two motions, one of them from the origin, however
+//! the combination is propagated. Free to vary are q and q' of the coordinates left free, and the
+//! tangential displacement at which a sticking contact sticks: it loads the others for the whole phase.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::basis::CombinationBasis;
+use crate::eigen;
+use crate::error::Error;
+use crate::motion::{Motion, Panel};
+use crate::reduction::{Reduced, RowMerge};
+use crate::scene::Scene;
+use crate::simulation::Method;
+use crate::status::{Combination, Status};
+
+/// One combination of a scene as a flow on states (q, q') of 2n entries.
+#[derive(Debug)]
+pub(crate) struct Flow<'a> {
+    scene: &'a Scene,
+    pub basis: Arc<CombinationBasis>,
+    kept: Vec<usize>,
+    merges: Vec<RowMerge>,
+    sticking: Vec<(usize, f64)>,
+    /// Reduced mass, row-major, unless it is diagonal.
+    mass: Option<Vec<f64>>,
+    /// Entries of (q, q') that may vary: the admissible space of the combination.
+    pub free: Vec<usize>,
+    /// Buffers of the motions.
+    running: RefCell<(Motion, Panel)>,
+}
+
+impl<'a> Flow<'a> {
+    pub fn new(
+        scene: &'a Arc<Scene>,
+        combination: &Combination,
+        method: Method,
+    ) -> Result<Self, Error> {
+        let (basis, _) = scene.basis(combination, method)?;
+        let (kept, merges) = Reduced::bases_of(scene, combination);
+        let sticking: Vec<(usize, f64)> = scene
+            .contacts
+            .iter()
+            .zip(combination.statuses())
+            .filter(|pair| *pair.1 == Status::Sticking)
+            .map(|(law, _)| (law.tangential, law.slider_speed))
+            .collect();
+        let mass = match scene.lumped {
+            true => None,
+            false => Some(Reduced::new(scene, combination)?.mass),
+        };
+        let mut free: Vec<usize> = kept
+            .iter()
+            .copied()
+            .chain(sticking.iter().map(|stick| stick.0))
+            .chain(kept.iter().map(|&k| scene.size + k))
+            .collect();
+        free.sort_unstable();
+        let still = vec![0.0; scene.size];
+        let motion = Motion::new(scene, &basis, &still, &still);
+        let running = RefCell::new((motion, Panel::default()));
+        Ok(Self { scene, basis, kept, merges, sticking, mass, free, running })
+    }
+
+    pub fn combination(&self) -> &Combination {
+        &self.basis.combination
+    }
+
+    /// The state a time `duration` after `start`.
+    pub fn end(&self, start: &[f64], duration: f64) -> Vec<f64> {
+        let n = self.scene.size;
+        let mut end = start.to_vec();
+        let (q, u) = start.split_at(n);
+        let (end_q, end_u) = end.split_at_mut(n);
+        let mut running = self.running.borrow_mut();
+        let (motion, panel) = &mut *running;
+        motion.restart(&self.basis, q, u);
+        if !self.basis.is_modal() {
+            motion.expand(0.0, panel);
+        }
+        motion.seek(duration, panel, end_q, end_u);
+        // A combination that leaves nothing free still moves its sticking contacts.
+        for &(k, speed) in &self.sticking {
+            end_q[k] = q[k] + speed * duration;
+            end_u[k] = speed;
+        }
+        end
+    }
+
+    /// Phi(duration) over all entries of (q, q'), row-major; columns outside `free` are zero.
+    pub fn transition(&self, duration: f64) -> Vec<f64> {
+        let size = 2 * self.scene.size;
+        let mut start = vec![0.0; size];
+        let origin = self.end(&start, duration);
+        let mut transition = vec![0.0; size * size];
+        for &column in &self.free {
+            start[column] = 1.0;
+            let end = self.end(&start, duration);
+            start[column] = 0.0;
+            for &row in &self.free {
+                transition[row * size + column] = end[row] - origin[row];
+            }
+        }
+        transition
+    }
+
+    /// `y' = (q', q'')`
+    pub fn field(&self, state: &[f64]) -> Vec<f64> {
+        let scene = self.scene;
+        let n = scene.size;
+        let (q, u) = state.split_at(n);
+        let mut residual = scene.force.clone();
+        scene.stiffness.add_product(-1.0, q, &mut residual);
+        scene.damping.add_product(-1.0, u, &mut residual);
+        for merge in &self.merges {
+            residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
+        }
+        let force: Vec<f64> = self.kept.iter().map(|&k| residual[k]).collect();
+        let acceleration = match &self.mass {
+            None => self
+                .kept
+                .iter()
+                .zip(force)
+                .map(|(&k, force)| force / scene.mass.get(k, k))
+                .collect(),
+            Some(mass) => eigen::solve(self.kept.len(), mass, &force),
+        };
+        let mut field = vec![0.0; 2 * n];
+        for (&k, acceleration) in self.kept.iter().zip(acceleration) {
+            field[k] = u[k];
+            field[n + k] = acceleration;
+        }
+        for &(k, speed) in &self.sticking {
+            field[k] = speed;
+        }
+        field
+    }
+}

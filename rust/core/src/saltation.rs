@@ -1,0 +1,351 @@
+//! What an event does to a motion and to its neighbours.
+//!
+//! A phase ends where its event function h(y) vanishes; the state jumps, `y+ = g(y-)`, and the next vector
+//! field takes over. A neighbour gets there `dt = -grad h . dy / (grad h . f-)` later, so that at equal
+//! times (M. A. Aizerman, F. R. Gantmakher, "On the stability of periodic motions", J. Appl. Math. Mech. 22,
+//! 1958; R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", 2004, ch. 7)
+//!
+//! ```text
+//! dy+ = Dg (dy- + f- dt) - f+ dt = S dy-,   S = Dg + (f+ - Dg f-) grad h' / (grad h . f-)
+//! ```
+//!
+//! The end of a series of bounces has no event function of its own: its time `-2 g' / (g'' (1 - e))` after
+//! the last bounce (see `simulation`) gives dt instead.
+
+use crate::eigen;
+use crate::error::RunFailure;
+use crate::event::{Functional, Trigger};
+use crate::flow::Flow;
+use crate::scene::Scene;
+use crate::status::{Combination, Status};
+use crate::trajectory::EventKind;
+use crate::transition;
+
+/// Part of the largest impulse below which a contact took none.
+const NO_IMPULSE: f64 = 1e-12;
+
+/// What ends a phase: which contact, and by what.
+#[derive(Debug, Clone)]
+pub(crate) struct Passage {
+    pub contact: usize,
+    pub trigger: Trigger,
+    event: Functional,
+}
+
+/// The derivatives of a passage at one motion, row-major over (q, q').
+#[derive(Debug)]
+pub(crate) struct Linearised {
+    /// Event function at the end of the phase; 0 where its time is known explicitly.
+    pub value: f64,
+    /// d(time of the event) / d(state at the start of the phase).
+    pub timing: Vec<f64>,
+    /// grad h . f-, 1 where the time is explicit.
+    pub speed: f64,
+    /// f-
+    pub field: Vec<f64>,
+    /// Dg
+    pub jump: Vec<f64>,
+    /// Dg Phi
+    pub carried: Vec<f64>,
+}
+
+impl Passage {
+    /// The passage that a recorded event stands for, from the combination before it.
+    pub fn of_event(scene: &Scene, before: &Combination, contact: usize, kind: EventKind) -> Self {
+        let trigger = match kind {
+            EventKind::Velocity => Trigger::SlipZero,
+            EventKind::SlipPositive => Trigger::SlipPositive,
+            EventKind::SlipNegative => Trigger::SlipNegative,
+            EventKind::Release => Trigger::Release,
+            EventKind::Impact => Trigger::GapClosed,
+            EventKind::Accumulation => Trigger::Accumulated,
+        };
+        Self::new(scene, before, contact, trigger)
+    }
+
+    pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: Trigger) -> Self {
+        let event = scene
+            .event_functions(before)
+            .into_iter()
+            .find(|function| function.contact == contact && function.trigger == trigger)
+            .map_or_else(
+                // A sticking contact whose friction cone closes: its N vanishes.
+                || scene.contact_forces(before)[contact].1.clone(),
+                |function| function.functional,
+            );
+        Self { contact, trigger, event }
+    }
+
+    /// The event function, and the scale of its terms.
+    pub fn value(&self, state: &[f64]) -> (f64, f64) {
+        let (q, u) = state.split_at(state.len() / 2);
+        (self.event.value(q, u), self.event.magnitude(q, u))
+    }
+
+    fn along(&self, n: usize, vector: impl Fn(usize) -> f64) -> f64 {
+        let position: f64 = self.event.position.iter().map(|&(k, a)| a * vector(k)).sum();
+        let velocity: f64 = self.event.velocity.iter().map(|&(k, b)| b * vector(n + k)).sum();
+        position + velocity
+    }
+
+    /// `y+ = g(y-)`, in place.
+    pub fn jump(
+        &self,
+        scene: &Scene,
+        before: &Combination,
+        state: &mut [f64],
+    ) -> Result<(), RunFailure> {
+        let law = &scene.contacts[self.contact];
+        let (q, u) = state.split_at_mut(scene.size);
+        match self.trigger {
+            Trigger::SlipZero => u[law.tangential] = law.slider_speed,
+            Trigger::GapClosed => {
+                q[law.normal] = 0.0;
+                transition::impact(scene, before.statuses(), self.contact, q, u)?;
+            }
+            Trigger::Accumulated => {
+                q[law.normal] = 0.0;
+                u[law.normal] = 0.0;
+            }
+            Trigger::Release | Trigger::SlipPositive | Trigger::SlipNegative => {}
+        }
+        Ok(())
+    }
+
+    /// All derivatives at a phase from `start` to `end`, which jumps to `arrived`.
+    pub fn linearised(
+        &self,
+        scene: &Scene,
+        flow: &Flow<'_>,
+        transition: &[f64],
+        [start, end, arrived]: [&[f64]; 3],
+    ) -> Linearised {
+        let n = scene.size;
+        let size = 2 * n;
+        let field = flow.field(end);
+        let jump = self.jump_matrix(scene, flow.combination(), end, arrived);
+        let (value, timing, speed) = match self.trigger {
+            Trigger::Accumulated => {
+                let law = &scene.contacts[self.contact];
+                let acceleration = flow.field(start)[n + law.normal];
+                let mut timing = vec![0.0; size];
+                timing[n + law.normal] = -2.0 / (acceleration * (1.0 - law.restitution));
+                (0.0, timing, 1.0)
+            }
+            _ => {
+                let speed = self.along(n, |k| field[k]);
+                let timing = (0..size)
+                    .map(|column| -self.along(n, |k| transition[k * size + column]) / speed)
+                    .collect();
+                (self.value(end).0, timing, speed)
+            }
+        };
+        let carried = product(size, &jump, transition);
+        Linearised { value, timing, speed, field, jump, carried }
+    }
+
+    /// A neighbour at the end of a phase as it is just after its own event, without the matrices.
+    pub fn carried(
+        &self,
+        scene: &Scene,
+        flow: &Flow<'_>,
+        [start, end, arrived]: [&[f64]; 3],
+        neighbour: &[f64],
+    ) -> Vec<f64> {
+        let n = scene.size;
+        let field = flow.field(end);
+        let delay = match self.trigger {
+            // The time to the limit of the bounces counts from the start, an instant before.
+            Trigger::Accumulated => {
+                let law = &scene.contacts[self.contact];
+                let acceleration = flow.field(start)[n + law.normal];
+                -2.0 * neighbour[n + law.normal] / (acceleration * (1.0 - law.restitution))
+            }
+            _ => -self.along(n, |k| neighbour[k]) / self.along(n, |k| field[k]),
+        };
+        let moved: Vec<f64> = neighbour.iter().zip(&field).map(|(dy, f)| dy + f * delay).collect();
+        apply(&self.jump_matrix(scene, flow.combination(), end, arrived), &moved)
+    }
+
+    /// Dg, row-major.
+    fn jump_matrix(
+        &self,
+        scene: &Scene,
+        before: &Combination,
+        end: &[f64],
+        arrived: &[f64],
+    ) -> Vec<f64> {
+        let n = scene.size;
+        let size = 2 * n;
+        let mut matrix = vec![0.0; size * size];
+        (0..size).for_each(|k| matrix[k * size + k] = 1.0);
+        let law = &scene.contacts[self.contact];
+        let (t, g) = (n + law.tangential, n + law.normal);
+        match self.trigger {
+            Trigger::Release | Trigger::SlipPositive | Trigger::SlipNegative => {}
+            Trigger::SlipZero => matrix[t * size + t] = 0.0,
+            Trigger::Accumulated => {
+                matrix[law.normal * size + law.normal] = 0.0;
+                matrix[g * size + g] = 0.0;
+            }
+            Trigger::GapClosed => {
+                // The gap is zero at the event; the time shift does the rest.
+                matrix[law.normal * size + law.normal] = 0.0;
+                match &scene.coordinates.delassus {
+                    Some(w) => {
+                        coupled_impact(scene, w, before, self.contact, end, arrived, &mut matrix);
+                    }
+                    None => {
+                        matrix[g * size + g] = -law.restitution;
+                        if scene.impact_friction && arrived[t] == law.slider_speed {
+                            matrix[t * size + t] = 0.0;
+                        } else if scene.impact_friction {
+                            // |g'| = -g' before an impact.
+                            let ratio = scene.mass.get(law.normal, law.normal)
+                                / scene.mass.get(law.tangential, law.tangential);
+                            let slip = (end[t] - law.slider_speed).signum();
+                            matrix[t * size + g] =
+                                slip * law.friction * (1.0 + law.restitution) * ratio;
+                        }
+                    }
+                }
+            }
+        }
+        matrix
+    }
+
+    /// Directions with dh = 0 that the jump forgets: what a passage loses beyond the change of combination.
+    pub fn forgotten(&self, scene: &Scene, after: &Combination, arrived: &[f64]) -> usize {
+        let law = &scene.contacts[self.contact];
+        let detached = after.statuses()[self.contact] == Status::Detached;
+        if self.trigger != Trigger::GapClosed || !detached {
+            return 0;
+        }
+        let stopped =
+            scene.impact_friction && arrived[scene.size + law.tangential] == law.slider_speed;
+        usize::from(law.restitution == 0.0) + usize::from(stopped)
+    }
+}
+
+/// The rows of Dg of an impact that mass spreads over all closed contacts. What the impulses did says which
+/// of their conditions hold: none, sticking (both velocities given) or sliding (`P_t = +-mu P_n`).
+fn coupled_impact(
+    scene: &Scene,
+    w: &[f64],
+    before: &Combination,
+    struck: usize,
+    end: &[f64],
+    arrived: &[f64],
+    matrix: &mut [f64],
+) {
+    let n = scene.size;
+    let size = 2 * n;
+    let count = 2 * scene.contacts.len();
+    let rows: Vec<usize> =
+        scene.contacts.iter().flat_map(|law| [n + law.tangential, n + law.normal]).collect();
+    let change: Vec<f64> = rows.iter().map(|&row| arrived[row] - end[row]).collect();
+    let impulse = eigen::solve(count, w, &change);
+    let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
+    let (mut conditions, mut given) = (vec![0.0; count * count], vec![0.0; count * count]);
+    for (i, law) in scene.contacts.iter().enumerate() {
+        let (t, g) = (2 * i, 2 * i + 1);
+        let touching = i == struck || before.statuses()[i].is_closed();
+        let held = touching && impulse[g] > NO_IMPULSE * largest;
+        let sticking = held && arrived[rows[t]] == law.slider_speed;
+        for (row, holds, factor) in [(t, sticking, 1.0), (g, held, 1.0 + law.restitution)] {
+            if holds {
+                conditions[row * count..(row + 1) * count]
+                    .copy_from_slice(&w[row * count..(row + 1) * count]);
+                given[row * count + row] = -factor;
+            } else {
+                conditions[row * count + row] = 1.0;
+            }
+        }
+        if held && !sticking {
+            conditions[t * count + g] = -law.friction * impulse[t].signum();
+        }
+    }
+    let response = eigen::solve(count, &conditions, &given);
+    let velocity = product(count, w, &response);
+    for (i, &row) in rows.iter().enumerate() {
+        for (j, &column) in rows.iter().enumerate() {
+            matrix[row * size + column] += velocity[i * count + j];
+        }
+    }
+}
+
+/// `a b` of square row-major matrices, rows of zeros in `a` left out.
+pub(crate) fn product(size: usize, a: &[f64], b: &[f64]) -> Vec<f64> {
+    let mut c = vec![0.0; size * size];
+    for i in 0..size {
+        for k in 0..size {
+            let factor = a[i * size + k];
+            if factor != 0.0 {
+                for j in 0..size {
+                    c[i * size + j] += factor * b[k * size + j];
+                }
+            }
+        }
+    }
+    c
+}
+
+impl Linearised {
+    /// The map from the start of this phase to the start of the next: `Dg (Phi + f- timing)`.
+    pub fn return_map(&self) -> Vec<f64> {
+        let size = self.field.len();
+        let pushed = apply(&self.jump, &self.field);
+        let mut map = self.carried.clone();
+        for i in 0..size {
+            for j in 0..size {
+                map[i * size + j] += pushed[i] * self.timing[j];
+            }
+        }
+        map
+    }
+
+    /// The same at equal times, `S Phi`: with f+ the next vector field.
+    pub fn fundamental(&self, next_field: &[f64]) -> Vec<f64> {
+        let size = self.field.len();
+        let mut map = self.return_map();
+        for i in 0..size {
+            for j in 0..size {
+                map[i * size + j] -= next_field[i] * self.timing[j];
+            }
+        }
+        map
+    }
+}
+
+/// `matrix vector`
+pub(crate) fn apply(matrix: &[f64], vector: &[f64]) -> Vec<f64> {
+    matrix
+        .chunks_exact(vector.len())
+        .map(|row| row.iter().zip(vector).map(|(a, x)| a * x).sum())
+        .collect()
+}
+
+/// The passages behind the events of one instant, in the order of the contacts: a consequence of an
+/// impact, whose own event function is not at zero, is none.
+pub(crate) fn passages(
+    scene: &Scene,
+    before: &Combination,
+    end: &[f64],
+    events: &[(usize, EventKind)],
+) -> Vec<Passage> {
+    let impact =
+        events.iter().any(|event| matches!(event.1, EventKind::Impact | EventKind::Accumulation));
+    let own = |passage: &Passage| {
+        let direct = matches!(passage.trigger, Trigger::GapClosed | Trigger::Accumulated);
+        let (value, scale) = passage.value(end);
+        direct || !impact || value.abs() <= COINCIDENCE * scale
+    };
+    events
+        .iter()
+        .map(|&(contact, kind)| Passage::of_event(scene, before, contact, kind))
+        .filter(own)
+        .collect()
+}
+
+/// Part of its terms below which an event function counts as zero at the instant of another event.
+const COINCIDENCE: f64 = 1e-10;
