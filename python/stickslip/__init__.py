@@ -19,6 +19,8 @@ from stickslip.errors import (
     RunInterrupted,
     StickslipError,
 )
+from stickslip.modal_energy import modal_energy
+from stickslip.mode_selection import ModeSelection, mode_selection
 from stickslip.mode_shape import mode_power, orbit, phase_lag
 from stickslip.modes import Modes, complex_modes
 from stickslip.reduction import Reduced, reduce
@@ -43,6 +45,7 @@ __all__ = [
     "Grazing",
     "InputError",
     "Margin",
+    "ModeSelection",
     "Modes",
     "NotPeriodicError",
     "OrbitError",
@@ -60,7 +63,9 @@ __all__ = [
     "critical_points",
     "entry_sensitivity",
     "hopf_points",
+    "modal_energy",
     "mode_power",
+    "mode_selection",
     "models",
     "orbit",
     "phase_lag",
