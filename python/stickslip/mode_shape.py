@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+import scipy.sparse
 import xarray as xr
 
 from stickslip.arrays import Complex, Real
 from stickslip.contact import dof_index
 from stickslip.errors import InputError
 from stickslip.modes import Modes, complex_modes
-from stickslip.scene import Scene
-from stickslip.structure import Structure, mode_friction
+from stickslip.scene import Proportional, Scene
 
 
 def orbit(
@@ -111,27 +111,31 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
     xarray.Dataset
         Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``, ``damping_power``
         ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of
-        ``Re(shape e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real
-        eigenvalue the values at t = 0 itself, without the factor 1/2. ``residual``: contact less damping power less
+        ``Re(shape e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real eigenvalue the
+        values at t = 0 itself, without the factor 1/2. ``residual``: contact less damping power less
         ``2 Re(lambda)`` times energy, zero but for rounding.
 
     Notes
     -----
-    The normal forces are what the equations of motion lack, ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
-    t_i T_i)``; the friction forces follow from them by Coulomb's law, so that a zero `residual` is a check.
-    ``v = lambda t_i . x`` is the variation of the slip velocity, 0 where a contact sticks. The static parts of
-    N and T do no work in the mean.
+    Contact forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i + t_i T_i)``,
+    and ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T do no work in the mean.
     """
     modes = complex_modes(scene, combination)
-    structure = Structure.of(scene)
+    mass, damping, stiffness = (_dense(matrix) for matrix in _matrices(scene))
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape
+    force = value**2 * (mass @ shape) + value * (damping @ shape) + stiffness @ shape
     share = np.where(value.imag == 0.0, 1.0, 0.5)
-    friction = mode_friction(structure, scene, modes)
-    slip = structure.directions[:, ::2].T @ velocity
+    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in the space they span.
+    directions = np.array(
+        [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(len(scene.contacts))]
+    ).reshape(-1, scene.size)
+    coefficients = np.linalg.lstsq(directions.T, force, rcond=None)[0]
+    friction = coefficients[0::2]
+    slip = directions[0::2] @ velocity
     contact = share * (friction * slip.conj()).real
-    lost = share * _quadratic(velocity, structure.damping)
-    energy = 0.5 * share * (_quadratic(velocity, structure.mass) + _quadratic(shape, structure.stiffness))
+    lost = share * _quadratic(velocity, damping)
+    energy = 0.5 * share * (_quadratic(velocity, mass) + _quadratic(shape, stiffness))
     residual = contact.sum(axis=0) - lost - 2.0 * value.real * energy
     labels = scene.contact_labels()
     return xr.Dataset(
@@ -151,6 +155,21 @@ def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
     if not 0 <= mode < count:
         raise InputError(f"mode: expected an index in 0..{count - 1}, got {mode!r}")
     return modes.shapes[:, mode], complex(modes.eigenvalues[mode])
+
+
+def _matrices(scene: Scene) -> tuple[object, object, object]:
+    mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
+    stiffness = _dense(scene.stiffness)
+    if scene.damping is None:
+        return mass, np.zeros_like(mass), stiffness
+    if isinstance(scene.damping, Proportional):
+        return mass, scene.damping.mass * mass + scene.damping.stiffness * stiffness, stiffness
+    return mass, scene.damping, stiffness
+
+
+def _dense(matrix: object) -> Real:
+    dense: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)  # type: ignore[attr-defined]
+    return dense
 
 
 def _quadratic(vectors: Complex, matrix: Real) -> Real:

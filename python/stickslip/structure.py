@@ -65,8 +65,8 @@ class Structure:
 def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
     """Return the phasors of the friction forces T of every mode, (c, m), N per m of displacement.
 
-    The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work in a
-    mode, its tangential displacement being prescribed: 0.
+    The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work
+    in a mode, its tangential displacement being prescribed: 0.
     """
     unbalanced = (structure.mass @ modes.shapes) * modes.eigenvalues**2
     unbalanced += (structure.damping @ modes.shapes) * modes.eigenvalues + structure.stiffness @ modes.shapes
