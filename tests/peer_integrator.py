@@ -14,6 +14,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
+#: Depth, m, below which a gap that was closed to rounding, and pulled open at once, counts as closed again.
+ROUNDING = 1e-16
+#: Events at one instant that the contacts can explain.
+MOST_AT_ONCE = 4
+
 
 @dataclass
 class Motion:
@@ -23,7 +28,11 @@ class Motion:
     combination: list = field(default_factory=list)
     #: y = (x, x') after each event
     states: list = field(default_factory=list)
+    #: y at the end
     end_state: np.ndarray | None = None
+
+    def labels(self):
+        return list(zip(self.contact, self.kind, self.combination, strict=True))
 
 
 class Mechanics:
@@ -167,8 +176,9 @@ class Mechanics:
 def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
     """The motion by DOP853 with restarts; absolute tolerances follow the size of x and x'.
 
-    Zeros of an event function that lie closer than a step are missed, and zeros are found on the dense
-    output, whose error has order 7: the longest step, s, is what decides the error.
+    Two zeros of an event function within a step are missed, or found as the one it starts from (None is
+    returned then), and zeros are found on the dense output, whose error has order 7: the longest step, s, is
+    what decides.
     """
     mechanics = Mechanics(scene)
     y = np.concatenate([start.position, start.velocity])
@@ -177,6 +187,11 @@ def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
     while True:
         generator, offset, _ = mechanics.linear(combination)
         functions = mechanics.event_functions(combination)
+        if motion.kind and motion.kind[-1] == "impact":
+            functions = [
+                (i, kind, row, constant + ROUNDING * ((i, kind) == (motion.contact[-1], "impact")))
+                for i, kind, row, constant in functions
+            ]
         watched = [_watched(row, constant) for _, _, row, constant in functions]
         solution = solve_ivp(
             lambda _, y, g=generator, h=offset: g @ y + h,
@@ -196,6 +211,8 @@ def integrate(scene, start, duration, *, rtol=1e-12, longest_step=1e-4):
         contact, kind, _, _ = functions[index]
         time = float(solution.t_events[index][0])
         combination, y = mechanics.after(combination, solution.y_events[index][0], contact, kind)
+        if motion.time[-MOST_AT_ONCE:] == [time] * MOST_AT_ONCE:
+            return None
         motion.time.append(time)
         motion.contact.append(contact)
         motion.kind.append(kind)
