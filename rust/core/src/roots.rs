@@ -151,6 +151,8 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
     step
 }
 
+/// A value below this many errors is near the band: there small steps of bounded change take over.
+const NEAR: f64 = 2.0;
 /// Bound on the number of marching steps; a polynomial that needs more is reported as a touch where it
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
 const STEPS: usize = 400;
@@ -218,7 +220,7 @@ fn lone_root(p: &[f64], error: f64, end: f64) -> Option<f64> {
             high = s;
         }
         let newton = s - v / v1;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
         let step = (next - s).abs();
         s = next;
         // The next step would be about the square of this one.
@@ -246,7 +248,7 @@ fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
             high = s;
         }
         let newton = s - value / slope;
-        s = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        s = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
     }
     s
 }
@@ -277,36 +279,40 @@ fn march(p: &[f64], error: f64, end: f64) -> Verdict {
     let mut touch: Option<Touch> = None;
     for _ in 0..STEPS {
         let (v, v1, v2) = derivatives(p, s);
-        if v > error {
+        if v > NEAR * error {
             if let Some(high) = monotone_crossing(v, v1, v2, m, error, 1.0 - s) {
                 let root = bracketed_root(p, s, s + high);
                 if root > end {
-                    break;
+                    return Verdict::Clear { touch, in_band: None };
                 }
                 return Verdict::Crossing { root, touch };
             }
-            let step = safe_step(v, v1, v2, m, error, end - s);
+            // Down to between the band and what counts as near it, so that the march always arrives.
+            let floor = 0.5 * (1.0 + NEAR) * error;
+            let step = safe_step(v, v1, v2, m, floor, end - s);
             if s + step >= end {
-                break;
+                return Verdict::Clear { touch, in_band: None };
             }
-            // A step below the spacing of s means that the band is reached within rounding.
             s = (s + step).max(s + f64::EPSILON * s.max(1e-6));
             continue;
         }
         match leave_band(p, error, m, s, end) {
             Exit::Below { root } => return Verdict::Crossing { root, touch },
             Exit::Above { at, lowest } => {
-                if touch.is_none_or(|touch| lowest.value < touch.value) {
-                    touch = Some(lowest);
-                }
+                let lowest = lowest
+                    .filter(|lowest| touch.is_none_or(|touch: Touch| lowest.value < touch.value));
+                touch = lowest.or(touch);
                 s = at;
             }
-            Exit::Undecided { lowest } => {
-                return Verdict::Clear { touch, in_band: Some(lowest) };
-            }
+            Exit::Undecided { lowest } => return Verdict::Clear { touch, in_band: lowest },
+        }
+        if s >= end {
+            return Verdict::Clear { touch, in_band: None };
         }
     }
-    Verdict::Clear { touch, in_band: None }
+    // Not decided in bounded work: said, not guessed.
+    let (value, _) = value_and_slope(p, s);
+    Verdict::Clear { touch, in_band: Some(Touch { at: s, value }) }
 }
 
 /// A distance d by which p has certainly fallen through the band, decreasing all the way.
@@ -321,10 +327,11 @@ fn monotone_crossing(v: f64, v1: f64, v2: f64, m: f64, error: f64, longest: f64)
     (d <= longest && slope < 0.0 && value < -error).then_some(d)
 }
 
+/// The lowest point is told when it lies within the band.
 enum Exit {
     Below { root: f64 },
-    Above { at: f64, lowest: Touch },
-    Undecided { lowest: Touch },
+    Above { at: f64, lowest: Option<Touch> },
+    Undecided { lowest: Option<Touch> },
 }
 
 /// Follows p from the edge of the band |p| <= error until it is certainly outside.
@@ -337,14 +344,16 @@ fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
         if v < lowest.value {
             lowest = Touch { at: s, value: v };
         }
+        let within = Some(lowest).filter(|lowest| lowest.value <= error);
         if v < -error {
             return Exit::Below { root: bracketed_root(p, entry, s) };
         }
-        if v > error && s > entry {
-            return Exit::Above { at: s, lowest };
+        // Farther out than where it was entered, or the two would take turns.
+        if v > 1.5 * NEAR * error && s > entry {
+            return Exit::Above { at: s, lowest: within };
         }
         if s >= end {
-            return Exit::Undecided { lowest };
+            return Exit::Undecided { lowest: within };
         }
         // Largest step over which p can't change by more than half the band: no excursion is stepped over.
         let change = 0.5 * error;
@@ -361,7 +370,7 @@ fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
         }
         s = (s + step).max(s + f64::EPSILON * s.max(1e-9)).min(end);
     }
-    Exit::Undecided { lowest }
+    Exit::Undecided { lowest: Some(lowest) }
 }
 
 /// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
@@ -380,11 +389,33 @@ fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
             high = s;
         }
         let newton = s - v / v1;
-        let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
         if (next - s).abs() <= f64::EPSILON * s.abs() || high - low <= f64::EPSILON * high {
             return next;
         }
         s = next;
     }
     s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A line: the simplest function there is, with its root in the first part of the interval.
+    #[test]
+    fn a_line_crosses_once() {
+        let mut p = [0.0; COEFFICIENTS];
+        (p[0], p[1]) = (10.0, -3750.0);
+        for end in [0.05, 1.0] {
+            let Verdict::Crossing { root, touch: None } = first_root(&p, 4e-11, end) else {
+                panic!("no crossing up to {end}");
+            };
+            assert!((root - 10.0 / 3750.0).abs() < 1e-17);
+        }
+        assert!(matches!(
+            first_root(&p, 4e-11, 0.002),
+            Verdict::Clear { touch: None, in_band: None }
+        ));
+    }
 }

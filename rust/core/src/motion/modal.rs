@@ -205,7 +205,11 @@ impl ModalMotion {
     pub fn expand(&mut self, basis: &ModalBasis, remaining: f64, panel: &mut Panel) {
         self.arch.dispatch(Measure { motion: self });
         panel.leaps += self.leap(basis, remaining) as usize;
-        while self.level + 1 < LEVELS && self.allows(basis, basis.level(self.level + 1)) {
+        // A panel beyond the end of the phase would only spread its rounding over a longer line.
+        while self.level + 1 < LEVELS
+            && self.start + basis.level(self.level).width < remaining
+            && self.allows(basis, basis.level(self.level + 1))
+        {
             self.level += 1;
         }
         let level = basis.level(self.level);

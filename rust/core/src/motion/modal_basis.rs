@@ -252,8 +252,8 @@ impl ModalBasis {
             force_linear: modal_force(&reduced.force_linear),
             sticking,
             functions,
-            // Without modes every motion is prescribed and linear; any width does.
-            base_width: if fastest > 0.0 { REACH / fastest } else { 1.0 },
+            // Without modes every motion is prescribed and linear: the width grows to that of the phase.
+            base_width: if fastest > 0.0 { REACH / fastest } else { 1e-12 },
             levels: [const { OnceLock::new() }; LEVELS],
             lambda: SplitComplex::of(&lambda, stride),
             inverse: SplitComplex::of(&inverse, stride),

@@ -86,9 +86,9 @@ impl TaylorOperator {
         };
         let (stiffness, damping) = operator.norms(scene);
         // omega balances the two blocks; any positive one is valid.
-        operator.omega = stiffness.sqrt().max(f64::MIN_POSITIVE);
+        operator.omega = if stiffness > 0.0 { stiffness.sqrt() } else { damping.max(1.0) };
         let sigma = operator.omega + damping;
-        operator.width = if stiffness + damping > 0.0 { WIDTH / sigma } else { 1.0 };
+        operator.width = WIDTH / sigma;
         operator.rho = sigma * operator.width / (DEGREE + 1) as f64;
         operator.function_norms = functions
             .iter()
