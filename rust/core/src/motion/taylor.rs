@@ -15,9 +15,11 @@ use crate::reduction::{Reduced, RowMerge};
 use crate::scene::Scene;
 use crate::status::Combination;
 
-/// sigma times width of a panel. The norm overestimates the fastest mode about twofold, and terms up
-/// to e^(sigma h / 2) cancel.
+/// sigma times width of a panel, before it is shortened to what the series leaves out. The norm overestimates
+/// the fastest mode about twofold, and terms up to e^(sigma h / 2) cancel.
 const WIDTH: f64 = 6.0;
+/// What the series may leave out, relative to the state.
+const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 
 /// The equation of motion of one combination, without forming it.
 #[derive(Debug)]
@@ -31,7 +33,8 @@ pub(crate) struct TaylorOperator {
     /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
     omega: f64,
     width: f64,
-    rho: f64,
+    /// Norm of the first-order system.
+    sigma: f64,
     /// For each event function the factor from the norm of a state to a bound of its value.
     function_norms: Vec<f64>,
 }
@@ -81,7 +84,7 @@ impl TaylorOperator {
             weight,
             omega: 0.0,
             width: 0.0,
-            rho: 0.0,
+            sigma: 0.0,
             function_norms: Vec::new(),
         };
         let (stiffness, damping) = operator.norms(scene);
@@ -89,7 +92,7 @@ impl TaylorOperator {
         operator.omega = if stiffness > 0.0 { stiffness.sqrt() } else { damping.max(1.0) };
         let sigma = operator.omega + damping;
         operator.width = WIDTH / sigma;
-        operator.rho = sigma * operator.width / (DEGREE + 1) as f64;
+        operator.sigma = sigma;
         operator.function_norms = functions
             .iter()
             .map(|function| {
@@ -109,6 +112,12 @@ impl TaylorOperator {
             })
             .collect();
         Ok(operator)
+    }
+
+    /// What a series of width h leaves out, relative to its last term: `rho / (1 - rho)`.
+    fn tail(&self, h: f64) -> f64 {
+        let rho = self.sigma * h / COEFFICIENTS as f64;
+        rho / (1.0 - rho)
     }
 
     /// Every coordinate that is not held at zero.
@@ -153,7 +162,7 @@ impl TaylorOperator {
 
     /// sigma, the bound of the growth of every solution, 1/s.
     pub fn norm(&self) -> f64 {
-        self.rho * (DEGREE + 1) as f64 / self.width
+        self.sigma
     }
 
     /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
@@ -187,6 +196,8 @@ impl TaylorOperator {
 pub(crate) struct TaylorMotion {
     start: f64,
     panels: u32,
+    /// Of the panel, s.
+    width: f64,
     /// Coordinates.
     size: usize,
     /// Q_0 .. Q_{DEGREE + 1}, one after the other.
@@ -256,12 +267,28 @@ impl TaylorMotion {
             let factor = h * h / ((k + 1) * (k + 2)) as f64;
             operator.kept.iter().for_each(|&i| next[i] *= factor);
         }
+        self.width = h;
+        let scale = (0..2).map(|k| self.term_norm(operator, k)).fold(0.0, f64::max);
+        let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
+        if tail > TRUNCATION * scale {
+            self.shorten((TRUNCATION * scale / tail).powf(1.0 / COEFFICIENTS as f64));
+        }
+    }
+
+    /// The same series for a panel shorter by `factor`.
+    fn shorten(&mut self, factor: f64) {
+        self.width *= factor;
+        let mut power = 1.0;
+        for terms in self.terms.chunks_exact_mut(self.size) {
+            terms.iter_mut().for_each(|term| *term *= power);
+            power *= factor;
+        }
     }
 
     /// Norm of the k-th term of the state, `max(omega |q|, |q'|)` in mass-weighted coordinates.
     fn term_norm(&self, operator: &TaylorOperator, k: usize) -> f64 {
         let n = self.size;
-        let rate = (k + 1) as f64 / operator.width;
+        let rate = (k + 1) as f64 / self.width;
         operator
             .kept
             .iter()
@@ -280,9 +307,9 @@ impl TaylorMotion {
         panel: &mut Panel,
     ) {
         let n = self.size;
-        let h = operator.width;
+        let h = self.width;
         panel.reset(h, functions.len());
-        let tail = operator.rho / (1.0 - operator.rho) * self.term_norm(operator, DEGREE);
+        let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
         for (index, function) in functions.iter().enumerate() {
@@ -322,12 +349,12 @@ impl TaylorMotion {
         for i in operator.moving() {
             let (value, slope) = self.horner(i, 1.0);
             self.terms[i] = value;
-            self.terms[n + i] = slope;
+            self.terms[n + i] = slope * (operator.width / self.width);
         }
         for &(i, speed) in &operator.sticking {
             self.terms[n + i] = speed * operator.width;
         }
-        self.start += operator.width;
+        self.start += self.width;
         self.panels += 1;
         self.fill(scene, operator);
     }
@@ -343,11 +370,11 @@ impl TaylorMotion {
     }
 
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        let s = offset / operator.width;
+        let s = offset / self.width;
         for i in operator.moving() {
             let (value, slope) = self.horner(i, s);
             q[i] = value;
-            u[i] = slope / operator.width;
+            u[i] = slope / self.width;
         }
         for &(i, speed) in &operator.sticking {
             u[i] = speed;
