@@ -5,6 +5,7 @@ import itertools
 import numpy as np
 import pytest
 
+import stickslip as ss
 from stickslip.attractor import settle
 
 
@@ -17,6 +18,12 @@ def cycle(standard):
 @pytest.fixture(scope="module")
 def balance(cycle):
     return cycle.run.balance(cycle.begin, cycle.begin + cycle.period)
+
+
+@pytest.fixture(scope="module")
+def orbit(standard):
+    """The same cycle, refined to rounding."""
+    return ss.simulate(standard.scene, standard.start, standard.duration).limit_cycle()
 
 
 def test_what_flows_in_flows_out(cycle, balance):
@@ -77,3 +84,38 @@ def test_works_are_those_of_a_fine_quadrature_of_the_sampled_powers(cycle, balan
     assert np.abs(heat - balance.contacts.friction_heat.sum("status").values).max() <= scale
     assert abs(damping - balance.damping) <= scale
     assert abs(external - balance.external) <= scale
+
+
+def test_the_refined_orbit_has_the_same_balance(orbit, balance):
+    exact = orbit.balance()
+    assert abs(exact.stored) < 1e-12 * exact.damping
+    assert abs(exact.contact - exact.damping - exact.impact) < 1e-12 * exact.damping
+    for name in ("contact", "damping", "impact", "slider", "friction_heat"):
+        assert getattr(balance, name) == pytest.approx(getattr(exact, name), rel=1e-11)
+
+
+def test_every_harmonic_dissipates_what_its_contact_forces_bring(orbit):
+    exact, harmonics = orbit.balance(), orbit.harmonic_energy(512)
+    brought = harmonics.friction_work.sum("contact") + harmonics.normal_work.sum("contact")
+    # Forces of 1e7 N/m on amplitudes of 1e-4 m, whose real parts cancel.
+    assert float(np.abs(brought - harmonics.damping).max()) <= 1e-12 * exact.damping
+    assert (harmonics.damping >= 0.0).all()
+    # One velocity jump in the period: works fall as 1 / k^2, and the rest of the sum as 1 / 512.
+    jump = exact.impact
+    assert float(harmonics.damping.sum()) == pytest.approx(exact.damping, abs=jump)
+    assert float(harmonics.normal_work.sum()) == pytest.approx(-exact.impact, rel=5.0 / 512)
+    for i in range(2):
+        work = float(exact.contacts.work.isel(contact=i).sum())
+        assert float(harmonics.friction_work.isel(contact=i).sum()) == pytest.approx(work, abs=jump)
+    # The first harmonic carries nine tenths of the input.
+    assert 0.85 * exact.damping < float(harmonics.damping.sel(harmonic=1)) < 0.95 * exact.damping
+
+
+def test_mean_energies_are_the_sums_over_the_harmonics(orbit):
+    harmonics = orbit.harmonic_energy(512)
+    # The trapezoidal rule over a period is off by 1/N^2 of the jumps that the kinetic energy has.
+    flow = orbit.run.energy(orbit.period * np.arange(20_000) / 20_000)
+    assert float(harmonics.kinetic.sum()) == pytest.approx(float(flow.kinetic.mean()), rel=1e-7)
+    assert float(harmonics.elastic.sum()) == pytest.approx(float(flow.elastic.mean()), rel=1e-10)
+    with pytest.raises(ss.InputError, match="count"):
+        orbit.harmonic_energy(0)

@@ -121,7 +121,9 @@ def test_command_line(tmp_path):
     assert "0 differs" in result.output
     assert "the model gives 588.01" in result.output
     written = sorted(path.name for path in (tmp_path / "figures").iterdir())
-    assert written == ["contact-status.png", "history.png", "limit-cycle.png", "loci.png", "phase-plane.png"]
+    energy = ["energy-cycle.png", "energy-flow.png", "energy-growth.png", "energy.png"]
+    motion = ["contact-status.png", "history.png", "limit-cycle.png", "loci.png", "phase-plane.png"]
+    assert written == sorted(energy + motion)
     for path in (tmp_path / "figures").iterdir():
         assert path.read_bytes().startswith(b"\x89PNG")
         assert path.stat().st_size > 10_000

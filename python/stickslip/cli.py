@@ -11,7 +11,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from stickslip import figures
+from stickslip import energy_figures, figures
 from stickslip.models import two_subsystems
 from stickslip.published import published
 from stickslip.reproduce import FRICTIONS, Row, attractor, rows, standard_run
@@ -94,11 +94,16 @@ def write_figures(folder: Path) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     run = standard_run()
     settled = published()["limit_cycles"][0]
+    cycle, onset = run.limit_cycle(), float(run.events.time[0])
     drawn = {
         "loci.png": figures.loci(two_subsystems(), np.linspace(0.0, FRICTIONS[-1], 301)),
         "history.png": figures.history(run),
         "phase-plane.png": figures.phase_plane(run),
         "contact-status.png": figures.contact_status(run),
+        "energy.png": energy_figures.energy_history(run),
+        "energy-cycle.png": energy_figures.energy_history(cycle.run),
+        "energy-growth.png": energy_figures.energy_history(run, onset - 0.03, onset + 0.01),
+        "energy-flow.png": energy_figures.energy_flow(cycle.balance()),
         "limit-cycle.png": figures.limit_cycle(attractor(settled["friction"], settled["slider_speed"])),
     }
     for name, figure in drawn.items():

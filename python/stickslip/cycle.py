@@ -11,7 +11,9 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.arrays import Complex, Real
+from stickslip.energy import Balance
 from stickslip.errors import InputError, NotPeriodicError, OrbitError
+from stickslip.harmonic_energy import harmonic_energy
 from stickslip.modes import Modes, complex_modes
 from stickslip.scene import Scene
 from stickslip.state import State
@@ -151,6 +153,41 @@ class Cycle:
         position, velocity, combination = core.state(0.0)
         start = State(position, velocity, combination, self.scene.dofs)
         return Trajectory(self.scene, start, core)
+
+    def balance(self) -> Balance:
+        """Return where the energy of one period comes from and goes: `Trajectory.balance` over the orbit.
+
+        On a limit cycle nothing is stored: contact and external work equal damping and impact losses.
+        """
+        return self.run.balance()
+
+    def harmonic_energy(self, count: int = MAIN) -> xr.Dataset:
+        """Return mean energies and works per period of every harmonic.
+
+        Parameters
+        ----------
+        count
+            Highest harmonic, >= 1.
+
+        Returns
+        -------
+        xarray.Dataset
+            (harmonic,) J: ``kinetic`` and ``elastic``, means over the period (their sums over all harmonics
+            are the mean energies); ``damping``, dissipated per period. (harmonic, contact) J per period, into
+            the structure positive: ``friction_work`` and ``normal_work``, the latter the impact losses with
+            minus sign when summed over all harmonics. In each harmonic both together equal the damping.
+            Coordinate ``frequency`` (harmonic), Hz.
+
+        Raises
+        ------
+        InputError
+            If `count` is no integer >= 1.
+
+        Notes
+        -----
+        Where impacts make velocities jump, works decay as 1 / harmonic^2.
+        """
+        return harmonic_energy(self, count)
 
     @cached_property
     def modes(self) -> dict[str, Modes]:
