@@ -13,7 +13,7 @@ use std::sync::Arc;
 use crate::basis::CombinationBasis;
 use crate::eigen;
 use crate::error::Error;
-use crate::motion::{Motion, Panel};
+use crate::motion::Motion;
 use crate::reduction::{Reduced, RowMerge};
 use crate::scene::Scene;
 use crate::simulation::Method;
@@ -32,7 +32,7 @@ pub(crate) struct Flow<'a> {
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
     /// Buffers of the motions.
-    running: RefCell<(Motion, Panel)>,
+    running: RefCell<Motion>,
 }
 
 impl<'a> Flow<'a> {
@@ -63,7 +63,7 @@ impl<'a> Flow<'a> {
         free.sort_unstable();
         let still = vec![0.0; scene.size];
         let motion = Motion::new(scene, &basis, &still, &still);
-        let running = RefCell::new((motion, Panel::default()));
+        let running = RefCell::new(motion);
         Ok(Self { scene, basis, kept, merges, sticking, mass, free, running })
     }
 
@@ -77,13 +77,9 @@ impl<'a> Flow<'a> {
         let mut end = start.to_vec();
         let (q, u) = start.split_at(n);
         let (end_q, end_u) = end.split_at_mut(n);
-        let mut running = self.running.borrow_mut();
-        let (motion, panel) = &mut *running;
+        let mut motion = self.running.borrow_mut();
         motion.restart(&self.basis, q, u);
-        if !self.basis.is_modal() {
-            motion.expand(0.0, panel);
-        }
-        motion.seek(duration, panel, end_q, end_u);
+        motion.seek(duration, end_q, end_u);
         // A combination that leaves nothing free still moves its sticking contacts.
         for &(k, speed) in &self.sticking {
             end_q[k] = q[k] + speed * duration;

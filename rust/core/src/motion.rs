@@ -123,12 +123,12 @@ impl Motion {
     }
 
     /// (q, q') at local time `time`, from the start of the panel on.
-    pub fn seek(&mut self, time: f64, panel: &mut Panel, q: &mut [f64], u: &mut [f64]) {
+    pub fn seek(&mut self, time: f64, q: &mut [f64], u: &mut [f64]) {
         match &self.basis.propagator {
             // Modes reach any time in one step.
             Propagator::Modal(modal) => self.modal.state(modal, time - self.modal.start(), q, u),
             Propagator::Taylor(operator) => {
-                while time > self.taylor.start() + panel.width {
+                while time > self.taylor.end() {
                     self.taylor.advance(&self.scene, operator);
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);

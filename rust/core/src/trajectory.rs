@@ -8,7 +8,7 @@ use crate::basis::CombinationBasis;
 use crate::error::Error;
 use crate::event::Functional;
 use crate::modes::Modes;
-use crate::motion::{Motion, Panel};
+use crate::motion::Motion;
 use crate::scene::{Scene, State};
 use crate::status::{Combination, Status};
 
@@ -320,7 +320,6 @@ pub(crate) struct Cursor<'a> {
     /// The phase that `motion` follows.
     in_motion: usize,
     motion: Option<Motion>,
-    panel: Panel,
     pub q: Vec<f64>,
     pub u: Vec<f64>,
 }
@@ -333,7 +332,6 @@ impl<'a> Cursor<'a> {
             phase: usize::MAX,
             in_motion: usize::MAX,
             motion: None,
-            panel: Panel::default(),
             q: vec![0.0; n],
             u: vec![0.0; n],
         }
@@ -373,12 +371,9 @@ impl<'a> Cursor<'a> {
                 None => self.motion = Some(Motion::new(&trajectory.scene, basis, q, u)),
             }
             self.in_motion = phase;
-            if let Some(motion) = &mut self.motion {
-                motion.expand(0.0, &mut self.panel);
-            }
         }
         if let Some(motion) = &mut self.motion {
-            motion.seek(local, &mut self.panel, &mut self.q, &mut self.u);
+            motion.seek(local, &mut self.q, &mut self.u);
         }
     }
 

@@ -230,6 +230,11 @@ impl TaylorMotion {
         self.start
     }
 
+    /// Local time to which the series holds.
+    pub fn end(&self) -> f64 {
+        self.start + self.width
+    }
+
     /// Q_2 and up from Q_0 and Q_1.
     fn fill(&mut self, scene: &Scene, operator: &TaylorOperator) {
         let n = self.size;
