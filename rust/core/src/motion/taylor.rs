@@ -204,6 +204,8 @@ pub(crate) struct TaylorMotion {
     terms: Vec<f64>,
     residual: Vec<f64>,
     combined: Vec<f64>,
+    /// Lower bounds of the event functions on the panel.
+    lowest: Vec<f64>,
 }
 
 impl TaylorMotion {
@@ -317,45 +319,56 @@ impl TaylorMotion {
         let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
-        for (index, function) in functions.iter().enumerate() {
-            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
-            let (mut affine, mut curvature) = (function.functional.constant.abs(), 0.0);
-            let mut lowest = 0.0;
-            for (k, c) in c.iter_mut().enumerate() {
-                let rate = (k + 1) as f64 / h;
-                let mut magnitude = 0.0;
-                *c = if k == 0 { function.functional.constant } else { 0.0 };
-                for &(i, weight) in &function.functional.position {
-                    let term = weight * self.terms[k * n + i];
-                    *c += term;
+        panel.error.fill(0.0);
+        panel.curvature_error.fill(0.0);
+        self.lowest.clear();
+        self.lowest.resize(functions.len(), 0.0);
+        // Order by order, so that the terms of one order stay in the cache for all functions.
+        for k in 0..COEFFICIENTS {
+            let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
+            let rate = (k + 1) as f64 / h;
+            for (index, function) in functions.iter().enumerate() {
+                let functional = &function.functional;
+                let mut c = if k == 0 { functional.constant } else { 0.0 };
+                let mut magnitude = c.abs();
+                for &(i, weight) in &functional.position {
+                    let term = weight * q[i];
+                    c += term;
                     magnitude += term.abs();
                 }
-                for &(i, weight) in &function.functional.velocity {
-                    let term = weight * rate * self.terms[(k + 1) * n + i];
-                    *c += term;
+                for &(i, weight) in &functional.velocity {
+                    let term = weight * rate * dq[i];
+                    c += term;
                     magnitude += term.abs();
                 }
+                panel.coefficients[index * COEFFICIENTS + k] = c;
+                self.lowest[index] += if k == 0 { c } else { c.min(0.0) };
                 if k < 2 {
-                    affine += magnitude;
+                    panel.error[index] += magnitude;
                 } else {
-                    curvature += magnitude;
+                    panel.curvature_error[index] += magnitude;
                 }
-                lowest += if k == 0 { *c } else { c.min(0.0) };
             }
+        }
+        for index in 0..functions.len() {
             let remainder = tail * operator.function_norms[index];
-            panel.curvature_error[index] = rounding * curvature + remainder;
-            panel.error[index] = rounding * (affine + curvature) + remainder;
-            panel.excluded[index] = lowest > panel.error[index];
+            let curvature = rounding * panel.curvature_error[index] + remainder;
+            panel.error[index] = rounding * panel.error[index] + curvature;
+            panel.curvature_error[index] = curvature;
+            panel.excluded[index] = self.lowest[index] > panel.error[index];
         }
     }
 
     pub fn advance(&mut self, scene: &Scene, operator: &TaylorOperator) {
         let n = self.size;
+        let (mut q, mut u) =
+            (std::mem::take(&mut self.residual), std::mem::take(&mut self.combined));
+        self.horner(1.0, &mut q, &mut u);
         for i in operator.moving() {
-            let (value, slope) = self.horner(i, 1.0);
-            self.terms[i] = value;
-            self.terms[n + i] = slope * (operator.width / self.width);
+            self.terms[i] = q[i];
+            self.terms[n + i] = u[i] * operator.width;
         }
+        (self.residual, self.combined) = (q, u);
         for &(i, speed) in &operator.sticking {
             self.terms[n + i] = speed * operator.width;
         }
@@ -364,23 +377,23 @@ impl TaylorMotion {
         self.fill(scene, operator);
     }
 
-    /// Coordinate i and its derivative by s, at s of the panel.
-    fn horner(&self, i: usize, s: f64) -> (f64, f64) {
-        let (mut value, mut slope) = (0.0, 0.0);
-        for k in (0..=DEGREE + 1).rev() {
-            slope = slope * s + value;
-            value = value * s + self.terms[k * self.size + i];
+    /// All coordinates and velocities at s of the panel.
+    fn horner(&self, s: f64, q: &mut [f64], u: &mut [f64]) {
+        let n = self.size;
+        q.fill(0.0);
+        u.fill(0.0);
+        for terms in self.terms.chunks_exact(n).rev() {
+            for ((q, u), term) in q.iter_mut().zip(u.iter_mut()).zip(terms) {
+                *u = *u * s + *q;
+                *q = *q * s + term;
+            }
         }
-        (value, slope)
+        u.iter_mut().for_each(|u| *u /= self.width);
     }
 
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        let s = offset / self.width;
-        for i in operator.moving() {
-            let (value, slope) = self.horner(i, s);
-            q[i] = value;
-            u[i] = slope / self.width;
-        }
+        // What is held at zero has no terms, and stays at zero.
+        self.horner(offset / self.width, q, u);
         for &(i, speed) in &operator.sticking {
             u[i] = speed;
         }
