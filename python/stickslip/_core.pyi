@@ -73,8 +73,8 @@ class Modes:
     state_b: Real  # (2m, 2m) B
 
 CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing"]
-#: (lower, upper, mass, damping, stiffness) on one interval: Chebyshev coefficients (k, m, m); proportional damping as
-#: coefficients (k,) of its mass and stiffness factors
+#: (lower, upper, mass, damping, stiffness) on one interval: Chebyshev coefficients (k, m, m); proportional
+#: damping as coefficients (k,) of its mass and stiffness factors
 PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real]
 
 @final

@@ -22,8 +22,8 @@ class CriticalPoint:
     ----------
     kind
         ``hopf``: a complex pair crosses the imaginary axis; ``divergence``: a real eigenvalue crosses zero;
-        ``lock_in``: two eigenvalues and their vectors coalesce (exceptional point); ``crossing``: the largest real
-        part passes from one branch to another.
+        ``lock_in``: two eigenvalues and their vectors coalesce (exceptional point); ``crossing``: the largest
+        real part passes from one branch to another.
     parameter
         Its name.
     value
@@ -35,11 +35,11 @@ class CriticalPoint:
     other
         At a crossing that of the branch that has led before it; None elsewhere.
     slope
-        Hopf: d Re(lambda) / d parameter. Crossing: that of the branch that takes the lead, less that of the one that
-        loses it. None elsewhere.
+        Hopf: d Re(lambda) / d parameter. Crossing: that of the branch that takes the lead, less that of the
+        one that loses it. None elsewhere.
     direction
-        +1 where an eigenvalue becomes unstable as the parameter grows, -1 where one becomes stable, 0 for a lock-in
-        or a crossing.
+        +1 where an eigenvalue becomes unstable as the parameter grows, -1 where one becomes stable, 0 for a
+        lock-in or a crossing.
     """
 
     kind: Kind
@@ -78,9 +78,9 @@ def critical_points(
     model, combination
         As for `sweep`.
     proximity
-        How far off the real axis exceptional points are reported: the largest imaginary part of the parameter, as a
-        part of its range. With damping that is not proportional lock-in is imperfect, and the point at which the two
-        eigenvalues would coalesce is a complex one.
+        How far off the real axis exceptional points are reported: the largest imaginary part of the
+        parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the
+        point at which the two eigenvalues would coalesce is a complex one.
     **parameters
         One of them a range ``(lower, upper)``, the rest of them numbers.
 
@@ -91,12 +91,13 @@ def critical_points(
 
     Notes
     -----
-    A mesh over the range is refined until every branch is continued safely and the cubics through values and slopes
-    at its points leave no room for roots of a real part, or of a difference to the largest one, that their signs do
-    not show. Roots are then refined by Newton's method with ``d lambda / d p = -v' P_p xi / (v' P_lambda xi)`` to a few
-    ulp of p, exceptional points by Newton's method for the implicit determinant (Spence and Poulton 2005), at complex p
-    if need be. Two roots nearer to each other than 1e-7 of the range can be missed. Real parts that are zero to
-    rounding over a range, as without damping, do not cross: there flutter begins at the lock-in.
+    A mesh over the range is refined until every branch is continued safely and the cubics through values and
+    slopes at its points leave no room for roots of a real part, or of a difference to the largest one, that
+    their signs do not show. Roots are then refined by Newton's method with ``d lambda / d p = -v' P_p xi /
+    (v' P_lambda xi)`` to a few ulp of p, exceptional points by Newton's method for the implicit determinant
+    (Spence and Poulton 2005), at complex p if need be. Two roots nearer to each other than 1e-7 of the range
+    can be missed. Real parts that are zero to rounding over a range, as without damping, do not cross: there
+    flutter begins at the lock-in.
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
@@ -125,6 +126,6 @@ def critical_points(
 
 
 def hopf_points(model: Model, combination: str | None = None, **parameters: Any) -> list[CriticalPoint]:
-    """Return the Hopf points over a range of one parameter: the subset of `critical_points`, same arguments."""
+    """Return the Hopf points over a range of one parameter: as `critical_points` does."""
     points = critical_points(model, combination, **{"proximity": 0.0, **parameters})
     return [point for point in points if point.kind == "hopf"]

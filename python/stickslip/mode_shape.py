@@ -78,8 +78,8 @@ def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
     Returns
     -------
     array
-        ``arg(shape[leading] / shape[lagging])`` in (-pi, pi], rad, (m,); nan where one of them does not move. Lags of
-        0 and pi are straight orbits, those between turn.
+        ``arg(shape[leading] / shape[lagging])`` in (-pi, pi], rad, (m,); nan where one of them does not move.
+        Lags of 0 and pi are straight orbits, those between turn.
 
     Raises
     ------
@@ -110,15 +110,16 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
     -------
     xarray.Dataset
         Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``, ``damping_power``
-        ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of
-        ``Re(shape e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real eigenvalue the
-        values at t = 0 itself, without the factor 1/2. ``residual``: contact less damping power less
-        ``2 Re(lambda)`` times energy, zero but for rounding.
+        ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of ``Re(shape
+        e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real eigenvalue the
+        values at t = 0 itself, without the factor 1/2. ``residual``: contact less damping power less ``2
+        Re(lambda)`` times energy, zero but for rounding.
 
     Notes
     -----
-    Contact forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i + t_i T_i)``,
-    and ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T do no work in the mean.
+    Contact forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
+    t_i T_i)``, and ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T
+    do no work in the mean.
     """
     modes = complex_modes(scene, combination)
     mass, damping, stiffness = (_dense(matrix) for matrix in _matrices(scene))
@@ -126,7 +127,8 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
     velocity = value * shape
     force = value**2 * (mass @ shape) + value * (damping @ shape) + stiffness @ shape
     share = np.where(value.imag == 0.0, 1.0, 0.5)
-    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in the space they span.
+    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in the space they
+    # span.
     directions = np.array(
         [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(len(scene.contacts))]
     ).reshape(-1, scene.size)

@@ -1,9 +1,9 @@
 """One status combination of a scene along one of its parameters.
 
-The reduced matrices along a parameter are what sweeps, critical points and sensitivities are computed from. Friction
-enters them linearly, and the core forms that path exactly. Any other parameter belongs to a model function, which is
-sampled at Chebyshev points until the interpolating polynomials leave rounding (Trefethen 2013, chapters 2 to 8); where
-they don't, the interval is halved.
+The reduced matrices along a parameter are what sweeps, critical points and sensitivities are computed from.
+Friction enters them linearly, and the core forms that path exactly. Any other parameter belongs to a model
+function, which is sampled at Chebyshev points until the interpolating polynomials leave rounding (Trefethen
+2013, chapters 2 to 8); where they don't, the interval is halved.
 """
 
 from __future__ import annotations
@@ -41,8 +41,9 @@ class Family:
     Parameters
     ----------
     model
-        A `Scene`, whose parameters are the fields of its contacts (``friction`` for all of them, ``friction_0`` for
-        contact 0, ``friction_left`` for the contact of that name), or a function from keywords to a `Scene`.
+        A `Scene`, whose parameters are the fields of its contacts (``friction`` for all of them,
+        ``friction_0`` for contact 0, ``friction_left`` for the contact of that name), or a function from
+        keywords to a `Scene`.
     combination
         Status combination; None: all positive sliding.
     """

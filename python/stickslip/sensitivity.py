@@ -4,8 +4,8 @@ For a simple eigenvalue with right and left vectors xi and v, ``P = lambda^2 M +
 
     d lambda / d p = -v' (lambda^2 M_p + lambda C_p + K_p) xi / a,    a = v' (2 lambda M + C) xi
 
-(Lancaster 1964). It grows without bound where two eigenvalues coalesce, as the square root does; their mean stays
-smooth, and its derivative is the trace of the same quotient over the deflating subspace of the pair.
+(Lancaster 1964). It grows without bound where two eigenvalues coalesce, as the square root does; their mean
+stays smooth, and its derivative is the trace of the same quotient over the deflating subspace of the pair.
 """
 
 from __future__ import annotations
@@ -46,16 +46,18 @@ def sensitivity(
     combination
         One letter of ``+ - s d`` per contact; None: all positive sliding.
     parameters
-        Of a scene: names such as ``friction`` (all contacts moved alike) or ``friction_0``. Not used for a function.
+        Of a scene: names such as ``friction`` (all contacts moved alike) or ``friction_0``. Not used for a
+        function.
     **values
         For a function: the values of the parameters; derivatives are taken to every one of them.
 
     Returns
     -------
     xarray.Dataset
-        Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (the nearest other
-        eigenvalue of an undefined one, else the mode itself); over ``parameter`` and ``mode``: ``derivative``, nan where
-        it is not defined, and ``mean_derivative`` of the mean of the eigenvalue and its partner, always finite.
+        Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (the nearest
+        other eigenvalue of an undefined one, else the mode itself); over ``parameter`` and ``mode``:
+        ``derivative``, nan where it is not defined, and ``mean_derivative`` of the mean of the eigenvalue and
+        its partner, always finite.
 
     Raises
     ------
@@ -116,8 +118,8 @@ def entry_sensitivity(
     Returns
     -------
     xarray.DataArray
-        Over ``mode``, ``row`` and ``column`` (dofs); nan for modes whose derivative is not defined. One entry alone: a
-        symmetric change is the sum of two entries.
+        Over ``mode``, ``row`` and ``column`` (dofs); nan for modes whose derivative is not defined. One entry
+        alone: a symmetric change is the sum of two entries.
 
     Raises
     ------
@@ -198,7 +200,7 @@ def _derivative(modes: Modes, change: Change) -> Complex:
 
 
 def _mean_derivative(modes: Modes, change: Change, pair: Complex) -> complex:
-    """Half the trace of ``-(V' A X)^-1 V' (B_p X + A_p X Lambda)`` over the deflating subspaces X and V of a pair."""
+    """Return half the trace of ``-(V' A X)^-1 V' (B_p X + A_p X Lambda)``; X, V: the pair's subspaces."""
     m = modes.eigenvalues.size // 2
     mean = pair.mean()
     # Time in units of the pair's own, so that no block of the pencil drowns another.

@@ -39,19 +39,20 @@ def stability(model: Model, combination: str | None = None, **parameters: Any) -
     Parameters
     ----------
     model
-        A `Scene`, or a function from keywords to one. ``ss.models.two_subsystems`` is evaluated in compiled code.
+        A `Scene`, or a function from keywords to one. ``ss.models.two_subsystems`` is evaluated in compiled
+        code.
     combination
         One letter of ``+ - s d`` per contact; None: all positive sliding.
     **parameters
-        Samples (k,) of parameters, named as in `sweep`, all of one length; numbers stay the same in all samples. The
-        parameters of ``two_subsystems`` that take one value per contact also take (k, 2).
+        Samples (k,) of parameters, named as in `sweep`, all of one length; numbers stay the same in all
+        samples. The parameters of ``two_subsystems`` that take one value per contact also take (k, 2).
 
     Returns
     -------
     xarray.Dataset
-        Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part, 1/s;
-        ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many eigenvalues
-        have a positive real part, conjugates counted.
+        Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
+        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many
+        eigenvalues have a positive real part, conjugates counted.
 
     Raises
     ------
@@ -140,4 +141,4 @@ def _check(name: str, values: Real) -> None:
         wrong, requirement = ~np.isfinite(values), "finite"
     if wrong.any():
         first = tuple(int(k) for k in np.argwhere(wrong)[0])
-        raise InputError(f"{name}: must be {requirement}, got {values[first]!r} in sample {first[0]}")
+        raise InputError(f"{name}: must be {requirement}, got {float(values[first])!r} in sample {first[0]}")

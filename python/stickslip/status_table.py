@@ -24,14 +24,14 @@ class StatusTable:
     Attributes
     ----------
     data
-        Over ``combination`` and ``mode``, one of each conjugate pair, ascending in frequency, nan beyond the last:
-        ``eigenvalue`` (1/s), ``frequency`` (Hz), ``damping_ratio``, ``unstable``.
+        Over ``combination`` and ``mode``, one of each conjugate pair, ascending in frequency, nan beyond the
+        last: ``eigenvalue`` (1/s), ``frequency`` (Hz), ``damping_ratio``, ``unstable``.
     """
 
     data: xr.Dataset
 
     def rows(self) -> list[tuple[str, list[str]]]:
-        """Return (combination, frequencies in Hz as text), an unstable mode marked ``*``, a real one ``r``."""
+        """Return (combination, frequencies in Hz as text), unstable ones marked ``*``, real ones ``r``."""
         table = []
         for combination in self.data.combination.to_numpy():
             row = self.data.sel(combination=combination)

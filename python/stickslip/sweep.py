@@ -43,18 +43,19 @@ def sweep(
     progress
         Whether to show a progress bar on standard error; None: when the sweep takes more than some seconds.
     **parameters
-        One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of its
-        contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a name); of a
-        function: any keyword that takes a number.
+        One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of
+        its contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a
+        name); of a function: any keyword that takes a number.
 
     Returns
     -------
     xarray.Dataset
-        Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2 pi``,
-        Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter, ``condition``;
-        over the parameters ``stable``. With `vectors`, ``right`` and ``left`` (displacement parts xi and v over
-        ``coordinate``; state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``. The attribute
-        ``meetings`` lists parameter values at which branches meet, so that their labels beyond are a convention.
+        Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2
+        pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter,
+        ``condition``; over the parameters ``stable``. With `vectors`, ``right`` and ``left`` (displacement
+        parts xi and v over ``coordinate``; state vectors are (xi, lambda xi) and (v, lambda v)) and ``a =
+        left' A right``. The attribute ``meetings`` lists parameter values at which branches meet, so that
+        their labels beyond are a convention.
 
     Raises
     ------
@@ -63,10 +64,10 @@ def sweep(
 
     Notes
     -----
-    Neighbouring points are joined by the correlation ``v_r' ((lambda_r + lambda_s) M + C) xi_s`` of their left and
-    right vectors, with as many points between them as it takes (core, `branches`). Branches of two parameters are
-    continuous along the last one and, at its first value, along the first one: around an exceptional point no labels
-    are continuous everywhere.
+    Neighbouring points are joined by the correlation ``v_r' ((lambda_r + lambda_s) M + C) xi_s`` of their
+    left and right vectors, with as many points between them as it takes (core, `branches`). Branches of two
+    parameters are continuous along the last one and, at its first value, along the first one: around an
+    exceptional point no labels are continuous everywhere.
     """
     family = Family(model, combination)
     arrays = {name: value for name, value in parameters.items() if np.ndim(value) > 0}

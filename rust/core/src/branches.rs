@@ -23,6 +23,12 @@ const RESOLUTION: f64 = 1e-13;
 /// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
 const KEPT: f64 = 0.5;
 const OTHERS: f64 = 0.25;
+/// Relative distance of two well-conditioned eigenvalues below which their vectors are any two of one plane.
+const TWINS: f64 = 1e-9;
+/// Condition number up to which two eigenvalues that near are a semisimple pair and not nearly defective.
+const SEMISIMPLE: f64 = 1e3;
+/// Where an interval is divided: in its middle, unless twins happen to lie there.
+const DIVISIONS: [f64; 3] = [0.5, 0.4375, 0.5625];
 /// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
 const UNCOUPLED: f64 = 1e-22;
 
@@ -108,6 +114,18 @@ impl Node {
         if member.conjugate { value.conj() } else { value }
     }
 
+    /// Whether two modes have one eigenvalue but different vectors, which are then not determined.
+    fn are_twins(&self, r: usize, s: usize) -> bool {
+        let (p, q) = (&self.modes[r], &self.modes[s]);
+        p.condition.max(q.condition) < SEMISIMPLE
+            && (p.eigenvalue - q.eigenvalue).norm() <= TWINS * p.eigenvalue.norm()
+    }
+
+    fn has_twins(&self) -> bool {
+        // Modes are sorted by modulus, so twins are neighbours.
+        (1..self.modes.len()).any(|s| self.are_twins(s - 1, s))
+    }
+
     /// Square of the correlation of mode r here with mode s there.
     fn correlation(&self, r: usize, other: &Node, s: usize) -> f64 {
         let (here, there) = (&self.modes[r], &other.modes[s]);
@@ -134,15 +152,18 @@ impl Node {
         for r in 0..count {
             let row = &correlations[r * count..(r + 1) * count];
             let best = (0..count).fold(0, |best, s| if row[s] > row[best] { s } else { best });
-            let decisive = row[best] >= KEPT
-                && row[best] <= 1.0 / KEPT
-                && (0..count).all(|s| s == best || row[s] <= OTHERS * row[best])
+            let same = |s: usize| s == best || other.are_twins(best, s);
+            let kept: f64 = (0..count).filter(|&s| same(s)).map(|s| row[s]).sum();
+            let decisive = (KEPT..=1.0 / KEPT).contains(&kept)
+                && (0..count).all(|s| same(s) || row[s] <= OTHERS * kept)
                 && self.modes[r].is_real() == other.modes[best].is_real();
-            if !decisive || taken[best] {
+            let free =
+                if taken[best] { (0..count).find(|&s| !taken[s] && same(s)) } else { Some(best) };
+            let (true, Some(free)) = (decisive, free) else {
                 return (None, correlations);
-            }
-            taken[best] = true;
-            next.push(best);
+            };
+            taken[free] = true;
+            next.push(free);
         }
         (Some(next), correlations)
     }
@@ -163,6 +184,8 @@ impl Node {
                     let coupling =
                         correlations[r * count + next[s]].max(correlations[s * count + next[r]]);
                     coupling < UNCOUPLED
+                        || self.are_twins(r, s)
+                        || other.are_twins(next[r], next[s])
                         || steady(before - value(self, s), after - value(other, next[s]))
                 })
         })
@@ -182,13 +205,17 @@ impl Node {
             .collect()
     }
 
-    /// Nearest eigenvalues joined, the nearest of all first, conjugates alike.
-    fn nearest(&self, other: &Node) -> Vec<usize> {
+    /// Eigenvalues here, moved on along their slopes, joined to the nearest ones there, conjugates alike.
+    pub fn nearest(&self, other: &Node) -> Vec<usize> {
         let (here, there) = (self.members(), other.members());
         let mut candidates: Vec<(f64, usize, usize)> = Vec::with_capacity(here.len() * there.len());
         for (i, &r) in here.iter().enumerate() {
+            let shift = self.slopes[r.mode] * (other.value - self.value);
+            let shift = if r.conjugate { shift.conj() } else { shift };
+            // A defective mode has no slope.
+            let predicted = self.eigenvalue(r) + if shift.is_finite() { shift } else { 0.0.into() };
             for (j, &s) in there.iter().enumerate() {
-                candidates.push(((self.eigenvalue(r) - other.eigenvalue(s)).norm(), i, j));
+                candidates.push(((predicted - other.eigenvalue(s)).norm(), i, j));
             }
         }
         candidates.sort_by(|p, q| p.0.total_cmp(&q.0));
@@ -243,6 +270,9 @@ pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync)
 pub(crate) struct Mesh {
     pub nodes: Vec<Node>,
     pub links: Vec<Link>,
+    /// Points at which branches cross without meeting: their vectors there tell nothing, and the branches are joined
+    /// past them.
+    pub crossings: Vec<Node>,
 }
 
 impl Mesh {
@@ -252,6 +282,17 @@ impl Mesh {
             .par_iter()
             .map(|&value| Node::new(path, value))
             .collect::<Result<Vec<_>, _>>()?;
+        let crosses = |k: usize| {
+            let neighbours = [nodes.get(k.wrapping_sub(1)), nodes.get(k + 1)];
+            nodes[k].has_twins()
+                && neighbours.iter().all(|node| node.is_some_and(|node| !node.has_twins()))
+        };
+        let crosses: Vec<bool> = (0..nodes.len()).map(crosses).collect();
+        let (mut crossings, mut regular) = (Vec::new(), Vec::with_capacity(nodes.len()));
+        for (node, crosses) in nodes.into_iter().zip(crosses) {
+            if crosses { crossings.push(node) } else { regular.push(node) }
+        }
+        let nodes = regular;
         let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
         let parts = nodes
             .par_windows(2)
@@ -261,7 +302,7 @@ impl Mesh {
                 Ok(part)
             })
             .collect::<Result<Vec<_>, Error>>()?;
-        let mut mesh = Mesh::default();
+        let mut mesh = Mesh { crossings, ..Mesh::default() };
         let mut nodes = nodes.into_iter();
         mesh.nodes.extend(nodes.next());
         for (part, node) in parts.into_iter().zip(nodes) {
@@ -290,12 +331,24 @@ impl Mesh {
                 return Ok(());
             }
         }
-        let middle = 0.5 * (from.value + to.value);
-        if to.value - from.value > resolution && from.value < middle && middle < to.value {
-            let node = Node::new(path, middle)?;
-            self.refine(path, from, &node, demand, resolution)?;
-            self.nodes.push(node.clone());
-            return self.refine(path, &node, to, demand, resolution);
+        if to.value - from.value > resolution {
+            let mut division = None;
+            for part in DIVISIONS {
+                let value = from.value + part * (to.value - from.value);
+                if from.value < value && value < to.value {
+                    let node = Node::new(path, value)?;
+                    let clear = !node.has_twins();
+                    division = Some(node);
+                    if clear {
+                        break;
+                    }
+                }
+            }
+            if let Some(node) = division {
+                self.refine(path, from, &node, demand, resolution)?;
+                self.nodes.push(node.clone());
+                return self.refine(path, &node, to, demand, resolution);
+            }
         }
         let link = match continued {
             // A crossing of modes whose coupling is lost in rounding.

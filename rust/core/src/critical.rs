@@ -221,7 +221,7 @@ impl Search<'_> {
         }
     }
 
-    /// Where a branch with nonzero imaginary part, or a real one away from zero, changes the sign of its real part.
+    /// Where a complex branch changes the sign of its real part.
     fn axis_crossings(&self) -> Result<Vec<CriticalPoint>, Error> {
         let carriers = self.mesh.carriers();
         let nodes = &self.mesh.nodes;
@@ -249,14 +249,10 @@ impl Search<'_> {
                         (node.modes[next[mode]].eigenvalue.re, node.slopes[next[mode]].re)
                     })?;
                     let eigenvalue = root.modes[next[mode]].eigenvalue;
-                    let kind = if eigenvalue.im == 0.0 {
-                        CriticalKind::Divergence
-                    } else {
-                        CriticalKind::Hopf
-                    };
-                    if kind == CriticalKind::Hopf {
+                    // Real ones pass zero where the stiffness is singular: see `divergences`.
+                    if eigenvalue.im != 0.0 {
                         points.push(CriticalPoint {
-                            kind,
+                            kind: CriticalKind::Hopf,
                             value: root.value,
                             complex_value: root.value.into(),
                             eigenvalue,
@@ -444,11 +440,33 @@ impl Search<'_> {
 
     /// Where the largest real part passes to another branch; at a lock-in it does so trivially.
     fn leader_crossings(&self, lock_ins: &[CriticalPoint]) -> Result<Vec<CriticalPoint>, Error> {
+        let carriers = self.mesh.carriers();
+        let nodes = &self.mesh.nodes;
         let mut points = Vec::new();
-        for (pair, link) in self.mesh.nodes.windows(2).zip(&self.mesh.links) {
-            if !link.meeting {
-                self.leader_crossings_between(&pair[0], &pair[1], &mut points)?;
+        // The last node with an undisputed leader, and the branch that leads there.
+        let mut last: Option<(usize, usize)> = None;
+        for (k, node) in nodes.iter().enumerate() {
+            let top = leader(node);
+            let undisputed = (0..node.modes.len()).filter(|&mode| mode != top).all(|mode| {
+                let lead = node.modes[top].eigenvalue.re - node.modes[mode].eigenvalue.re;
+                lead > uncertainty(node, top) + uncertainty(node, mode)
+            });
+            let members = node.members();
+            let branch = carriers[k]
+                .iter()
+                .position(|&carrier| members[carrier].mode == top && !members[carrier].conjugate);
+            let (true, Some(branch)) = (undisputed, branch) else { continue };
+            if let Some((start, before)) = last
+                && before != branch
+                && k - start <= 2
+                && self.mesh.links[start..k].iter().all(|link| !link.meeting)
+            {
+                let there = nodes[start].members();
+                let mode = |branch: usize| there[carriers[start][branch]].mode;
+                let ends = [&nodes[start], node];
+                self.leader_crossings_between(ends, mode(before), mode(branch), &mut points)?;
             }
+            last = Some((k, branch));
         }
         points.retain(|point| {
             lock_ins.iter().all(|other| {
@@ -459,30 +477,28 @@ impl Search<'_> {
         Ok(points)
     }
 
+    /// `old` leads at the first node, `new` at the second; both are modes of the first.
     fn leader_crossings_between(
         &self,
-        from: &Node,
-        to: &Node,
+        [from, to]: [&Node; 2],
+        old: usize,
+        new: usize,
         points: &mut Vec<CriticalPoint>,
     ) -> Result<(), Error> {
-        let Some(next) = from.continued(to).0 else { return Ok(()) };
-        let old = leader(from);
-        let Some(new) = next.iter().position(|&mode| mode == leader(to)) else { return Ok(()) };
-        let difference = real_part(from, to, old, &next).minus(&real_part(from, to, new, &next));
-        if old == new || difference.signs() != [1.0, -1.0] {
-            return Ok(());
-        }
         let (root, next) = self.root(from, to, 1.0, |node, next| {
             let part = |mode: usize| node.modes[next[mode]].eigenvalue.re;
             let slope = |mode: usize| node.slopes[next[mode]].re;
             (part(old) - part(new), slope(old) - slope(new))
         })?;
         let top = leader(&root);
-        let excess = root.modes[top].eigenvalue.re - root.modes[next[new]].eigenvalue.re;
-        if ![next[old], next[new]].contains(&top) && excess > uncertainty(&root, top) {
-            // A third branch leads in between.
-            self.leader_crossings_between(from, &root, points)?;
-            return self.leader_crossings_between(&root, to, points);
+        let lead = root.modes[top].eigenvalue.re - root.modes[next[new]].eigenvalue.re;
+        let third = next.iter().position(|&mode| mode == top);
+        if let Some(third) = third
+            && ![old, new].contains(&third)
+            && lead > uncertainty(&root, top) + uncertainty(&root, next[new])
+        {
+            self.leader_crossings_between([from, &root], old, third, points)?;
+            return self.leader_crossings_between([&root, to], top, next[new], points);
         }
         points.push(CriticalPoint {
             kind: CriticalKind::Crossing,

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::branches::Mesh;
+use crate::branches::{Member, Mesh, Node};
 use crate::error::Error;
 use crate::path::Path;
 
@@ -28,7 +28,6 @@ impl Sweep {
     /// At `values`, ascending and at least one; `vectors` asks for right and left ones.
     pub fn new(path: &Path, values: &[f64], vectors: bool) -> Result<Self, Error> {
         let mesh = Mesh::new(path, values, &|_, _, _| true)?;
-        let m = path.size;
         let branches = mesh.nodes.first().map_or(0, |node| node.members().len());
         let count = values.len() * branches;
         let mut sweep = Self {
@@ -50,34 +49,46 @@ impl Sweep {
         };
         let mut carriers: Vec<usize> = (0..branches).collect();
         let mut wanted = values.iter().peekable();
+        let mut crossings = mesh.crossings.iter().peekable();
         for (k, node) in mesh.nodes.iter().enumerate() {
             if k > 0 {
+                let previous = &mesh.nodes[k - 1];
+                while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value)
+                {
+                    // The eigenvalues that cross here are equal, so the nearest ones are right.
+                    let next = previous.nearest(crossing);
+                    let there: Vec<usize> = carriers.iter().map(|&carrier| next[carrier]).collect();
+                    wanted.next();
+                    sweep.push(crossing, &there, vectors);
+                }
                 carriers.iter_mut().for_each(|branch| *branch = mesh.links[k - 1].next[*branch]);
             }
-            if wanted.next_if(|&&value| value == node.value).is_none() {
-                continue;
-            }
-            let members = node.members();
-            let oriented = |z: Complex64, conjugate: bool| if conjugate { z.conj() } else { z };
-            for &carrier in &carriers {
-                let member = members[carrier];
-                let mode = &node.modes[member.mode];
-                sweep.eigenvalues.push(oriented(mode.eigenvalue, member.conjugate));
-                sweep.slopes.push(oriented(node.slopes[member.mode], member.conjugate));
-                sweep.a.push(oriented(mode.a, member.conjugate));
-                sweep.condition.push(mode.condition);
-            }
-            if vectors {
-                for i in 0..m {
-                    for &carrier in &carriers {
-                        let member = members[carrier];
-                        let mode = &node.modes[member.mode];
-                        sweep.right.push(oriented(mode.right[i], member.conjugate));
-                        sweep.left.push(oriented(mode.left[i], member.conjugate));
-                    }
-                }
+            if wanted.next_if(|&&value| value == node.value).is_some() {
+                sweep.push(node, &carriers, vectors);
             }
         }
         Ok(sweep)
+    }
+
+    fn push(&mut self, node: &Node, carriers: &[usize], vectors: bool) {
+        let all = node.members();
+        let members: Vec<Member> = carriers.iter().map(|&carrier| all[carrier]).collect();
+        let oriented = |z: Complex64, member: &Member| if member.conjugate { z.conj() } else { z };
+        for member in &members {
+            let mode = &node.modes[member.mode];
+            self.eigenvalues.push(node.eigenvalue(*member));
+            self.slopes.push(oriented(node.slopes[member.mode], member));
+            self.a.push(oriented(mode.a, member));
+            self.condition.push(mode.condition);
+        }
+        let coordinates =
+            if vectors { node.modes.first().map_or(0, |mode| mode.right.len()) } else { 0 };
+        for i in 0..coordinates {
+            for member in &members {
+                let mode = &node.modes[member.mode];
+                self.right.push(oriented(mode.right[i], member));
+                self.left.push(oriented(mode.left[i], member));
+            }
+        }
     }
 }

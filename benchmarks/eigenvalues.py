@@ -1,0 +1,286 @@
+"""Complex eigenvalues: accuracy against 60-digit arithmetic, and time against LAPACK through numpy and scipy.
+
+`python benchmarks/eigenvalues.py [--quick]`; the quick form takes a tenth of the random scenes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import time
+from collections.abc import Callable
+
+import mpmath
+import numpy as np
+import scipy.linalg
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+import stickslip as ss
+
+mpmath.mp.dps = 60
+
+#: Defective points of the reference model.
+LOCK_INS = (0.612484152848669, 1.989108991216879)
+DISTANCES = (1.0, *(10.0**-k for k in range(1, 15)))
+#: What the accuracy has to be: residual, error of a pair's mean, factor of the single eigenvalue's bound.
+RESIDUAL, MEAN, SINGLE = 1e-13, 1e-12, 1e-14
+
+
+def exact_eigenvalues(scene: ss.Scene) -> list[mpmath.mpc]:
+    """All eigenvalues for positive sliding, from matrices formed and solved in 60 digits."""
+    stiffness = np.asarray(scene.stiffness.toarray() if hasattr(scene.stiffness, "toarray") else scene.stiffness)
+    normals = [contact.normal for contact in scene.contacts]
+    merged = {contact.tangential: (contact.normal, contact.friction) for contact in scene.contacts}
+    kept = [k for k in range(scene.size) if k not in normals]
+
+    def reduced(matrix: np.ndarray) -> mpmath.matrix:
+        result = mpmath.matrix(len(kept), len(kept))
+        for i, row in enumerate(kept):
+            for j, column in enumerate(kept):
+                entry = mpmath.mpf(matrix[row, column])
+                if row in merged:
+                    normal, friction = merged[row]
+                    entry -= mpmath.mpf(friction) * mpmath.mpf(matrix[normal, column])
+                result[i, j] = entry / mpmath.mpf(scene.mass[row])
+        return result
+
+    if isinstance(scene.damping, ss.Proportional):
+        alpha, beta = mpmath.mpf(scene.damping.mass), mpmath.mpf(scene.damping.stiffness)
+        values = []
+        for kappa in mpmath.eig(reduced(stiffness), left=False, right=False):
+            half = (alpha + beta * kappa) / 2
+            root = mpmath.sqrt(half**2 - kappa)
+            values += [-half + root, -half - root]
+        return values
+    m = len(kept)
+    state = mpmath.zeros(2 * m, 2 * m)
+    springs, dashpots = reduced(stiffness), reduced(np.asarray(scene.damping))
+    for i in range(m):
+        state[i, m + i] = 1
+        for j in range(m):
+            state[m + i, j], state[m + i, m + j] = -springs[i, j], -dashpots[i, j]
+    return list(mpmath.eig(state, left=False, right=False))
+
+
+def matched(found: np.ndarray, exact: list[mpmath.mpc]) -> list[mpmath.mpc]:
+    """The exact eigenvalue of each computed one; the nearest pair first."""
+    rounded = np.array([complex(value) for value in exact])
+    order = scipy.optimize.linear_sum_assignment(np.abs(found[:, None] - rounded[None, :]))[1]
+    return [exact[k] for k in order]
+
+
+def norms(modes: ss.Modes, scene: ss.Scene) -> tuple[np.ndarray, float]:
+    """Condition k of each eigenvalue and the norm |A| that it belongs to: those of the scaled state matrix.
+
+    With proportional damping `k |S| / |kappa|` of the mass-normalised stiffness S would be the looser bound.
+    """
+    m = modes.eigenvalues.size // 2
+    reduced = ss.reduce(scene, modes.combination)
+    root = np.sqrt(np.diag(reduced.mass))
+    stiffness = reduced.stiffness / np.outer(root, root)
+    damping = reduced.damping / np.outer(root, root)
+    gamma = max(np.sqrt(np.abs(stiffness).sum(axis=1).max()), np.abs(damping).sum(axis=1).max())
+    state = np.block([[np.zeros((m, m)), gamma * np.eye(m)], [-stiffness / gamma, -damping]])
+    return modes.condition, float(np.linalg.norm(state, 2))
+
+
+def judge(scene: ss.Scene) -> dict[str, float]:
+    """Worst residual, worst error of a mean and worst single error over its bound."""
+    modes = ss.complex_modes(scene)
+    value = modes.eigenvalues
+    exact = matched(value, exact_eigenvalues(scene))
+    error = np.array([abs(mpmath.mpc(v) - e) for v, e in zip(value, exact, strict=True)], dtype=float)
+    condition, norm = norms(modes, scene)
+    bound = SINGLE * condition * norm
+    rounded = np.array([complex(e) for e in exact])
+    distance = np.abs(rounded[:, None] - rounded[None, :]) + np.diag(np.full(value.size, np.inf))
+    partner = distance.argmin(axis=1)
+    # Where the bound exceeds half the distance to the neighbour, only the mean counts.
+    single = bound <= 0.5 * distance.min(axis=1)
+    mean = max(
+        float(abs(mpmath.mpc(value[i]) + mpmath.mpc(value[j]) - exact[i] - exact[j]) / abs(exact[i] + exact[j]))
+        for i, j in enumerate(partner)
+        if not single[i] or j == partner[partner[j]]
+    ) if (~single).any() else 0.0
+    nearest = int(distance.min(axis=1).argmin())
+    pair = (nearest, int(partner[nearest]))
+    pair_mean = float(
+        abs(sum((mpmath.mpc(value[k]) - exact[k] for k in pair), mpmath.mpf(0))) / abs(exact[pair[0]] + exact[pair[1]])
+    )
+    return {
+        "residual": float(modes.residual.max()),
+        "mean": max(mean, pair_mean),
+        "single": float((error / bound)[single].max(initial=0.0)),
+        "condition": float(condition.max()),
+    }
+
+
+def random_scene(rng: np.random.Generator, kind: str) -> ss.Scene:
+    """A random two-subsystem scene; `wide`: masses and stiffnesses over twelve orders of magnitude."""
+    def factor(*shape: int) -> np.ndarray:
+        return 10.0 ** rng.uniform(-6.0, 6.0, shape) if kind == "wide" else rng.uniform(0.2, 2.0, shape)
+
+    scene = ss.models.two_subsystems(
+        friction=rng.uniform(0.0, 3.0, 2),
+        upper_mass=0.5 * factor(2),
+        contact_mass=0.5 * factor(2),
+        inclination=rng.uniform(-1.2, 1.2, 2),
+        wall_stiffness=float(1e6 * factor()),
+        vertical_stiffness=3e5 * factor(2),
+        horizontal_stiffness=1e6 * factor(2),
+        ceiling_stiffness=1e5 * factor(2),
+        link_horizontal_stiffness=float(1e6 * factor()),
+        link_vertical_stiffness=float(3e5 * factor()),
+        damping=0.0 if kind == "undamped" else 10.0 ** rng.uniform(-6.0, -3.0),
+    )
+    if kind != "general":
+        return scene
+    root = rng.normal(size=(8, 8)) * 5.0
+    return ss.Scene(
+        scene.mass, scene.stiffness, damping=root @ root.T, force=scene.force, contacts=scene.contacts
+    )
+
+
+def accuracy(console: Console, count: int) -> bool:
+    table = Table(title="Accuracy against 60-digit arithmetic (1 is the bound of a single eigenvalue)", title_justify="left")
+    for heading in ("scenes", "largest condition", "residual", "mean of the pair", "single, of its bound"):
+        table.add_column(heading, justify="left" if heading == "scenes" else "right")
+    good = True
+
+    def add(label: str, results: list[dict[str, float]]) -> None:
+        nonlocal good
+        worst = {key: max(result[key] for result in results) for key in results[0]}
+        good &= worst["residual"] <= RESIDUAL and worst["mean"] <= MEAN and worst["single"] <= 1.0
+        table.add_row(
+            label, f"{worst['condition']:.1e}", f"{worst['residual']:.1e}", f"{worst['mean']:.1e}", f"{worst['single']:.1e}"
+        )
+
+    for lock_in in LOCK_INS:
+        for distance in DISTANCES:
+            add(f"lock-in {lock_in:.4f} + {distance:.0e}", [judge(ss.models.two_subsystems(friction=lock_in + distance))])
+    rng = np.random.default_rng(2024)
+    for kind in ("proportional", "undamped", "wide", "general"):
+        scenes = [random_scene(rng, kind) for _ in range(count)]
+        add(f"{count} random, {kind}", [judge(scene) for scene in track(scenes, kind, console=console, transient=True)])
+    console.print(table)
+    return good
+
+
+def best_of(repetitions: int, run: Callable[[], object]) -> float:
+    """The shortest time of some runs, s."""
+    times = []
+    for _ in range(repetitions):
+        begin = time.perf_counter()
+        run()
+        times.append(time.perf_counter() - begin)
+    return min(times)
+
+
+def state_matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray]:
+    modes = ss.reduce(scene, "+" * len(scene.contacts))
+    zero = np.zeros_like(modes.mass)
+    a = np.block([[modes.damping, modes.mass], [modes.mass, zero]])
+    return a, np.block([[modes.stiffness, zero], [zero, -modes.mass]])
+
+
+def sweep_times() -> tuple[float, float]:
+    scene = ss.models.two_subsystems()
+    values = np.linspace(0.0, 3.0, 1000)
+    pencils = [state_matrices(scene.replace(friction=value)) for value in values]
+
+    def lapack() -> None:
+        for a, b in pencils:
+            scipy.linalg.eig(-b, a, left=True, right=True)
+
+    return best_of(10, lambda: ss.sweep(scene, friction=values, vectors=True)), best_of(3, lapack)
+
+
+def verdict_times(count: int) -> tuple[float, float]:
+    rng = np.random.default_rng(1)
+
+    def spread(value: object, *shape: int) -> np.ndarray:
+        return np.asarray(value) * rng.uniform(0.5, 1.5, (count, *shape))
+
+    drawn = {
+        "friction": rng.uniform(0.0, 3.0, (count, 2)),
+        "upper_mass": spread([0.3, 0.7], 2),
+        "contact_mass": spread([0.3, 0.7], 2),
+        "inclination": spread([0.3, 0.75], 2),
+        "vertical_stiffness": spread([4.5e5, 3e4], 2),
+        "horizontal_stiffness": spread([3e5, 2.4e6], 2),
+        "ceiling_stiffness": spread([6e4, 1.8e5], 2),
+        "wall_stiffness": spread(1.8e6),
+        "link_horizontal_stiffness": spread([1.5e6], 1),
+        "link_vertical_stiffness": spread([2.4e5], 1),
+        "damping": spread(1e-4),
+    }
+    # The peer gets its state matrices ready made; a subset, because building them takes longer than the rest.
+    part = count // 20
+    states = np.empty((part, 12, 12))
+    for i in range(part):
+        values = {k: v[i, 0] if v.shape[1:] == (1,) else v[i] for k, v in drawn.items()}
+        a, b = state_matrices(ss.models.two_subsystems(**values))
+        states[i] = -np.linalg.solve(a, b)
+    ours = best_of(5, lambda: ss.stability(ss.models.two_subsystems, **drawn))
+    found = ss.stability(ss.models.two_subsystems, **drawn).growth_rate.to_numpy()[:part]
+    peer = np.linalg.eigvals(states).real.max(axis=1)
+    assert np.abs(found - peer).max() <= 1e-6 * np.abs(peer).max()
+    return ours, best_of(3, lambda: np.linalg.eigvals(states)) * count / part
+
+
+def chain_times(subsystems: int) -> tuple[float, float, float]:
+    part = ss.models.Subsystem(
+        upper_mass=0.3,
+        contact_mass=0.7,
+        inclination=0.4,
+        vertical_stiffness=4.5e5,
+        horizontal_stiffness=3e5,
+        ceiling_stiffness=6e4,
+    )
+    rng = np.random.default_rng(0)
+    parts = [
+        ss.models.Subsystem(**{k: float(v * rng.uniform(0.9, 1.1)) for k, v in vars(part).items()})
+        for _ in range(subsystems)
+    ]
+    link = ss.models.Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)
+    scene = ss.models.chain(parts, [link] * (subsystems - 1), wall_stiffness=1.8e6, friction=0.4, slider_speed=1.0)
+    a, b = state_matrices(scene)
+    half = ss.reduce(scene, "+" * subsystems)
+    normalised = half.stiffness / np.diag(half.mass)[:, None]
+    return (
+        best_of(2, lambda: ss.complex_modes(scene)),
+        best_of(1, lambda: scipy.linalg.eig(-b, a, left=True, right=True)),
+        best_of(2, lambda: scipy.linalg.eig(normalised, left=True, right=True)),
+    )
+
+
+def speed(console: Console) -> None:
+    table = Table(title=f"Time, s ({os.cpu_count()} processors)", title_justify="left")
+    for heading in ("job", "stickslip", "peer", "ratio"):
+        table.add_column(heading, justify="left" if heading == "job" else "right")
+
+    def add(job: str, ours: float, peer: float) -> None:
+        table.add_row(job, f"{ours:.4f}", f"{peer:.4f}", f"{peer / ours:.1f}")
+
+    add("1000 frictions with left and right vectors; peer: scipy.linalg.eig(A, B) in a loop", *sweep_times())
+    add("100 000 stability verdicts; peer: numpy.linalg.eigvals on ready state matrices", *verdict_times(100_000))
+    ours, whole, half = chain_times(134)
+    add("402 free coordinates, left and right vectors; peer: scipy.linalg.eig(A, B)", ours, whole)
+    add("the same; peer: scipy.linalg.eig of the half-size problem, formed by hand", ours, half)
+    console.print(table)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--quick", action="store_true")
+    quick = parser.parse_args().quick
+    console = Console(width=130)
+    speed(console)
+    if not accuracy(console, 25 if quick else 250):
+        raise SystemExit("accuracy: a bound is exceeded")
+
+
+if __name__ == "__main__":
+    main()

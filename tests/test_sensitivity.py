@@ -1,0 +1,120 @@
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+EPS = np.finfo(float).eps
+LOCK_IN = 0.612484152848669
+
+
+def nearest(values, target):
+    return int(np.abs(values - target).argmin())
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("friction", 1.5), ("damping", 1e-4), ("wall_stiffness", 1.8e6), ("link_vertical_stiffness", 2.4e5)]
+)
+def test_against_finite_differences(name, value):
+    found = ss.sensitivity(ss.models.two_subsystems, **{"friction": 1.5, name: value})
+    step = 1e-4 * value
+    low, high = (
+        ss.complex_modes(ss.models.two_subsystems(**{"friction": 1.5, name: value + side})).eigenvalues
+        for side in (-step, step)
+    )
+    difference = (high - low) / (2 * step)
+    # Central: the relative error is of the order of (step / distance to the next singularity)^2.
+    assert found.derivative.sel(parameter=name).to_numpy() == pytest.approx(difference, rel=1e-5)
+
+
+def test_against_complex_steps():
+    scene = ss.models.two_subsystems(friction=1.5)
+    found = ss.sensitivity(scene).derivative.to_numpy()[0]
+    eigenvalues = ss.complex_modes(scene).eigenvalues
+    base, one = (ss.reduce(scene.replace(friction=mu), "++") for mu in (1.0, 2.0))
+    rate = 1e3
+
+    def at(friction):
+        stiffness, damping = (
+            getattr(base, k) + (friction - 1.0) * (getattr(one, k) - getattr(base, k)) for k in ("stiffness", "damping")
+        )
+        inverse = 1.0 / np.diag(base.mass)[:, None]
+        zero = np.zeros_like(base.mass)
+        state = np.block([[zero, rate * np.eye(6)], [-inverse * stiffness / rate, -inverse * damping]])
+        return np.linalg.eigvals(state)
+
+    # Analytic in friction: the difference of conjugate steps has an error of step^2 and none of cancellation
+    # beyond rounding over step.
+    step = 1e-5
+    plus, minus = at(1.5 + 1j * step), at(1.5 - 1j * step)
+    for value, derivative in zip(eigenvalues, found, strict=True):
+        difference = (plus[nearest(plus, value)] - minus[nearest(minus, value)]) / (2j * step)
+        assert difference == pytest.approx(derivative, rel=1e-6)
+
+
+def test_contacts_add_up():
+    scene = ss.models.two_subsystems(friction=(1.2, 0.9))
+    found = ss.sensitivity(scene, parameters=("friction", "friction_0", "friction_1")).derivative.to_numpy()
+    assert found[0] == pytest.approx(found[1] + found[2], rel=1e-12)
+
+
+@pytest.mark.parametrize("matrix", ["mass", "damping", "stiffness"])
+def test_entries_of_matrices(matrix):
+    reference = ss.models.two_subsystems(friction=1.5)
+    dense = {
+        "mass": np.diag(reference.mass),
+        "stiffness": reference.stiffness.toarray(),
+        "damping": 1e-4 * reference.stiffness.toarray(),
+    }
+
+    def scene(**changed):
+        return ss.Scene(**{**dense, **changed}, force=reference.force, contacts=reference.contacts)
+
+    found = ss.entry_sensitivity(scene(), matrix)
+    # Entries among the upper masses: a full mass matrix that couples contacts is another model.
+    for i, j in ((0, 0), (0, 1), (1, 4)):
+        step = 1e-5 * np.abs(np.diag(dense[matrix])).max()
+        sides = []
+        for side in (-step, step):
+            changed = dense[matrix].copy()
+            changed[i, j] += side
+            changed[j, i] = changed[i, j]
+            sides.append(ss.complex_modes(scene(**{matrix: changed})).eigenvalues)
+        difference = (sides[1] - sides[0]) / (2 * step)
+        expected = found.to_numpy()[:, i, j] + (found.to_numpy()[:, j, i] if i != j else 0.0)
+        assert np.abs(difference - expected).max() <= 1e-5 * np.abs(difference).max()
+
+
+@pytest.mark.parametrize("distance", [1e-11, 1e-12, 1e-14, 0.0])
+def test_at_a_lock_in_only_the_mean_has_a_derivative(distance):
+    found = ss.sensitivity(ss.models.two_subsystems(friction=LOCK_IN + distance))
+    pair = np.flatnonzero(~found.defined.to_numpy())
+    assert pair.size == 4
+    assert np.isnan(found.derivative.to_numpy()[0, pair]).all()
+    means = found.mean_derivative.to_numpy()[0, pair]
+    far = [
+        ss.complex_modes(ss.models.two_subsystems(friction=LOCK_IN + side)).eigenvalues for side in (-1e-4, 1e-4)
+    ]
+    upper = [values[values.imag > 0][np.abs(values[values.imag > 0] - 694.45j).argsort()[:2]].mean() for values in far]
+    smooth = (upper[1] - upper[0]) / 2e-4
+    # The mean is analytic: the difference has an error of the step squared.
+    for mode, mean in zip(pair, means, strict=True):
+        expected = smooth if found.eigenvalue.to_numpy()[mode].imag > 0 else smooth.conjugate()
+        assert mean == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_parameter_at_the_end_of_its_domain():
+    found = ss.sensitivity(ss.models.two_subsystems, friction=0.0)
+    inside = ss.sensitivity(ss.models.two_subsystems(friction=0.0))
+    assert found.derivative.to_numpy() == pytest.approx(inside.derivative.to_numpy(), rel=1e-9)
+
+
+def test_hostile_input():
+    scene = ss.models.two_subsystems()
+    with pytest.raises(ss.InputError, match="stifness: a scene has no such parameter"):
+        ss.sensitivity(scene, parameters=("stifness",))
+    with pytest.raises(ss.InputError, match="friction: a scene holds its values"):
+        ss.sensitivity(scene, friction=1.0)
+    with pytest.raises(ss.InputError, match="at least one parameter"):
+        ss.sensitivity(ss.models.two_subsystems)
+    with pytest.raises(ss.InputError, match="matrix: expected one of"):
+        ss.entry_sensitivity(scene, "inertia")
