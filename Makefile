@@ -37,8 +37,9 @@ format: $(INSTALLED) ## Format Rust and Python
 	$(BIN)/ruff check --fix-only
 	$(BIN)/ruff format
 
-bench: $(INSTALLED) ## Time against another integrator at known error
+bench: $(INSTALLED) ## Time and accuracy beside scipy, LAPACK and 60-digit arithmetic
 	$(BIN)/python benchmarks/standard_run.py
+	$(BIN)/python benchmarks/eigenvalues.py
 
 docs: $(INSTALLED) ## Run the README's examples and redraw its figure
 	$(BIN)/python -m pytest tests/test_readme.py

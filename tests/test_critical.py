@@ -40,13 +40,14 @@ def test_hopf_points_are_zeros_of_the_real_part():
         # 1e-12 of the parameter, as growth rate.
         assert growth <= 1e-12 * point.value * abs(point.slope)
         before, after = (
-            ss.complex_modes(scene.replace(friction=point.value + side)).unstable.sum() for side in (-1e-6, 1e-6)
+            ss.complex_modes(scene.replace(friction=point.value + side)).unstable.sum()
+            for side in (-1e-6, 1e-6)
         )
         assert after - before == 2 * point.direction
 
 
 def two_modes(damping_difference):
-    """The minimal model of mode coupling: K = [[2 + mu, mu - 0.3], [-0.3, 3]] 1e4 N/m, lock-in at mu = 0.5046."""
+    """Mode coupling of two dofs: K = [[2 + mu, mu - 0.3], [-0.3, 3]] 1e4 N/m, lock-in at mu = 0.5046."""
 
     def model(friction):
         stiffness = np.array([[2.0, -0.3, -1.0], [-0.3, 3.0, -1.0], [-1.0, -1.0, 10.0]]) * 1e4

@@ -19,7 +19,8 @@ def test_contact_less_damping_power_is_the_growth_of_energy(drawn, data):
         + power.damping_power
         + 2.0 * np.abs(power.eigenvalue) * np.abs(power.energy)
     )
-    # What cancels are the residuals of the pairs, times the norm of the problem over that of the mode's own terms.
+    # What cancels are the residuals of the pairs, times the norm of the problem over that of the mode's own
+    # terms.
     assert (np.abs(power.residual) <= 1e-10 * size.max()).all()
 
 

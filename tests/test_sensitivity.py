@@ -12,7 +12,8 @@ def nearest(values, target):
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [("friction", 1.5), ("damping", 1e-4), ("wall_stiffness", 1.8e6), ("link_vertical_stiffness", 2.4e5)]
+    ("name", "value"),
+    [("friction", 1.5), ("damping", 1e-4), ("wall_stiffness", 1.8e6), ("link_vertical_stiffness", 2.4e5)],
 )
 def test_against_finite_differences(name, value):
     found = ss.sensitivity(ss.models.two_subsystems, **{"friction": 1.5, name: value})
@@ -35,7 +36,8 @@ def test_against_complex_steps():
 
     def at(friction):
         stiffness, damping = (
-            getattr(base, k) + (friction - 1.0) * (getattr(one, k) - getattr(base, k)) for k in ("stiffness", "damping")
+            getattr(base, k) + (friction - 1.0) * (getattr(one, k) - getattr(base, k))
+            for k in ("stiffness", "damping")
         )
         inverse = 1.0 / np.diag(base.mass)[:, None]
         zero = np.zeros_like(base.mass)
@@ -92,9 +94,13 @@ def test_at_a_lock_in_only_the_mean_has_a_derivative(distance):
     assert np.isnan(found.derivative.to_numpy()[0, pair]).all()
     means = found.mean_derivative.to_numpy()[0, pair]
     far = [
-        ss.complex_modes(ss.models.two_subsystems(friction=LOCK_IN + side)).eigenvalues for side in (-1e-4, 1e-4)
+        ss.complex_modes(ss.models.two_subsystems(friction=LOCK_IN + side)).eigenvalues
+        for side in (-1e-4, 1e-4)
     ]
-    upper = [values[values.imag > 0][np.abs(values[values.imag > 0] - 694.45j).argsort()[:2]].mean() for values in far]
+    upper = [
+        values[values.imag > 0][np.abs(values[values.imag > 0] - 694.45j).argsort()[:2]].mean()
+        for values in far
+    ]
     smooth = (upper[1] - upper[0]) / 2e-4
     # The mean is analytic: the difference has an error of the step squared.
     for mode, mean in zip(pair, means, strict=True):

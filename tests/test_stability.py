@@ -35,9 +35,7 @@ def test_sampled_models_equal_their_scenes():
     drawn = samples(200)
     found = ss.stability(ss.models.two_subsystems, **drawn)
     for i in range(200):
-        values = {
-            name: value[i, 0] if value.shape[1:] == (1,) else value[i] for name, value in drawn.items()
-        }
+        values = {name: value[i, 0] if value.shape[1:] == (1,) else value[i] for name, value in drawn.items()}
         modes = ss.complex_modes(ss.models.two_subsystems(**values))
         bound = 100 * EPS * modes.condition.max() * np.abs(modes.eigenvalues).max()
         assert abs(float(found.growth_rate[i]) - largest(modes)) <= bound

@@ -27,7 +27,8 @@ def test_all_combinations_with_unstable_modes_marked():
         upper = modes.eigenvalues.imag >= 0.0
         assert int(table.data.unstable.sel(combination=combination).sum()) == int(modes.unstable[upper].sum())
     lines = repr(table).splitlines()
-    assert lines[1].startswith("++") and "124.18*" in lines[1]
+    assert lines[1].startswith("++")
+    assert "124.18*" in lines[1]
     assert "129.24*r" in lines[2]
     assert table._repr_html_().count("<tr>") == 16
 

@@ -13,7 +13,7 @@ def rotation(size, seed):
 
 
 def rotated_oscillators(stiffness, seed, coupling=0.0):
-    """Oscillators of unit mass with stiffnesses that depend on p, mixed by a rotation so that no block shows."""
+    """Oscillators of unit mass with stiffnesses over p, mixed by a rotation so that no block shows."""
     size = len(stiffness(0.0))
     turn = rotation(size, seed)
     tie = coupling * (np.ones((size, size)) - np.eye(size))
@@ -35,7 +35,9 @@ slopes = st.lists(st.floats(-3.0, 3.0), min_size=2, max_size=5, unique=True)
 
 @given(slopes, st.integers(0, 2**32 - 1), st.integers(3, 60), st.data())
 def test_branches_that_cross_are_followed_through(gradients, seed, points, data):
-    starts = np.array(data.draw(st.lists(st.floats(5.0, 9.0), min_size=len(gradients), max_size=len(gradients))))
+    starts = np.array(
+        data.draw(st.lists(st.floats(5.0, 9.0), min_size=len(gradients), max_size=len(gradients)))
+    )
     gradients = np.array(gradients)
 
     def stiffness(p):
@@ -45,7 +47,8 @@ def test_branches_that_cross_are_followed_through(gradients, seed, points, data)
     found = ss.sweep(rotated_oscillators(stiffness, seed), p=values)
     expected = np.sqrt(np.array([stiffness(p) for p in values]))
     frequencies = 2 * np.pi * found.frequency.to_numpy()
-    # Each branch is one of the straight lines from end to end; the rounding of k moves sqrt(k) by half as much.
+    # Each branch is one of the straight lines from end to end; the rounding of k moves sqrt(k) by half as
+    # much.
     for line in expected.T:
         distance = np.abs(frequencies - line[:, None]).max(axis=0)
         assert distance.min() <= 1e-9 * line.max()
@@ -54,9 +57,7 @@ def test_branches_that_cross_are_followed_through(gradients, seed, points, data)
     assert frequencies[0] == pytest.approx(np.repeat(start, 2), rel=1e-9)
 
 
-@given(
-    st.floats(1e-8, 1e-1), st.integers(0, 2**32 - 1), st.integers(3, 60), st.floats(-0.5, 0.5)
-)
+@given(st.floats(1e-8, 1e-1), st.integers(0, 2**32 - 1), st.integers(3, 60), st.floats(-0.5, 0.5))
 def test_branches_that_veer_are_not_swapped(gap, seed, points, centre):
     def stiffness(p):
         return 1e4 * np.array([4.0 + (p - centre), 4.0 - (p - centre), 9.0])

@@ -196,7 +196,6 @@ def settle_all(
     stretch: float,
     limit: float,
 ) -> list[tuple[Settled, str]]: ...  # and why the last stretch ended
-
 def chain(
     upper_mass: Real,  # (s,)
     contact_mass: Real,  # (s,)

@@ -11,11 +11,15 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from stickslip import energy_figures, figures
+from stickslip import energy_figures, figures, mode_figures
 from stickslip.models import two_subsystems
+from stickslip.modes import complex_modes
 from stickslip.published import published
 from stickslip.reproduce import FRICTIONS, Row, attractor, rows, standard_run
+from stickslip.sweep import sweep
 
+#: The masses of the published model with their dofs; a contact mass moves in the axes of its slider.
+MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7", "x8")}
 #: Colours of the verdicts.
 STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not printed": "dim"}
 
@@ -90,13 +94,17 @@ def comparison_table(found: list[Row]) -> Table:
 
 
 def write_figures(folder: Path) -> list[Path]:
-    """Write the figures of the published model as PNG and return their paths."""
+    """Write the figures of the published model, and its unstable mode in motion, and return their paths."""
     folder.mkdir(parents=True, exist_ok=True)
     run = standard_run()
     settled = published()["limit_cycles"][0]
     cycle, onset = run.limit_cycle(), float(run.events.time[0])
+    growing = complex_modes(run.scene)
+    leading = int(np.argmax(growing.eigenvalues.real))
     drawn = {
-        "loci.png": figures.loci(two_subsystems(), np.linspace(0.0, FRICTIONS[-1], 301)),
+        "mode-shapes.png": mode_figures.shapes(complex_modes(two_subsystems(friction=0.0))),
+        "loci.png": mode_figures.loci(sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301))),
+        "mode-orbits.png": mode_figures.orbits(growing, leading, MASSES),
         "history.png": figures.history(run),
         "phase-plane.png": figures.phase_plane(run),
         "contact-status.png": figures.contact_status(run),
@@ -108,7 +116,9 @@ def write_figures(folder: Path) -> list[Path]:
     }
     for name, figure in drawn.items():
         figures.save(figure, folder / name)
-    return [folder / name for name in drawn]
+    animation = folder / "mode.gif"
+    mode_figures.animated(growing, leading, MASSES).save(animation, writer="pillow")
+    return [*(folder / name for name in drawn), animation]
 
 
 def _notes(found: list[Row]) -> list[str]:

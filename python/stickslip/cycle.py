@@ -107,8 +107,8 @@ class Cycle:
         """Number of multipliers that are zero exactly.
 
         The dimension of the admissible space at the section less the smallest one on the way: one for each
-        contact that slides at the section and sticks there, two for each that is open at the section and closed
-        there; or, where that is more, one for a plastic impact that leaves the contact open.
+        contact that slides at the section and sticks there, two for each that is open at the section and
+        closed there; or, where that is more, one for a plastic impact that leaves the contact open.
         """
         return self.core.structural_zeros
 

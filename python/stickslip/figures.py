@@ -1,4 +1,4 @@
-"""Figures of modes and motions."""
+"""Figures of motions."""
 
 from __future__ import annotations
 
@@ -10,35 +10,13 @@ from matplotlib.figure import Figure
 
 from stickslip.arrays import Real
 from stickslip.attractor import Attractor
-from stickslip.modes import complex_modes
-from stickslip.scene import Scene
 from stickslip.transient import Trajectory
 
 #: One colour per status, the same in every figure.
 COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
 NAMES = {"+": "positive sliding", "-": "negative sliding", "s": "sticking", "d": "detached"}
-STABLE, UNSTABLE = COLOURS["+"], COLOURS["s"]
 #: Samples of a history: some thirty per period of the fastest visible line.
 HISTORY = 6001
-
-
-def loci(scene: Scene, frictions: Real) -> Figure:
-    """Return growth rates and frequencies of steady sliding over friction (the paper's Fig. 3)."""
-    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
-    growth, frequency = figure.subplots(1, 2)
-    for friction in frictions:
-        modes = complex_modes(scene.replace(friction=float(friction)))
-        upper = modes.eigenvalues.imag >= 0.0
-        colours = np.where(modes.unstable[upper], UNSTABLE, STABLE)
-        at = np.full(colours.size, friction)
-        growth.scatter(at, modes.eigenvalues[upper].real, s=3, c=colours)
-        frequency.scatter(at, modes.frequencies[upper], s=3, c=colours)
-    growth.axhline(0.0, color="black", linewidth=0.6)
-    # The heavily damped modes would leave the others on one line.
-    growth.set(xlabel="friction coefficient", ylabel="real part, 1/s", ylim=(-250.0, 120.0))
-    frequency.set(xlabel="friction coefficient", ylabel="|eigenvalue| / 2π, Hz")
-    figure.suptitle("Complex eigenvalues of steady sliding (red: unstable)")
-    return figure
 
 
 def history(run: Trajectory, dofs: tuple[str, ...] = ("x1", "x2", "x3", "x7")) -> Figure:
@@ -48,7 +26,7 @@ def history(run: Trajectory, dofs: tuple[str, ...] = ("x1", "x2", "x3", "x7")) -
     panels = figure.subplots(len(dofs), 1, sharex=True, squeeze=False)[:, 0]
     for axes, dof in zip(panels, dofs, strict=True):
         displacement = motion.position.sel(dof=dof)
-        axes.plot(motion.time, 1e6 * (displacement - displacement[0]), color=STABLE, linewidth=0.7)
+        axes.plot(motion.time, 1e6 * (displacement - displacement[0]), color=COLOURS["+"], linewidth=0.7)
         axes.set_ylabel(f"{dof}, µm")
     panels[-1].set_xlabel("time, s")
     figure.suptitle("Displacement from steady sliding")

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cache
 from typing import Any, Literal
 
-import numpy as np
-from scipy.optimize import brentq
-
 from stickslip.arrays import Real
 from stickslip.attractor import Attractor, settle
-from stickslip.errors import RunError
+from stickslip.critical import critical_points
 from stickslip.models import two_subsystems
 from stickslip.modes import complex_modes
 from stickslip.published import (
@@ -30,8 +27,8 @@ from stickslip.transient import Trajectory, simulate
 
 #: Displacement whose spectrum is published: vertical of the first upper mass.
 UPPER_VERTICAL = "x2"
-#: Friction over which critical values are looked for, in steps that separate them.
-FRICTIONS: Real = np.linspace(0.0, 3.0, 121)
+#: Friction over which critical values are looked for.
+FRICTIONS = (0.0, 3.0)
 
 Verdict = Literal["agrees", "erratum", "differs", "not printed"]
 
@@ -81,35 +78,11 @@ def frequencies(scene: Scene, combination: str) -> Real:
 
 def critical_frictions() -> tuple[float, float, float]:
     """Return where the first and the second pair become unstable, and where their growth rates cross."""
-    scene = two_subsystems()
-
-    def growing(friction: float) -> Real:
-        modes = complex_modes(scene.replace(friction=friction))
-        oscillating = modes.eigenvalues.imag > 0.0
-        return modes.eigenvalues[oscillating].real
-
-    def largest(friction: float) -> float:
-        return float(np.sort(growing(friction))[-1])
-
-    def second_largest(friction: float) -> float:
-        return float(np.sort(growing(friction))[-2])
-
-    def lower_minus_upper(friction: float) -> float:
-        # In order of frequency; exactly two pairs grow above the second Hopf point.
-        lower, upper = (rate for rate in growing(friction) if rate > 0.0)
-        return float(lower - upper)
-
-    first = _first_root(largest, FRICTIONS)
-    second = _first_root(second_largest, FRICTIONS)
-    return first, second, _first_root(lower_minus_upper, FRICTIONS[second < FRICTIONS])
-
-
-def _first_root(function: Callable[[float], float], grid: Real) -> float:
-    values = [function(float(x)) for x in grid]
-    for left, right, a, b in zip(grid[:-1], grid[1:], values[:-1], values[1:], strict=True):
-        if np.sign(a) != np.sign(b):
-            return float(brentq(function, left, right, xtol=1e-14, rtol=1e-14))
-    raise RunError(f"no critical friction between {grid[0]:g} and {grid[-1]:g}")
+    points = critical_points(two_subsystems(), friction=FRICTIONS)
+    first, second = (point.value for point in points if point.kind == "hopf")
+    # Below the first Hopf point the lead passes between modes that all decay.
+    (crossing,) = (point.value for point in points if point.kind == "crossing" and point.value > second)
+    return first, second, crossing
 
 
 def _natural_frequencies(record: dict[str, Any]) -> Iterator[Row]:

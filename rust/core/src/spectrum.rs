@@ -22,7 +22,10 @@ const CONVERGED: f64 = 1e-10;
 /// Condition number up to which an eigenvalue is corrected by its own Rayleigh quotient. The correction moves it
 /// by about the condition number times rounding away from the value its vector belongs to, so a larger limit
 /// would show in the residual; the eigenvalue itself is within its condition times rounding in any case.
-const WELL_CONDITIONED: f64 = 100.0;
+const WELL_CONDITIONED: f64 = 300.0;
+/// Free coordinates up to which vectors are refined: beyond, no transient is propagated by modes, and the refinement
+/// would cost more than the solution.
+const REFINED_SIZE: usize = 60;
 
 /// One mode, of each conjugate pair the one with positive imaginary part; vectors over the kept coordinates.
 #[derive(Debug, Clone)]
@@ -179,8 +182,8 @@ impl Problem<'_> {
             }
         }
         match vectors {
-            Vectors::Solved => halves,
-            Vectors::Refined => self.refined(halves),
+            Vectors::Refined if self.pencil.size <= REFINED_SIZE => self.refined(halves),
+            _ => halves,
         }
     }
 
@@ -214,9 +217,12 @@ impl Problem<'_> {
             Eigenvectors { values: &values, scales: &scales, right: &vectors.0, left: &vectors.1 };
         let refined_right = before.refined_right(&right, -1.0);
         let refined_left = before.refined_left(&left, -1.0);
-        for ((half, right), left) in halves.iter_mut().zip(refined_right).zip(refined_left) {
-            half.right = right;
-            half.left = left;
+        let solved = vectors.0.into_iter().zip(vectors.1);
+        let refined = refined_right.into_iter().zip(refined_left);
+        for ((half, solved), refined) in halves.iter_mut().zip(solved).zip(refined) {
+            // A value that was not corrected belongs to its vectors as they were solved.
+            let corrected = half.condition <= WELL_CONDITIONED;
+            (half.right, half.left) = if corrected { refined } else { solved };
         }
         halves
     }

@@ -1,0 +1,69 @@
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip import mode_figures
+
+MASSES = {"m1": ("x1", "x2"), "m3": ("x5", "x6")}
+
+
+def test_loci_show_the_branches():
+    branches = ss.sweep(ss.models.two_subsystems(), friction=[0.5, 1.5, 1.0])
+    figure = mode_figures.loci(branches)
+    growth, frequency = figure.axes
+    assert growth.get_xlabel() == "friction coefficient"
+    assert growth.get_ylabel() == "real part, 1/s"
+    # Two lines, all and unstable, for each of six pairs.
+    lines = [line for line in frequency.lines if len(line.get_xdata()) == 3]
+    assert len(lines) == 12
+    assert list(lines[0].get_xdata()) == [0.5, 1.0, 1.5]
+    ends = np.array([line.get_ydata()[-1] for line in lines[::2]])
+    assert np.abs(ends - 118.44).min() < 0.01
+    unstable = np.array([line.get_ydata()[-1] for line in lines[1::2]])
+    assert np.isfinite(unstable).sum() == 1
+
+
+def test_shapes_show_every_mode():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
+    figure = mode_figures.shapes(modes)
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles[:2] == ["91.56 Hz", "112.20 Hz"]
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    assert np.abs(heights).max() == pytest.approx(1.0)
+    assert np.abs(heights) == pytest.approx(np.abs(modes.shapes[:, 0]), abs=1e-15)
+
+
+def test_orbits_show_the_motion():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
+    mode = int(np.argmax(modes.eigenvalues.real))
+    figure = mode_figures.orbits(modes, mode, MASSES)
+    motion = ss.orbit(modes, mode, ("x1", "x2"))
+    assert figure.axes[0].lines[0].get_xydata() == pytest.approx(motion.to_numpy())
+    assert "grows" in figure.get_suptitle()
+    assert [axes.get_title() for axes in figure.axes] == ["m1", "m3"]
+
+
+def test_an_animation_is_one_period():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
+    animation = mode_figures.animated(modes, 0, MASSES, frames=8)
+    axes = animation._fig.axes[0]
+    seen = []
+    for frame in range(8):
+        animation._draw_frame(frame)
+        seen.append(np.array(axes.collections[0].get_offsets()))
+    # Opposite phases are mirrored at the place of rest.
+    rest = np.array([(0.0, 0.0), (1.0, 0.0)])
+    assert seen[4] - rest == pytest.approx(rest - seen[0], abs=1e-12)
+    assert np.abs(seen[0] - seen[2]).max() > 1e-3
+    animation._draw_was_started = True
+
+
+def test_hostile_input():
+    modes = ss.complex_modes(ss.models.two_subsystems())
+    with pytest.raises(ss.InputError, match="masses: expected at least one"):
+        mode_figures.orbits(modes, 0, {})
+    with pytest.raises(ss.InputError, match="places: expected one for each of 2"):
+        mode_figures.animated(modes, 0, MASSES, places=[(0.0, 0.0)])
+    grid = ss.sweep(ss.models.two_subsystems(), friction_0=[0.0, 1.0], friction_1=[0.0, 1.0])
+    with pytest.raises(ss.InputError, match="loci: expected a sweep over one parameter"):
+        mode_figures.loci(grid)
