@@ -40,6 +40,7 @@ format: $(INSTALLED) ## Format Rust and Python
 bench: $(INSTALLED) ## Time and accuracy beside scipy, LAPACK and 60-digit arithmetic
 	$(BIN)/python benchmarks/standard_run.py
 	$(BIN)/python benchmarks/eigenvalues.py
+	$(BIN)/python benchmarks/bifurcation_diagram.py
 
 docs: $(INSTALLED) ## Run the README's examples and redraw its figure
 	$(BIN)/python -m pytest tests/test_readme.py

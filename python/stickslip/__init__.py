@@ -7,6 +7,14 @@ it is not. SI units throughout.
 from importlib.metadata import version
 
 from stickslip import models
+from stickslip.bifurcation import (
+    BranchPoint,
+    basins,
+    bifurcation,
+    branch_points,
+    disturbed_sliding,
+    follow_branch,
+)
 from stickslip.contact import Contact
 from stickslip.critical import CriticalPoint, critical_points, hopf_points
 from stickslip.cycle import Cycle, CyclePhase, Margin
@@ -37,6 +45,7 @@ __version__ = version("stickslip")
 __all__ = [
     "Accumulation",
     "Balance",
+    "BranchPoint",
     "Contact",
     "CriticalPoint",
     "Cycle",
@@ -59,9 +68,14 @@ __all__ = [
     "StickslipError",
     "Trajectory",
     "__version__",
+    "basins",
+    "bifurcation",
+    "branch_points",
     "complex_modes",
     "critical_points",
     "entry_sensitivity",
+    "disturbed_sliding",
+    "follow_branch",
     "hopf_points",
     "modal_energy",
     "mode_power",

@@ -187,8 +187,8 @@ class Cycle:
     def is_followed(self) -> bool: ...
     def continued(self, scene: Scene) -> Cycle: ...
 
-#: kind, Lyapunov exponent, cycle, distance from it, last stretch of the motion
-Settled = tuple[str, float, Cycle | None, float, Trajectory | None]
+#: kind, cycle, Lyapunov exponent and the time it was measured over, last stretch of the motion
+Settled = tuple[str, Cycle | None, tuple[float, float], Trajectory | None]
 
 def settle_all(
     scenes: Sequence[Scene],

@@ -112,7 +112,7 @@ def write_figures(folder: Path) -> list[Path]:
         "energy-cycle.png": energy_figures.energy_history(cycle.run),
         "energy-growth.png": energy_figures.energy_history(run, onset - 0.03, onset + 0.01),
         "energy-flow.png": energy_figures.energy_flow(cycle.balance()),
-        "limit-cycle.png": figures.limit_cycle(attractor(settled["friction"], settled["slider_speed"])),
+        "limit-cycle.png": figures.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
     }
     for name, figure in drawn.items():
         figures.save(figure, folder / name)

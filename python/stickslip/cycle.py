@@ -11,17 +11,20 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.arrays import Complex, Real
+from stickslip.contact import dof_index
 from stickslip.energy import Balance
-from stickslip.errors import InputError, NotPeriodicError, OrbitError
+from stickslip.errors import InputError, NotPeriodicError
 from stickslip.harmonic_energy import harmonic_energy
 from stickslip.modes import Modes, complex_modes
 from stickslip.scene import Scene
 from stickslip.state import State
 from stickslip.transient import Trajectory
 
+#: Harmonics of a series unless told otherwise.
+HARMONICS = 64
 #: Harmonics among which the main one is looked for.
-MAIN = 64
-#: Growth of neighbours over the last stretch, as a power of e, above which a motion is chaotic; below its
+MAIN = 32
+#: Growth of neighbours, as a power of e, above which a motion is chaotic; below its
 #: negative it still settles.
 DECIDED = 2.0
 
@@ -161,7 +164,7 @@ class Cycle:
         """
         return self.run.balance()
 
-    def harmonic_energy(self, count: int = MAIN) -> xr.Dataset:
+    def harmonic_energy(self, count: int = HARMONICS) -> xr.Dataset:
         """Return mean energies and works per period of every harmonic.
 
         Parameters
@@ -217,7 +220,7 @@ class Cycle:
             coords={"combination": ("phase", list(self.combinations))},
         )
 
-    def harmonics(self, count: int = MAIN) -> xr.Dataset:
+    def harmonics(self, count: int = HARMONICS) -> xr.Dataset:
         """Return the Fourier series of the displacement, in closed form.
 
         ``x(t) = c_0 + 2 Re sum_k c_k exp(2 pi i k t / period)``, t = 0 at the section: every phase is a sum
@@ -264,17 +267,15 @@ class Cycle:
         InputError
             If the dof is unknown.
         """
-        amplitude = self._main_amplitudes
+        size = self._lines
         if dof is not None:
-            if dof not in self.scene.dofs:
-                raise InputError(f"dof: unknown dof {dof!r}; the scene has {', '.join(self.scene.dofs)}")
-            amplitude = amplitude.sel(dof=[dof])
-        return int(1 + np.argmax((amplitude**2).sum("dof").to_numpy()[1:]))
+            size = size[:, [dof_index("dof", dof, self.scene.dofs)]]
+        return int(1 + np.argmax((size**2).sum(axis=1)))
 
     @cached_property
-    def _main_amplitudes(self) -> xr.DataArray:
-        amplitude: xr.DataArray = self.harmonics(MAIN)["amplitude"]
-        return amplitude
+    def _lines(self) -> Real:
+        """|c_k| of every dof, from the first harmonic to `MAIN`."""
+        return np.abs(self.core.harmonics(MAIN)[1:])
 
     def main_frequency(self, dof: str | None = None) -> float:
         """Return the frequency of the main harmonic of a dof, or of all motion, Hz."""
@@ -324,32 +325,29 @@ def limit_cycle(run: Trajectory, further: float = 10.0) -> Cycle:
     NotPeriodicError
         If it settles to none.
     """
-    kind, exponent, core, _, last = run.core.attractor(further)
+    kind, core, growth, last = run.core.attractor(further)
     if core is not None:
         return Cycle(run.scene, core)
     ended = run if last is None else Trajectory(run.scene, run.state(run.duration), last)
-    label, message = described(kind, exponent, ended.duration, ended.core.stop_message)
-    raise NotPeriodicError(message, ended, label, exponent)
+    label, message = described(kind, growth, ended.core.stop_message)
+    raise NotPeriodicError(message, ended, label, growth[0])
 
 
-def described(kind: str, exponent: float, stretch: float, stop_message: str) -> tuple[str, str]:
-    """Return what a motion without limit cycle is, and that in a sentence."""
+def described(kind: str, growth: tuple[float, float], stop_message: str) -> tuple[str, str]:
+    """Return what a motion without limit cycle is, and that in a sentence; `growth` is exponent and time."""
     if kind == "equilibrium":
         return kind, "the motion settles to an equilibrium: every mode decays and no event can follow"
     if kind == "unbounded":
         return kind, "the motion grows without bound"
     if kind == "stopped":
         return kind, f"the run could not go on: {stop_message}"
-    growth = exponent * stretch
-    shown = f"largest Lyapunov exponent {exponent:.4g} 1/s over the last {stretch:g} s"
-    if growth > DECIDED:
+    exponent, time = growth
+    shown = f"largest Lyapunov exponent {exponent:.4g} 1/s over {time:g} s"
+    if exponent * time > DECIDED:
         return "chaotic", f"the motion is chaotic: {shown}"
-    if growth > -DECIDED:
+    if exponent * time > -DECIDED:
         return (
             "quasi-periodic",
             f"the motion does not recur, and its neighbours neither part nor meet: {shown}",
         )
     return "unsettled", f"the motion has not settled yet ({shown}); simulate longer"
-
-
-__all__ = ["Cycle", "CyclePhase", "Margin", "OrbitError", "limit_cycle"]

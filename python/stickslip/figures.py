@@ -9,12 +9,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip.arrays import Real
-from stickslip.attractor import Attractor
+from stickslip.cycle import Cycle
 from stickslip.transient import Trajectory
 
 #: One colour per status, the same in every figure.
 COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
 NAMES = {"+": "positive sliding", "-": "negative sliding", "s": "sticking", "d": "detached"}
+#: Samples of one period.
+PERIOD = 4097
 #: Samples of a history: some thirty per period of the fastest visible line.
 HISTORY = 6001
 
@@ -40,11 +42,11 @@ def phase_plane(run: Trajectory) -> Figure:
     )
 
 
-def limit_cycle(cycle: Attractor) -> Figure:
+def limit_cycle(cycle: Cycle) -> Figure:
     """Return the slip motion of every contact over one period of the limit cycle."""
     sequence = " → ".join(cycle.combinations)
     title = f"Limit cycle, period {1e3 * cycle.period:.4f} ms: {sequence}"
-    return _phase_planes(cycle.run, np.append(cycle.sample_times(), cycle.begin + cycle.period), title)
+    return _phase_planes(cycle.run, np.linspace(0.0, cycle.run.duration, PERIOD), title)
 
 
 def contact_status(run: Trajectory) -> Figure:

@@ -9,8 +9,8 @@ from functools import cache
 from typing import Any, Literal
 
 from stickslip.arrays import Real
-from stickslip.attractor import Attractor, settle
 from stickslip.critical import critical_points
+from stickslip.cycle import Cycle
 from stickslip.models import two_subsystems
 from stickslip.modes import complex_modes
 from stickslip.published import (
@@ -64,10 +64,11 @@ def standard_run(duration: float = 0.6) -> Trajectory:
 
 
 @cache
-def attractor(friction: Decimal, slider_speed: Decimal) -> Attractor:
-    """Return what the published start settles to."""
+def attractor(friction: Decimal, slider_speed: Decimal) -> tuple[Trajectory, Cycle]:
+    """Return the motion from the published start, and what it settles to."""
     scene = two_subsystems(friction=float(friction), slider_speed=float(slider_speed))
-    return settle(scene, sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}))
+    run = simulate(scene, sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    return run, run.limit_cycle()
 
 
 def frequencies(scene: Scene, combination: str) -> Real:
@@ -155,7 +156,7 @@ def _number(
 
 def _limit_cycle(record: dict[str, Any]) -> Iterator[Row]:
     friction, speed, source = record["friction"], record["slider_speed"], record["figure"]
-    cycle = attractor(friction, speed)
+    run, cycle = attractor(friction, speed)
     place = f"friction {friction}, slider speed {speed}:"
     if "statuses" in record:
         yield _statuses(record, cycle, f"{place} statuses")
@@ -177,10 +178,10 @@ def _limit_cycle(record: dict[str, Any]) -> Iterator[Row]:
         )
     if "first_status_change_after_s" in record:
         printed = record["first_status_change_after_s"]
-        yield _number(source, f"{place} first status change, s", printed, cycle.onset)
+        yield _number(source, f"{place} first status change, s", printed, float(run.events.time[0]))
 
 
-def _statuses(record: dict[str, Any], cycle: Attractor, quantity: str) -> Row:
+def _statuses(record: dict[str, Any], cycle: Cycle, quantity: str) -> Row:
     computed = set(cycle.combinations)
     shown = " ".join(sorted(computed))
     if record["statuses"] is None:

@@ -296,6 +296,57 @@ class Trajectory:
             raise InputError(f"further: expected a finite time >= 0, got {limit:g}")
         return limit_cycle(self, limit)
 
+    def spectrum(
+        self,
+        dof: str | None = None,
+        *,
+        begin: float | None = None,
+        end: float | None = None,
+        harmonics: int = 64,
+        further: float = 10.0,
+        samples: int = 2**14,
+        window: Any = "hann",
+        detrend: Literal["constant", "linear"] | None = "constant",
+    ) -> xr.Dataset:
+        """Return the spectrum of displacements.
+
+        Without `begin` and `end`: the lines of the limit cycle that the motion settles to, in closed form
+        (`Cycle.harmonics`): no window, no leakage. With one of them: the discrete Fourier transform of that
+        stretch, such as the growing part up to the first event, or a motion that has no period.
+
+        Parameters
+        ----------
+        dof
+            Name of a dof; None: all of them.
+        begin, end
+            The stretch to sample, s; one of them alone: from 0, or up to the end of the motion.
+        harmonics, further
+            Of the exact lines: the highest one, and see `limit_cycle`.
+        samples, window, detrend
+            Of the transform: number of equidistant samples, >= 8, a window of `scipy.signal.get_window`, and
+            what is subtracted first: the mean, a straight line, or nothing.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``frequency`` (Hz), and ``dof`` if none was named: ``coefficient``, complex, and
+            ``amplitude`` of the cosine at that frequency, m. The attribute ``method`` is ``exact`` or
+            ``sampled``.
+
+        Raises
+        ------
+        NotPeriodicError
+            If the exact lines are asked for and the motion settles to no cycle.
+        InputError
+            If the dof is unknown or an argument is ill-posed.
+        """
+        from stickslip.line_spectrum import exact_spectrum, sampled_spectrum
+
+        if begin is None and end is None:
+            limit = real_number("further", further)
+            return exact_spectrum(self, dof, harmonics, limit)
+        return sampled_spectrum(self, dof, begin, end, samples, window, detrend)
+
     def event_states(self) -> tuple[Real, Real]:
         """Return position, m, and velocity, m/s, just after each event, (e, n) each."""
         return self.core.event_states()

@@ -15,8 +15,8 @@ use crate::simulation::{Controls, Method, simulate};
 use crate::status::Status;
 use crate::trajectory::{EventKind, StopReason, Trajectory};
 
-/// Growth of neighbours, as a power of e, over each of two stretches in a row that makes a motion chaotic.
-const CHAOS: f64 = 4.0;
+/// Growth of neighbours, as a power of e, over the later half of the motion that makes it chaotic.
+const CHAOS: f64 = 12.0;
 
 /// Where a motion ends up.
 #[derive(Debug)]
@@ -27,9 +27,11 @@ pub enum Attractor {
     Cycle(Box<Recurrence>),
     /// No recurrence within the motion looked at.
     Aperiodic {
-        /// Largest Lyapunov exponent across the flow over the last stretch, 1/s: positive in chaos, zero on
+        /// Largest Lyapunov exponent across the flow over the later half of the motion, 1/s: positive in chaos, zero on
         /// a torus, negative while the motion still settles.
         exponent: f64,
+        /// The time over which it was measured, s.
+        time: f64,
     },
     /// The motion grew beyond the range of numbers.
     Unbounded,
@@ -56,7 +58,7 @@ pub fn settle(
 ) -> Result<(Attractor, Trajectory), Error> {
     let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
     let mut elapsed = 0.0;
-    let mut growing = 0;
+    let mut growth: Vec<(f64, f64)> = Vec::new();
     let mut state = start.clone();
     loop {
         let run = simulate(scene, &state, search.stretch, search.method, controls)?;
@@ -64,10 +66,12 @@ pub fn settle(
         if let Some(attractor) = run.attractor(search.method) {
             return Ok((attractor, run));
         }
-        let exponent = run.lyapunov_exponent(search.method)?;
-        growing = if exponent * run.end > CHAOS { growing + 1 } else { 0 };
-        if growing == 2 || elapsed >= search.limit {
-            return Ok((Attractor::Aperiodic { exponent }, run));
+        growth.push((run.lyapunov_exponent(search.method)?, run.end));
+        let later = &growth[growth.len() / 2..];
+        let time: f64 = later.iter().map(|(_, time)| time).sum();
+        let exponent = later.iter().map(|(rate, time)| rate * time).sum::<f64>() / time;
+        if exponent * time > CHAOS || elapsed >= search.limit {
+            return Ok((Attractor::Aperiodic { exponent, time }, run));
         }
         state = run.state(run.end)?;
     }
@@ -82,7 +86,7 @@ impl Trajectory {
         }
         if !(search.limit > 0.0) {
             let exponent = self.lyapunov_exponent(search.method)?;
-            return Ok((Attractor::Aperiodic { exponent }, None));
+            return Ok((Attractor::Aperiodic { exponent, time: self.end }, None));
         }
         let (attractor, run) = settle(&self.scene, &self.state(self.end)?, search)?;
         Ok((attractor, Some(run)))

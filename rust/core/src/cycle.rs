@@ -14,6 +14,9 @@ use crate::trajectory::{Counters, Event, EventKind, Phase, StopReason, Trajector
 const PHASE_GRID: usize = 8;
 const PERIOD_GRID: usize = 512;
 
+/// Part of its terms below which an event function starts a phase at zero.
+const LEAVING: f64 = 1e-10;
+
 /// A periodic orbit and what it is asked for most.
 #[derive(Debug, Clone)]
 pub struct Cycle {
@@ -194,7 +197,13 @@ impl Orbit {
                         lowest = Some((value, time, interior));
                     }
                 };
-                for i in 0..count {
+                // A function that leaves from zero does so with a slope of its own, or of rounding.
+                let (start_value, scale) = (
+                    value(&step.state).abs(),
+                    functional.magnitude(&step.state[..n], &step.state[n..]),
+                );
+                let first = usize::from(start_value <= LEAVING * scale);
+                for i in first..count {
                     if slopes[i] < 0.0 && slopes[i + 1] >= 0.0 {
                         let time = root(width * i as f64, width, (slopes[i], slopes[i + 1]), |t| {
                             slope(&at(t).1)

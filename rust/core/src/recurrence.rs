@@ -2,7 +2,7 @@
 //!
 //! The last events of a run are compared with themselves shifted by p = 1, 2, ... events. A recurrence is a
 //! guess for Newton's method; the orbit found is what the run settles to if the run is on it, or if the orbit is
-//! stable and the run approaches it. A run that alternates around an unstable orbit goes on to 2p, and a
+//! stable and the run approaches it by at least half of what the multipliers say. A run that alternates around an unstable orbit goes on to 2p, and a
 //! multiplier near -1, whose alternation dies slowly, does not double the period.
 
 use crate::cycle::Cycle;
@@ -19,8 +19,6 @@ const REPEATS: usize = 3;
 const NEAR: f64 = 0.5;
 /// Distance from an orbit at which a run is on it, whether the orbit is stable or not.
 const ON: f64 = 1e-8;
-/// A run approaches an orbit if it has come closer by this factor.
-const APPROACH: f64 = 0.5;
 /// Recurrences tried: the doublings of a period up to 64, or as many odd ones.
 const CANDIDATES: usize = 7;
 /// Distance of two states of one orbit that are the same one.
@@ -99,7 +97,9 @@ impl Trajectory {
         }
         let cycle = Cycle::new(orbit.rotated()).ok()?;
         let stable = cycle.multipliers.is_stable();
-        let approached = now < ON || stable && now < APPROACH * first;
+        let rate = cycle.multipliers.transverse().iter().map(|m| m.norm()).fold(0.0, f64::max);
+        let expected = 0.5 * (1.0 + rate.powi(returns.min(i32::MAX as usize) as i32));
+        let approached = now < ON || stable && now < expected * first;
         (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
     }
 

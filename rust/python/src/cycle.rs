@@ -15,26 +15,28 @@ pub struct Cycle {
     inner: core::Cycle,
 }
 
-/// (kind, exponent, cycle, distance from it, last stretch of the motion)
-pub type Settled = (&'static str, f64, Option<Cycle>, f64, Option<Trajectory>);
+/// (kind, cycle, exponent and the time it was measured over, last stretch of the motion)
+pub type Settled = (&'static str, Option<Cycle>, (f64, f64), Option<Trajectory>);
 
 pub fn settled(attractor: core::Attractor, run: Option<core::Trajectory>) -> Settled {
-    let (kind, exponent, cycle, distance) = match attractor {
-        core::Attractor::Equilibrium => ("equilibrium", f64::NAN, None, f64::NAN),
-        core::Attractor::Cycle(found) => {
-            ("cycle", f64::NAN, Some(Cycle { inner: found.cycle }), found.distance)
-        }
-        core::Attractor::Aperiodic { exponent } => ("aperiodic", exponent, None, f64::NAN),
-        core::Attractor::Unbounded => ("unbounded", f64::NAN, None, f64::NAN),
-        core::Attractor::Stopped => ("stopped", f64::NAN, None, f64::NAN),
-    };
-    (kind, exponent, cycle, distance, run.map(Trajectory::new))
+    let run = run.map(Trajectory::new);
+    let none = (f64::NAN, f64::NAN);
+    match attractor {
+        core::Attractor::Equilibrium => ("equilibrium", None, none, run),
+        core::Attractor::Cycle(found) => ("cycle", Some(Cycle { inner: found.cycle }), none, run),
+        core::Attractor::Aperiodic { exponent, time } => ("aperiodic", None, (exponent, time), run),
+        core::Attractor::Unbounded => ("unbounded", None, none, run),
+        core::Attractor::Stopped => ("stopped", None, none, run),
+    }
 }
 
 type Margin = (usize, usize, &'static str, f64, f64, bool);
 
 fn failed(py: Python<'_>, failure: &core::OrbitFailure) -> PyErr {
-    named(py, "OrbitError", &failure.to_string())
+    match failure {
+        core::OrbitFailure::Failed(core::RunFailure::Input(error)) => raise(py, error),
+        _ => named(py, "OrbitError", &failure.to_string()),
+    }
 }
 
 type Real<'py> = Bound<'py, PyArray1<f64>>;

@@ -1,0 +1,233 @@
+"""Figures of motions and limit cycles: every function draws on the axes it is given and returns them.
+
+Statuses differ in lightness and in line style or hatching, branches in marker, so that a figure printed in
+grey still reads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import cycle as endless
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from stickslip.arrays import Names, Real
+from stickslip.contact import dof_index
+from stickslip.cycle import Cycle
+from stickslip.figures import COLOURS, NAMES
+from stickslip.transient import Trajectory
+
+#: Line style and hatching of each status.
+STYLES = {"+": "-", "-": "-.", "s": ":", "d": "--"}
+HATCHES = {"+": "", "-": "\\\\\\\\", "s": "....", "d": "////"}
+#: From dark to light, each with a line style of its own.
+OVERLAY = (("#222255", "-"), ("#cc3311", "--"), ("#228833", "-."), ("#ddaa33", ":"), ("#77aadd", "-"))
+MARKERS = "osD^v<>P"
+#: Samples of a curve.
+SAMPLES = 4001
+MICROMETRES = 1e6
+
+
+def displacement(axes: Axes, motion: Trajectory | Cycle, dof: str, label: str | None = None) -> Axes:
+    """Draw the displacement of a dof over time, about its mean.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    motion
+        A run, or a cycle, of which one period is drawn.
+    dof
+        Name of the dof.
+    label
+        For the legend.
+
+    Raises
+    ------
+    InputError
+        If the dof is unknown.
+    """
+    run = _run(motion)
+    times = np.linspace(0.0, run.duration, SAMPLES)
+    x = run.sample(times).position.to_numpy()[:, dof_index("dof", dof, run.scene.dofs)]
+    axes.plot(times, MICROMETRES * (x - x.mean()), color=OVERLAY[0][0], linewidth=0.8, label=label)
+    axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
+    return axes
+
+
+def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0) -> Axes:
+    """Draw tangential velocity over displacement of a contact, by status; the slider's speed is dashed.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    motion
+        A run, or a cycle.
+    contact
+        Index of the contact.
+    """
+    run = _run(motion)
+    status, displaced, velocity = _tangential(run, contact)
+    present = [letter for letter in COLOURS if (status == letter).any()]
+    for letter in present:
+        # The sample before a stretch belongs to it as well, so that the curve has no holes.
+        shown = (status == letter) | np.append(status[1:] == letter, False)
+        axes.plot(
+            np.where(shown, displaced, np.nan),
+            velocity,
+            color=COLOURS[letter],
+            linestyle=STYLES[letter],
+            linewidth=1.3,
+            label=f"{letter}  {NAMES[letter]}",
+        )
+    axes.axhline(
+        run.scene.contacts[contact].slider_speed, color="black", linewidth=0.6, linestyle=(0, (6, 3))
+    )
+    axes.set(xlabel="tangential displacement, µm", ylabel="tangential velocity, m/s")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def contact_status(axes: Axes, motion: Trajectory | Cycle) -> Axes:
+    """Draw the status of every contact over time as bars.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    motion
+        A run, or a cycle.
+    """
+    run = _run(motion)
+    begins = np.concatenate([[0.0], run.events.time])
+    widths = np.diff(begins, append=run.duration)
+    combinations = [run.start.combination, *run.events.combination]
+    labels = run.scene.contact_labels()
+    for letter, colour in COLOURS.items():
+        named = f"{letter}  {NAMES[letter]}"
+        for contact in range(len(labels)):
+            spans = [
+                (begin, width)
+                for begin, width, combination in zip(begins, widths, combinations, strict=True)
+                if combination[contact] == letter and width > 0.0
+            ]
+            if spans:
+                axes.broken_barh(
+                    spans,
+                    (contact - 0.4, 0.8),
+                    facecolors=colour,
+                    hatch=HATCHES[letter],
+                    edgecolor="white",
+                    linewidth=0.0,
+                    label=named,
+                )
+                named = "_"
+    axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
+    axes.set_yticklabels([f"contact {label}" for label in labels])
+    axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return axes
+
+
+def spectrum(axes: Axes, lines: xr.Dataset, label: str | None = None) -> Axes:
+    """Draw a spectrum of one dof: stems for the exact lines of a cycle, a curve for a sampled stretch.
+
+    Parameters
+    ----------
+    axes
+        Where to draw; amplitudes are on a logarithmic scale.
+    lines
+        From `Trajectory.spectrum` of one dof.
+    label
+        For the legend.
+    """
+    frequency = lines.frequency.to_numpy()
+    amplitude = MICROMETRES * lines.amplitude.to_numpy()
+    moving = frequency > 0.0
+    if lines.attrs.get("method") == "exact":
+        floor = amplitude[moving].max() * 1e-6
+        axes.vlines(frequency[moving], floor, amplitude[moving], color=OVERLAY[0][0], linewidth=1.0)
+        axes.plot(frequency[moving], amplitude[moving], "o", markersize=3, color=OVERLAY[0][0], label=label)
+    else:
+        axes.plot(frequency[moving], amplitude[moving], color=OVERLAY[1][0], linewidth=0.9, label=label)
+    axes.set(xlabel="frequency, Hz", ylabel="amplitude, µm", yscale="log")
+    return axes
+
+
+def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
+    """Draw the limit cycles of several cases in one phase plane of a contact.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    cycles
+        By the name of the case, such as ``"friction 1.5"``.
+    contact
+        Index of the contact.
+    """
+    for (name, cycle), (colour, style) in zip(cycles.items(), endless(OVERLAY), strict=False):
+        _, displaced, velocity = _tangential(cycle.run, contact)
+        centred = displaced - 0.5 * (displaced.max() + displaced.min())
+        axes.plot(centred, velocity, color=colour, linestyle=style, linewidth=1.2, label=name)
+    axes.set(xlabel="tangential displacement about its middle, µm", ylabel="tangential velocity, m/s")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def bifurcation_diagram(axes: Axes, diagram: xr.Dataset, dof: str) -> Axes:
+    """Draw the amplitude of a dof over the parameter, one marker and shade per sequence of combinations.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    diagram
+        From `bifurcation` or `follow_branch`: unstable orbits are hollow, what is no cycle is a cross at
+        zero.
+    dof
+        Name of the dof.
+    """
+    parameter = str(diagram.amplitude.dims[0])
+    values = diagram[parameter].to_numpy()
+    amplitude = MICROMETRES * diagram.amplitude.sel(dof=dof).to_numpy()
+    sequences = diagram.sequence.to_numpy()
+    stable = diagram.stable.to_numpy()
+    named = [name for name in dict.fromkeys(sequences) if name]
+    shades = [0.75 * k / max(len(named) - 1, 1) for k in range(len(named))]
+    for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
+        here = sequences == name
+        colour = (0.1 + 0.6 * shade, 0.1 + 0.75 * shade, 0.35 + 0.5 * shade)
+        short = name if len(name) <= 40 else f"{name[:37]}..."
+        for chosen, face, label in ((here & stable, colour, short), (here & ~stable, "none", None)):
+            axes.plot(
+                values[chosen],
+                amplitude[chosen],
+                marker,
+                markersize=3.5,
+                markerfacecolor=face,
+                markeredgecolor=colour,
+                linestyle="none",
+                label=label,
+            )
+    other = sequences == ""
+    if other.any():
+        axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")
+    axes.set(xlabel=parameter.replace("_", " "), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
+    axes.legend(frameon=False, fontsize="x-small", loc="upper left")
+    return axes
+
+
+def _run(motion: Trajectory | Cycle) -> Trajectory:
+    return motion.run if isinstance(motion, Cycle) else motion
+
+
+def _tangential(run: Trajectory, contact: int) -> tuple[Names, Real, Real]:
+    """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
+    times = np.linspace(0.0, run.duration, SAMPLES)
+    motion = run.sample(times)
+    direction = run.scene.tangential_direction(contact)
+    displaced = MICROMETRES * (motion.position.to_numpy() @ direction)
+    return motion.status.to_numpy()[:, contact], displaced, motion.velocity.to_numpy() @ direction

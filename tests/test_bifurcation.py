@@ -1,0 +1,167 @@
+"""Attractors over a parameter, branches of orbits, and the points at which they change."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+EPSILON = np.finfo(float).eps
+
+
+def cycle_at(friction, slider_speed=0.025):
+    scene = ss.models.two_subsystems(friction=friction, slider_speed=slider_speed)
+    return ss.simulate(scene, ss.disturbed_sliding(scene), 0.6).limit_cycle()
+
+
+def block(speed=0.1, stiffness_damping=1e-4):
+    """A mass on a belt with static friction above kinetic: stable sliding beside a stick-slip cycle."""
+    return ss.Scene(
+        [1.0, 1.0],
+        np.diag([1e4, 1e4]),
+        damping=ss.Proportional(stiffness=stiffness_damping),
+        force=[0.0, -100.0],
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.2, static_friction=0.5, slider_speed=speed)],
+    )
+
+
+def test_a_diagram_over_friction():
+    values = np.array([0.69, 0.8, 1.5, 2.2, 3.0])
+    diagram = ss.bifurcation(ss.models.two_subsystems(), friction=values)
+    assert list(diagram.kind.to_numpy()) == ["equilibrium", *["cycle"] * 4]
+    assert list(diagram.period_doubled.to_numpy()) == [False, False, False, False, True]
+    assert diagram.sequence.sel(friction=1.5) == "++ +d ++ s+ ss s+"
+    assert float(diagram.period.sel(friction=1.5)) == pytest.approx(8.908492605779e-3, rel=1e-12)
+    assert float(diagram.largest_multiplier.sel(friction=2.2)) == pytest.approx(0.9369, abs=5e-5)
+    assert np.isnan(diagram.amplitude.sel(friction=0.69)).all()
+    assert (diagram.amplitude.sel(friction=1.5, dof=["x1", "x2", "x3"]) > 0.0).all()
+    # Each value is computed by itself: alone it gives the same bits.
+    alone = ss.bifurcation(ss.models.two_subsystems(), friction=values[3:4], stretch=0.5)
+    again = ss.bifurcation(ss.models.two_subsystems(), friction=values[2:4], stretch=0.5)
+    assert float(alone.period[0]) == float(again.period[1])
+
+
+def test_the_doubling_point():
+    points = ss.branch_points(cycle_at(2.4), friction=(2.4, 2.7), steps=6)
+    (point,) = [point for point in points if point.kind == "period_doubling"]
+    assert abs(point.multiplier + 1.0) <= 1e-8
+    assert point.value == pytest.approx(2.546, abs=5e-4)  # design, section 3
+    assert point.cycle.combinations == ("++", "s+", "ss", "s+")
+
+
+def test_the_branch_goes_on_unstable_beyond_the_doubling():
+    branch = ss.follow_branch(cycle_at(2.4), friction=np.array([2.4, 2.6, 3.0]))
+    assert list(branch.stable.to_numpy()) == [True, False, False]
+    assert branch.followed.all()
+    assert (np.abs(branch.period - branch.period[0]) < 1e-4).all()
+    assert (branch.multiplier.real.min("order") < -1.0).to_numpy()[1:].all()
+
+
+def test_a_touch_is_found_from_both_sides():
+    """Contact 1 lifts off below friction 1.612: from above N touches zero, from below the flight shrinks."""
+    (above,) = ss.branch_points(cycle_at(1.7), friction=(1.7, 1.5), steps=10)
+    (below,) = ss.branch_points(cycle_at(1.55), friction=(1.55, 1.7), steps=10)
+    assert above.kind == below.kind == "grazing"
+    assert (above.contact, above.event) == (below.contact, below.event) == (1, "release")
+    # The square of the flight's duration, extrapolated to zero: its own rounding is that of Newton's method.
+    assert above.value == pytest.approx(below.value, abs=1e-8)
+    before, after = cycle_at(above.value - 1e-4), cycle_at(above.value + 1e-4)
+    assert "+d" in before.combinations
+    assert "+d" not in after.combinations
+
+
+def test_events_that_meet_switch_the_sequence():
+    (point,) = ss.branch_points(cycle_at(1.4), friction=(1.4, 1.3), steps=5)
+    assert point.kind == "switching"
+    assert cycle_at(point.value + 1e-3).combinations != cycle_at(point.value - 1e-3).combinations
+
+
+def test_a_chaotic_motion_says_so():
+    scene = ss.models.two_subsystems(friction=1.5, slider_speed=0.2)
+    run = ss.simulate(scene, ss.disturbed_sliding(scene), 0.6)
+    with pytest.raises(ss.NotPeriodicError, match="Lyapunov") as error:
+        run.limit_cycle()
+    assert error.value.kind == "chaotic"
+    # Against two neighbouring runs: their distance grows by the same rate, from 1e-11 to 1e-5 of the motion.
+    middle = ss.simulate(scene, ss.disturbed_sliding(scene), 5.0).state(5.0)
+    duration = np.log(1e6) / error.value.exponent
+    nudged = middle.perturbed(position={"x1": 1e-14})
+    ends = [ss.simulate(scene, start, duration).state(duration).position for start in (middle, nudged)]
+    growth = np.log(np.abs(ends[0] - ends[1]).max() / 1e-14) / duration
+    # One sample of a fluctuating rate over 0.6 s.
+    assert growth == pytest.approx(error.value.exponent, rel=0.7)
+
+
+def test_stick_slip_in_closed_form():
+    """Undamped: slip from T = mu_s N with the belt's speed until it is met again, then carried over 2 a."""
+    stiffness, speed, omega = 1e4, 0.1, 100.0
+    amplitude = (0.5 - 0.2) * 100.0 / stiffness
+    period = 2.0 * amplitude / speed + 2.0 / omega * (np.pi - np.arctan(amplitude * omega / speed))
+    scene = block(stiffness_damping=0.0)
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5}), 1.0)
+    cycle = run.limit_cycle()
+    assert cycle.period == pytest.approx(period, rel=32 * EPSILON)
+    assert cycle.combinations == ("+", "s")
+    # Sliding has a displacement and a velocity, sticking a displacement only: one zero, and the phase.
+    assert cycle.structural_zeros == 1
+    assert cycle.multipliers == pytest.approx([1.0, 0.0], abs=1e-12)
+    assert float(cycle.maximum.sel(dof="x1")) == pytest.approx(
+        0.2 * 100.0 / stiffness + np.hypot(amplitude, speed / omega), rel=32 * EPSILON
+    )
+
+
+def test_coexisting_attractors_and_their_basins():
+    scene = block()
+    found = ss.basins(
+        scene,
+        ss.sliding_equilibrium(scene),
+        position={"x1": [0.0, 5e-4]},
+        velocity={"x1": [-0.5, -0.02, 0.0]},
+    )
+    attractors = found.attrs["attractors"]
+    assert sorted(type(attractor).__name__ for attractor in attractors) == ["Cycle", "str"]
+    assert "equilibrium" in attractors
+    rest = attractors.index("equilibrium")
+    assert (found.to_numpy() == rest).tolist() == [[False, True, True], [False, True, True]]
+
+
+def test_hysteresis_over_slider_speed():
+    """Stick-slip lives on above the speed from which small motions no longer start it."""
+    speeds = np.linspace(0.05, 1.0, 12)
+    moving = lambda scene: ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5})  # noqa: E731
+    up = ss.bifurcation(block(), slider_speed=speeds, follow=True, start=moving)
+    down = ss.bifurcation(block(), slider_speed=speeds[::-1], follow=True)
+    kinds_up, kinds_down = up.kind.to_numpy(), down.kind.to_numpy()[::-1]
+    assert kinds_up[0] == "cycle"
+    assert kinds_up[-1] == kinds_down[-1] == "equilibrium"
+    assert ((kinds_up == "cycle") & (kinds_down == "equilibrium")).any()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({}, "parameter"),
+        ({"friction": 1.5}, "parameter"),
+        ({"friction": [1.0], "slider_speed": [0.1]}, "parameter"),
+        ({"friction": [1.0, np.nan]}, "friction"),
+        ({"friction": []}, "friction"),
+        ({"fricton": [1.0]}, "fricton"),
+        ({"friction": [-1.0]}, "friction"),
+        ({"friction": [1.5], "stretch": 0.0}, "stretch"),
+        ({"friction": [1.5], "limit": np.inf}, "limit"),
+        ({"friction": [1.5], "start": 3}, "start"),
+    ],
+)
+def test_ill_posed_diagrams(arguments, message):
+    with pytest.raises(ss.InputError, match=message):
+        ss.bifurcation(ss.models.two_subsystems(), **arguments)
+
+
+def test_ill_posed_basins_and_branches():
+    scene = block()
+    with pytest.raises(ss.InputError, match="two initial coordinates"):
+        ss.basins(scene, ss.sliding_equilibrium(scene), velocity={"x1": [0.0]})
+    cycle = cycle_at(1.5)
+    with pytest.raises(ss.InputError, match="begin, end"):
+        ss.branch_points(cycle, friction=(1.5, 1.5))
+    with pytest.raises(ss.InputError, match="scene"):
+        cycle.continued(block())
