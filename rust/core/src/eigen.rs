@@ -34,10 +34,20 @@ pub(crate) fn norm(vector: &[Complex64]) -> f64 {
     vector.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt()
 }
 
+/// An entry this small beside the diagonal ones of its row and column is a hundredth of their rounding. It can't
+/// be seen in the eigenvalues, but balancing would stretch the vectors by the square root of its inverse.
+const NEGLIGIBLE: f64 = 1e-2 * f64::EPSILON;
+
 /// Eigenpairs of a real matrix (row-major), one of each conjugate pair: the one with positive
 /// imaginary part. Diagonal blocks that no entry connects are solved apart.
 pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
     let mut pairs = Vec::with_capacity(size);
+    let diagonal: Vec<f64> = (0..size).map(|i| matrix[i * size + i].abs().sqrt()).collect();
+    let kept = |k: usize| {
+        let beside = diagonal[k / size] * diagonal[k % size];
+        if matrix[k].abs() > NEGLIGIBLE * beside { matrix[k] } else { 0.0 }
+    };
+    let matrix: &[f64] = &(0..size * size).map(kept).collect::<Vec<_>>();
     for block in connected_blocks(size, matrix) {
         let entry = |i: usize, j: usize| matrix[block[i] * size + block[j]];
         let symmetric = (0..block.len()).all(|i| (0..i).all(|j| entry(i, j) == entry(j, i)));
@@ -404,14 +414,22 @@ pub(crate) fn transposed_solve(matrix: &[f64], vector: &[Complex64]) -> Vec<Comp
     solution.chunks_exact(2).map(|part| Complex64::new(part[0], part[1])).collect()
 }
 
-/// Smallest pivot of elimination with complete pivoting over the largest one: 0 for a singular matrix.
+/// Size up to which a matrix is eliminated with complete pivoting.
+const COMPLETE_PIVOTING: usize = 200;
+
+/// Smallest pivot of elimination over the largest one: 0 for a singular matrix. With complete pivoting, but for
+/// matrices so large that only partial pivoting is quick.
 pub(crate) fn smallest_relative_pivot(n: usize, matrix: &[f64]) -> f64 {
     if n == 0 {
         return 1.0;
     }
-    let factors = row_major(n, n, matrix).full_piv_lu();
-    let pivots =
-        factors.U().diagonal().column_vector().iter().map(|pivot| pivot.abs()).collect::<Vec<_>>();
+    let matrix = row_major(n, n, matrix);
+    let diagonal = if n <= COMPLETE_PIVOTING {
+        matrix.full_piv_lu().U().diagonal().column_vector().to_owned()
+    } else {
+        matrix.partial_piv_lu().U().diagonal().column_vector().to_owned()
+    };
+    let pivots: Vec<f64> = diagonal.iter().map(|pivot| pivot.abs()).collect();
     let largest = pivots.iter().copied().fold(0.0, f64::max);
     let smallest = pivots.iter().copied().fold(f64::INFINITY, f64::min);
     if largest > 0.0 { smallest / largest } else { 0.0 }
