@@ -216,7 +216,7 @@ def bifurcation_diagram(axes: Axes, diagram: xr.Dataset, dof: str) -> Axes:
     if other.any():
         axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")
     axes.set(xlabel=parameter.replace("_", " "), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
-    axes.legend(frameon=False, fontsize="x-small", loc="upper left")
+    axes.legend(frameon=False, fontsize="x-small", loc="lower right")
     return axes
 
 
