@@ -45,7 +45,7 @@ bench: $(INSTALLED) ## Time and accuracy beside scipy, LAPACK and 60-digit arith
 docs: $(INSTALLED) ## Run the README's examples and redraw its figure
 	$(BIN)/python -m pytest tests/test_readme.py
 	$(BIN)/stickslip reproduce --out $(OUT)
-	cp $(OUT)/limit-cycle.png docs/limit-cycle.png
+	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist

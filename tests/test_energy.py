@@ -84,7 +84,9 @@ def test_without_damping_and_friction_only_impacts_take_energy(drawn, strength):
         assume(False)
     velocity = np.zeros(scene.size)
     velocity[-1] = 0.2 * strength
-    run = ss.simulate(scene, start.perturbed(velocity=velocity), 0.05, max_events=400)
+    # The start of every phase is rounded to an ulp of its energy, the same one in a series of bounces:
+    # 200 of them are 4e-14.
+    run = ss.simulate(scene, start.perturbed(velocity=velocity), 0.05, max_events=200)
     balance = run.balance()
     assert (balance.contact, balance.damping) == (0.0, 0.0)
     end = run.energy([0.0, run.duration])

@@ -134,12 +134,14 @@ def energy_flow(balance: Balance) -> Figure:
         add(f"friction heat of contact {label}", float(lost), False)
     add("dampers", balance.damping, False)
     add("impacts", balance.impact_loss, False)
-    add("stored", balance.stored, False)
+    add("stored" if balance.stored > 0.0 else "from the store", balance.stored, False)
     scale = max(sum(value for _, value in inputs), sum(value for _, value in outputs))
     visible = [[flow for flow in side if flow[1] > 1e-9 * scale] for side in (inputs, outputs)]
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
     axes = figure.subplots()
-    _bands(axes, visible[0], visible[1], scale)
+    if scale > 0.0:
+        _bands(axes, visible[0], visible[1], scale)
+    axes.axis("off")
     axes.set_title(f"Energy from {balance.start:.6g} s to {balance.end:.6g} s", fontsize=10)
     return figure
 
@@ -183,7 +185,6 @@ def _bands(
     axes.add_patch(Rectangle((-0.12, -0.5 * trunk), 0.24, trunk, facecolor="#dddddd", linewidth=0.0))
     axes.text(0.0, 0.0, "structure\nand\ncontacts", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-1.75, 1.75), ylim=(-0.95, 0.95))
-    axes.axis("off")
 
 
 def _joules(value: float) -> str:
