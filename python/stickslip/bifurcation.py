@@ -27,6 +27,8 @@ LOOKS = 30
 DISTURBANCE = 0.5
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
+#: Motions handed to the core at once: an interrupt is heard between two of these.
+CHUNK = 64
 #: Steps of a search for branch points: between two of them at most one of each kind is expected.
 STEPS = 60
 #: Accuracy of a multiplier at a branch point: its target is met to this.
@@ -539,7 +541,11 @@ Outcome = tuple["_core.Settled", str]
 
 def _settled(scenes: list[Scene], starts: list[State], stretch: float, limit: float) -> list[Outcome]:
     parts = [(state.position, state.velocity, state.combination) for state in starts]
-    return _core.settle_all([scene.core for scene in scenes], parts, stretch, limit)
+    found: list[Outcome] = []
+    for first in range(0, len(scenes), CHUNK):
+        cores = [scene.core for scene in scenes[first : first + CHUNK]]
+        found += _core.settle_all(cores, parts[first : first + CHUNK], stretch, limit)
+    return found
 
 
 def _followed(
