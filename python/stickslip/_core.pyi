@@ -12,8 +12,23 @@ from numpy.typing import NDArray
 
 from stickslip.arrays import Complex, Index, Real, SparseData
 from stickslip.contact import ContactData
+from stickslip.cycle import Settled
 
-__all__ = ["Modes", "Reduced", "Scene", "Trajectory", "Works", "chain", "energy", "works"]
+__all__ = [
+    "Cycle",
+    "Modes",
+    "Path",
+    "Reduced",
+    "Scene",
+    "Trajectory",
+    "Works",
+    "chain",
+    "chain_growth",
+    "energy",
+    "scene_growth",
+    "settle_all",
+    "works",
+]
 
 @final
 class Scene:
@@ -186,9 +201,6 @@ class Cycle:
     def margins(self) -> list[tuple[int, int, str, float, float, bool]]: ...
     def is_followed(self) -> bool: ...
     def continued(self, scene: Scene) -> Cycle: ...
-
-#: kind, cycle, Lyapunov exponent and the time it was measured over, last stretch of the motion
-Settled = tuple[str, Cycle | None, tuple[float, float], Trajectory | None]
 
 def settle_all(
     scenes: Sequence[Scene],

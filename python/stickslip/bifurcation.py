@@ -12,7 +12,7 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.arrays import Real, real_array, real_number
-from stickslip.cycle import Cycle, described
+from stickslip.cycle import Cycle, Settled, described
 from stickslip.errors import InputError, OrbitError
 from stickslip.modes import complex_modes
 from stickslip.path import Family, Model
@@ -536,7 +536,7 @@ def _is_valid(scene: Scene, state: State) -> bool:
     return True
 
 
-Outcome = tuple["_core.Settled", str]
+Outcome = tuple[Settled, str]
 
 
 def _settled(scenes: list[Scene], starts: list[State], stretch: float, limit: float) -> list[Outcome]:

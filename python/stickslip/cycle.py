@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import xarray as xr
@@ -19,6 +19,10 @@ from stickslip.modes import Modes, complex_modes
 from stickslip.scene import Scene
 from stickslip.state import State
 from stickslip.transient import Trajectory
+
+#: What the core says a motion settles to: kind, cycle, Lyapunov exponent and the time it was measured over,
+#: last stretch of the motion.
+Settled: TypeAlias = "tuple[str, _core.Cycle | None, tuple[float, float], _core.Trajectory | None]"
 
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
