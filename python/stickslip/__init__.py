@@ -7,6 +7,7 @@ it is not. SI units throughout.
 from importlib.metadata import version
 
 from stickslip import models
+from stickslip.batch import Outcome, simulate_many
 from stickslip.bifurcation import (
     BranchPoint,
     basins,
@@ -58,6 +59,7 @@ __all__ = [
     "Modes",
     "NotPeriodicError",
     "OrbitError",
+    "Outcome",
     "Proportional",
     "Reduced",
     "RunError",
@@ -86,6 +88,7 @@ __all__ = [
     "reduce",
     "sensitivity",
     "simulate",
+    "simulate_many",
     "sliding_equilibrium",
     "stability",
     "status_table",

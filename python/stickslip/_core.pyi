@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 from stickslip.arrays import Complex, Index, Real, SparseData
 from stickslip.contact import ContactData
 from stickslip.cycle import Settled
+from stickslip.errors import StickslipError
 
 __all__ = [
+    "Batch",
     "Cycle",
     "Modes",
     "Path",
@@ -60,6 +62,31 @@ class Scene:
         accumulation_tolerance: float,
         on_grazing: Literal["keep", "stop"],
     ) -> Trajectory: ...
+
+@final
+class Batch:
+    def __new__(
+        cls,
+        duration: float,
+        method: Literal["auto", "modal", "taylor"],
+        max_events: int | None,
+        time_limit: float | None,
+        accumulation_tolerance: float,
+        on_grazing: Literal["keep", "stop"],
+        threads: int | None,
+    ) -> Batch: ...
+    @property
+    def threads(self) -> int: ...
+    def submit(
+        self,
+        scene: Scene,
+        start: tuple[Real, Real, str] | None,  # None: sliding equilibrium
+        added_position: Real | None,
+        added_velocity: Real | None,
+    ) -> None: ...
+    # position, velocity, combination at the start and the motion; or why there is none
+    def collect(self) -> tuple[Real, Real, str, Trajectory] | StickslipError: ...
+    def stop(self) -> None: ...
 
 @final
 class Reduced:

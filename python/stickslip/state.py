@@ -80,23 +80,11 @@ class State:
             If a dof is unknown or an amount is no real number.
         """
         return State(
-            self.position + self._change("position", position),
-            self.velocity + self._change("velocity", velocity),
+            self.position + change_vector("position", position, self.dofs),
+            self.velocity + change_vector("velocity", velocity, self.dofs),
             self.combination,
             self.dofs,
         )
-
-    def _change(self, argument: str, change: Change | None) -> Real:
-        added = np.zeros(self.position.size)
-        if isinstance(change, Mapping):
-            for dof, amount in change.items():
-                added[dof_index(argument, dof, self.dofs)] += real_number(f"{argument}[{dof!r}]", amount)
-        elif change is not None:
-            vector = real_array(argument, change, 1)
-            if vector.shape != added.shape:
-                raise InputError(f"{argument}: expected shape {added.shape}, got {vector.shape}")
-            added += vector
-        return added
 
     def __repr__(self) -> str:
         def row(values: Real) -> str:
@@ -106,6 +94,26 @@ class State:
             f"State({self.combination!r}, {self.position.size} dofs,\n"
             f"  position={row(self.position)},\n  velocity={row(self.velocity)})"
         )
+
+
+def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -> Real:
+    """Return a change of a state as one amount per dof.
+
+    Raises
+    ------
+    InputError
+        If a dof is unknown or an amount is no real number.
+    """
+    added = np.zeros(len(dofs))
+    if isinstance(change, Mapping):
+        for dof, amount in change.items():
+            added[dof_index(argument, dof, dofs)] += real_number(f"{argument}[{dof!r}]", amount)
+    elif change is not None:
+        vector = real_array(argument, change, 1)
+        if vector.shape != added.shape:
+            raise InputError(f"{argument}: expected shape {added.shape}, got {vector.shape}")
+        added += vector
+    return added
 
 
 def sliding_equilibrium(scene: Scene) -> State:

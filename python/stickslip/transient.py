@@ -403,21 +403,8 @@ def simulate(
         raise InputError(f"scene: expected a Scene, got {scene!r}")
     if not isinstance(start, State):
         raise InputError(f"start: expected a State, got {start!r}")
-    if method not in ("auto", "modal", "taylor"):
-        raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
-    if on_grazing not in ("keep", "stop"):
-        raise InputError(f"on_grazing: expected 'keep' or 'stop', got {on_grazing!r}")
-    core = scene.core.simulate(
-        start.position,
-        start.velocity,
-        start.combination,
-        real_number("duration", duration),
-        method,
-        _event_limit(max_events),
-        None if time_limit is None else real_number("time_limit", time_limit),
-        real_number("accumulation_tolerance", accumulation_tolerance),
-        on_grazing,
-    )
+    settings = run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing)
+    core = scene.core.simulate(start.position, start.velocity, start.combination, *settings)
     run = Trajectory(scene, start, core)
     if run.stop_reason in ("failed", "chattering"):
         raise RunError(core.stop_message, run)
@@ -426,9 +413,51 @@ def simulate(
     return run
 
 
-def _event_limit(value: Any) -> int | None:
+#: duration, method, max_events, time_limit, accumulation_tolerance, on_grazing
+RunSettings = tuple[
+    float, Literal["auto", "modal", "taylor"], int | None, float | None, float, Literal["keep", "stop"]
+]
+
+
+def run_settings(
+    duration: Any,
+    method: Any,
+    max_events: Any,
+    time_limit: Any,
+    accumulation_tolerance: Any,
+    on_grazing: Any,
+) -> RunSettings:
+    """Return what a run takes besides scene and start, as the core takes it.
+
+    Raises
+    ------
+    InputError
+        If one of them has the wrong type or is no known word.
+    """
+    if method not in ("auto", "modal", "taylor"):
+        raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
+    if on_grazing not in ("keep", "stop"):
+        raise InputError(f"on_grazing: expected 'keep' or 'stop', got {on_grazing!r}")
+    return (
+        real_number("duration", duration),
+        method,
+        count("max_events", max_events, least=0),
+        None if time_limit is None else real_number("time_limit", time_limit),
+        real_number("accumulation_tolerance", accumulation_tolerance),
+        on_grazing,
+    )
+
+
+def count(argument: str, value: Any, *, least: int) -> int | None:
+    """Return a number of things, or None.
+
+    Raises
+    ------
+    InputError
+        If it is no integer or less than `least`.
+    """
     if value is None:
         return None
-    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= 0:
+    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= least:
         return int(value)
-    raise InputError(f"max_events: expected an integer >= 0 or None, got {value!r}")
+    raise InputError(f"{argument}: expected an integer >= {least} or None, got {value!r}")

@@ -95,4 +95,14 @@ impl Scene {
         cache.known.insert(key, Arc::clone(&basis));
         Ok((basis, true))
     }
+
+    /// Combinations kept from earlier runs.
+    pub fn remembered(&self) -> usize {
+        self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).known.len()
+    }
+
+    /// Drops the combinations kept; motions computed from them keep their own.
+    pub fn forget(&self) {
+        self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).known = HashMap::new();
+    }
 }

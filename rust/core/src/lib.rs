@@ -9,6 +9,7 @@
 
 mod attractor;
 mod basis;
+mod batch;
 mod branches;
 mod compensated;
 mod complementarity;
@@ -52,6 +53,7 @@ mod transition;
 mod work;
 
 pub use attractor::{Attractor, Search, settle};
+pub use batch::{Batch, Job, Outcome, RunSettings};
 pub use contact::{Contact, ContactInput, Direction};
 pub use critical::{CriticalKind, CriticalPoint, critical_points};
 pub use cycle::{Cycle, Extremes, Margin};

@@ -1,5 +1,6 @@
 //! A computed motion: the state after every event, and anything in between on demand.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -169,6 +170,14 @@ impl Trajectory {
     /// The combination after an event.
     pub fn combination(&self, event: &Event) -> &Combination {
         &self.phases[event.phase].basis.combination
+    }
+
+    /// How many different combinations the phases have.
+    pub(crate) fn combinations_met(&self) -> usize {
+        let mut seen = HashSet::new();
+        let bases = self.phases.iter().map(|phase| &phase.basis);
+        let distinct = bases.filter(|basis| seen.insert(Arc::as_ptr(basis)));
+        distinct.map(|basis| &basis.combination).collect::<HashSet<_>>().len()
     }
 
     pub(crate) fn phase_state(&self, phase: usize) -> (&[f64], &[f64]) {

@@ -1,5 +1,6 @@
 //! `stickslip._core`: the core for Python. Conversion only; what each thing means stands in the core.
 
+mod batch;
 mod convert;
 mod cycle;
 mod energy;
@@ -14,6 +15,8 @@ use pyo3::prelude::*;
 /// The compiled core of stickslip.
 #[pymodule(gil_used = false)]
 mod _core {
+    #[pymodule_export]
+    use crate::batch::Batch;
     #[pymodule_export]
     use crate::cycle::{Cycle, settle_all};
     #[pymodule_export]

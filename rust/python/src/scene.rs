@@ -183,25 +183,9 @@ impl Scene {
         on_grazing: &str,
     ) -> PyResult<Trajectory> {
         let start = self.start(py, &position, &velocity, combination)?;
-        let method = match method {
-            "auto" => core::Method::Auto,
-            "modal" => core::Method::Modal,
-            "taylor" => core::Method::Taylor,
-            other => {
-                let message =
-                    format!("method: must be \"auto\", \"modal\" or \"taylor\", got {other:?}");
-                return Err(named(py, "InputError", &message));
-            }
-        };
+        let method = method_named(py, method)?;
         let interrupted = || Python::attach(|py| py.check_signals().is_err());
-        let stop_at_grazing = match on_grazing {
-            "keep" => false,
-            "stop" => true,
-            other => {
-                let message = format!("on_grazing: must be \"keep\" or \"stop\", got {other:?}");
-                return Err(named(py, "InputError", &message));
-            }
-        };
+        let stop_at_grazing = stops_at_grazing(py, on_grazing)?;
         let controls = core::Controls {
             max_events,
             time_limit,
@@ -214,6 +198,30 @@ impl Scene {
             .detach(|| core::simulate(scene, &start, duration, method, controls))
             .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
+    }
+}
+
+pub fn method_named(py: Python<'_>, name: &str) -> PyResult<core::Method> {
+    match name {
+        "auto" => Ok(core::Method::Auto),
+        "modal" => Ok(core::Method::Modal),
+        "taylor" => Ok(core::Method::Taylor),
+        other => {
+            let message =
+                format!("method: must be \"auto\", \"modal\" or \"taylor\", got {other:?}");
+            Err(named(py, "InputError", &message))
+        }
+    }
+}
+
+pub fn stops_at_grazing(py: Python<'_>, name: &str) -> PyResult<bool> {
+    match name {
+        "keep" => Ok(false),
+        "stop" => Ok(true),
+        other => {
+            let message = format!("on_grazing: must be \"keep\" or \"stop\", got {other:?}");
+            Err(named(py, "InputError", &message))
+        }
     }
 }
 

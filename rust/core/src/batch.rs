@@ -1,0 +1,262 @@
+//! Many runs on all cores, handed out in the order they came in.
+//!
+//! A run depends on nothing but its own scene and start, so no result depends on the number of threads. What is in
+//! memory is what was submitted and not yet handed out: who submits decides how much that is.
+
+use std::any::Any;
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+
+use crate::error::Error;
+use crate::scene::{Scene, State};
+use crate::simulation::{Controls, Method, simulate};
+use crate::trajectory::Trajectory;
+
+/// What every run of a batch has in common.
+#[derive(Debug, Clone, Copy)]
+pub struct RunSettings {
+    /// s
+    pub duration: f64,
+    pub method: Method,
+    pub max_events: Option<usize>,
+    /// Wall-clock seconds per run.
+    pub time_limit: Option<f64>,
+    pub accumulation_tolerance: f64,
+    pub stop_at_grazing: bool,
+}
+
+/// One run: a scene and where it starts.
+#[derive(Debug, Clone)]
+pub struct Job {
+    pub scene: Arc<Scene>,
+    /// None: the sliding equilibrium of the scene.
+    pub start: Option<State>,
+    /// Added to the start, over dofs.
+    pub added_position: Vec<f64>,
+    pub added_velocity: Vec<f64>,
+}
+
+/// The start and the motion from it, or why there is none.
+pub type Outcome = Result<(State, Trajectory), Error>;
+
+/// Runs in progress on a pool of threads; dropping it stops them.
+#[derive(Debug)]
+pub struct Batch {
+    pool: ThreadPool,
+    settings: RunSettings,
+    stopped: Arc<AtomicBool>,
+    pending: VecDeque<Receiver<Result<Outcome, Box<dyn Any + Send>>>>,
+    /// The scene submitted last, which the next job may share.
+    lent: Option<Arc<Lent>>,
+}
+
+impl Batch {
+    /// `threads`: None for one per core.
+    pub fn new(
+        settings: RunSettings,
+        threads: Option<usize>,
+    ) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self {
+            pool: ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()?,
+            settings,
+            stopped: Arc::default(),
+            pending: VecDeque::new(),
+            lent: None,
+        })
+    }
+
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Runs submitted and not yet handed out.
+    pub fn pending(&self) -> usize {
+        self.pending.len()
+    }
+
+    pub fn submit(&mut self, job: Job) {
+        let lent = match &self.lent {
+            Some(lent) if Arc::ptr_eq(&lent.scene, &job.scene) => Arc::clone(lent),
+            _ => Arc::new(Lent::new(&job.scene)),
+        };
+        self.lent = Some(Arc::clone(&lent));
+        let (sender, receiver) = sync_channel(1);
+        let (settings, stopped) = (self.settings, Arc::clone(&self.stopped));
+        self.pool.spawn_fifo(move || {
+            let outcome = catch_unwind(AssertUnwindSafe(|| run(job, settings, &stopped)));
+            drop(lent);
+            // Nobody waits any more when the batch was dropped.
+            let _ = sender.send(outcome);
+        });
+        self.pending.push_back(receiver);
+    }
+
+    /// The outcome of the oldest run not yet handed out, if there is one and it is ready within `patience`.
+    pub fn collect(&mut self, patience: Duration) -> Option<Outcome> {
+        match self.pending.front()?.recv_timeout(patience) {
+            Ok(outcome) => {
+                self.pending.pop_front();
+                Some(outcome.unwrap_or_else(|panic| resume_unwind(panic)))
+            }
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => unreachable!("every job sends its outcome"),
+        }
+    }
+
+    /// Stops every run in progress or waiting; each is handed out as far as it came.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+fn run(job: Job, settings: RunSettings, stopped: &AtomicBool) -> Outcome {
+    let mut start = match job.start {
+        Some(start) => start,
+        None => job.scene.sliding_equilibrium()?,
+    };
+    for (values, added) in
+        [(&mut start.position, &job.added_position), (&mut start.velocity, &job.added_velocity)]
+    {
+        values.iter_mut().zip(added).for_each(|(value, added)| *value += added);
+    }
+    let interrupted = || stopped.load(Ordering::Relaxed);
+    let controls = Controls {
+        max_events: settings.max_events,
+        time_limit: settings.time_limit,
+        accumulation_tolerance: settings.accumulation_tolerance,
+        stop_at_grazing: settings.stop_at_grazing,
+        interrupted: Some(&interrupted),
+    };
+    let mut trajectory =
+        simulate(&job.scene, &start, settings.duration, settings.method, controls)?;
+    // What runs that share a scene find in its memory depends on which of them came first.
+    trajectory.counters.combinations = trajectory.combinations_met();
+    Ok((start, trajectory))
+}
+
+/// A scene in use by consecutive jobs of a batch. One that remembered no combination before remembers none
+/// after the last of them, so that ten thousand scenes do not hold ten thousand decompositions.
+#[derive(Debug)]
+struct Lent {
+    scene: Arc<Scene>,
+    forgets: bool,
+}
+
+impl Lent {
+    fn new(scene: &Arc<Scene>) -> Self {
+        Self { scene: Arc::clone(scene), forgets: scene.remembered() == 0 }
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        if self.forgets {
+            self.scene.forget();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{ContactInput, Damping, Direction, Mass, SceneInput, SparseMatrix};
+
+    /// A mass carried by a belt, pressed on it by `load`.
+    fn oscillator(load: f64) -> Arc<Scene> {
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.5, 1.5]),
+            stiffness: SparseMatrix::diagonal(&[3e4, 5e4]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
+            force: vec![0.0, -load],
+            contacts: vec![ContactInput {
+                tangential: Direction::Dof(0),
+                normal: Direction::Dof(1),
+                friction: 0.5,
+                static_friction: 0.7,
+                slider_speed: 0.1,
+                restitution: 0.0,
+                gap: 0.0,
+            }],
+            impact_friction: false,
+        };
+        Arc::new(Scene::new(input).expect("well-posed"))
+    }
+
+    fn batch() -> Batch {
+        let settings = RunSettings {
+            duration: 0.1,
+            method: Method::Auto,
+            max_events: None,
+            time_limit: None,
+            accumulation_tolerance: 0.0,
+            stop_at_grazing: false,
+        };
+        Batch::new(settings, Some(2)).expect("two threads")
+    }
+
+    /// Faster than the belt: the mass turns back and is caught.
+    fn job(scene: &Arc<Scene>) -> Job {
+        let start = State {
+            velocity: vec![0.3, 0.0],
+            combination: crate::Combination::parse("-", 1).expect("one letter"),
+            ..scene.sliding_equilibrium().expect("pressed on")
+        };
+        Job {
+            scene: Arc::clone(scene),
+            start: Some(start),
+            added_position: Vec::new(),
+            added_velocity: Vec::new(),
+        }
+    }
+
+    fn collected(batch: &mut Batch) -> Vec<Outcome> {
+        let mut outcomes = Vec::new();
+        while batch.pending() > 0 {
+            outcomes.extend(batch.collect(Duration::from_secs(1)));
+        }
+        outcomes
+    }
+
+    #[test]
+    fn a_scene_remembers_after_a_batch_what_it_remembered_before() {
+        let (fresh, used) = (oscillator(20.0), oscillator(30.0));
+        simulate(&used, &job(&used).start.expect("given"), 0.1, Method::Auto, Controls::default())
+            .expect("a run");
+        let before = used.remembered();
+        assert!(before > 0);
+        let mut batch = batch();
+        for scene in [&fresh, &fresh, &used, &used] {
+            batch.submit(job(scene));
+        }
+        let outcomes = collected(&mut batch);
+        assert!(
+            outcomes.iter().all(|outcome| outcome.as_ref().is_ok_and(|run| run.1.events.len() > 1))
+        );
+        drop(batch);
+        assert_eq!(fresh.remembered(), 0);
+        assert!(used.remembered() >= before);
+    }
+
+    #[test]
+    fn outcomes_come_in_the_order_of_the_jobs() {
+        let scenes: Vec<_> = (0..40).map(|k| oscillator(20.0 + k as f64)).collect();
+        let mut batch = batch();
+        scenes.iter().for_each(|scene| batch.submit(job(scene)));
+        for (scene, outcome) in scenes.iter().zip(collected(&mut batch)) {
+            let (_, run) = outcome.expect("a run");
+            assert!(Arc::ptr_eq(&run.scene, scene));
+        }
+    }
+}
