@@ -488,4 +488,52 @@ mod tests {
         values.sort_by(f64::total_cmp);
         assert!(values.iter().zip([1.0, 3.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 8.0));
     }
+
+    proptest::proptest! {
+        /// Values alone are those of the pairs, below and above the size at which the solver changes.
+        #[test]
+        fn values_are_those_of_the_pairs(n in proptest::sample::select(vec![2usize, 6, 12, 31, 33, 40]), seed in 0u64..1000) {
+            let mut state = seed.wrapping_mul(2).wrapping_add(1);
+            let matrix: Vec<f64> = (0..n * n)
+                .map(|_| {
+                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                    (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+                })
+                .collect();
+            let found = values(n, &matrix);
+            for pair in real_matrix(n, &matrix) {
+                let distance = found.iter().map(|z| (z - pair.value).norm()).fold(f64::INFINITY, f64::min);
+                // Both are backward stable; the norm is about the square root of n.
+                proptest::prop_assert!(distance <= 1e-14 * n as f64 * pair.condition());
+            }
+        }
+
+        #[test]
+        fn determinant_signs_follow_the_eigenvalues(shift in -3.0f64..3.0) {
+            // Rotated by 1 rad, eigenvalues 1 - shift and 2 - shift.
+            let (sin, cos) = 1.0f64.sin_cos();
+            let matrix = [
+                cos * cos + 2.0 * sin * sin - shift, -sin * cos,
+                -sin * cos, sin * sin + 2.0 * cos * cos - shift,
+            ];
+            let expected = ((1.0 - shift) * (2.0 - shift)).signum();
+            proptest::prop_assume!((1.0 - shift).abs().min((2.0 - shift).abs()) > 1e-12);
+            proptest::prop_assert_eq!(determinant_sign(2, &matrix), expected);
+        }
+    }
+
+    #[test]
+    fn a_lost_determinant_has_no_sign() {
+        assert_eq!(determinant_sign(2, &[1.0, 2.0, 2.0, 4.0]), 0.0);
+        assert_eq!(determinant_sign(2, &[0.0, 0.0, 2.0, 4.0]), 0.0);
+    }
+
+    #[test]
+    fn a_defective_block_is_solved_and_known_by_its_condition() {
+        let pairs = real_matrix(3, &[2.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 2.0]);
+        // The eigenvalue of a triple Jordan block is uncertain by the cube root of rounding.
+        assert!(
+            pairs.iter().all(|pair| (pair.value - 2.0).norm() < 1e-5 && !(pair.condition() < 1e8))
+        );
+    }
 }

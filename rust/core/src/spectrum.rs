@@ -149,6 +149,9 @@ struct HalfMode {
     condition: f64,
     right: Vec<Complex64>,
     left: Vec<Complex64>,
+    /// M and K times the right vector, rounded once.
+    mass: Vec<Complex64>,
+    stiffness: Vec<Complex64>,
 }
 
 struct Problem<'a> {
@@ -161,26 +164,25 @@ struct Problem<'a> {
 impl Problem<'_> {
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
     fn half_modes(&self, pairs: &[EigenPair], vectors: Vectors) -> Vec<HalfMode> {
-        let mut halves: Vec<HalfMode> = pairs
+        let halves: Vec<HalfMode> = pairs
             .iter()
-            .map(|pair| HalfMode {
-                kappa: pair.value,
-                condition: pair.condition(),
-                right: self.factor.right(&pair.right),
-                left: self.factor.left(&pair.left),
+            .map(|pair| {
+                let (right, left) = (self.factor.right(&pair.right), self.factor.left(&pair.left));
+                let mass = self.pencil.mass.product(&right);
+                let stiffness = self.pencil.stiffness.product(&right);
+                let condition = pair.condition();
+                let mut kappa = pair.value;
+                if condition <= WELL_CONDITIONED {
+                    let residual =
+                        mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-kappa)).value());
+                    let correction = project(&left, residual)
+                        / project(&left, mass.iter().map(|row| row.value()));
+                    kappa += if kappa.im == 0.0 { correction.re.into() } else { correction };
+                }
+                let (mass, stiffness) = (rounded(mass), rounded(stiffness));
+                HalfMode { kappa, condition, right, left, mass, stiffness }
             })
             .collect();
-        for half in &mut halves {
-            if half.condition <= WELL_CONDITIONED {
-                let mass = self.pencil.mass.product(&half.right);
-                let stiffness = self.pencil.stiffness.product(&half.right);
-                let residual =
-                    mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-half.kappa)).value());
-                let correction = project(&half.left, residual)
-                    / project(&half.left, mass.iter().map(|row| row.value()));
-                half.kappa += if half.kappa.im == 0.0 { correction.re.into() } else { correction };
-            }
-        }
         match vectors {
             Vectors::Refined if self.pencil.size <= REFINED_SIZE => self.refined(halves),
             _ => halves,
@@ -223,18 +225,15 @@ impl Problem<'_> {
             // A value that was not corrected belongs to its vectors as they were solved.
             let corrected = half.condition <= WELL_CONDITIONED;
             (half.right, half.left) = if corrected { refined } else { solved };
+            half.mass = rounded(self.pencil.mass.product(&half.right));
+            half.stiffness = rounded(self.pencil.stiffness.product(&half.right));
         }
         halves
     }
 
     fn proportional_modes(&self, half: &HalfMode, alpha: f64, beta: f64) -> Vec<Mode> {
-        let HalfMode { kappa, condition, right, left } = half;
+        let HalfMode { kappa, condition, right, left, mass, stiffness } = half;
         let (kappa, condition) = (*kappa, *condition);
-        let rounded = |product: Vec<DoubledComplex>| -> Vec<Complex64> {
-            product.into_iter().map(DoubledComplex::value).collect()
-        };
-        let mass = rounded(self.pencil.mass.product(right));
-        let stiffness = rounded(self.pencil.stiffness.product(right));
         let modal_mass = project(left, mass.iter().copied());
         let d = Complex64::from(alpha) + beta * kappa;
         roots_of_mode(kappa, d)
@@ -246,7 +245,7 @@ impl Problem<'_> {
                     / (omega * (lambda - other).norm());
                 // The products are exact to rounding; what cancels between them now is the residual itself.
                 let (by_mass, by_stiffness) = (lambda * (lambda + alpha), 1.0 + beta * lambda);
-                let rows = mass.iter().zip(&stiffness).map(|(m, k)| by_mass * m + by_stiffness * k);
+                let rows = mass.iter().zip(stiffness).map(|(m, k)| by_mass * m + by_stiffness * k);
                 let residual = self.relative_residual(lambda, right, rows);
                 let conjugated = lambda.im < 0.0;
                 let orient = |z: Complex64| if conjugated { z.conj() } else { z };
@@ -350,6 +349,10 @@ pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<
         }
     }
     state
+}
+
+fn rounded(product: Vec<DoubledComplex>) -> Vec<Complex64> {
+    product.into_iter().map(DoubledComplex::value).collect()
 }
 
 /// `left' column`
