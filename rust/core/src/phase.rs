@@ -5,7 +5,7 @@ use crate::event::{EventFunction, Trigger};
 use crate::motion::{COEFFICIENTS, Motion, Panel};
 use crate::roots::{FirstRoot, Touch, ValueAndSlope, Verdict};
 use crate::simulation::Run;
-use crate::trajectory::{Accumulation, EventKind, Grazing, StopReason};
+use crate::trajectory::{Accumulation, Cursor, EventKind, Grazing, StopReason};
 use crate::transition::Departure;
 
 /// Panels between two questions whether the run is interrupted: about 20 us of small-scene work.
@@ -80,7 +80,7 @@ impl PhaseSearch {
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
             if !self.panel.error.iter().all(|error| error.is_finite()) {
-                return stop(run, motion, 0.0, StopReason::Unbounded);
+                return stop_unbounded(run, motion.start());
             }
             let limit = self.bounces(run, functions);
             let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
@@ -303,6 +303,23 @@ fn stop(run: &mut Run<'_>, motion: &Motion, offset: f64, reason: StopReason) -> 
         run.time.after(motion.start() + offset).seconds
     };
     PhaseEnd::Stop(reason)
+}
+
+/// Ends at the last time, up to `until` of this phase, at which the motion still is within the range of numbers.
+fn stop_unbounded(run: &mut Run<'_>, until: f64) -> PhaseEnd {
+    let phase = run.trajectory.phases.len() - 1;
+    let mut finite = 0.0;
+    let mut step = until;
+    for _ in 0..40 {
+        let mut cursor = Cursor::new(&run.trajectory);
+        cursor.seek_local(phase, finite + step);
+        if cursor.q.iter().chain(&cursor.u).all(|x| x.is_finite()) {
+            finite += step;
+        }
+        step *= 0.5;
+    }
+    run.trajectory.end = run.time.after(finite).seconds;
+    PhaseEnd::Stop(StopReason::Unbounded)
 }
 
 const fn alternative(trigger: Trigger) -> EventKind {

@@ -292,7 +292,8 @@ impl TaylorMotion {
         }
     }
 
-    /// Norm of the k-th term of the state, `max(omega |q|, |q'|)` in mass-weighted coordinates.
+    /// Norm of the k-th term of the state, `max(omega |q|, |q'|)` in mass-weighted coordinates; infinite
+    /// beyond the range of numbers, where `max` would pass over what is not one.
     fn term_norm(&self, operator: &TaylorOperator, k: usize) -> f64 {
         let n = self.size;
         let rate = (k + 1) as f64 / self.width;
@@ -302,7 +303,12 @@ impl TaylorMotion {
             .map(|&i| {
                 let position = operator.omega * self.terms[k * n + i].abs();
                 let velocity = rate * self.terms[(k + 1) * n + i].abs();
-                operator.weight[i] * position.max(velocity)
+                let sum = position + velocity;
+                if sum.is_finite() {
+                    operator.weight[i] * position.max(velocity)
+                } else {
+                    f64::INFINITY
+                }
             })
             .fold(0.0, f64::max)
     }
