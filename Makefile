@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test lint format bench docs clean
+.PHONY: help reproduce test fuzz lint format bench docs clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -21,6 +21,12 @@ reproduce: $(INSTALLED) ## Compute every published number, compare, write the fi
 test: $(INSTALLED) ## Test the core and the package
 	cargo test --release --locked --package stickslip-core
 	$(BIN)/python -m pytest
+
+# Seeds share no scene; a campaign that was stopped goes on.
+N ?= 1000
+SEED ?= 1
+fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; resumable
+	$(BIN)/python tests/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl
 
 lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows no Python
 	cargo fmt --all --check

@@ -1,0 +1,73 @@
+"""Random chains for the fuzz campaign: scene i of a seed depends on the two numbers alone."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+import stickslip as ss
+
+
+def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return a chain of 1 to 6 subsystems and a start state that is consistent with it.
+
+    Half of the scenes spread their parameters over one decade, half over four: frequencies then over four
+    decades, ratios of stiffness to mass over eight. Most start near sliding, the others in flight.
+    """
+    rng = np.random.default_rng([seed, index])
+    decades = 2.0 if rng.random() < 0.5 else 0.5
+
+    def spread(centre: float) -> float:
+        return centre * 10.0 ** rng.uniform(-decades, decades)
+
+    count = int(rng.integers(1, 7))
+    subsystems = [
+        ss.models.Subsystem(
+            upper_mass=spread(0.3),
+            contact_mass=spread(0.3),
+            inclination=rng.uniform(0.0, 1.2),
+            vertical_stiffness=spread(2e5),
+            horizontal_stiffness=spread(5e5),
+            ceiling_stiffness=spread(1e5),
+            preload_displacement=spread(1e-3),
+            external_force=0.0 if rng.random() < 0.7 else spread(10.0),
+        )
+        for _ in range(count)
+    ]
+    links = [
+        ss.models.Link(horizontal_stiffness=spread(1e6), vertical_stiffness=spread(1e5))
+        for _ in range(count - 1)
+    ]
+    friction = rng.uniform(0.0, 2.5, count) * (rng.random(count) < 0.95)
+    scene = ss.models.chain(
+        subsystems,
+        links,
+        wall_stiffness=spread(1e6),
+        friction=friction,
+        static_friction=friction * np.where(rng.random(count) < 0.5, 1.0, rng.uniform(1.0, 1.6, count)),
+        slider_speed=rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 0.0, count),
+        restitution=np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.0, 0.9, count)),
+        damping=0.0 if rng.random() < 0.1 else 10.0 ** rng.uniform(-6.0, -3.5),
+        impact_friction=bool(rng.random() < 0.5),
+    )
+    try:
+        start = ss.sliding_equilibrium(scene)
+        kick = {name: rng.normal() * 10.0 ** rng.uniform(-4, -1) for name in scene.dofs}
+        normal = {f"x{4 * i + 4}" for i in range(count)}
+        start = start.perturbed(velocity={name: v for name, v in kick.items() if name not in normal})
+        slip = start.velocity[2::4] - np.array([contact.slider_speed for contact in scene.contacts])
+        start = ss.State(start.position, start.velocity, "".join("+" if s < 0 else "-" for s in slip))
+        ss.simulate(scene, start, 1e-9, max_events=0)
+    except ss.InputError:
+        # No sliding equilibrium, or the kick leaves tension at a contact.
+        position = np.zeros(4 * count)
+        position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
+        start = ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+    return scene, start
+
+
+def matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the diagonal of M, and dense C and K, of a chain."""
+    stiffness = scene.stiffness.toarray() if sparse.issparse(scene.stiffness) else np.asarray(scene.stiffness)
+    damping = scene.damping.mass * np.diag(scene.mass) + scene.damping.stiffness * stiffness
+    return scene.mass, damping, stiffness
