@@ -13,6 +13,8 @@ from fuzz_scenes import matrices
 TIME_TOLERANCE = 1e-9
 #: Times the effect of one nudge: rounding acts at every event, in any direction.
 SPREAD = 10.0
+#: s; events that a nudge moves further are not compared: collisions of several masses grow it tenfold each.
+HORIZON = 1e-6
 #: Rounding of a state: some hundred ulp, the limit of the condition of modes, over some dozens of phases.
 SLACK = 3e-12
 #: Quadrature: Gauss nodes, and the largest rate times span for which they leave less than 1e-12 of a power,
@@ -57,45 +59,59 @@ class EventList:
         return next((k for k, (a, b) in enumerate(pairs) if a != b), shortest)
 
 
+def effect(one: EventList, nudged: EventList) -> np.ndarray:
+    """Return what the nudge has moved event times by so far, s, for the events it has kept."""
+    steady = one.common(nudged)
+    return np.maximum.accumulate(np.abs(one.time[:steady] - nudged.time[:steady]))
+
+
 @dataclass(frozen=True)
 class Comparison:
     """How two runs of one scene differ."""
 
-    #: ``ok``, ``near tie``, ``times`` or ``events``
+    #: ``ok``, ``sensitive``, ``near tie``, ``times`` or ``events``
     verdict: str
     detail: str
-    #: largest difference of the times of common events, s
+    #: number of events compared
+    compared: int
+    #: largest difference of their times, s
     difference: float
 
 
-def compare(modal: ss.Trajectory, taylor: ss.Trajectory, nudged: ss.Trajectory) -> Comparison:
+def compare(
+    modal: ss.Trajectory, taylor: ss.Trajectory, nudged: tuple[ss.Trajectory, ss.Trajectory]
+) -> Comparison:
     """Return how the events of a scene by modes and by Taylor series differ.
 
-    The third run starts as near to the others as their rounding leaves them. What it moves event times by, so
-    far, times `SPREAD`, is what the times of the first two may differ by, or `TIME_TOLERANCE` if more. A
-    *near tie* is an event that the third run does not share either: nothing else excuses a difference.
+    `nudged` are runs by modes and by Taylor series that start as near to these as rounding leaves them. What
+    the nudge moves event times by, so far, times `SPREAD`, is what they may differ by, or `TIME_TOLERANCE` if
+    more; of the two methods the one that it moves less counts, so that a fault of one can't excuse itself. A
+    *sensitive* scene is compared up to where that is `HORIZON`; a *near tie* is an event that neither nudged
+    run shares. Nothing else excuses a difference.
     """
-    one, other, third = EventList.of(modal), EventList.of(taylor), EventList.of(nudged)
-    common, steady = one.common(other), other.common(third)
-    judged = min(common, steady)
-    difference = np.abs(one.time[:common] - other.time[:common])
-    moved = np.abs(other.time[:judged] - third.time[:judged])
-    allowed = np.maximum(TIME_TOLERANCE, SPREAD * np.maximum.accumulate(moved))
-    largest = float(difference[:judged].max(initial=0.0))
-    late = difference[:judged] > allowed
-    if late.any():
-        k = int(np.argmax(late))
-        return Comparison(
-            "times", f"event {k}: {difference[k]:.2e} s apart, allowed {allowed[k]:.2e}", largest
-        )
+    one, other = EventList.of(modal), EventList.of(taylor)
+    effects = [effect(first, EventList.of(run)) for first, run in zip((one, other), nudged, strict=True)]
+    common, steady = one.common(other), max(len(moved) for moved in effects)
+    known = [np.concatenate([moved, np.full(steady - len(moved), np.inf)]) for moved in effects]
+    moved = np.minimum(*known)
+    horizon = int(np.searchsorted(moved, HORIZON))
+    judged = min(common, horizon)
+    difference = np.abs(one.time[:judged] - other.time[:judged])
+    allowed = np.maximum(TIME_TOLERANCE, SPREAD * moved[:judged])
+    largest = float(difference.max(initial=0.0))
+    if (difference > allowed).any():
+        k = int(np.argmax(difference > allowed))
+        detail = f"event {k}: {difference[k]:.2e} s apart, allowed {allowed[k]:.2e}"
+        return Comparison("times", detail, judged, largest)
     cut = "max_events" in (modal.stop_reason, taylor.stop_reason)
     ends = min(len(one.what), len(other.what)) if cut else max(len(one.what), len(other.what))
     if common == ends:
-        return Comparison("ok", "", largest)
+        return Comparison("ok" if judged == ends else "sensitive", "", judged, largest)
+    if horizon <= common:
+        verdict = "sensitive" if horizon < steady else "near tie"
+        return Comparison(verdict, f"from event {horizon} on", judged, largest)
     at = [float(events.time[common]) if common < len(events.time) else None for events in (one, other)]
-    if steady <= common:
-        return Comparison("near tie", f"event {steady}; the runs differ at event {common}: {at}", largest)
-    return Comparison("events", f"event {common} differs: {at}", largest)
+    return Comparison("events", f"event {common} differs: {at}", judged, largest)
 
 
 def complementarity(run: ss.Trajectory) -> str:

@@ -86,8 +86,9 @@ def test_stick_slip_with_static_friction(friction, ratio, speed, direction, load
     assert [*run.events.kind[:6]] == [f"slip{sign}", "velocity"] * 3
     assert [*run.events.combination[:6]] == [sign, "s"] * 3
     expected = np.cumsum([stick, slip] * 3)
-    # Onset and catch are roots of functions that vanish with slope k v and k v: rounding of the load in time.
-    rounding = 20 * EPS * (ratio * friction * load / (stiffness * speed) + expected)
+    # The onset is the root of a force with slope k v, the catch that of a velocity with slope w^2 a.
+    slopes = ratio * friction * load / (stiffness * speed) + speed / (omega**2 * amplitude)
+    rounding = 20 * EPS * (slopes + expected)
     assert (np.abs(run.events.time[:6] - expected) <= rounding).all()
 
 

@@ -2,7 +2,7 @@
 
 import json
 import os
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import numpy as np
 
@@ -18,13 +18,19 @@ def test_a_thousand_scenes():
     outcomes = fuzz_campaign.campaign(SCENES, 1, None, os.cpu_count() or 1)
     report = fuzz_campaign.summary(outcomes)
     verdicts = [outcome.verdict for outcome in outcomes]
-    assert set(verdicts) <= {"ok", "near tie"}, report
+    assert set(verdicts) <= set(fuzz_campaign.PASSED), report
     # Near ties are where a difference could hide.
     assert verdicts.count("near tie") <= 0.01 * SCENES, report
+    assert verdicts.count("ok") >= 0.95 * SCENES, report
     # They must exercise what they check.
     assert sum(outcome.events for outcome in outcomes) > 100 * SCENES, report
     assert sum(outcome.accumulations > 0 for outcome in outcomes) > 0.2 * SCENES, report
     assert np.isfinite([outcome.energy_residual for outcome in outcomes]).mean() > 0.95, report
+
+
+def recorded(outcomes):
+    """Comparable: a residual that is too costly is nan."""
+    return [json.dumps(asdict(outcome)) for outcome in outcomes]
 
 
 def test_a_campaign_goes_on_where_it_stopped(tmp_path):
@@ -36,30 +42,36 @@ def test_a_campaign_goes_on_where_it_stopped(tmp_path):
     store.write_text("".join(lines[:4]) + lines[4][:20] + "\n")
     second = fuzz_campaign.campaign(8, 7, store, 2)
     assert [outcome.index for outcome in second] == list(range(8))
-    assert second[:4] == first[:4]
+    assert recorded(second[:4]) == recorded(first[:4])
     again = [replace(outcome, seconds=0.0) for outcome in (first[4], second[4])]
-    assert again[0] == again[1]
-    assert fuzz_campaign.campaign(8, 7, store, 1) == second
+    assert recorded(again[:1]) == recorded(again[1:])
+    assert recorded(fuzz_campaign.campaign(8, 7, store, 1)) == recorded(second)
     indices = [json.loads(line)["index"] for line in store.read_text().splitlines() if line.endswith("}")]
     assert sorted(indices) == list(range(8))
+
+
+def with_friction(scene, factor):
+    return scene.replace(
+        friction=[factor * contact.friction for contact in scene.contacts],
+        static_friction=[factor * contact.static_friction for contact in scene.contacts],
+    )
 
 
 def test_the_checks_see_what_is_wrong():
     """Each check on a run that another scene's trajectory was put into: it must not pass."""
     scene, start = fuzz_scene(1, 3)
-    run, wrong = (
-        ss.simulate(s, start, 0.1)
-        for s in (scene, scene.replace(friction=[1.01 * c.friction for c in scene.contacts]))
-    )
+    run = ss.simulate(scene, start, 0.1)
+    wrong = ss.simulate(with_friction(scene, 1.01), start, 0.1)
     assert not complementarity(run)
     assert not impact_law(run)
     assert energy_residual(run) < 1e-12
     nudged = ss.simulate(scene, fuzz_campaign.nearby(start), 0.1)
-    assert compare(run, ss.simulate(scene, start, 0.1, method="taylor"), nudged).verdict == "ok"
-    assert compare(run, wrong, nudged).verdict in ("times", "events")
+    taylor = ss.simulate(scene, start, 0.1, method="taylor")
+    assert compare(run, taylor, (nudged, nudged)).verdict == "ok"
+    assert compare(run, wrong, (nudged, nudged)).verdict in ("times", "events")
+    assert compare(wrong, taylor, (nudged, nudged)).verdict in ("times", "events")
     heavier = scene.replace(mass=1.001 * scene.mass)
     assert energy_residual(replace(run, scene=heavier)) > 1e-6
-    slippery = scene.replace(friction=[0.9 * c.friction for c in scene.contacts], static_friction=None)
-    assert complementarity(replace(run, scene=slippery))
+    assert complementarity(replace(run, scene=with_friction(scene, 0.9)))
     bouncy = scene.replace(restitution=[0.5 * c.restitution + 0.1 for c in scene.contacts])
     assert "velocity" in impact_law(replace(run, scene=bouncy))

@@ -31,8 +31,9 @@ def test_the_same_events_in_the_same_order(run, reference):
 
 def test_event_times(run, reference):
     error = np.abs(run.events.time - reference.time)
-    assert error[:100].max() <= 1e-13
-    assert error.max() <= 1e-12
+    # Some dozen ulp of the times themselves; no event of these runs is ill-conditioned.
+    assert error[:100].max() <= 2e-14
+    assert error.max() <= 4e-14
 
 
 def test_states_at_the_last_event_and_at_the_end(run, reference):
