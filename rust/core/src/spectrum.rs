@@ -239,10 +239,13 @@ impl Problem<'_> {
         roots_of_mode(kappa, d)
             .into_iter()
             .map(|(lambda, other)| {
-                let omega = lambda.norm().max(other.norm());
-                // State-space condition of the two-by-two block, right vector (omega, lambda), left (-other, omega).
-                let splitting = (omega.hypot(lambda.norm()) * omega.hypot(other.norm()))
-                    / (omega * (lambda - other).norm());
+                let (size, other_size) = (lambda.norm_sqr(), other.norm_sqr());
+                let largest = size.max(other_size);
+                // State-space condition of the two-by-two block with omega^2 = largest: right vector (omega, lambda),
+                // left (-other, omega).
+                let splitting = ((largest + size) * (largest + other_size)
+                    / (largest * (lambda - other).norm_sqr()))
+                .sqrt();
                 // The products are exact to rounding; what cancels between them now is the residual itself.
                 let (by_mass, by_stiffness) = (lambda * (lambda + alpha), 1.0 + beta * lambda);
                 let rows = mass.iter().zip(stiffness).map(|(m, k)| by_mass * m + by_stiffness * k);
