@@ -12,8 +12,8 @@ use crate::eigen::{ComplexFactors, norm};
 use crate::pencil::{Damping, Pencil};
 use crate::spectrum::Mode;
 
-/// Rounds; from a solver's result the first one does nearly all of it.
-const ROUNDS: usize = 3;
+/// Rounds; from a usual result the first one does nearly all of it, from a slow mode lost in rounding it takes some.
+const ROUNDS: usize = 6;
 
 /// M, C and K, row-major.
 pub(crate) struct InverseIteration<'a> {
@@ -39,14 +39,17 @@ impl<'a> InverseIteration<'a> {
 
     /// The mode with the smallest residual among the given one and its iterates.
     pub fn improved(&self, mode: Mode) -> Mode {
-        let mut best = mode;
+        let mut best = mode.clone();
+        let mut current = mode;
         for _ in 0..ROUNDS {
-            let next = self.iterate(&best);
-            // Not so for NaN, of a P that is singular to the last bit.
-            if !(next.residual < best.residual) {
+            current = self.iterate(&current);
+            // Of a P that is singular to the last bit.
+            if current.residual.is_nan() {
                 break;
             }
-            best = next;
+            if current.residual < best.residual {
+                best = current.clone();
+            }
         }
         best
     }
