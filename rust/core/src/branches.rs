@@ -67,7 +67,7 @@ impl Node {
         let pencil = path.pencil(value);
         let mut modes = spectrum(&pencil, Vectors::Solved)?;
         modes.sort_by(|p, q| {
-            let key = |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.re);
+            let key = |mode: &Mode| (mode.eigenvalue.norm_sqr(), mode.eigenvalue.re);
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1))
         });
@@ -118,7 +118,7 @@ impl Node {
     fn are_twins(&self, r: usize, s: usize) -> bool {
         let (p, q) = (&self.modes[r], &self.modes[s]);
         p.condition.max(q.condition) < SEMISIMPLE
-            && (p.eigenvalue - q.eigenvalue).norm() <= TWINS * p.eigenvalue.norm()
+            && (p.eigenvalue - q.eigenvalue).norm_sqr() <= TWINS * TWINS * p.eigenvalue.norm_sqr()
     }
 
     fn has_twins(&self) -> bool {

@@ -26,6 +26,7 @@ mod event;
 mod exceptional;
 mod flow;
 mod harmonics;
+mod inverse_iteration;
 mod matrix;
 pub mod models;
 mod modes;

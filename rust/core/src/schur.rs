@@ -287,7 +287,7 @@ pub(crate) fn quasi_triangular_vector(
         }
     }
     let away_from_zero =
-        |z: Complex64, floor: f64| if z.norm() < floor { Complex64::from(floor) } else { z };
+        |z: Complex64, floor: f64| if z.l1_norm() < floor { Complex64::from(floor) } else { z };
     while top > 0 {
         let i = top - 1;
         let load = |row: usize, vector: &[Complex64]| -> Complex64 {
@@ -307,7 +307,7 @@ pub(crate) fn quasi_triangular_vector(
             vector[i] = rhs / away_from_zero(t(i, i) - value, smallest);
             step = 1;
         }
-        let size = (top - step..top).map(|k| vector[k].norm()).fold(0.0, f64::max);
+        let size = (top - step..top).map(|k| vector[k].l1_norm()).fold(0.0, f64::max);
         if size > GROWN {
             vector.iter_mut().for_each(|z| *z /= size);
         }

@@ -12,6 +12,7 @@ use num_complex::Complex64;
 use crate::compensated::DoubledComplex;
 use crate::eigen::{self, EigenPair, norm};
 use crate::error::Error;
+use crate::inverse_iteration::InverseIteration;
 use crate::pencil::{Damping, DoubledRows, Pencil};
 use crate::refinement::Eigenvectors;
 
@@ -26,6 +27,9 @@ const WELL_CONDITIONED: f64 = 300.0;
 /// Free coordinates up to which vectors are refined: beyond, no transient is propagated by modes, and the refinement
 /// would cost more than the solution.
 const REFINED_SIZE: usize = 60;
+
+/// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
+const BACKWARD_STABLE: f64 = 3e-14;
 
 /// One mode, of each conjugate pair the one with positive imaginary part; vectors over the kept coordinates.
 #[derive(Debug, Clone)]
@@ -132,6 +136,17 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
             .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
             .collect::<Vec<_>>(),
         Damping::General(damping) => problem.general_modes(damping, &stiffness),
+    };
+    let modes = match modes.iter().any(|mode| mode.residual > BACKWARD_STABLE) {
+        true => {
+            let iteration = InverseIteration::new(pencil);
+            let improve = |mode: Mode| match mode.residual > BACKWARD_STABLE {
+                true => iteration.improved(mode),
+                false => mode,
+            };
+            modes.into_iter().map(improve).collect()
+        }
+        false => modes,
     };
     // A comparison that also fails for NaN.
     match modes.iter().find(|mode| !(mode.residual <= CONVERGED)) {
