@@ -47,6 +47,7 @@ bench: $(INSTALLED) ## Time and accuracy beside scipy, LAPACK and 60-digit arith
 	$(BIN)/python benchmarks/standard_run.py
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/bifurcation_diagram.py
+	$(BIN)/python benchmarks/missed_events.py
 
 docs: $(INSTALLED) ## Run the README's examples and redraw its figure
 	$(BIN)/python -m pytest tests/test_readme.py
