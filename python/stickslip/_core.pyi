@@ -114,16 +114,16 @@ class Modes:
     state_a: Real  # (2m, 2m) A of A y' + B y = Q
     state_b: Real  # (2m, 2m) B
 
-CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing"]
+_CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing"]
 #: (lower, upper, mass, damping, stiffness) on one interval: Chebyshev coefficients (k, m, m); proportional
 #: damping as coefficients (k,) of its mass and stiffness factors
-PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real]
+_PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real]
 
 @final
 class Path:
     """A reduced problem along one parameter."""
 
-    def __new__(cls, combination: str, size: int, pieces: Sequence[PieceData]) -> Path: ...
+    def __new__(cls, combination: str, size: int, pieces: Sequence[_PieceData]) -> Path: ...
     @staticmethod
     def friction(
         scene: Scene, combination: str, contacts: Sequence[int], lower: float, upper: float
@@ -138,7 +138,7 @@ class Path:
     # kind, parameter, eigenvalue, other eigenvalue, slope of every critical point
     def critical_points(
         self, imaginary: float
-    ) -> tuple[list[CriticalKind], Complex, Complex, Complex, Real]: ...
+    ) -> tuple[list[_CriticalKind], Complex, Complex, Complex, Real]: ...
     def growth(self, values: Real) -> tuple[Complex, Index]: ...
 
 # least stable eigenvalue and number of unstable ones, (k,)
