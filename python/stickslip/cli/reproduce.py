@@ -1,22 +1,20 @@
-"""The command line: `stickslip`."""
+"""`stickslip reproduce`: every published number beside the computed one."""
 
 from __future__ import annotations
 
 import dataclasses
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-import numpy as np
-from rich.console import Console
-from rich.table import Table
 
-from stickslip import energy_figures, figures, mode_figures
-from stickslip.models import two_subsystems
-from stickslip.modes import complex_modes
-from stickslip.published import published
-from stickslip.reproduce import FRICTIONS, Row, attractor, rows, standard_run
-from stickslip.sweep import sweep
+from stickslip.cli.exits import NEGATIVE
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from stickslip.reproduce import Row
 
 #: The masses of the published model with their dofs; a contact mass moves in the axes of its slider.
 MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7", "x8")}
@@ -24,13 +22,7 @@ MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7
 STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not printed": "dim"}
 
 
-@click.group()
-@click.version_option(package_name="stickslip")
-def main() -> None:
-    """Friction-induced vibration: complex modes and stick-slip transients."""
-
-
-@main.command()
+@click.command()
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
@@ -48,6 +40,10 @@ def reproduce(out: Path | None, json_file: Path | None) -> None:
     A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
     differs and is no named erratum.
     """
+    from rich.console import Console
+
+    from stickslip.reproduce import rows
+
     found = rows()
     console = Console()
     if not console.is_terminal:
@@ -64,11 +60,13 @@ def reproduce(out: Path | None, json_file: Path | None) -> None:
         for path in write_figures(out):
             console.print(f"wrote {path}")
     if differing:
-        raise SystemExit(1)
+        raise SystemExit(NEGATIVE)
 
 
 def comparison_table(found: list[Row]) -> Table:
     """Return the comparison as one table; notes are referred to by number."""
+    from rich.table import Table
+
     numbers = {note: number for number, note in enumerate(_notes(found), start=1)}
     table = Table(title="Published and computed", title_justify="left")
     for heading in ("source", "quantity"):
@@ -95,6 +93,15 @@ def comparison_table(found: list[Row]) -> Table:
 
 def write_figures(folder: Path) -> list[Path]:
     """Write the figures of the published model, and its unstable mode in motion, and return their paths."""
+    import numpy as np
+
+    from stickslip import energy_figures, figures, mode_figures
+    from stickslip.models import two_subsystems
+    from stickslip.modes import complex_modes
+    from stickslip.published import published
+    from stickslip.reproduce import FRICTIONS, attractor, standard_run
+    from stickslip.sweep import sweep
+
     folder.mkdir(parents=True, exist_ok=True)
     run = standard_run()
     settled = published()["limit_cycles"][0]

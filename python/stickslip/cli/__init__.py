@@ -1,0 +1,29 @@
+"""The command line: `stickslip`; one file per verb."""
+
+from __future__ import annotations
+
+import click
+
+from stickslip.cli.exits import Verbs
+from stickslip.cli.reproduce import reproduce
+
+EPILOG = """
+\b
+Exit codes:
+  0    done
+  1    done, and the answer is no: a published number differs, no limit cycle
+  2    wrong usage or ill-posed input
+  3    a run could not go on; what it has is written
+  130  interrupted; what it has is written
+"""
+
+
+@click.group(cls=Verbs, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(package_name="stickslip")
+def main() -> None:
+    """Friction-induced vibration: complex modes, stick-slip transients, limit cycles."""
+
+
+# Verb modules import what they compute with when they run: --help and completion stay quick.
+for verb in (reproduce,):
+    main.add_command(verb)
