@@ -4,93 +4,50 @@ A `Scene` holds the model; `complex_modes` says whether steady sliding is stable
 it is not. SI units throughout.
 """
 
-from importlib.metadata import version
+# The public names stand in `__init__.pyi`, for type checkers and for this file: each is imported when it is
+# first used (PEP 562), so that importing the package takes no time.
 
-from stickslip import models
-from stickslip.batch import Outcome, simulate_many
-from stickslip.bifurcation import (
-    BranchPoint,
-    basins,
-    bifurcation,
-    branch_points,
-    disturbed_sliding,
-    follow_branch,
-)
-from stickslip.contact import Contact
-from stickslip.critical import CriticalPoint, critical_points, hopf_points
-from stickslip.cycle import Cycle, CyclePhase, Margin
-from stickslip.energy import Balance
-from stickslip.errors import (
-    InputError,
-    NotPeriodicError,
-    OrbitError,
-    RunError,
-    RunInterrupted,
-    StickslipError,
-)
-from stickslip.modal_energy import modal_energy
-from stickslip.mode_selection import ModeSelection, mode_selection
-from stickslip.mode_shape import mode_power, orbit, phase_lag
-from stickslip.modes import Modes, complex_modes
-from stickslip.reduction import Reduced, reduce
-from stickslip.scene import Proportional, Scene
-from stickslip.sensitivity import entry_sensitivity, sensitivity
-from stickslip.stability import stability
-from stickslip.state import State, sliding_equilibrium
-from stickslip.status_table import StatusTable, status_table
-from stickslip.sweep import sweep
-from stickslip.transient import Accumulation, Events, Grazing, Trajectory, simulate
+import ast
+import sys
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
 
-__version__ = version("stickslip")
+#: Public name to the module it comes from; public modules come from the package.
+_SOURCES = {
+    alias.name: node.module
+    for node in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
+    if isinstance(node, ast.ImportFrom)
+    for alias in node.names
+}
 
-__all__ = [
-    "Accumulation",
-    "Balance",
-    "BranchPoint",
-    "Contact",
-    "CriticalPoint",
-    "Cycle",
-    "CyclePhase",
-    "Events",
-    "Grazing",
-    "InputError",
-    "Margin",
-    "ModeSelection",
-    "Modes",
-    "NotPeriodicError",
-    "OrbitError",
-    "Outcome",
-    "Proportional",
-    "Reduced",
-    "RunError",
-    "RunInterrupted",
-    "Scene",
-    "State",
-    "StatusTable",
-    "StickslipError",
-    "Trajectory",
-    "__version__",
-    "basins",
-    "bifurcation",
-    "branch_points",
-    "complex_modes",
-    "critical_points",
-    "disturbed_sliding",
-    "entry_sensitivity",
-    "follow_branch",
-    "hopf_points",
-    "modal_energy",
-    "mode_power",
-    "mode_selection",
-    "models",
-    "orbit",
-    "phase_lag",
-    "reduce",
-    "sensitivity",
-    "simulate",
-    "simulate_many",
-    "sliding_equilibrium",
-    "stability",
-    "status_table",
-    "sweep",
-]
+
+class _Package(ModuleType):
+    def __getattr__(self, name: str) -> Any:
+        source = _SOURCES.get(name)
+        if name == "__version__":
+            from importlib.metadata import version
+
+            value: Any = version(__name__)
+        elif name == "__all__":
+            value = sorted([*_SOURCES, "__version__"])
+        elif source is None:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}", name=name, obj=self)
+        elif source == __name__:
+            value = import_module(f"{__name__}.{name}")
+        else:
+            value = getattr(import_module(source), name)
+        self.__dict__[name] = value
+        return value
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        # Importing a module binds it to its package; `stickslip.sweep` has to stay the function.
+        if not (isinstance(value, ModuleType) and name in _SOURCES):
+            super().__setattr__(name, value)
+
+    def __dir__(self) -> list[str]:
+        return [*self.__all__, *super().__dir__()]
+
+
+sys.modules[__name__].__class__ = _Package

@@ -1,0 +1,94 @@
+"""The public names, each from the module that holds it; `__init__.py` reads them here."""
+
+from stickslip import energy_figures, figures, mode_figures, models, portraits
+from stickslip.batch import Outcome, simulate_many
+from stickslip.bifurcation import (
+    BranchPoint,
+    basins,
+    bifurcation,
+    branch_points,
+    disturbed_sliding,
+    follow_branch,
+)
+from stickslip.contact import Contact
+from stickslip.critical import CriticalPoint, critical_points, hopf_points
+from stickslip.cycle import Cycle, CyclePhase, Margin
+from stickslip.energy import Balance
+from stickslip.errors import (
+    InputError,
+    NotPeriodicError,
+    OrbitError,
+    RunError,
+    RunInterrupted,
+    StickslipError,
+)
+from stickslip.modal_energy import modal_energy
+from stickslip.mode_selection import ModeSelection, mode_selection
+from stickslip.mode_shape import mode_power, orbit, phase_lag
+from stickslip.modes import Modes, complex_modes
+from stickslip.reduction import Reduced, reduce
+from stickslip.scene import Proportional, Scene
+from stickslip.sensitivity import entry_sensitivity, sensitivity
+from stickslip.stability import stability
+from stickslip.state import State, sliding_equilibrium
+from stickslip.status_table import StatusTable, status_table
+from stickslip.sweep import sweep
+from stickslip.transient import Accumulation, Events, Grazing, Trajectory, simulate
+
+__version__: str
+
+__all__ = [
+    "Accumulation",
+    "Balance",
+    "BranchPoint",
+    "Contact",
+    "CriticalPoint",
+    "Cycle",
+    "CyclePhase",
+    "Events",
+    "Grazing",
+    "InputError",
+    "Margin",
+    "ModeSelection",
+    "Modes",
+    "NotPeriodicError",
+    "OrbitError",
+    "Outcome",
+    "Proportional",
+    "Reduced",
+    "RunError",
+    "RunInterrupted",
+    "Scene",
+    "State",
+    "StatusTable",
+    "StickslipError",
+    "Trajectory",
+    "__version__",
+    "basins",
+    "bifurcation",
+    "branch_points",
+    "complex_modes",
+    "critical_points",
+    "disturbed_sliding",
+    "energy_figures",
+    "entry_sensitivity",
+    "figures",
+    "follow_branch",
+    "hopf_points",
+    "modal_energy",
+    "mode_figures",
+    "mode_power",
+    "mode_selection",
+    "models",
+    "orbit",
+    "phase_lag",
+    "portraits",
+    "reduce",
+    "sensitivity",
+    "simulate",
+    "simulate_many",
+    "sliding_equilibrium",
+    "stability",
+    "status_table",
+    "sweep",
+]

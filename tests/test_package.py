@@ -1,0 +1,53 @@
+"""What importing the package loads, and that its names are what they say."""
+
+import ast
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import stickslip as ss
+
+STUB = ast.parse(Path(ss.__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+HEAVY = {"matplotlib", "numpy", "pandas", "rich", "scipy", "scipy.sparse", "scipy.stats", "xarray"}
+
+
+def loaded(code):
+    """The heavy modules that a fresh interpreter has loaded after some code."""
+    report = "import sys; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", f"{code}\n{report}"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    return HEAVY & set(done.stdout.split())
+
+
+def test_importing_the_package_loads_nothing_heavy():
+    assert loaded("import stickslip") == set()
+
+
+def test_modes_and_runs_take_no_figures():
+    modes = "import stickslip as ss; ss.complex_modes(ss.models.two_subsystems())"
+    assert loaded(modes) <= {"numpy", "scipy", "scipy.sparse"}
+    run = "scene = ss.models.two_subsystems(); ss.simulate(scene, ss.sliding_equilibrium(scene), 0.01)"
+    assert "matplotlib" not in loaded(f"import stickslip as ss; {run}")
+
+
+def test_every_public_name_is_there_and_once_in_the_stub():
+    (listed,) = (node.value for node in STUB.body if isinstance(node, ast.Assign))
+    names = ast.literal_eval(listed)
+    assert names == sorted(set(names))
+    assert ss.__all__ == names
+    for name in names:
+        assert getattr(ss, name).__doc__, name
+    assert set(names) <= set(dir(ss))
+
+
+def test_a_function_keeps_its_name_from_its_module():
+    # `stickslip.sweep` is a module too, which the import system binds to the package.
+    code = "import stickslip.sweep, stickslip as ss; assert callable(ss.sweep) and callable(ss.stability)"
+    loaded(code + "; from stickslip import reproduce; assert reproduce.rows")
+
+
+def test_an_unknown_name():
+    with pytest.raises(AttributeError, match="no attribute 'swep'"):
+        ss.swep  # noqa: B018
