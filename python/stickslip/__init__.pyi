@@ -10,6 +10,7 @@ from stickslip.bifurcation import (
     disturbed_sliding,
     follow_branch,
 )
+from stickslip.case import Case, load_case, load_scene
 from stickslip.contact import Contact
 from stickslip.critical import CriticalPoint, critical_points, hopf_points
 from stickslip.cycle import Cycle, CyclePhase, Margin
@@ -41,6 +42,7 @@ __all__ = [
     "Accumulation",
     "Balance",
     "BranchPoint",
+    "Case",
     "Contact",
     "CriticalPoint",
     "Cycle",
@@ -75,6 +77,8 @@ __all__ = [
     "figures",
     "follow_branch",
     "hopf_points",
+    "load_case",
+    "load_scene",
     "modal_energy",
     "mode_figures",
     "mode_power",

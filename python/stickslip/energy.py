@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import fsum
+from typing import TYPE_CHECKING
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.arrays import Index, Names, Real, real_array
 from stickslip.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Order of the statuses in tables.
 STATUSES = ("+", "-", "s", "d")
@@ -123,6 +126,8 @@ IMPACT_TERMS = ("impact_normal", "impact_slider", "impact_friction")
 
 def energy(scene: Scene, core: _core.Trajectory, times: ArrayLike) -> xr.Dataset:
     """Return energies and powers of a computed motion; see `Trajectory.energy`."""
+    import xarray as xr
+
     at = np.atleast_1d(real_array("times", times, 0, 1))
     sample = _core.energy(core, at)
     contact, slider = sample["contact"], sample["slider"]
@@ -180,6 +185,8 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
 
 
 def _contacts(works: _core.Works, combination: Names, labels: list[int] | list[str]) -> xr.Dataset:
+    import xarray as xr
+
     statuses = combination.astype(f"<U{max(len(labels), 1)}").view("<U1").reshape(combination.size, -1)
     shape = (len(labels), len(STATUSES))
     work, slider, time = np.zeros(shape), np.zeros(shape), np.zeros(shape)
@@ -214,6 +221,8 @@ def _by_contact(contact: Index, values: Real, count: int) -> Real:
 
 
 def _combinations(works: _core.Works, combination: Names, labels: list[int] | list[str]) -> xr.Dataset:
+    import xarray as xr
+
     names = list(dict.fromkeys(works.combination))
     held = [combination == name for name in names]
     work = [[fsum(works.contact[rows, i]) for i in range(len(labels))] for rows in held]

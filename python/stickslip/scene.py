@@ -5,7 +5,8 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import scipy.sparse
@@ -15,6 +16,9 @@ from stickslip import _core
 from stickslip.arrays import Real, core_matrix, real_array, real_matrix, real_number
 from stickslip.contact import LAW, Contact, core_contact, nearest, per_contact
 from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    from stickslip.scene_file import Matrices
 
 #: A matrix as a scene keeps it: read-only, dense or in compressed rows.
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
@@ -152,6 +156,28 @@ class Scene:
         core = self.core.with_contacts([core_contact(c, i, self.dofs) for i, c in enumerate(contacts)])
         scene._set(**{**arguments, "contacts": contacts, "core": core})
         return scene
+
+    def save(self, path: str | Path, matrices: Matrices = "auto") -> None:
+        """Write the scene as TOML; `load_scene` reads it back exactly.
+
+        Parameters
+        ----------
+        path
+            The file, usually ``.toml``.
+        matrices
+            Where matrices and vectors go, see `Case.save`; ``auto``: into the file itself, or beside it where
+            they are large.
+
+        Raises
+        ------
+        InputError
+            If `matrices` is none of these, or a name is no text that a file can hold.
+        OSError
+            If the file cannot be written.
+        """
+        from stickslip.case import Case
+
+        Case(self).save(path, matrices)
 
     def contact_labels(self) -> list[int] | list[str]:
         """Return how tables label the contacts: indices, or names as soon as one contact has a name."""

@@ -7,7 +7,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
-import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip import _core
@@ -18,6 +17,8 @@ from stickslip.scene import Scene
 from stickslip.state import State
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from stickslip.cycle import Cycle
 
 
@@ -169,6 +170,8 @@ class Trajectory:
         InputError
             If a time lies outside the computed motion.
         """
+        import xarray as xr
+
         at = np.atleast_1d(real_array("times", times, 0, 1))
         position, velocity, normal, friction, status = self.core.sample(at)
         motion, force = ("time", "dof"), ("time", "contact")
@@ -206,6 +209,8 @@ class Trajectory:
         InputError
             If a time lies outside the computed motion, or the modes of a combination are defective.
         """
+        import xarray as xr
+
         at = np.atleast_1d(real_array("times", times, 0, 1))
         runs = self.core.modal_coordinates(at)
         width = max((coordinates.shape[1] for _, _, coordinates in runs), default=0)
