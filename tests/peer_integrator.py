@@ -60,6 +60,8 @@ class Mechanics:
         self.contacts = scene.contacts
         self.normal = [direction(c.normal) for c in scene.contacts]
         self.tangential = [direction(c.tangential) for c in scene.contacts]
+        self.normal_response = [self._response(d) for d in self.normal]
+        self.tangential_response = [self._response(d) for d in self.tangential]
         self.static = [c.friction if c.static_friction is None else c.static_friction for c in scene.contacts]
         self.known = {}
 
@@ -142,7 +144,7 @@ class Mechanics:
             return combination[:contact] + status + combination[contact + 1 :]
 
         if kind == "velocity":
-            y = self._shifted(y, self.tangential[contact], -self.slip(y, contact))
+            y = self._shifted(y, self.tangential_response[contact], -self.slip(y, contact))
             normal, friction = self.contact_force(with_status("s"), y, contact)
             limit = self.static[contact] * normal
             status = "s" if abs(friction) <= limit else "+" if friction > 0.0 else "-"
@@ -157,7 +159,8 @@ class Mechanics:
     def _after_impact(self, combination, y, contact):
         direction = self.normal[contact]
         speed = direction @ y[self.size :]
-        y = self._shifted(y, direction, -(1.0 + self.contacts[contact].restitution) * speed)
+        change = -(1.0 + self.contacts[contact].restitution) * speed
+        y = self._shifted(y, self.normal_response[contact], change)
         if self.contacts[contact].restitution > 0.0:
             return combination, y
         y[: self.size] -= direction * (direction @ y[: self.size] + self.contacts[contact].gap)
@@ -165,11 +168,14 @@ class Mechanics:
         closed = combination[:contact] + status + combination[contact + 1 :]
         return (combination if self.contact_force(closed, y, contact)[0] < 0.0 else closed), y
 
-    def _shifted(self, y, direction, change):
-        """The velocity of `direction` changed by an impulse along it."""
+    def _response(self, direction):
+        """The velocities that change with a unit of the velocity of `direction`, by an impulse along it."""
         response = np.linalg.solve(self.mass, direction)
+        return response / (direction @ response)
+
+    def _shifted(self, y, response, change):
         shifted = y.copy()
-        shifted[self.size :] += response * (change / (direction @ response))
+        shifted[self.size :] += change * response
         return shifted
 
 

@@ -1,0 +1,150 @@
+"""Throughput of `simulate_many` on one thread and on two, and its memory over the number of scenes.
+
+The scenes are random two-subsystem models, each followed over 0.6 s from a disturbed equilibrium. They are made
+before the clock runs, in portions; each portion is run on one thread and on two in turn, and every run must be
+the same to the last bit. Memory is the peak of a process of its own that takes the scenes from a generator.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import resource
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from itertools import islice
+from pathlib import Path
+
+import numpy as np
+from report import Report, machine, versions
+
+import stickslip as ss
+
+DURATION = 0.6
+KICK = {"x1": 1e-3}
+#: Scenes between two looks at the clock.
+PORTION = 250
+#: Scenes of the processes whose memory is compared.
+MEMORY = (1000, 10_000)
+
+
+def scenes(seed: int) -> Iterator[ss.Scene]:
+    """Random two-subsystem models: the middle half of them lies around the published one."""
+    rng = np.random.default_rng(seed)
+    while True:
+        yield ss.models.two_subsystems(
+            friction=rng.uniform(0.6, 2.4, 2),
+            slider_speed=rng.uniform(0.01, 0.1),
+            preload_displacement=rng.uniform(5e-4, 2e-3, 2),
+            damping=rng.uniform(5e-5, 2e-4),
+        )
+
+
+def run(portion: list[ss.Scene], threads: int) -> tuple[float, list[ss.Outcome]]:
+    """Return the time, s, and the runs."""
+    begin = time.perf_counter()
+    outcomes = list(
+        ss.simulate_many(portion, duration=DURATION, velocity=KICK, threads=threads, progress=False)
+    )
+    return time.perf_counter() - begin, outcomes
+
+
+def digest(outcomes: list[ss.Outcome]) -> tuple[str, int]:
+    """Return a hash of everything that the runs consist of, and the number of their events."""
+    sha, events = hashlib.sha256(), 0
+    for outcome in outcomes:
+        if outcome.run is None:
+            sha.update(str(outcome.error).encode())
+            continue
+        end = outcome.run.state(outcome.run.duration)
+        events += len(outcome.run.events)
+        sha.update(outcome.run.events.time.tobytes())
+        sha.update("".join(outcome.run.events.combination).encode())
+        sha.update(end.position.tobytes() + end.velocity.tobytes())
+    return sha.hexdigest(), events
+
+
+def throughput(count: int, report: Report) -> None:
+    """Add the table of throughputs and ratios."""
+    source = scenes(1)
+    times: dict[int, list[float]] = {1: [], 2: []}
+    same, events = True, 0
+    run(list(islice(scenes(0), 20)), 2)  # loads what is loaded once
+    for turn in range(-(-count // PORTION)):
+        portion = list(islice(source, min(PORTION, count - turn * PORTION)))
+        found = {}
+        for threads in (1, 2) if turn % 2 == 0 else (2, 1):
+            seconds, outcomes = run([scene.replace() for scene in portion], threads)
+            times[threads].append(seconds)
+            found[threads] = digest(outcomes)
+        same = same and found[1] == found[2]
+        events += found[1][1]
+    rates = {threads: count / sum(taken) for threads, taken in times.items()}
+    pairs = [one / two for one, two in zip(times[1], times[2], strict=True)]
+    report.table(
+        ("threads", "runs/s", "events/s", "s"),
+        [
+            [str(threads), f"{rates[threads]:.0f}", f"{events / sum(taken):.3g}", f"{sum(taken):.1f}"]
+            for threads, taken in times.items()
+        ],
+    )
+    report.text(
+        "",
+        f"{count} scenes, {events} events; results {'identical' if same else 'DIFFERENT'}. Two threads over one:",
+        f"{rates[2] / rates[1]:.2f} in total, {statistics.median(pairs):.2f} in the median portion of {PORTION}",
+        "(target >= 1.8).",
+    )
+    if not same:
+        raise SystemExit("results depend on the number of threads")
+
+
+def peak() -> float:
+    """Return the peak memory of this process, MB."""
+    used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    return used / (1e6 if sys.platform == "darwin" else 1e3)
+
+
+def memory(counts: tuple[int, ...], report: Report) -> None:
+    """Add the table of peaks, each of a process of its own."""
+    table = []
+    for count in counts:
+        command = [sys.executable, __file__, "--only-run", str(count)]
+        answer = subprocess.run(command, check=True, capture_output=True, text=True).stdout.split()
+        table.append([str(count), *answer])
+    report.table(("scenes", "peak memory, MB", "of these before the first run", "events"), table)
+
+
+def only_run(count: int) -> None:
+    """Run scenes from a generator, and print peak memory, what was used before, and the events."""
+    before, events = peak(), 0
+    for outcome in ss.simulate_many(
+        islice(scenes(1), count), duration=DURATION, velocity=KICK, progress=False
+    ):
+        if outcome.run is not None:
+            events += len(outcome.run.events)
+    print(f"{peak():.1f} {before:.1f} {events}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--scenes", type=int, default=10_000)
+    parser.add_argument("--quick", action="store_true", help="a tenth of the scenes")
+    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
+    parser.add_argument("--only-run", type=int, default=None, help=argparse.SUPPRESS)
+    options = parser.parse_args()
+    if options.only_run is not None:
+        only_run(options.only_run)
+        return
+    part = 10 if options.quick else 1
+    report = Report("batch-throughput")
+    throughput(options.scenes // part, report)
+    memory(tuple(count // part for count in MEMORY), report)
+    report.text("", f"{versions('stickslip', 'numpy')}; {machine()}.")
+    report.into(options.into)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,75 @@
+"""Tables of a benchmark: printed as Markdown, and put into a page where asked to."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import platform
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+#: Wide enough for every row: a wrapped row is no Markdown.
+WIDTH = 200
+
+
+class Report:
+    """What one benchmark has to say, under its name."""
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        self.console = Console(width=WIDTH, record=True, highlight=False, soft_wrap=True, no_color=True)
+
+    def table(self, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
+        """Add a table; all columns but the first are aligned right."""
+        table = Table(box=box.MARKDOWN)
+        for place, heading in enumerate(headings):
+            table.add_column(heading, justify="right" if place else "left", no_wrap=True)
+        for row in rows:
+            table.add_row(*row)
+        self.console.print(table)
+
+    def text(self, *lines: str) -> None:
+        """Add a paragraph."""
+        self.console.print("\n".join(lines), markup=False, end="\n\n")
+
+    def into(self, page: Path | None) -> None:
+        """Replace the block of this benchmark in a page, between its two comments; None: leave it printed."""
+        if page is None:
+            return
+        text = "\n".join(line.rstrip() for line in self.console.export_text().splitlines()).strip("\n")
+        begin, end = f"<!-- {self.name} -->", f"<!-- end of {self.name} -->"
+        old = page.read_text()
+        pattern = re.compile(f"{re.escape(begin)}.*?{re.escape(end)}", re.DOTALL)
+        if not pattern.search(old):
+            raise SystemExit(f"{page} has no block between '{begin}' and '{end}'")
+        page.write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old))
+
+
+def machine() -> str:
+    """Return processor, system and Python."""
+    processor = platform.processor() or platform.machine()
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    fields = [line.partition(":") for line in lines]
+    named = [value.strip() for key, _, value in fields if key.strip() == "model name"]
+    if named:
+        clocks = [float(value) for key, _, value in fields if key.strip() == "cpu MHz"]
+        processor = f"{len(named)} x {named[0]} at {max(clocks, default=0.0) / 1e3:.1f} GHz"
+    return f"{processor}, {platform.system()} {platform.machine()}, Python {platform.python_version()}"
+
+
+def versions(*packages: str) -> str:
+    """Return the packages with their versions."""
+    return ", ".join(f"{package} {importlib.metadata.version(package)}" for package in packages)
+
+
+def left_out(package: str, what: str) -> None:
+    """Say that a program is missing."""
+    print(f"{package} is not installed: {what} left out (pip install 'stickslip[bench]')", file=sys.stderr)
