@@ -19,6 +19,7 @@ from itertools import islice
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 from report import Report, machine, versions
 
 import stickslip as ss
@@ -43,13 +44,21 @@ def scenes(seed: int) -> Iterator[ss.Scene]:
         )
 
 
-def run(portion: list[ss.Scene], threads: int) -> tuple[float, list[ss.Outcome]]:
-    """Return the time, s, and the runs."""
-    begin = time.perf_counter()
+#: Of one portion, or of all: time, processor time, processor time of the thread that hands out the runs; s.
+Clocks = NDArray[np.float64]
+
+
+def clocks() -> Clocks:
+    return np.array([time.perf_counter(), time.process_time(), time.thread_time()])
+
+
+def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[ss.Outcome]]:
+    """Return the times and the runs."""
+    begin = clocks()
     outcomes = list(
         ss.simulate_many(portion, duration=DURATION, velocity=KICK, threads=threads, progress=False)
     )
-    return time.perf_counter() - begin, outcomes
+    return clocks() - begin, outcomes
 
 
 def digest(outcomes: list[ss.Outcome]) -> tuple[str, int]:
@@ -70,32 +79,34 @@ def digest(outcomes: list[ss.Outcome]) -> tuple[str, int]:
 def throughput(count: int, report: Report) -> None:
     """Add the table of throughputs and ratios."""
     source = scenes(1)
-    times: dict[int, list[float]] = {1: [], 2: []}
+    times: dict[int, list[Clocks]] = {1: [], 2: []}
     same, events = True, 0
     run(list(islice(scenes(0), 20)), 2)  # loads what is loaded once
     for turn in range(-(-count // PORTION)):
         portion = list(islice(source, min(PORTION, count - turn * PORTION)))
         found = {}
         for threads in (1, 2) if turn % 2 == 0 else (2, 1):
-            seconds, outcomes = run([scene.replace() for scene in portion], threads)
-            times[threads].append(seconds)
+            taken, outcomes = run([scene.replace() for scene in portion], threads)
+            times[threads].append(taken)
             found[threads] = digest(outcomes)
         same = same and found[1] == found[2]
         events += found[1][1]
-    rates = {threads: count / sum(taken) for threads, taken in times.items()}
-    pairs = [one / two for one, two in zip(times[1], times[2], strict=True)]
+    table = []
+    for threads, portions in times.items():
+        elapsed, processor, caller = np.sum(portions, axis=0)
+        each = (1e3 * processor / count, 1e3 * caller / count)
+        row = [f"{count / elapsed:.0f}", f"{events / elapsed:.3g}", f"{elapsed:.1f}"]
+        table.append([str(threads), *row, *(f"{ms:.3f}" for ms in each)])
     report.table(
-        ("threads", "runs/s", "events/s", "s"),
-        [
-            [str(threads), f"{rates[threads]:.0f}", f"{events / sum(taken):.3g}", f"{sum(taken):.1f}"]
-            for threads, taken in times.items()
-        ],
+        ("threads", "runs/s", "events/s", "s", "processor time per run, ms", "of these in Python, ms"), table
     )
+    ratios = [one[0] / two[0] for one, two in zip(times[1], times[2], strict=True)]
+    total = sum(one[0] for one in times[1]) / sum(two[0] for two in times[2])
     report.text(
         "",
         f"{count} scenes, {events} events; results {'identical' if same else 'DIFFERENT'}. Two threads over one:",
-        f"{rates[2] / rates[1]:.2f} in total, {statistics.median(pairs):.2f} in the median portion of {PORTION}",
-        "(target >= 1.8).",
+        f"{total:.2f} in total, {statistics.median(ratios):.2f} in the median portion of {PORTION}",
+        f"and {max(ratios):.2f} in the best (target >= 1.8).",
     )
     if not same:
         raise SystemExit("results depend on the number of threads")
@@ -103,6 +114,10 @@ def throughput(count: int, report: Report) -> None:
 
 def peak() -> float:
     """Return the peak memory of this process, MB."""
+    status = Path("/proc/self/status")
+    if status.exists():  # Linux hands the peak of a parent process on in getrusage
+        line = next(line for line in status.read_text().splitlines() if line.startswith("VmHWM"))
+        return int(line.split()[1]) * 1024 / 1e6
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return used / (1e6 if sys.platform == "darwin" else 1e3)
 
