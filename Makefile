@@ -43,8 +43,14 @@ format: $(INSTALLED) ## Format Rust and Python
 	$(BIN)/ruff check --fix-only
 	$(BIN)/ruff format
 
-bench: $(INSTALLED) ## Time and accuracy beside scipy, LAPACK and 60-digit arithmetic
-	$(BIN)/python benchmarks/standard_run.py
+# INTO=docs/performance.md puts the tables and the figure of this machine there.
+INTO ?=
+bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other programs; INTO=docs/performance.md keeps them
+	@mkdir -p $(OUT)
+	$(BIN)/python benchmarks/work_precision.py --figure $(OUT)/work-precision.png $(INTO:%=--into %)
+	$(if $(INTO),cp $(OUT)/work-precision.png $(dir $(INTO)))
+	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py
@@ -64,6 +70,12 @@ $(VENV)/.created:
 	$(BIN)/python -m pip install --quiet 'maturin>=1.9,<2'
 	@touch $@
 
+MATURIN := env -u CONDA_PREFIX VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --locked
+
 $(INSTALLED): $(VENV)/.created pyproject.toml $(RUST)
-	env -u CONDA_PREFIX VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --locked --extras test,lint
+	$(MATURIN) --extras test,lint
+	@touch $@
+
+$(VENV)/.bench: $(INSTALLED)
+	$(MATURIN) --extras bench || echo 'benchmarks leave out the programs that could not be installed' >&2
 	@touch $@

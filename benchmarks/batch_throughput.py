@@ -1,8 +1,9 @@
 """Throughput of `simulate_many` on one thread and on two, and its memory over the number of scenes.
 
-The scenes are random two-subsystem models, each followed over 0.6 s from a disturbed equilibrium. They are made
-before the clock runs, in portions; each portion is run on one thread and on two in turn, and every run must be
-the same to the last bit. Memory is the peak of a process of its own that takes the scenes from a generator.
+The scenes are random two-subsystem models, each followed over 0.6 s from a disturbed equilibrium. They are
+made before the clock runs, in portions; each portion is run on one thread and on two in turn, and every run
+must be the same to the last bit. Memory is the peak of a process of its own that takes the scenes from a
+generator.
 """
 
 from __future__ import annotations
@@ -103,8 +104,8 @@ def throughput(count: int, report: Report) -> None:
     ratios = [one[0] / two[0] for one, two in zip(times[1], times[2], strict=True)]
     total = sum(one[0] for one in times[1]) / sum(two[0] for two in times[2])
     report.text(
-        "",
-        f"{count} scenes, {events} events; results {'identical' if same else 'DIFFERENT'}. Two threads over one:",
+        f"{count} scenes, {events} events; results {'identical' if same else 'DIFFERENT'}.",
+        "Two threads over one:",
         f"{total:.2f} in total, {statistics.median(ratios):.2f} in the median portion of {PORTION}",
         f"and {max(ratios):.2f} in the best (target >= 1.8).",
     )
@@ -157,7 +158,7 @@ def main() -> None:
     report = Report("batch-throughput")
     throughput(options.scenes // part, report)
     memory(tuple(count // part for count in MEMORY), report)
-    report.text("", f"{versions('stickslip', 'numpy')}; {machine()}.")
+    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
     report.into(options.into)
 
 

@@ -1,8 +1,8 @@
 """Cost per event over the size of a chain, and a chain of a thousand subsystems.
 
-The chains alternate the two published subsystems. Every contact starts on the cycle that it settles to: a chain
-of ten is followed until all its contacts stick and slip in turn, and longer chains are ten after ten at random
-times of that motion. What does not fit at the seams makes some events early on.
+The chains alternate the two published subsystems. Every contact starts on the cycle that it settles to: a
+chain of ten is followed until all its contacts stick and slip in turn, and longer chains are ten after ten at
+random times of that motion. What does not fit at the seams makes some events early on.
 """
 
 from __future__ import annotations
@@ -135,11 +135,10 @@ def scaling(run: ss.Trajectory, sizes: tuple[int, ...], report: Report) -> None:
     text = []
     for method in METHODS:
         costs = np.log([least[count, method] for count in sizes])
-        local = [
-            (b - a) / (y - x) for (a, b), (x, y) in zip(pairwise(costs), pairwise(logs), strict=True)
-        ]
-        text.append(f"{method} {np.polyfit(logs, costs, 1)[0]:.2f} (steepest between two sizes {max(local):.2f})")
-    report.text("", f"Exponent of the cost per event over the size: {', '.join(text)}; target <= 1.1.")
+        local = [(b - a) / (y - x) for (a, b), (x, y) in zip(pairwise(costs), pairwise(logs), strict=True)]
+        fitted = np.polyfit(logs, costs, 1)[0]
+        text.append(f"{method} {fitted:.2f} (steepest between two sizes {max(local):.2f})")
+    report.text(f"Exponent of the cost per event over the size: {', '.join(text)}; target <= 1.1.")
 
 
 def only_large(motion: float) -> None:
@@ -165,18 +164,20 @@ def large(motion: float, report: Report) -> None:
     """Add what the large chain took, in a process of its own."""
     command = [sys.executable, __file__, "--only-large", repr(motion)]
     got = json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
-    reached = "" if got["stopped"] == "duration" else f" (stopped by {got['stopped']} at {got['reached']:g} s)"
+    stopped = f" (stopped by {got['stopped']} at {1e3 * got['reached']:g} ms)"
+    reached = "" if got["stopped"] == "duration" else stopped
     report.text(
-        f"{LARGE} subsystems ({4 * LARGE} dofs), {1e3 * motion:g} ms of motion{reached}: {got['events']} events of",
-        f"{got['contacts']} contacts in {got['processor']:.1f} s of processor time ({got['elapsed']:.1f} s elapsed,",
-        f"target {LIMIT:g} s for {1e3 * MOTION:g} ms), {got['memory']:.0f} MB;",
-        f"{got['panels']} panels, {got['refinements']} functions looked at, {got['combinations']} combinations.",
+        f"{LARGE} subsystems ({4 * LARGE} dofs), {1e3 * motion:g} ms of motion{reached}:",
+        f"{got['events']} events of {got['contacts']} contacts in {got['processor']:.1f} s of processor time",
+        f"({got['elapsed']:.1f} s elapsed; target {LIMIT:g} s for {1e3 * MOTION:g} ms),",
+        f"{got['memory']:.0f} MB; {got['panels']} panels, {got['refinements']} functions looked at,",
+        f"{got['combinations']} combinations.",
     )
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--quick", action="store_true", help="up to 200 subsystems; a hundredth of the motion")
+    parser.add_argument("--quick", action="store_true", help="smaller chains, a hundredth of the motion")
     parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     parser.add_argument("--only-large", type=float, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()

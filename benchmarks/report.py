@@ -32,6 +32,7 @@ class Report:
         for row in rows:
             table.add_row(*row)
         self.console.print(table)
+        self.console.print()
 
     def text(self, *lines: str) -> None:
         """Add a paragraph."""

@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any, Literal
 
 import numpy as np
-from peer_integrator import Mechanics, Motion
 from sksundae.cvode import CVODE
 
+from peer_integrator import Mechanics, Motion
 from peers.restart import Vector, follow
 from peers.solve_ivp import SCALES
 

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 from numba import njit
-from peer_integrator import Mechanics, Motion
 
+from peer_integrator import Mechanics, Motion
 from peers.restart import MOST_EVENTS, OPEN, SLIPPING
 
 STATUSES = "+-sd"
 KINDS = ("velocity", "release", "slip+", "slip-", "impact")
-#: Of the zero, relative to the step: bisection and secant steps stop there.
+#: Of the zero, relative to the step.
 RESOLUTION = 1e-15
 #: Dormand and Prince (1980), table 2: nodes are not needed, the system is autonomous.
 STAGES = np.array(
@@ -182,6 +182,7 @@ def prepare(scene: Any, start: Any, duration: float, longest: float) -> Callable
     normal = np.array([law.normal for law in scene.contacts])
     tangential = np.array([law.tangential for law in scene.contacts])
     speed = np.array([law.slider_speed for law in scene.contacts])
+    static = np.array(mechanics.static)
     initial = np.concatenate([start.position, start.velocity])
     first = names.index(start.combination)
     times = np.zeros(MOST_EVENTS)
@@ -189,8 +190,8 @@ def prepare(scene: Any, start: Any, duration: float, longest: float) -> Callable
 
     def run() -> Motion:
         count = march(
-            matrices, offsets, rows, counts, kinds, owners, forces, normal, tangential, speed,
-            np.array(mechanics.static), first, initial.copy(), longest, duration, times, contacts, found, codes,
+            matrices, offsets, rows, counts, kinds, owners, forces, normal, tangential, speed, static,
+            first, initial.copy(), longest, duration, times, contacts, found, codes,
         )  # fmt: skip
         return Motion(
             times[:count].tolist(),

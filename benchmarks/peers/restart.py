@@ -7,14 +7,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
 from peer_integrator import Mechanics, Motion
 
 Vector = NDArray[np.float64]
-#: From (combination, time, y) to the next event or the end: time, y, and which event function (None: the end).
+#: From (combination, time, y) to the next event or the end: time, y, which event function (None: the end).
 Advance = Callable[[str, float, Vector], tuple[float, Vector, int | None]]
 
-#: m, by which a released contact starts open, and the part of the slider's speed by which a slip starts: an ulp
-#: or less, and enough that the zero the phase starts from is not found again.
+#: m, by which a released contact starts open, and the part of the slider's speed by which a slip starts: an
+#: ulp or less, and enough that the zero the phase starts from is not found again.
 OPEN, SLIPPING = 1e-20, 2.3e-16
 #: A run that makes more events than this goes in circles.
 MOST_EVENTS = 2000

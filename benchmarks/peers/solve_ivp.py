@@ -6,9 +6,9 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from peer_integrator import Mechanics, Motion
 from scipy.integrate import solve_ivp
 
+from peer_integrator import Mechanics, Motion
 from peers.restart import Vector, follow
 
 #: Of positions and velocities, m and m/s: what relative tolerances are relative to.

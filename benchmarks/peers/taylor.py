@@ -14,8 +14,8 @@ from typing import Any
 import heyoka
 import numpy as np
 from numpy.typing import NDArray
-from peer_integrator import Mechanics, Motion
 
+from peer_integrator import Mechanics, Motion
 from peers.restart import MOST_EVENTS, Vector, leave
 
 #: Coefficients below this part of the largest are rounding of zeros.
@@ -63,7 +63,7 @@ def cleared(row: Vector) -> Vector:
 
 
 def prepare(scene: Any, start: Any, duration: float, tolerance: float) -> Callable[[], Motion]:
-    """Return the run; tolerance 0 stands for an ulp. Compiles what a combination needs when it first comes."""
+    """Return the run; tolerance 0 stands for an ulp. A combination is compiled when it first comes."""
     mechanics = Mechanics(scene)
     initial = np.concatenate([start.position, start.velocity])
     known: dict[str, Phase] = {}
