@@ -62,7 +62,8 @@ def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
     if slow:
         top = eigenvalue.real.max()
         reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())
-        growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
+        if reach > 0.0:
+            growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
     growth.set(xlabel=_words(name), ylabel="real part, 1/s")
     frequency.set(xlabel=_words(name), ylabel="|eigenvalue| / 2π, Hz")
     figure.suptitle("Complex eigenvalues (red: unstable)")

@@ -1,0 +1,71 @@
+"""Figures as SVG inside a page."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from html import escape
+
+import matplotlib
+from matplotlib.backends.backend_svg import FigureCanvasSVG
+from matplotlib.collections import Collection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+#: Points of a line, and members of a collection, above which they are drawn as pixels: a page stays small.
+DENSE_LINE, DENSE_COLLECTION = 2500, 400
+#: Pixels per inch of what is drawn as pixels.
+PIXELS = 180
+#: Text stays text: it can be searched, read aloud, and is small.
+STYLE = {
+    "svg.fonttype": "none",
+    "svg.hashsalt": "stickslip",
+    "font.size": 9.0,
+    "axes.titlesize": 9.5,
+    "figure.titlesize": 10.0,
+    "path.simplify_threshold": 0.2,
+}
+
+
+@contextmanager
+def style() -> Iterator[None]:
+    """Draw in the style of the page while this holds."""
+    with matplotlib.rc_context(STYLE):
+        yield
+
+
+def svg(figure: Figure, name: str, alternative: str) -> str:
+    """Return a figure as an SVG element.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    name
+        Prefix of its identifiers, unique in the page.
+    alternative
+        What it shows, for those who do not see it.
+    """
+    for axes in figure.axes:
+        for artist in axes.get_children():
+            if isinstance(artist, Line2D) and len(artist.get_xydata()) > DENSE_LINE:
+                artist.set_rasterized(True)
+            elif isinstance(artist, Collection) and len(artist.get_paths()) > DENSE_COLLECTION:
+                artist.set_rasterized(True)
+    stream = io.StringIO()
+    with style():
+        figure.dpi = PIXELS
+        # Not savefig, which draws everything once more before.
+        FigureCanvasSVG(figure).print_svg(
+            stream, metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
+        )
+    text = stream.getvalue()
+    text = text[text.index("<svg") :]
+    # A style element would hold for the whole page; metadata repeats what the page says.
+    text = re.sub(r"<style.*?</style>|<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
+    text = re.sub(r'\bid="', f'id="{name}-', text)
+    text = re.sub(r'((?:xlink:)?href)="#', rf'\1="#{name}-', text)
+    text = text.replace("url(#", f"url(#{name}-")
+    return text.replace("<svg ", f'<svg role="img" class="plot" aria-label="{escape(alternative)}" ', 1)

@@ -1,0 +1,242 @@
+"""Everything a report tells about a scene, computed once; what cannot be computed is a sentence instead."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from stickslip.bifurcation import disturbed_sliding
+from stickslip.critical import CriticalPoint, critical_points
+from stickslip.cycle import Cycle
+from stickslip.energy import Balance
+from stickslip.errors import InputError, NotPeriodicError, RunError
+from stickslip.modes import Modes, complex_modes
+from stickslip.report.mode_motion import published_inclinations
+from stickslip.scene import Scene
+from stickslip.state import State, sliding_equilibrium
+from stickslip.sweep import sweep
+from stickslip.transient import Trajectory, simulate
+
+#: Growth of the disturbance, as a power of e, over the transient that is shown.
+GROWTH = 30.0
+#: Bounds of its length, in periods of the leading mode.
+SHORTEST, LONGEST = 20.0, 400.0
+#: Values of friction in the loci, and coordinates beyond which loci are left out: each value is an eigenproblem.
+VALUES, LARGE = 301, 120
+#: Range of a displacement, relative to the largest, at which a dof is at rest.
+REST = 1e-12
+#: Wall-clock limit of the transient, s, and how much longer it is followed towards a limit cycle, s of motion.
+PATIENCE, FURTHER = 5.0, 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What was found; where a field is None, `reasons` says why under the field's name.
+
+    Attributes
+    ----------
+    scene, title
+        What the report is about.
+    equilibrium
+        Steady sliding.
+    modes
+        Complex modes of steady sliding, or of all contacts in positive sliding.
+    parameter, loci, critical
+        Eigenvalues over friction (of all contacts, or a factor on the friction of each), and where their kind
+        changes.
+    start, run
+        The disturbed start and the motion from there.
+    cycle
+        What it settles to, if that is periodic.
+    settled
+        The kind of motion otherwise (`NotPeriodicError.kind`).
+    last
+        The motion to look at closely: one period of the cycle, or the last stretch of the run.
+    balance
+        Its energy.
+    lines
+        Its spectrum, of all dofs.
+    """
+
+    scene: Scene
+    title: str
+    equilibrium: State | None
+    modes: Modes
+    parameter: str
+    loci: xr.Dataset | None
+    critical: list[CriticalPoint]
+    start: State | None
+    run: Trajectory | None
+    cycle: Cycle | None
+    settled: str
+    last: Trajectory | None
+    balance: Balance | None
+    lines: xr.Dataset | None
+    reasons: dict[str, str]
+
+    @property
+    def inclinations(self) -> tuple[float, float] | None:
+        """Inclinations of the sliders if this is the published model, whatever its friction and loads."""
+        return published_inclinations(self.scene)
+
+    @property
+    def moving(self) -> list[int]:
+        """The dofs that move most at the end, at most four, in their order; those at rest are left out."""
+        if self.last is None:
+            return []
+        position = self.last.sample(np.linspace(0.0, self.last.duration, 513)).position.to_numpy()
+        span = np.ptp(position, axis=0)
+        most = np.argsort(-span)[:4]
+        return sorted(int(k) for k in most if span[k] > REST * span[most[0]])
+
+
+def findings(
+    scene: Scene, title: str, *, start: State | None = None, duration: float | None = None
+) -> Findings:
+    """Compute what a report tells.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    title
+        What to call it.
+    start
+        Where the motion starts; None: steady sliding with its leading mode set in motion
+        (`disturbed_sliding`), in the published model with 1 mm/s of ``x1``.
+    duration
+        Of the motion, s; None: as long as the leading mode takes to grow (or decay) by e^30, but 20 to 400 of
+        its periods.
+
+    Raises
+    ------
+    InputError
+        If the duration is not positive, or the start does not fit the scene.
+    """
+    reasons: dict[str, str] = {}
+    equilibrium = _equilibrium(scene, reasons)
+    modes = complex_modes(scene, None if equilibrium is None else equilibrium.combination)
+    parameter, loci, critical = _loci(scene, modes, reasons)
+    begin = start
+    if begin is None and equilibrium is not None:
+        begin = (
+            disturbed_sliding(scene)
+            if published_inclinations(scene) is None
+            else equilibrium.perturbed(velocity={"x1": 1e-3})
+        )
+    run = None
+    if begin is None:
+        reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
+    else:
+        run = _motion(scene, begin, _duration(modes) if duration is None else duration, reasons)
+    cycle, settled, last = None, "", None
+    if run is not None:
+        cycle, settled, last = _settled(run, reasons)
+    lines = None
+    if cycle is not None and last is not None:
+        lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
+    elif last is not None and last.duration > 0.0:
+        lines = last.spectrum(begin=0.0)
+    return Findings(
+        scene=scene,
+        title=title,
+        equilibrium=equilibrium,
+        modes=modes,
+        parameter=parameter,
+        loci=loci,
+        critical=critical,
+        start=begin,
+        run=run,
+        cycle=cycle,
+        settled=settled,
+        last=last,
+        balance=None if last is None else last.balance(),
+        lines=lines,
+        reasons=reasons,
+    )
+
+
+def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
+    try:
+        return sliding_equilibrium(scene)
+    except InputError as error:
+        reasons["equilibrium"] = str(error)
+        return None
+
+
+def _loci(
+    scene: Scene, modes: Modes, reasons: dict[str, str]
+) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
+    frictions = {contact.friction for contact in scene.contacts}
+    if not scene.contacts:
+        reasons["loci"] = "no loci: the scene has no contact"
+    elif frictions == {0.0}:
+        reasons["loci"] = "no loci: friction is zero"
+    elif modes.eigenvalues.size > LARGE:
+        reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.sweep"
+    if "loci" in reasons:
+        return "", None, []
+    # Steady sliding does not depend on static friction, which may not be less than friction.
+    sliding = scene.replace(static_friction=None)
+    combination = modes.combination
+    if len(frictions) == 1:
+        top = max(2.0 * frictions.pop(), 1.0)
+        values, span = np.linspace(0.0, top, VALUES), (0.0, top)
+        try:
+            branches = sweep(sliding, combination, progress=False, friction=values)
+            return "friction", branches, list(critical_points(sliding, combination, friction=span))
+        except (InputError, RunError) as error:
+            reasons["loci"] = f"no loci: {error}"
+            return "", None, []
+
+    def scaled(friction_factor: float) -> Scene:
+        return sliding.replace(friction=[friction_factor * c.friction for c in scene.contacts])
+
+    values = np.linspace(0.0, 2.0, VALUES)
+    try:
+        branches = sweep(scaled, combination, progress=False, friction_factor=values)
+        points = critical_points(scaled, combination, friction_factor=(0.0, 2.0))
+    except (InputError, RunError) as error:
+        reasons["loci"] = f"no loci: {error}"
+        return "", None, []
+    return "friction_factor", branches, list(points)
+
+
+def _duration(modes: Modes) -> float:
+    """Return how long the leading mode takes to show itself, s."""
+    leading = modes.eigenvalues[int(np.argmax(modes.eigenvalues.real))]
+    frequency = abs(leading.imag) / (2.0 * np.pi) or abs(leading) or 1.0
+    growth = abs(leading.real)
+    periods = GROWTH / growth * frequency if growth > 0.0 else LONGEST
+    return float(min(max(periods, SHORTEST), LONGEST) / frequency)
+
+
+def _motion(scene: Scene, start: State, duration: float, reasons: dict[str, str]) -> Trajectory | None:
+    try:
+        run = simulate(scene, start, duration, time_limit=PATIENCE)
+    except RunError as error:
+        reasons["stopped"] = f"the motion could not be continued: {error}"
+        return error.partial
+    if run.stop_reason == "time_limit":
+        reasons["stopped"] = (
+            f"the motion was stopped after {PATIENCE:g} s of computing, at {run.duration:g} s"
+        )
+    elif run.stop_reason == "unbounded":
+        reasons["stopped"] = f"the motion grows without bound; shown up to {run.duration:g} s"
+    return run
+
+
+def _settled(run: Trajectory, reasons: dict[str, str]) -> tuple[Cycle | None, str, Trajectory | None]:
+    if "stopped" in reasons:
+        reasons["cycle"] = f"no limit cycle was looked for: {reasons['stopped']}"
+        return None, run.stop_reason, run
+    try:
+        cycle = run.limit_cycle(further=max(FURTHER, run.duration))
+    except NotPeriodicError as error:
+        reasons["cycle"] = str(error)
+        if error.kind == "unsettled" and len(run.events) == 0:
+            reasons["cycle"] = "no contact changes its status, and the motion neither grows nor dies out"
+        return None, error.kind, error.partial if error.partial is not None else run
+    return cycle, "cycle", cycle.run

@@ -1,0 +1,167 @@
+"""Modes in motion: drawings whose points the page's script moves."""
+
+from __future__ import annotations
+
+from html import escape
+
+import numpy as np
+
+from stickslip.arrays import Complex
+from stickslip.models import two_subsystems
+from stickslip.modes import Modes
+from stickslip.scene import Scene
+
+#: Dofs beyond which a shape is drawn without names.
+NAMED = 24
+#: Length of the largest displacement in the drawing of all dofs, and in the plane.
+LONG, SHORT = 44.0, 24.0
+HEIGHT = 150.0
+#: The masses of the published model: name, place, the dofs of its horizontal and vertical motion.
+UPPER = (("m1", 0, 1), ("m3", 4, 5))
+LOWER = (("m2", 2, 3), ("m4", 6, 7))
+
+
+def drawing(scene: Scene, modes: Modes, mode: int, inclinations: tuple[float, float] | None) -> str:
+    """Return one mode as an SVG element: every dof, and beside it the motion in the plane.
+
+    The points carry their displacement ``Re(shape e^{i phase})`` as ``data-x`` and ``data-y``, real and imaginary
+    part; growth is left out. Without a script they stand at phase 0.
+
+    Parameters
+    ----------
+    scene, modes, mode
+        Which mode of which scene.
+    inclinations
+        Of the two sliders of the published model, rad: its masses are drawn where they are; None: each
+        contact in its own tangential and normal direction.
+    """
+    shape = modes.shapes[:, mode]
+    bars, width = _all_dofs(modes.dofs, shape)
+    plane, extra = (
+        _contacts(scene, shape, width) if inclinations is None else _masses(shape, width, inclinations)
+    )
+    return (
+        f'<svg role="img" class="motion" viewBox="0 0 {width + extra:.0f} {HEIGHT:.0f}" '
+        f'aria-label="{escape(described(modes, mode))}">{bars}{plane}</svg>'
+    )
+
+
+def described(modes: Modes, mode: int) -> str:
+    """Return in words what moves most in a mode."""
+    shape = modes.shapes[:, mode]
+    order = np.argsort(-np.abs(shape))[:3]
+    parts = []
+    for k in order:
+        if np.abs(shape[k]) > 0.05:
+            degrees = np.degrees(np.angle(shape[k]))
+            parts.append(f"{modes.dofs[k]} {abs(shape[k]):.2f} at {degrees:.0f}°")
+    return f"{modes.frequencies[mode]:.2f} Hz: largest displacements {', '.join(parts)}"
+
+
+def published_inclinations(scene: Scene) -> tuple[float, float] | None:
+    """Return the inclinations of the published model if a scene has its matrices, else None.
+
+    Friction, slider speeds and loads may differ.
+    """
+    reference = two_subsystems()
+    if scene.dofs != reference.dofs or len(scene.contacts) != 2 or scene.damping != reference.damping:
+        return None
+    same = np.array_equal(scene.mass, reference.mass) and np.array_equal(
+        _dense(scene.stiffness), _dense(reference.stiffness)
+    )
+    for i in range(len(scene.contacts)):
+        same = same and np.array_equal(scene.tangential_direction(i), reference.tangential_direction(i))
+        same = same and np.array_equal(scene.normal_direction(i), reference.normal_direction(i))
+    return (0.3, 0.75) if same else None
+
+
+def _dense(matrix: object) -> object:
+    return matrix.toarray() if hasattr(matrix, "toarray") else matrix
+
+
+def _all_dofs(dofs: tuple[str, ...], shape: Complex) -> tuple[str, float]:
+    step = 26.0 if len(dofs) <= NAMED else max(3.0, 26.0 * NAMED / len(dofs))
+    middle = 0.5 * HEIGHT
+    width = step * (len(dofs) + 1)
+    parts = [f'<line class="axis" x1="8" x2="{width - 8:.1f}" y1="{middle}" y2="{middle}"/>']
+    for k, (name, value) in enumerate(zip(dofs, shape, strict=True)):
+        x, reach = step * (k + 1), LONG * abs(value)
+        parts.append(
+            f'<line class="range" x1="{x:.1f}" x2="{x:.1f}" y1="{middle - reach:.2f}" y2="{middle + reach:.2f}"/>'
+        )
+        if len(dofs) <= NAMED:
+            parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 6}">{escape(name)}</text>')
+        parts.append(_point(x, middle, 0.0j, LONG * value, 4.0 if step > 8.0 else 1.5, ""))
+    return "".join(parts), width
+
+
+def _contacts(scene: Scene, shape: Complex, left: float) -> tuple[str, float]:
+    """Draw each contact's motion along t (abscissa) and n (ordinate)."""
+    parts, room = [], 90.0
+    shown = list(zip(range(len(scene.contacts)), scene.contact_labels(), strict=True))[:4]
+    for place, (i, label) in enumerate(shown):
+        x = left + room * (place + 0.5)
+        motion = [scene.tangential_direction(i) @ shape, scene.normal_direction(i) @ shape]
+        parts.append(f'<text x="{x:.1f}" y="16">contact {escape(str(label))}: t →, n ↑</text>')
+        parts.append(_moving(x, 0.5 * HEIGHT, motion[0], motion[1]))
+    return "".join(parts), room * len(shown)
+
+
+def _masses(shape: Complex, left: float, inclinations: tuple[float, float]) -> tuple[str, float]:
+    """Draw the four masses of the published model in the plane, their springs as lines."""
+    columns, upper, lower = (left + 55.0, left + 155.0), 45.0, 108.0
+    parts, points = [], []
+    for x, (name, horizontal, vertical), (below, tangential, normal), angle in zip(
+        columns, UPPER, LOWER, inclinations, strict=True
+    ):
+        a, b = np.cos(angle), np.sin(angle)
+        points.append((name, x, upper, shape[horizontal], shape[vertical]))
+        points.append(
+            (
+                below,
+                x,
+                lower,
+                a * shape[tangential] - b * shape[normal],
+                b * shape[tangential] + a * shape[normal],
+            )
+        )
+        # The slider, inclined; vertical is upwards.
+        parts.append(
+            f'<line class="slider" x1="{x - 34 * a:.1f}" y1="{lower + 14 + 34 * b:.1f}" '
+            f'x2="{x + 34 * a:.1f}" y2="{lower + 14 - 34 * b:.1f}"/>'
+        )
+    for first, second in ((0, 1), (2, 3), (0, 2)):
+        _, x1, y1, h1, v1 = points[first]
+        _, x2, y2, h2, v2 = points[second]
+        ends = _ends(1, x1, y1, h1, v1) + _ends(2, x2, y2, h2, v2)
+        parts.append(f'<line class="link"{ends}/>')
+    for name, x, y, h, v in points:
+        parts.append(_moving(x, y, h, v))
+        parts.append(f'<text x="{x + 22:.1f}" y="{y - 14:.1f}">{name}</text>')
+    return "".join(parts), 215.0
+
+
+def _ends(end: int, x: float, y: float, horizontal: complex, vertical: complex) -> str:
+    h, v = SHORT * horizontal, SHORT * vertical
+    return (
+        f' x{end}="{x + h.real:.2f}" y{end}="{y - v.real:.2f}" data-p{end}="{x:.1f} {y:.1f} '
+        f'{h.real:.3f} {h.imag:.3f} {v.real:.3f} {v.imag:.3f}"'
+    )
+
+
+def _moving(x: float, y: float, horizontal: complex, vertical: complex) -> str:
+    """Draw a point with its orbit, an ellipse."""
+    phases = np.exp(2j * np.pi * np.arange(48) / 48)
+    xs, ys = x + SHORT * (horizontal * phases).real, y - SHORT * (vertical * phases).real
+    path = "M" + "L".join(f"{px:.1f} {py:.1f}" for px, py in zip(xs, ys, strict=True)) + "Z"
+    return f'<path class="orbit" d="{path}"/>' + _point(
+        x, y, SHORT * horizontal, SHORT * vertical, 6.0, "mass"
+    )
+
+
+def _point(x: float, y: float, horizontal: complex, vertical: complex, radius: float, kind: str) -> str:
+    return (
+        f'<circle class="point {kind}" cx="{x:.1f}" cy="{y:.1f}" r="{radius:g}" '
+        f'transform="translate({horizontal.real:.2f} {-vertical.real:.2f})" '
+        f'data-x="{horizontal.real:.3f} {horizontal.imag:.3f}" data-y="{vertical.real:.3f} {vertical.imag:.3f}"/>'
+    )

@@ -1,0 +1,305 @@
+"""The part of a report about motion: transient, limit cycle, spectrum, energy."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from stickslip import energy_figures, portraits
+from stickslip.energy import STATUSES
+from stickslip.figures import NAMES
+from stickslip.report import drawing
+from stickslip.report.findings import Findings
+from stickslip.report.markup import details, facts, figure, note, number, paragraph, section, table
+from stickslip.transient import Trajectory
+
+#: Events and lines of tables, contacts of phase portraits.
+EVENTS, LINES, PORTRAITS = 24, 12, 4
+
+
+def transient_section(found: Findings) -> str:
+    """Return the motion from its disturbed start."""
+    run = found.run
+    if run is None:
+        return section("transient", "Transient", note(found.reasons["run"], "warning"))
+    scene = found.scene
+    kinds = Counter(run.events.kind.tolist())
+    stopped = note(found.reasons["stopped"], "warning") if "stopped" in found.reasons else ""
+    parts = [
+        stopped,
+        facts(
+            [
+                ("computed", f"{number(run.duration)} s"),
+                (
+                    "events",
+                    f"{len(run.events)}"
+                    + (f" ({', '.join(f'{n} {k}' for k, n in kinds.items())})" if kinds else ""),
+                ),
+                ("first event", f"{number(run.events.time[0])} s" if len(run.events) else "none"),
+                ("touches within rounding", str(len(run.grazings))),
+            ]
+        ),
+    ]
+    if run.duration > 0.0 and found.moving:
+        dofs = [scene.dofs[k] for k in found.moving]
+        with drawing.style():
+            history = _panels(len(dofs), 1.25)
+            for axes, dof in zip(history.axes, dofs, strict=True):
+                portraits.displacement(axes, run, dof)
+                axes.label_outer()
+        parts.append(
+            figure(
+                drawing.svg(
+                    history, "history", f"Displacements of {', '.join(dofs)} over {number(run.duration)} s"
+                ),
+                f"Displacement about its mean over time: {', '.join(dofs)}, which move most.",
+            )
+        )
+        if scene.contacts:
+            parts.append(_status(run, "status", "Status of every contact over time."))
+    rows = [
+        [number(t, 12), str(scene.contact_labels()[i]), kind, combination]
+        for t, i, kind, combination in zip(
+            run.events.time[:EVENTS],
+            run.events.contact,
+            run.events.kind,
+            run.events.combination,
+            strict=False,
+        )
+    ]
+    if rows:
+        caption = (
+            "Events" if len(rows) == len(run.events) else f"The first {len(rows)} of {len(run.events)} events"
+        )
+        parts.append(details(caption, table(caption, ["time, s", "contact", "kind", "status after"], rows)))
+    if run.grazings:
+        parts.append(
+            table(
+                "Touches within rounding: the status was kept, the alternative may be true",
+                ["time, s", "contact", "event not taken", "value", "bound of its error"],
+                [
+                    [
+                        number(g.time, 12),
+                        str(scene.contact_labels()[g.contact]),
+                        g.alternative,
+                        g.value,
+                        g.uncertainty,
+                    ]
+                    for g in run.grazings
+                ],
+            )
+        )
+    return section("transient", "Transient", *parts)
+
+
+def cycle_section(found: Findings) -> str:
+    """Return what the motion settles to."""
+    if found.last is None:
+        return section("cycle", "Limit cycle", note("There is no motion to settle.", "warning"))
+    if found.cycle is None:
+        parts = [note(f"No limit cycle: {found.reasons['cycle']}")]
+        if found.settled != "equilibrium" and found.scene.contacts and found.last.duration > 0.0:
+            parts.append(
+                _portraits(found, f"Phase portraits of the last {number(found.last.duration, 4)} s.")
+            )
+        return section("cycle", "Limit cycle", *parts)
+    cycle = found.cycle
+    largest = np.abs(cycle.transverse_multipliers).max(initial=0.0)
+    times = cycle.table()
+    sequence = table(
+        "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
+        ["status", "duration, ms", *(f"mode {k + 1}" for k in range(times.sizes["mode"]))],
+        [
+            [
+                str(row.combination.item()),
+                1e3 * float(row.duration),
+                *(
+                    "" if np.isnan(f) else number(f, 5) + (" u" if g > 0.0 else "")
+                    for f, g in zip(row.frequency.to_numpy(), row.growth.to_numpy(), strict=True)
+                ),
+            ]
+            for row in (times.isel(phase=k) for k in range(times.sizes["phase"]))
+        ],
+    )
+    multipliers = table(
+        "Floquet multipliers that are not zero",
+        ["multiplier", "modulus"],
+        [
+            [f"{number(m.real)} {'+' if m.imag >= 0 else '−'} {number(abs(m.imag))} i", abs(complex(m))]
+            for m in cycle.multipliers
+            if abs(m) > 1e-12
+        ],
+    )
+    amplitudes = table(
+        "Extremes of every displacement",
+        ["dof", "smallest, µm", "largest, µm", "amplitude, µm"],
+        [
+            [name, 1e6 * float(low), 1e6 * float(high), 1e6 * float(half)]
+            for name, low, high, half in zip(
+                found.scene.dofs, cycle.minimum, cycle.maximum, cycle.amplitude, strict=True
+            )
+        ],
+    )
+    return section(
+        "cycle",
+        "Limit cycle",
+        facts(
+            [
+                ("period", f"{number(1e3 * cycle.period, 12)} ms"),
+                ("frequency", f"{number(cycle.frequency, 8)} Hz"),
+                ("stability", "stable" if cycle.stable else "unstable"),
+                ("largest multiplier across the flow", number(float(largest))),
+                ("mismatch of the orbit, relative", number(cycle.residual, 2)),
+            ]
+        ),
+        _portraits(
+            found, f"Phase portrait of every contact over one period of {number(1e3 * cycle.period)} ms."
+        ),
+        _status(cycle.run, "cycle-status", "Status of every contact over one period."),
+        sequence,
+        details("Multipliers and extremes", multipliers, amplitudes),
+    )
+
+
+def spectrum_section(found: Findings) -> str:
+    """Return the spectrum of what the motion settles to."""
+    if found.lines is None or not found.moving or found.settled == "equilibrium":
+        return section("spectrum", "Spectrum", note("No spectrum: no motion is left."))
+    exact = found.lines.attrs["method"] == "exact"
+    dofs = [found.scene.dofs[k] for k in found.moving][:2]
+    with drawing.style():
+        drawn = _panels(len(dofs), 1.6)
+        for axes, dof in zip(drawn.axes, dofs, strict=True):
+            portraits.spectrum(axes, found.lines.sel(dof=dof))
+            largest = 1e6 * float(found.lines.amplitude.sel(dof=dof)[1:].max())
+            axes.set(title=dof, ylim=(1e-6 * largest, 2.0 * largest) if largest > 0.0 else None)
+            axes.label_outer()
+    amplitude = found.lines.amplitude.to_numpy()
+    size = np.sqrt((amplitude[1:] ** 2).sum(axis=1))
+    order = 1 + np.argsort(-size)[:LINES]
+    frequency = found.lines.frequency.to_numpy()
+    main = number(float(frequency[order[0]]))
+    rows = [
+        [float(frequency[k]), *(1e6 * float(amplitude[k, d]) for d in found.moving)] for k in sorted(order)
+    ]
+    text = (
+        "Lines of the limit cycle, integrated in closed form phase by phase: no window, no leakage."
+        if exact
+        else "Discrete Fourier transform of the last stretch, Hann window."
+    )
+    return section(
+        "spectrum",
+        "Spectrum",
+        paragraph(text),
+        figure(
+            drawing.svg(
+                drawn, "spectrum", f"Amplitude over frequency of {', '.join(dofs)}; main line at {main} Hz"
+            ),
+            f"Amplitudes of {', '.join(dofs)} over frequency. The main line of the whole motion is at {main} Hz.",
+        ),
+        table(
+            "The largest lines",
+            ["frequency, Hz", *(f"{found.scene.dofs[d]}, µm" for d in found.moving)],
+            rows,
+        ),
+    )
+
+
+def energy_section(found: Findings) -> str:
+    """Return where the energy comes from and where it goes."""
+    balance, last = found.balance, found.last
+    if balance is None or last is None or last.duration == 0.0:
+        return section("energy", "Energy", note("There is no motion.", "warning"))
+    over = "one period" if found.cycle is not None else f"the last {number(last.duration, 4)} s"
+    with drawing.style():
+        history = energy_figures.energy_history(last)
+        history.set_size_inches(7.2, 6.0)
+        flow = energy_figures.energy_flow(balance)
+        flow.set_size_inches(7.2, 4.0)
+        flow.axes[0].set_title("")
+    rows = [
+        ["work of the sliders", balance.slider],
+        ["friction heat", -balance.friction_heat],
+        ["impacts, normal loss", -balance.impact_loss],
+        ["constant forces", balance.external],
+        ["dampers", -balance.damping],
+        ["stored", balance.stored],
+        ["residual", balance.residual],
+    ]
+    by_contact = [
+        [
+            f"{label}, {NAMES[status]}",
+            *(1e3 * float(t.item()) for t in (at.time, at.slider, at.friction_heat, at.work)),
+        ]
+        for label in found.scene.contact_labels()
+        for status in STATUSES
+        for at in [balance.contacts.sel(contact=label, status=status)]
+        if float(at.time) > 0.0
+    ]
+    return section(
+        "energy",
+        "Energy",
+        paragraph(
+            f"Over {over}; every term from its own formula, integrated to rounding. "
+            "Into the structure is positive."
+        ),
+        figure(
+            drawing.svg(
+                flow,
+                "flow",
+                f"Energy flow: sliders bring {number(balance.slider)} J, dampers take {number(balance.damping)} J",
+            ),
+            f"Where the energy of {over} comes from and goes; widths are proportional.",
+        )
+        if balance.turnover > 0.0 and balance.slider > 0.0
+        else "",
+        table(f"Energy of {over}", ["term", "J"], rows),
+        table(
+            "Contacts by status: time and works",
+            ["contact, status", "time, ms", "slider, mJ", "friction heat, mJ", "into the structure, mJ"],
+            by_contact,
+        )
+        if by_contact
+        else "",
+        figure(
+            drawing.svg(history, "energy-history", f"Stored energy, its rate, powers and status over {over}"),
+            f"Stored energy, its rate, powers and contact status over {over}.",
+        ),
+    )
+
+
+def _panels(count: int, height: float) -> Figure:
+    figure = Figure(figsize=(7.2, 0.5 + height * count), layout="constrained")
+    figure.subplots(count, 1, sharex=True, squeeze=False)
+    return figure
+
+
+def _status(run: Trajectory, name: str, caption: str) -> str:
+    with drawing.style():
+        drawn = Figure(figsize=(7.2, 0.7 + 0.4 * len(run.scene.contacts)), layout="constrained")
+        portraits.contact_status(drawn.subplots(), run)
+    seen = dict.fromkeys([run.start.combination, *run.events.combination.tolist()])
+    return figure(
+        drawing.svg(drawn, name, f"Contact status over time: {', '.join(list(seen)[:12])}"), caption
+    )
+
+
+def _portraits(found: Findings, caption: str) -> str:
+    last, scene = found.last, found.scene
+    assert last is not None
+    count = min(len(scene.contacts), PORTRAITS)
+    with drawing.style():
+        drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
+        panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
+        for i, axes in enumerate(panels[:count]):
+            portraits.phase_portrait(axes, last, i)
+            axes.set_title(f"contact {scene.contact_labels()[i]}")
+        for axes in panels[count:]:
+            axes.set_visible(False)
+    alternative = f"Tangential velocity over displacement of {count} contacts, coloured by status"
+    more = "" if count == len(scene.contacts) else f" The first {count} of {len(scene.contacts)} contacts."
+    return figure(
+        drawing.svg(drawn, "portraits", alternative), caption + more + " Dashed: the slider's speed."
+    )

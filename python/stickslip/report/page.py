@@ -1,0 +1,196 @@
+"""The page as a whole: what is in it, in which order, and what it says first."""
+
+from __future__ import annotations
+
+import time
+from html import escape
+from importlib.resources import files
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.report.comparison import comparison_section
+from stickslip.report.findings import Findings, findings
+from stickslip.report.markup import facts, number, section
+from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
+from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
+from stickslip.scene import Scene
+from stickslip.state import State
+
+#: The page may load nothing at all.
+POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+CONTENTS = {
+    "scene": "Scene",
+    "equilibrium": "Steady sliding",
+    "modes": "Modes",
+    "loci": "Stability over friction",
+    "transient": "Transient",
+    "cycle": "Limit cycle",
+    "spectrum": "Spectrum",
+    "energy": "Energy",
+    "published": "Published and computed",
+    "computation": "How it was computed",
+}
+
+
+def write_report(
+    scene: Scene,
+    path: str | Path,
+    *,
+    title: str | None = None,
+    start: State | None = None,
+    duration: float | None = None,
+) -> Findings:
+    """Write everything about a scene as one HTML page that needs no network.
+
+    The page holds the scene, steady sliding, complex modes in motion, eigenvalues over friction, the transient,
+    the limit cycle, its spectrum and its energy; for the published two-subsystem model also every published
+    number and figure beside the computed one. What cannot be computed is said in its place.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    path
+        The file, replaced if it exists.
+    title
+        What to call the scene; None: the name of the file.
+    start
+        Where the motion starts; None: steady sliding, disturbed (`findings`).
+    duration
+        Of the motion, s; None: long enough for the leading mode to show itself.
+
+    Returns
+    -------
+    Findings
+        What the page tells.
+
+    Raises
+    ------
+    InputError
+        If the duration is not positive, or the start does not fit the scene.
+    OSError
+        If the file cannot be written.
+    """
+    file = Path(path)
+    begun = time.perf_counter()
+    found = findings(scene, file.stem if title is None else title, start=start, duration=duration)
+    text = page(found, begun)
+    file.write_text(text, encoding="utf-8")
+    return found
+
+
+def page(found: Findings, begun: float | None = None) -> str:
+    """Return the page.
+
+    Parameters
+    ----------
+    found
+        What it tells.
+    begun
+        When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
+        not say.
+    """
+    sections = {
+        "scene": scene_section(found),
+        "equilibrium": equilibrium_section(found),
+        "modes": modes_section(found),
+        "loci": loci_section(found),
+        "transient": transient_section(found),
+        "cycle": cycle_section(found),
+        "spectrum": spectrum_section(found),
+        "energy": energy_section(found),
+    }
+    if found.inclinations is not None:
+        sections["published"] = comparison_section()
+    sections["computation"] = _computation(found, begun)
+    links = "\n".join(f'<li><a href="#{name}">{escape(CONTENTS[name])}</a></li>' for name in sections)
+    data = files("stickslip.report")
+    style, script = (data.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
+    body = "\n".join(sections.values())
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta http-equiv="Content-Security-Policy" content="{POLICY}">
+<title>{escape(found.title)} - stickslip report</title>
+<link rel="icon" href="data:,">
+<style>
+{style}</style>
+</head>
+<body>
+<a class="skip" href="#main">Skip to the report</a>
+<header>
+<p>stickslip report</p>
+<h1>{escape(found.title)}</h1>
+<p class="verdict">{escape(verdict(found))}</p>
+<nav aria-label="Contents"><ul>
+{links}
+</ul></nav>
+</header>
+<main id="main">
+{body}
+</main>
+<script>
+{script}</script>
+</body>
+</html>
+"""
+
+
+def verdict(found: Findings) -> str:
+    """Return the answer of the report in two or three sentences."""
+    if found.equilibrium is None:
+        first = f"There is no steady sliding: {found.reasons['equilibrium']}."
+    else:
+        modes = found.modes
+        unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag >= 0.0))
+        if unstable.size:
+            shown = ", ".join(
+                f"{number(modes.frequencies[k], 5)} Hz growing at {number(modes.eigenvalues[k].real, 4)} 1/s"
+                for k in unstable[:4]
+            )
+            more = "" if unstable.size <= 4 else f" and {unstable.size - 4} more"
+            count = "one mode grows" if unstable.size == 1 else f"{unstable.size} modes grow"
+            first = f"Steady sliding is unstable: {count} ({shown}{more})."
+        else:
+            largest = float(modes.eigenvalues.real.max())
+            kind = "stable" if largest < 0.0 else "neutral"
+            first = f"Steady sliding is {kind}: the largest growth rate is {number(largest, 4)} 1/s."
+    if found.run is None:
+        return first
+    if found.cycle is not None:
+        cycle = found.cycle
+        second = (
+            f"Disturbed, the motion settles to a limit cycle of period {number(1e3 * cycle.period)} ms "
+            f"({number(cycle.frequency)} Hz) through {' '.join(cycle.combinations[:16])}"
+            f"{' ...' if len(cycle.combinations) > 16 else ''}."
+        )
+    elif found.settled == "equilibrium":
+        second = "Disturbed, the motion comes to rest again."
+    else:
+        second = f"Disturbed, it finds no limit cycle: {found.reasons['cycle']}."
+    if found.balance is not None and found.cycle is not None:
+        second += (
+            f" Per period the sliders bring {number(1e3 * found.balance.slider, 4)} mJ, of which "
+            f"{number(1e3 * found.balance.friction_heat, 4)} mJ become friction heat."
+        )
+    return f"{first} {second}"
+
+
+def _computation(found: Findings, begun: float | None) -> str:
+    from stickslip import __version__
+
+    rows = [("stickslip", __version__)]
+    if found.run is not None:
+        rows.append(("touches within rounding", str(len(found.run.grazings))))
+        rows += [(name.replace("_", " "), str(count)) for name, count in found.run.counters.items()]
+    if found.balance is not None and found.balance.turnover > 0.0:
+        rows.append(
+            ("energy residual over turnover", number(abs(found.balance.residual) / found.balance.turnover, 2))
+        )
+    rows.append(("largest residual of a mode", number(float(found.modes.residual.max(initial=0.0)), 2)))
+    if begun is not None:
+        rows.append(("computed in", f"{time.perf_counter() - begun:.1f} s"))
+    return section("computation", CONTENTS["computation"], facts(rows))

@@ -1,0 +1,252 @@
+"""The part of a report that no motion is needed for: scene, equilibrium, modes, loci."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse
+
+from stickslip import mode_figures
+from stickslip.mode_shape import mode_power
+from stickslip.report import drawing, mode_motion
+from stickslip.report.findings import Findings
+from stickslip.report.markup import details, facts, figure, note, number, paragraph, section, table
+from stickslip.scene import Proportional
+
+#: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
+PRINTED, DRAWN, COLUMNS = 12, 8, 4
+KINDS = {
+    "hopf": "Hopf point",
+    "divergence": "divergence",
+    "lock_in": "lock-in",
+    "crossing": "crossing of the largest real parts",
+}
+TOWARD = {1: "destabilising", -1: "stabilising", 0: ""}
+
+
+def scene_section(found: Findings) -> str:
+    """Return the scene: contacts, loads, matrices."""
+    scene = found.scene
+    damping = scene.damping
+    if damping is None:
+        damped = "none"
+    elif isinstance(damping, Proportional):
+        damped = f"C = {number(damping.mass)} 1/s M + {number(damping.stiffness)} s K"
+    else:
+        damped = "a matrix"
+    contacts = table(
+        "Contacts",
+        [
+            "contact",
+            "tangential",
+            "normal",
+            "friction",
+            "static friction",
+            "slider speed, m/s",
+            "restitution",
+            "gap at x = 0, m",
+        ],
+        [
+            [
+                str(label),
+                _direction(scene.tangential_direction(i), scene.dofs),
+                _direction(scene.normal_direction(i), scene.dofs),
+                contact.friction,
+                contact.friction if contact.static_friction is None else contact.static_friction,
+                contact.slider_speed,
+                contact.restitution,
+                contact.gap,
+            ]
+            for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
+        ],
+    )
+    lumped = scene.mass if scene.mass.ndim == 1 else np.diag(scene.mass)
+    loads = table(
+        "Mass and constant force of every dof"
+        + ("" if scene.mass.ndim == 1 else " (diagonal of the mass matrix)"),
+        ["dof", "mass, kg", "force, N"],
+        [[name, float(m), float(f)] for name, m, f in zip(scene.dofs, lumped, scene.force, strict=True)],
+    )
+    matrices = []
+    if scene.size <= PRINTED:
+        named = [("Stiffness matrix, N/m", scene.stiffness)]
+        if scene.mass.ndim == 2:
+            named.append(("Mass matrix, kg", scene.mass))
+        if damping is not None and not isinstance(damping, Proportional):
+            named.append(("Damping matrix, N s/m", damping))
+        for caption, matrix in named:
+            dense = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
+            rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, dense, strict=True)]
+            matrices.append(table(caption, ["", *scene.dofs], rows))
+    return section(
+        "scene",
+        "Scene",
+        facts(
+            [
+                ("degrees of freedom", str(scene.size)),
+                ("contacts", str(len(scene.contacts))),
+                ("damping", damped),
+                ("Coulomb impulse at impacts", "yes" if scene.impact_friction else "no"),
+            ]
+        ),
+        contacts if scene.contacts else "",
+        details("Masses, forces, matrices", loads, *matrices),
+    )
+
+
+def equilibrium_section(found: Findings) -> str:
+    """Return steady sliding: contact forces and displacements."""
+    if found.equilibrium is None:
+        return section(
+            "equilibrium",
+            "Steady sliding",
+            note(f"There is no steady sliding: {found.reasons['equilibrium']}", "warning"),
+        )
+    state, scene = found.equilibrium, found.scene
+    # At rest in the structure N and T are the rows of K x - F.
+    load = scene.stiffness @ state.position - scene.force
+    normals = [scene.normal_direction(i) for i in range(len(scene.contacts))]
+    tangents = [scene.tangential_direction(i) for i in range(len(scene.contacts))]
+    directions = np.array([*normals, *tangents]).T
+    forces = np.linalg.lstsq(directions, load, rcond=None)[0] if normals else np.zeros(0)
+    count = len(normals)
+    rows = [
+        [str(label), float(forces[i]), float(forces[count + i]), letter]
+        for i, (label, letter) in enumerate(zip(scene.contact_labels(), state.combination, strict=True))
+    ]
+    return section(
+        "equilibrium",
+        "Steady sliding",
+        paragraph(
+            "Every contact slides against its slider and the structure is at rest: "
+            "K x = F plus the contact forces."
+        ),
+        table(
+            "Contact forces in steady sliding",
+            ["contact", "normal force, N", "friction force, N", "status"],
+            rows,
+        )
+        if rows
+        else "",
+        details(
+            "Displacements",
+            table(
+                "Displacements in steady sliding",
+                ["dof", "displacement, µm"],
+                [[name, 1e6 * float(x)] for name, x in zip(scene.dofs, state.position, strict=True)],
+            ),
+        ),
+    )
+
+
+def modes_section(found: Findings) -> str:
+    """Return the complex modes: table, powers, and shapes in motion."""
+    modes, scene = found.modes, found.scene
+    chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
+    power = mode_power(scene, modes.combination)
+    labels = scene.contact_labels()
+    columns = list(range(len(labels)))[:COLUMNS]
+    rows = []
+    for order, k in enumerate(chosen, start=1):
+        energy = float(power.energy[k])
+        by_contact = power.contact_power.isel(mode=k).to_numpy()
+        share = [float(by_contact[i]) / energy if energy > 0.0 else float("nan") for i in columns]
+        rows.append(
+            [
+                str(order),
+                float(modes.frequencies[k]),
+                float(modes.eigenvalues[k].real),
+                float(modes.damping_ratios[k]),
+                float(modes.condition[k]),
+                *share,
+                "defective"
+                if modes.defective[k]
+                else "unstable"
+                if modes.unstable[k]
+                else "decays"
+                if modes.eigenvalues[k].real < 0.0
+                else "neutral",
+            ]
+        )
+    listed = table(
+        f"Complex modes of status {modes.combination or '(no contact)'}",
+        [
+            "mode",
+            "frequency, Hz",
+            "growth rate, 1/s",
+            "damping ratio",
+            "condition",
+            *(f"power of contact {labels[i]} over energy, 1/s" for i in columns),
+            "verdict",
+        ],
+        rows,
+        row_kinds=["unstable" if modes.unstable[k] else "" for k in chosen],
+    )
+    # Unstable ones first, then from the lowest frequency.
+    shown = sorted(sorted(range(chosen.size), key=lambda p: (not modes.unstable[chosen[p]], p))[:DRAWN])
+    cards = []
+    for p in shown:
+        k = chosen[p]
+        verdict = "unstable" if modes.unstable[k] else "stable"
+        moved = mode_motion.drawing(scene, modes, int(k), found.inclinations)
+        caption = f"mode {p + 1}: {number(modes.frequencies[k])} Hz, growth {number(modes.eigenvalues[k].real, 4)} 1/s"
+        cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
+    omitted = chosen.size - len(shown)
+    lead = (
+        f"Status {modes.combination}; frequency is |λ| / 2π. "
+        if modes.combination
+        else "Frequency is |λ| / 2π. "
+    )
+    return section(
+        "modes",
+        "Complex modes",
+        paragraph(
+            lead
+            + "The power of a contact over the energy of the mode is the rate at which this contact alone would make that energy grow."
+        ),
+        listed,
+        '<h3>Shapes in motion</h3>\n<p><button type="button" id="motion" hidden>Pause the motion</button> '
+        "Slowed down, without growth or decay. Lines and ellipses are the paths; phases differ between the dofs of "
+        "a complex mode.</p>",
+        f'<div class="cards">{"".join(cards)}</div>',
+        note(f"{omitted} more modes are in the table.") if omitted else "",
+    )
+
+
+def loci_section(found: Findings) -> str:
+    """Return eigenvalues over friction and the critical values."""
+    heading = "Stability over friction"
+    if found.loci is None:
+        return section("loci", heading, note(found.reasons["loci"]))
+    what = "friction" if found.parameter == "friction" else "factor on the friction of every contact"
+    with drawing.style():
+        drawn = mode_figures.loci(found.loci)
+    hopf = [point for point in found.critical if point.kind == "hopf"]
+    places = ", ".join(number(point.value) for point in hopf) or "none"
+    alternative = f"Growth rates and frequencies of all modes over {what}; Hopf points: {places}"
+    rows = [
+        [
+            KINDS[point.kind],
+            float(point.value),
+            float(point.frequency),
+            TOWARD[point.direction],
+        ]
+        for point in sorted(found.critical, key=lambda point: point.value)
+    ]
+    return section(
+        "loci",
+        heading,
+        figure(
+            drawing.svg(drawn, "loci", alternative),
+            f"Growth rates and frequencies over {what}, branches tracked. Red: unstable.",
+        ),
+        table("Critical values", ["kind", what, "frequency, Hz", ""], rows, digits=10)
+        if rows
+        else paragraph("Nothing changes its kind over this range."),
+    )
+
+
+def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:
+    moved = np.flatnonzero(vector)
+    parts = [dofs[k] if vector[k] == 1.0 else f"{number(vector[k], 4)} {dofs[k]}" for k in moved[:4]]
+    more = f" + {moved.size - 4} more" if moved.size > 4 else ""
+    return " + ".join(parts) + more
