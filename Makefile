@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test fuzz lint format bench docs clean
+.PHONY: help reproduce test test-browser fuzz lint format bench docs clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -12,7 +12,7 @@ RUST := $(shell find rust -name '*.rs' -o -name Cargo.toml) Cargo.toml $(wildcar
 INSTALLED := $(VENV)/.installed
 
 help: ## List the verbs
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-10s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
 	$(BIN)/stickslip reproduce --out $(OUT)
@@ -21,6 +21,10 @@ reproduce: $(INSTALLED) ## Compute every published number, compare, write the fi
 test: $(INSTALLED) ## Test the core and the package
 	cargo test --release --locked --package stickslip-core
 	$(BIN)/python -m pytest
+
+# Playwright drives the browser of the system: CHROMIUM=..., by default `chromium`.
+test-browser: $(VENV)/.extra-browser ## Look at the report in a browser
+	$(BIN)/python -m pytest tests/browser
 
 # Seeds share no scene; a campaign that was stopped goes on.
 N ?= 1000
@@ -79,3 +83,9 @@ $(INSTALLED): $(VENV)/.created pyproject.toml $(RUST)
 $(VENV)/.bench: $(INSTALLED)
 	$(MATURIN) --extras bench || echo 'benchmarks leave out the programs that could not be installed' >&2
 	@touch $@
+
+# What only one verb needs is installed when it is first used.
+$(VENV)/.extra-%: $(INSTALLED)
+	$(BIN)/python -c 'import tomllib; print(*tomllib.load(open("pyproject.toml", "rb"))["project"]["optional-dependencies"]["$*"], sep="\n")' > $@.txt
+	$(BIN)/python -m pip install --quiet -r $@.txt
+	@mv $@.txt $@

@@ -28,6 +28,7 @@ from stickslip.mode_selection import ModeSelection, mode_selection
 from stickslip.mode_shape import mode_power, orbit, phase_lag
 from stickslip.modes import Modes, complex_modes
 from stickslip.reduction import Reduced, reduce
+from stickslip.report import write_report
 from stickslip.scene import Proportional, Scene
 from stickslip.sensitivity import entry_sensitivity, sensitivity
 from stickslip.stability import stability
@@ -95,4 +96,5 @@ __all__ = [
     "stability",
     "status_table",
     "sweep",
+    "write_report",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from stickslip.cli.exits import Verbs
+from stickslip.cli.report import report
 from stickslip.cli.reproduce import reproduce
 
 EPILOG = """
@@ -25,5 +26,5 @@ def main() -> None:
 
 
 # Verb modules import what they compute with when they run: --help and completion stay quick.
-for verb in (reproduce,):
+for verb in (report, reproduce):
     main.add_command(verb)

@@ -30,8 +30,8 @@ def comparison_section() -> str:
     parts = [
         paragraph(
             "Brunetti, Massi, D'Ambrogio, Berthier: Dynamic and energy analysis of frictional contact "
-            "instabilities on a lumped system. Computed at the published parameters, whatever those of this scene. "
-            "A value agrees if it differs by less than one unit of the last printed digit."
+            "instabilities on a lumped system. Computed at the published parameters, whatever those of this "
+            "scene. A value agrees if it differs by less than one unit of the last printed digit."
         ),
         note(f"{len(found)} published quantities: {summary}."),
     ]

@@ -7,8 +7,11 @@ import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from html import escape
+from typing import Any
 
 import matplotlib
+import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.collections import Collection
 from matplotlib.figure import Figure
@@ -19,7 +22,7 @@ DENSE_LINE, DENSE_COLLECTION = 2500, 400
 #: Pixels per inch of what is drawn as pixels.
 PIXELS = 180
 #: Text stays text: it can be searched, read aloud, and is small.
-STYLE = {
+STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
     "svg.hashsalt": "stickslip",
     "font.size": 9.0,
@@ -50,17 +53,14 @@ def svg(figure: Figure, name: str, alternative: str) -> str:
     """
     for axes in figure.axes:
         for artist in axes.get_children():
-            if isinstance(artist, Line2D) and len(artist.get_xydata()) > DENSE_LINE:
-                artist.set_rasterized(True)
-            elif isinstance(artist, Collection) and len(artist.get_paths()) > DENSE_COLLECTION:
+            if _is_dense(artist):
                 artist.set_rasterized(True)
     stream = io.StringIO()
     with style():
         figure.dpi = PIXELS
         # Not savefig, which draws everything once more before.
-        FigureCanvasSVG(figure).print_svg(
-            stream, metadata={"Date": None, "Creator": None, "Format": None, "Type": None}
-        )
+        canvas: Any = FigureCanvasSVG(figure)
+        canvas.print_svg(stream, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))
     text = stream.getvalue()
     text = text[text.index("<svg") :]
     # A style element would hold for the whole page; metadata repeats what the page says.
@@ -69,3 +69,9 @@ def svg(figure: Figure, name: str, alternative: str) -> str:
     text = re.sub(r'((?:xlink:)?href)="#', rf'\1="#{name}-', text)
     text = text.replace("url(#", f"url(#{name}-")
     return text.replace("<svg ", f'<svg role="img" class="plot" aria-label="{escape(alternative)}" ', 1)
+
+
+def _is_dense(artist: Artist) -> bool:
+    if isinstance(artist, Line2D):
+        return np.size(artist.get_xdata()) > DENSE_LINE
+    return isinstance(artist, Collection) and len(artist.get_paths()) > DENSE_COLLECTION

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -23,11 +25,11 @@ from stickslip.transient import Trajectory, simulate
 GROWTH = 30.0
 #: Bounds of its length, in periods of the leading mode.
 SHORTEST, LONGEST = 20.0, 400.0
-#: Values of friction in the loci, and coordinates beyond which loci are left out: each value is an eigenproblem.
+#: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
 VALUES, LARGE = 301, 120
 #: Range of a displacement, relative to the largest, at which a dof is at rest.
 REST = 1e-12
-#: Wall-clock limit of the transient, s, and how much longer it is followed towards a limit cycle, s of motion.
+#: Wall-clock limit of the transient, s, and how much further a limit cycle is looked for, s of motion.
 PATIENCE, FURTHER = 5.0, 3.0
 
 
@@ -93,7 +95,7 @@ class Findings:
 
 
 def findings(
-    scene: Scene, title: str, *, start: State | None = None, duration: float | None = None
+    scene: Scene, title: str, *, start: State | None = None, settings: Mapping[str, Any] | None = None
 ) -> Findings:
     """Compute what a report tells.
 
@@ -106,14 +108,14 @@ def findings(
     start
         Where the motion starts; None: steady sliding with its leading mode set in motion
         (`disturbed_sliding`), in the published model with 1 mm/s of ``x1``.
-    duration
-        Of the motion, s; None: as long as the leading mode takes to grow (or decay) by e^30, but 20 to 400 of
-        its periods.
+    settings
+        Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
+        e^30, but 20 to 400 of its periods; without a time limit: 5 s of computing.
 
     Raises
     ------
     InputError
-        If the duration is not positive, or the start does not fit the scene.
+        If a setting is ill-posed, or the start does not fit the scene.
     """
     reasons: dict[str, str] = {}
     equilibrium = _equilibrium(scene, reasons)
@@ -130,7 +132,7 @@ def findings(
     if begin is None:
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
     else:
-        run = _motion(scene, begin, _duration(modes) if duration is None else duration, reasons)
+        run = _motion(scene, begin, {"duration": _duration(modes), **(settings or {})}, reasons)
     cycle, settled, last = None, "", None
     if run is not None:
         cycle, settled, last = _settled(run, reasons)
@@ -213,16 +215,18 @@ def _duration(modes: Modes) -> float:
     return float(min(max(periods, SHORTEST), LONGEST) / frequency)
 
 
-def _motion(scene: Scene, start: State, duration: float, reasons: dict[str, str]) -> Trajectory | None:
+def _motion(
+    scene: Scene, start: State, settings: Mapping[str, Any], reasons: dict[str, str]
+) -> Trajectory | None:
     try:
-        run = simulate(scene, start, duration, time_limit=PATIENCE)
+        run = simulate(scene, start, **{"time_limit": PATIENCE, **settings})
     except RunError as error:
         reasons["stopped"] = f"the motion could not be continued: {error}"
         return error.partial
     if run.stop_reason == "time_limit":
-        reasons["stopped"] = (
-            f"the motion was stopped after {PATIENCE:g} s of computing, at {run.duration:g} s"
-        )
+        reasons["stopped"] = f"the time limit of computing was reached at {run.duration:g} s"
+    elif run.stop_reason == "grazing":
+        reasons["stopped"] = f"the motion was stopped at a touch within rounding, at {run.duration:g} s"
     elif run.stop_reason == "unbounded":
         reasons["stopped"] = f"the motion grows without bound; shown up to {run.duration:g} s"
     return run

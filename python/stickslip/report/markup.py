@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from html import escape
 
-#: A cell: text, or a number that is already text and stands to the right.
-Cell = str | float | int
 _MINUS = str.maketrans({"-": "−"})
 
 
@@ -24,7 +22,8 @@ def paragraph(text: str) -> str:
 def section(name: str, heading: str, *parts: str) -> str:
     """Return a section that the contents can point to."""
     body = "\n".join(part for part in parts if part)
-    return f'<section id="{name}" aria-labelledby="{name}-h">\n<h2 id="{name}-h">{escape(heading)}</h2>\n{body}\n</section>'
+    title = f'<h2 id="{name}-h">{escape(heading)}</h2>'
+    return f'<section id="{name}" aria-labelledby="{name}-h">\n{title}\n{body}\n</section>'
 
 
 def subsection(heading: str, *parts: str) -> str:
@@ -47,7 +46,7 @@ def facts(pairs: Iterable[tuple[str, str]]) -> str:
 def table(
     caption: str,
     headings: Sequence[str],
-    rows: Iterable[Sequence[Cell]],
+    rows: Iterable[Sequence[object]],
     *,
     digits: int = 6,
     limit: int = 64,
@@ -62,7 +61,7 @@ def table(
     headings
         One per column.
     rows
-        Cells; a number is written to `digits` significant digits.
+        Cells, text or numbers; a number is written to `digits` significant digits.
     digits, limit
         See above.
     row_kinds
@@ -81,7 +80,7 @@ def table(
     for row, kind in zip(listed[:limit], kinds, strict=False):
         named = f' class="{kind}"' if kind else ""
         first, *others = (
-            (number(cell, digits) if isinstance(cell, float | int) else escape(cell), right)
+            (number(cell, digits) if isinstance(cell, float | int) else escape(str(cell)), right)
             for cell, right in zip(row, numeric, strict=True)
         )
         cells = [f'<th scope="row"{_right(first[1])}>{first[0]}</th>']

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from html import escape
+from typing import Any
 
 import numpy as np
+import scipy.sparse
 
-from stickslip.arrays import Complex
+from stickslip.arrays import Complex, Real
 from stickslip.models import two_subsystems
 from stickslip.modes import Modes
 from stickslip.scene import Scene
@@ -24,8 +26,8 @@ LOWER = (("m2", 2, 3), ("m4", 6, 7))
 def drawing(scene: Scene, modes: Modes, mode: int, inclinations: tuple[float, float] | None) -> str:
     """Return one mode as an SVG element: every dof, and beside it the motion in the plane.
 
-    The points carry their displacement ``Re(shape e^{i phase})`` as ``data-x`` and ``data-y``, real and imaginary
-    part; growth is left out. Without a script they stand at phase 0.
+    The points carry their displacement ``Re(shape e^{i phase})`` as ``data-x`` and ``data-y``, real and
+    imaginary part; growth is left out. Without a script they stand at phase 0.
 
     Parameters
     ----------
@@ -66,17 +68,18 @@ def published_inclinations(scene: Scene) -> tuple[float, float] | None:
     reference = two_subsystems()
     if scene.dofs != reference.dofs or len(scene.contacts) != 2 or scene.damping != reference.damping:
         return None
-    same = np.array_equal(scene.mass, reference.mass) and np.array_equal(
-        _dense(scene.stiffness), _dense(reference.stiffness)
-    )
+    same = np.array_equal(scene.mass, reference.mass)
+    same = same and np.array_equal(dense(scene.stiffness), dense(reference.stiffness))
     for i in range(len(scene.contacts)):
         same = same and np.array_equal(scene.tangential_direction(i), reference.tangential_direction(i))
         same = same and np.array_equal(scene.normal_direction(i), reference.normal_direction(i))
     return (0.3, 0.75) if same else None
 
 
-def _dense(matrix: object) -> object:
-    return matrix.toarray() if hasattr(matrix, "toarray") else matrix
+def dense(matrix: Any) -> Real:
+    """Return a matrix of a scene, dense or sparse, as an array."""
+    array: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
+    return array
 
 
 def _all_dofs(dofs: tuple[str, ...], shape: Complex) -> tuple[str, float]:
@@ -86,9 +89,8 @@ def _all_dofs(dofs: tuple[str, ...], shape: Complex) -> tuple[str, float]:
     parts = [f'<line class="axis" x1="8" x2="{width - 8:.1f}" y1="{middle}" y2="{middle}"/>']
     for k, (name, value) in enumerate(zip(dofs, shape, strict=True)):
         x, reach = step * (k + 1), LONG * abs(value)
-        parts.append(
-            f'<line class="range" x1="{x:.1f}" x2="{x:.1f}" y1="{middle - reach:.2f}" y2="{middle + reach:.2f}"/>'
-        )
+        ends = f'y1="{middle - reach:.2f}" y2="{middle + reach:.2f}"'
+        parts.append(f'<line class="range" x1="{x:.1f}" x2="{x:.1f}" {ends}/>')
         if len(dofs) <= NAMED:
             parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 6}">{escape(name)}</text>')
         parts.append(_point(x, middle, 0.0j, LONG * value, 4.0 if step > 8.0 else 1.5, ""))
@@ -101,7 +103,7 @@ def _contacts(scene: Scene, shape: Complex, left: float) -> tuple[str, float]:
     shown = list(zip(range(len(scene.contacts)), scene.contact_labels(), strict=True))[:4]
     for place, (i, label) in enumerate(shown):
         x = left + room * (place + 0.5)
-        motion = [scene.tangential_direction(i) @ shape, scene.normal_direction(i) @ shape]
+        motion = [complex(d @ shape) for d in (scene.tangential_direction(i), scene.normal_direction(i))]
         parts.append(f'<text x="{x:.1f}" y="16">contact {escape(str(label))}: t →, n ↑</text>')
         parts.append(_moving(x, 0.5 * HEIGHT, motion[0], motion[1]))
     return "".join(parts), room * len(shown)
@@ -163,5 +165,6 @@ def _point(x: float, y: float, horizontal: complex, vertical: complex, radius: f
     return (
         f'<circle class="point {kind}" cx="{x:.1f}" cy="{y:.1f}" r="{radius:g}" '
         f'transform="translate({horizontal.real:.2f} {-vertical.real:.2f})" '
-        f'data-x="{horizontal.real:.3f} {horizontal.imag:.3f}" data-y="{vertical.real:.3f} {vertical.imag:.3f}"/>'
+        f'data-x="{horizontal.real:.3f} {horizontal.imag:.3f}" '
+        f'data-y="{vertical.real:.3f} {vertical.imag:.3f}"/>'
     )

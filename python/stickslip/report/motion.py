@@ -197,7 +197,7 @@ def spectrum_section(found: Findings) -> str:
             drawing.svg(
                 drawn, "spectrum", f"Amplitude over frequency of {', '.join(dofs)}; main line at {main} Hz"
             ),
-            f"Amplitudes of {', '.join(dofs)} over frequency. The main line of the whole motion is at {main} Hz.",
+            f"Amplitudes of {', '.join(dofs)} over frequency. The main line of all motion is at {main} Hz.",
         ),
         table(
             "The largest lines",
@@ -249,7 +249,7 @@ def energy_section(found: Findings) -> str:
             drawing.svg(
                 flow,
                 "flow",
-                f"Energy flow: sliders bring {number(balance.slider)} J, dampers take {number(balance.damping)} J",
+                f"Energy: sliders bring {number(balance.slider)} J, dampers take {number(balance.damping)} J",
             ),
             f"Where the energy of {over} comes from and goes; widths are proportional.",
         )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -39,13 +41,13 @@ def write_report(
     *,
     title: str | None = None,
     start: State | None = None,
-    duration: float | None = None,
+    settings: Mapping[str, Any] | None = None,
 ) -> Findings:
     """Write everything about a scene as one HTML page that needs no network.
 
-    The page holds the scene, steady sliding, complex modes in motion, eigenvalues over friction, the transient,
-    the limit cycle, its spectrum and its energy; for the published two-subsystem model also every published
-    number and figure beside the computed one. What cannot be computed is said in its place.
+    The page holds the scene, steady sliding, complex modes in motion, eigenvalues over friction, the
+    transient, the limit cycle, its spectrum and its energy; for the published two-subsystem model also every
+    published number and figure beside the computed one. What cannot be computed is said in its place.
 
     Parameters
     ----------
@@ -57,8 +59,8 @@ def write_report(
         What to call the scene; None: the name of the file.
     start
         Where the motion starts; None: steady sliding, disturbed (`findings`).
-    duration
-        Of the motion, s; None: long enough for the leading mode to show itself.
+    settings
+        Arguments of `simulate`; a duration is chosen so that the leading mode shows itself (`findings`).
 
     Returns
     -------
@@ -68,19 +70,19 @@ def write_report(
     Raises
     ------
     InputError
-        If the duration is not positive, or the start does not fit the scene.
+        If a setting is ill-posed, or the start does not fit the scene.
     OSError
         If the file cannot be written.
     """
     file = Path(path)
     begun = time.perf_counter()
-    found = findings(scene, file.stem if title is None else title, start=start, duration=duration)
+    found = findings(scene, file.stem if title is None else title, start=start, settings=settings)
     text = page(found, begun)
     file.write_text(text, encoding="utf-8")
     return found
 
 
-def page(found: Findings, begun: float | None = None) -> str:
+def page(found: Findings, begun: float | None = None, *, published: bool | None = None) -> str:
     """Return the page.
 
     Parameters
@@ -90,6 +92,8 @@ def page(found: Findings, begun: float | None = None) -> str:
     begun
         When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
         not say.
+    published
+        Whether to put the published numbers and figures beside the computed ones; None: if it is that model.
     """
     sections = {
         "scene": scene_section(found),
@@ -101,7 +105,7 @@ def page(found: Findings, begun: float | None = None) -> str:
         "spectrum": spectrum_section(found),
         "energy": energy_section(found),
     }
-    if found.inclinations is not None:
+    if published if published is not None else found.inclinations is not None:
         sections["published"] = comparison_section()
     sections["computation"] = _computation(found, begun)
     links = "\n".join(f'<li><a href="#{name}">{escape(CONTENTS[name])}</a></li>' for name in sections)

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.sparse
 
 from stickslip import mode_figures
 from stickslip.mode_shape import mode_power
+from stickslip.modes import Modes
 from stickslip.report import drawing, mode_motion
 from stickslip.report.findings import Findings
 from stickslip.report.markup import details, facts, figure, note, number, paragraph, section, table
@@ -74,8 +74,8 @@ def scene_section(found: Findings) -> str:
         if damping is not None and not isinstance(damping, Proportional):
             named.append(("Damping matrix, N s/m", damping))
         for caption, matrix in named:
-            dense = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
-            rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, dense, strict=True)]
+            entries = mode_motion.dense(matrix)
+            rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]
             matrices.append(table(caption, ["", *scene.dofs], rows))
     return section(
         "scene",
@@ -158,13 +158,7 @@ def modes_section(found: Findings) -> str:
                 float(modes.damping_ratios[k]),
                 float(modes.condition[k]),
                 *share,
-                "defective"
-                if modes.defective[k]
-                else "unstable"
-                if modes.unstable[k]
-                else "decays"
-                if modes.eigenvalues[k].real < 0.0
-                else "neutral",
+                _verdict(modes, int(k)),
             ]
         )
     listed = table(
@@ -188,7 +182,8 @@ def modes_section(found: Findings) -> str:
         k = chosen[p]
         verdict = "unstable" if modes.unstable[k] else "stable"
         moved = mode_motion.drawing(scene, modes, int(k), found.inclinations)
-        caption = f"mode {p + 1}: {number(modes.frequencies[k])} Hz, growth {number(modes.eigenvalues[k].real, 4)} 1/s"
+        growth = number(modes.eigenvalues[k].real, 4)
+        caption = f"mode {p + 1}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
         cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
     omitted = chosen.size - len(shown)
     lead = (
@@ -200,13 +195,13 @@ def modes_section(found: Findings) -> str:
         "modes",
         "Complex modes",
         paragraph(
-            lead
-            + "The power of a contact over the energy of the mode is the rate at which this contact alone would make that energy grow."
+            lead + "The power of a contact over the energy of the mode is the rate at which this contact "
+            "alone would make that energy grow."
         ),
         listed,
         '<h3>Shapes in motion</h3>\n<p><button type="button" id="motion" hidden>Pause the motion</button> '
-        "Slowed down, without growth or decay. Lines and ellipses are the paths; phases differ between the dofs of "
-        "a complex mode.</p>",
+        "Slowed down, without growth or decay. Lines and ellipses are the paths; phases differ between the "
+        "dofs of a complex mode.</p>",
         f'<div class="cards">{"".join(cards)}</div>',
         note(f"{omitted} more modes are in the table.") if omitted else "",
     )
@@ -243,6 +238,13 @@ def loci_section(found: Findings) -> str:
         if rows
         else paragraph("Nothing changes its kind over this range."),
     )
+
+
+def _verdict(modes: Modes, mode: int) -> str:
+    growth = modes.eigenvalues[mode].real
+    if modes.defective[mode]:
+        return "defective"
+    return "unstable" if growth > 0.0 else "decays" if growth < 0.0 else "neutral"
 
 
 def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:

@@ -1,0 +1,192 @@
+"""The report in a browser: nothing fails, nothing is loaded, every figure shows, the keyboard is enough."""
+
+import io
+import os
+import re
+import shutil
+
+import numpy as np
+import pytest
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+import stickslip as ss
+
+CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or "/usr/bin/chromium"
+DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 375, "height": 740}
+
+
+@pytest.fixture(scope="module")
+def browser():
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--headless"])
+        yield browser
+        browser.close()
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """Reports of scenes that differ in what they have to show."""
+    folder = tmp_path_factory.mktemp("reports")
+    scenes = {
+        "standard": ss.models.two_subsystems(),
+        "ill-posed": ss.Scene(
+            [1.0, 1.0],
+            np.diag([100.0, 1e4]),
+            force=[0.0, -10.0],
+            contacts=[ss.Contact(tangential=0, normal=1, friction=0.3)],
+        ),
+    }
+    for name, scene in scenes.items():
+        ss.write_report(scene, folder / f"{name}.html")
+    return folder
+
+
+@pytest.fixture
+def opened(browser, files):
+    """Return a function that opens a report; what went wrong in it fails the test at its end."""
+    wrong, contexts = [], []
+
+    def open_page(name="standard", **settings):
+        context = browser.new_context(**{"viewport": DESKTOP} | settings)
+        contexts.append(context)
+        page = context.new_page()
+        address = (files / f"{name}.html").as_uri()
+        page.on("console", lambda message: wrong.append(f"console {message.type}: {message.text}"))
+        page.on("pageerror", lambda error: wrong.append(f"error: {error}"))
+        page.on(
+            "request",
+            lambda request: (
+                None
+                if request.url.startswith((address, "data:"))
+                else wrong.append(f"request: {request.url}")
+            ),
+        )
+        page.goto(address)
+        return page
+
+    yield open_page
+    for context in contexts:
+        context.close()
+    assert wrong == []
+
+
+def pixels(locator):
+    return np.asarray(Image.open(io.BytesIO(locator.screenshot())).convert("L"), dtype=float)
+
+
+@pytest.mark.parametrize("name", ["standard", "ill-posed"])
+@pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
+def test_every_figure_is_there_and_not_blank(opened, name, viewport):
+    page = opened(name, viewport=viewport, reduced_motion="reduce")
+    drawings = page.locator("svg.plot, svg.motion")
+    assert drawings.count() >= (28 if name == "standard" else 2)
+    for drawing in drawings.all():
+        label = drawing.get_attribute("aria-label")
+        box = drawing.bounding_box()
+        assert box["width"] > 150, label
+        assert box["height"] > 30, label
+        assert drawing.locator("path, circle, line").count() >= 3, label
+        if viewport is DESKTOP:
+            # A drawing has ink: lines that stand out, on some part of it.
+            shade = pixels(drawing)
+            assert np.ptp(shade) > 100, label
+            assert np.mean(np.abs(shade - np.median(shade)) > 40) > 0.002, label
+    for image in page.locator("svg.plot image").all():
+        assert image.get_attribute("xlink:href").startswith("data:image/png;base64,")
+
+
+@pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_the_page_fits_its_window_and_its_text_stands_out(opened, viewport, scheme):
+    page = opened(viewport=viewport, color_scheme=scheme)
+    assert page.evaluate("document.documentElement.scrollWidth") <= viewport["width"]
+    ink, paper = (
+        np.array([int(part) for part in re.findall(r"\d+", page.evaluate(code))[:3]])
+        for code in (
+            "getComputedStyle(document.body).color",
+            "getComputedStyle(document.body).backgroundColor",
+        )
+    )
+    assert np.abs(ink - paper).min() > 150
+    assert (paper.mean() < 60) == (scheme == "dark")
+
+
+def test_modes_move_until_they_are_paused_by_keyboard(opened):
+    page = opened()
+    place = "document.querySelector('svg.motion .point').getAttribute('transform')"
+    before = page.evaluate(place)
+    page.wait_for_function(f"{place} !== {before!r}")
+    page.locator("#motion").focus()
+    page.keyboard.press("Space")
+    assert page.locator("#motion").inner_text() == "Start the motion"
+    still = page.evaluate(place)
+    page.wait_for_timeout(200)
+    assert page.evaluate(place) == still
+    page.keyboard.press("Enter")
+    assert page.locator("#motion").inner_text() == "Pause the motion"
+    page.wait_for_function(f"{place} !== {still!r}")
+
+
+def test_nothing_moves_for_those_who_do_not_want_it(opened):
+    page = opened(reduced_motion="reduce")
+    place = "document.querySelector('svg.motion .point').getAttribute('transform')"
+    before = page.evaluate(place)
+    page.wait_for_timeout(200)
+    assert page.evaluate(place) == before
+    assert page.locator("#motion").inner_text() == "Start the motion"
+
+
+def test_the_keyboard_reaches_everything_in_order(opened):
+    page = opened(viewport=PHONE)
+    page.keyboard.press("Tab")
+    assert page.evaluate("document.activeElement.className") == "skip"
+    assert page.evaluate("document.activeElement.getBoundingClientRect().left") >= 0
+    reached = []
+    for _ in range(400):
+        page.keyboard.press("Tab")
+        place = page.evaluate(
+            """() => { const e = document.activeElement;
+            if (e === document.body) return null;
+            const all = [...document.querySelectorAll('*')];
+            return [all.indexOf(e), e.tagName, getComputedStyle(e).outlineStyle]; }"""
+        )
+        if place is None or (reached and place[0] <= reached[-1][0]):
+            break
+        reached.append(place)
+    names = [name for _, name, _ in reached]
+    assert names.count("BUTTON") == 1
+    assert names.count("SUMMARY") == page.locator("summary").count()
+    assert names.count("A") == page.locator("nav a").count()
+    # What scrolls sideways is reached as well, and everything shows where the focus is.
+    assert names.count("DIV") == page.evaluate(
+        """[...document.querySelectorAll('.wide')].filter(
+            e => e.checkVisibility() && e.scrollWidth > e.clientWidth).length"""
+    )
+    assert names.count("DIV") > 5
+    assert all(outline != "none" for _, _, outline in reached)
+
+
+def test_links_lead_to_their_sections(opened):
+    page = opened()
+    links = page.locator("nav a")
+    assert links.count() == page.locator("main > section").count()
+    for link in links.all():
+        link.focus()
+        page.keyboard.press("Enter")
+        target = link.get_attribute("href")
+        assert page.evaluate("location.hash") == target
+        assert page.locator(f"{target} h2").inner_text()
+
+
+def test_it_prints_whole(opened, tmp_path):
+    page = opened(reduced_motion="reduce")
+    page.emulate_media(media="print")
+    assert not page.locator("nav").is_visible()
+    assert not page.locator("#motion").is_visible()
+    paper = page.pdf(format="A4", path=tmp_path / "report.pdf", prefer_css_page_size=True)
+    pages = len(re.findall(rb"/Type\s*/Page[^s]", paper))
+    assert 8 <= pages <= 40
+    # Nothing is wider than the paper: A4 less two margins of 14 mm at 96 pixels per inch.
+    page.set_viewport_size({"width": int(182 / 25.4 * 96), "height": 1000})
+    assert page.evaluate("document.documentElement.scrollWidth") <= int(182 / 25.4 * 96)
