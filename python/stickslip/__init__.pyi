@@ -14,6 +14,7 @@ from stickslip.case import Case, load_case, load_scene
 from stickslip.contact import Contact
 from stickslip.critical import CriticalPoint, critical_points, hopf_points
 from stickslip.cycle import Cycle, CyclePhase, Margin
+from stickslip.dataset_file import read_dataset, write_dataset
 from stickslip.energy import Balance
 from stickslip.errors import (
     InputError,
@@ -88,6 +89,7 @@ __all__ = [
     "orbit",
     "phase_lag",
     "portraits",
+    "read_dataset",
     "reduce",
     "sensitivity",
     "simulate",
@@ -96,5 +98,6 @@ __all__ = [
     "stability",
     "status_table",
     "sweep",
+    "write_dataset",
     "write_report",
 ]

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from stickslip.arrays import Real, real_number
-from stickslip.contact import nearest
 from stickslip.errors import InputError
+from stickslip.path import known_parameters
 from stickslip.scene import Scene
 from stickslip.scene_file import (
     MODELS,
@@ -142,10 +142,7 @@ class Case:
         if isinstance(self.model, Scene):
             model: Scene | Callable[..., Scene] = self.model.replace(**parameters)
         else:
-            names = list(inspect.signature(self.model).parameters)
-            for name in parameters:
-                if name not in names:
-                    raise InputError(f"{name}: the model has no such parameter{nearest(name, names)}")
+            known_parameters(self.model, parameters)
             model = partial(self.model, **parameters)
         return Case(model, self.start, self.run, self.sweep, self.study)
 

@@ -263,6 +263,41 @@ class Cycle:
             },
         )
 
+    def dataset(self, samples: int = 513) -> xr.Dataset:
+        """Return what a file of the cycle holds.
+
+        Parameters
+        ----------
+        samples
+            Number of instants of one period, both ends included, >= 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, mode) of `table`;
+            ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
+            `harmonics`; one period as `Trajectory.sample` gives it (time). The attributes
+            ``period`` s, ``stable``, ``structural_zeros``.
+
+        Raises
+        ------
+        InputError
+            If `samples` is no integer >= 2.
+        """
+        motion = self.run.dataset(samples)
+        modes = self.table().rename(frequency="mode_frequency", growth="mode_growth")
+        motion = motion.drop_vars([str(name) for name in motion.data_vars if "event" in motion[name].dims])
+        motion.attrs = {
+            "period": self.period,
+            "stable": int(self.stable),
+            "structural_zeros": self.structural_zeros,
+        }
+        return (
+            motion.merge(modes)
+            .merge(self.harmonics())
+            .assign(multiplier=("order", self.multipliers, {"units": "1"}))
+        )
+
     def main_harmonic(self, dof: str | None = None) -> int:
         """Return the harmonic with the largest amplitude in a dof, or in the root sum square over all dofs.
 

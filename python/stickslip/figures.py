@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from stickslip.arrays import Real
+from stickslip.contact import dof_index
 from stickslip.cycle import Cycle
 from stickslip.transient import Trajectory
 
@@ -21,10 +23,28 @@ PERIOD = 4097
 HISTORY = 6001
 
 
-def history(run: Trajectory, dofs: tuple[str, ...] = ("x1", "x2", "x3", "x7")) -> Figure:
-    """Return displacements over time, relative to the start (the paper's Fig. 5)."""
-    figure = Figure(figsize=(9.0, 1.7 * len(dofs)), layout="constrained")
+def history(run: Trajectory, dofs: Sequence[str] | None = None) -> Figure:
+    """Return displacements over time, relative to the start.
+
+    Parameters
+    ----------
+    run
+        The motion.
+    dofs
+        Names of dofs; None: the four that move most.
+
+    Raises
+    ------
+    InputError
+        If a dof is unknown.
+    """
     motion = run.sample(np.linspace(0.0, run.duration, HISTORY))
+    if dofs is None:
+        extent = np.ptp(motion.position.to_numpy(), axis=0)
+        dofs = [run.scene.dofs[k] for k in sorted(np.argsort(-extent, kind="stable")[:4])]
+    for dof in dofs:
+        dof_index("dofs", dof, run.scene.dofs)
+    figure = Figure(figsize=(9.0, 1.7 * len(dofs)), layout="constrained")
     panels = figure.subplots(len(dofs), 1, sharex=True, squeeze=False)[:, 0]
     for axes, dof in zip(panels, dofs, strict=True):
         displacement = motion.position.sel(dof=dof)
@@ -72,8 +92,13 @@ def contact_status(run: Trajectory) -> Figure:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG; the same figure gives the same bytes."""
-    figure.savefig(path, dpi=150, metadata={"Software": None})
+    """Write a figure in the form that the suffix names; the same figure gives the same bytes."""
+    import matplotlib
+
+    # What would tell when and by which version a file was made.
+    metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
+        figure.savefig(path, dpi=150, metadata=metadata.get(path.suffix))
 
 
 def _phase_planes(run: Trajectory, times: Real, title: str) -> Figure:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.arrays import Complex, Real
 from stickslip.scene import Scene
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -72,6 +76,32 @@ class Modes:
     def unstable(self) -> NDArray[np.bool_]:
         """Whether the real part is positive, (m,)."""
         return self.eigenvalues.real > 0.0
+
+    def dataset(self) -> xr.Dataset:
+        """Return what a table or a file of the modes holds.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``mode``, all m eigenvalues: ``eigenvalue`` 1/s, ``frequency`` Hz, ``damping_ratio``,
+            ``unstable``, ``condition``, ``defective``; ``shape`` (mode, dof), complex, its largest entry 1.
+            The attribute ``combination``.
+        """
+        import xarray as xr
+
+        return xr.Dataset(
+            {
+                "eigenvalue": ("mode", self.eigenvalues, {"units": "1/s"}),
+                "frequency": ("mode", self.frequencies, {"units": "Hz"}),
+                "damping_ratio": ("mode", self.damping_ratios, {"units": "1"}),
+                "unstable": ("mode", self.unstable),
+                "condition": ("mode", self.condition, {"units": "1"}),
+                "defective": ("mode", self.defective),
+                "shape": (("mode", "dof"), self.shapes.T, {"units": "1"}),
+            },
+            coords={"mode": np.arange(self.eigenvalues.size), "dof": list(self.dofs)},
+            attrs={"combination": self.combination},
+        )
 
     def __repr__(self) -> str:
         lines = [f"Modes({self.combination!r})", "    frequency Hz  damping ratio"]

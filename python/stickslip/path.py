@@ -8,7 +8,8 @@ function, which is sampled at Chebyshev points until the interpolating polynomia
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import inspect
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -62,6 +63,7 @@ class Family:
                     law[contact] = value
                 scene = scene.replace(**{field: law})
             return scene
+        known_parameters(self.model, values)
         scene = self.model(**values)
         if not isinstance(scene, Scene):
             raise InputError(f"model: expected a function that returns a Scene, got {scene!r}")
@@ -87,6 +89,22 @@ class Family:
             moving = contacts if field == "friction" else []
             return _core.Path.friction(scene.core, self.letters(scene), moving, lower, upper)
         return _Interpolation(self, name, fixed).path(lower, upper)
+
+
+def known_parameters(model: Callable[..., Scene], names: Iterable[str]) -> None:
+    """Refuse names that a model function does not take.
+
+    Raises
+    ------
+    InputError
+        Naming one, and the nearest that it takes.
+    """
+    parameters = inspect.signature(model).parameters
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
+        return
+    for name in names:
+        if name not in parameters:
+            raise InputError(f"{name}: the model has no such parameter{nearest(name, list(parameters))}")
 
 
 def contact_parameter(scene: Scene, name: str) -> tuple[str, list[int]]:

@@ -352,6 +352,46 @@ class Trajectory:
             return exact_spectrum(self, dof, harmonics, limit)
         return sampled_spectrum(self, dof, begin, end, samples, window, detrend)
 
+    def time_by_combination(self) -> dict[str, float]:
+        """Return how long each status combination held, s, in order of first appearance."""
+        begins = np.concatenate([[0.0], self.events.time])
+        held: dict[str, float] = {}
+        names = [self.start.combination, *map(str, self.events.combination)]
+        for name, time in zip(names, np.diff(begins, append=self.duration), strict=True):
+            held[name] = held.get(name, 0.0) + float(time)
+        return held
+
+    def dataset(self, samples: int = 2001) -> xr.Dataset:
+        """Return what a file of the run holds: equidistant samples, and every event.
+
+        Parameters
+        ----------
+        samples
+            Number of instants from 0 to `duration`, >= 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            What `sample` returns; ``event_time`` s, ``event_contact``, ``event_kind``, ``event_combination``
+            (event). The attributes ``duration`` s, ``stop_reason``, ``start_combination``.
+
+        Raises
+        ------
+        InputError
+            If `samples` is no integer >= 2.
+        """
+        number = count("samples", samples, least=2) or 2
+        motion = self.sample(np.linspace(0.0, self.duration, number))
+        labels = np.array(self.scene.contact_labels())
+        return motion.assign(
+            event_time=("event", self.events.time, {"units": "s"}),
+            event_contact=("event", labels[self.events.contact]),
+            event_kind=("event", self.events.kind),
+            event_combination=("event", self.events.combination),
+        ).assign_attrs(
+            duration=self.duration, stop_reason=self.stop_reason, start_combination=self.start.combination
+        )
+
     def event_states(self) -> tuple[Real, Real]:
         """Return position, m, and velocity, m/s, just after each event, (e, n) each."""
         return self.core.event_states()

@@ -4,9 +4,15 @@ from __future__ import annotations
 
 import click
 
+from stickslip.cli.completion import completion
+from stickslip.cli.cycle import cycle
 from stickslip.cli.exits import Verbs
+from stickslip.cli.init import init
+from stickslip.cli.modes import modes
 from stickslip.cli.report import report
 from stickslip.cli.reproduce import reproduce
+from stickslip.cli.simulate import simulate
+from stickslip.cli.sweep import sweep
 
 EPILOG = """
 \b
@@ -22,9 +28,16 @@ Exit codes:
 @click.group(cls=Verbs, epilog=EPILOG, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(package_name="stickslip")
 def main() -> None:
-    """Friction-induced vibration: complex modes, stick-slip transients, limit cycles."""
+    """Friction-induced vibration: complex modes, stick-slip transients, limit cycles.
+
+    \b
+    Example:
+      stickslip init brake.toml     write a commented scene file
+      stickslip modes brake.toml    is steady sliding stable?
+      stickslip cycle brake.toml    what happens when it is not?
+    """
 
 
 # Verb modules import what they compute with when they run: --help and completion stay quick.
-for verb in (report, reproduce):
+for verb in (init, modes, sweep, simulate, cycle, report, reproduce, completion):
     main.add_command(verb)

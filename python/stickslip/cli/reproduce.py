@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli.exits import NEGATIVE
+from stickslip.cli.options import console
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -31,34 +32,39 @@ STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not pr
 @click.option(
     "--json",
     "json_file",
-    type=click.Path(dir_okay=False, writable=True, path_type=Path),
-    help="File for the comparison as JSON.",
+    is_flag=False,
+    flag_value="-",
+    type=click.Path(dir_okay=False, writable=True, allow_dash=True, path_type=Path),
+    help="Print the comparison as JSON instead of a table, or write it to this file beside the table.",
 )
 def reproduce(out: Path | None, json_file: Path | None) -> None:
     """Compute every published number of the two-subsystem model and compare.
 
     A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
     differs and is no named erratum.
-    """
-    from rich.console import Console
 
+    \b
+    Example:
+      stickslip reproduce --out figures
+    """
     from stickslip.reproduce import rows
 
     found = rows()
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=160)
-    console.print(comparison_table(found))
-    for number, note in enumerate(_notes(found), start=1):
-        console.print(f"  \\[{number}] {note}")
     differing = sum(row.verdict == "differs" for row in found)
-    counts = ", ".join(f"{sum(row.verdict == verdict for row in found)} {verdict}" for verdict in STYLES)
-    console.print(f"{len(found)} quantities: {counts}")
     if json_file is not None:
-        json_file.write_text(json.dumps([dataclasses.asdict(row) for row in found], indent=1) + "\n")
+        with click.open_file(json_file, "w") as file:
+            json.dump([dataclasses.asdict(row) for row in found], file, indent=1)
+            file.write("\n")
+    if json_file is None or str(json_file) != "-":
+        out_console = console(width=160)
+        out_console.print(comparison_table(found))
+        for number, note in enumerate(_notes(found), start=1):
+            out_console.print(f"  \\[{number}] {note}")
+        counts = ", ".join(f"{sum(row.verdict == verdict for row in found)} {verdict}" for verdict in STYLES)
+        out_console.print(f"{len(found)} quantities: {counts}")
     if out is not None:
         for path in write_figures(out):
-            console.print(f"wrote {path}")
+            click.echo(f"wrote {path}", err=True)
     if differing:
         raise SystemExit(NEGATIVE)
 

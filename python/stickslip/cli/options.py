@@ -1,0 +1,169 @@
+"""What several verbs are told: the scene and its changes, where the answer goes."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+import stickslip as ss
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.figure import Figure
+    from rich.console import Console, RenderableType
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+def scene_argument(verb: F) -> F:
+    """Give a verb the scene file and the changes of its parameters."""
+    changes = click.option(
+        "--set",
+        "changes",
+        multiple=True,
+        metavar="NAME=VALUE",
+        help="Change a parameter, such as friction=2.2 or friction=[1.5,1.2]; repeatable.",
+    )
+    path = click.argument("scene", type=click.Path(exists=True, dir_okay=False, path_type=Path))
+    return path(changes(verb))
+
+
+def loaded(path: Path, changes: Sequence[str]) -> ss.Case:
+    """Return the case of a scene file with its changes."""
+    case = ss.load_case(path)
+    return case.replace(**dict(map(parameter, changes))) if changes else case
+
+
+def parameter(text: str) -> tuple[str, Any]:
+    """Return name and value of ``name=value``; the value is as in a scene file."""
+    name, _, value = text.partition("=")
+    try:
+        return name.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        raise click.BadParameter(f"expected NAME=VALUE with a number or [numbers], got {text!r}") from None
+
+
+@dataclass(frozen=True)
+class Answer:
+    """Where the answer of a verb goes."""
+
+    json: bool
+    csv: bool
+    file: Path | None
+    plot: Path | None
+
+    def give(
+        self,
+        dataset: Callable[[], xr.Dataset],
+        rows: Sequence[str],
+        shown: Callable[[Console], None],
+        figure: Callable[[], Figure] | None,
+    ) -> None:
+        """Print or write what was asked for; each form is made only then.
+
+        Parameters
+        ----------
+        dataset
+            The answer for machines.
+        rows
+            Its dimensions that are rows of a CSV table.
+        shown
+            Prints the answer for people.
+        figure
+            The answer as a figure; None where there is none to draw.
+        """
+        from stickslip.dataset_file import csv_text, json_text, write_dataset
+
+        if self.json:
+            click.echo(json_text(dataset()), nl=False)
+        elif self.csv:
+            click.echo(csv_text(dataset(), rows), nl=False)
+        else:
+            shown(console())
+        if self.file is not None:
+            write_dataset(dataset(), self.file, rows)
+            click.echo(f"wrote {self.file}", err=True)
+        if self.plot is not None and figure is not None:
+            save_figure(figure(), self.plot)
+            click.echo(f"wrote {self.plot}", err=True)
+
+
+def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
+    """Give a verb `--json`, `--csv`, `-o` and `--plot`; it gets an `Answer` for them."""
+
+    def told(json: bool, csv: bool, file: Path | None, plot: Path | None, **others: Any) -> None:
+        if json and csv:
+            raise click.UsageError("--json and --csv exclude each other")
+        verb(answer=Answer(json, csv, file, plot), **others)
+
+    told.__doc__ = verb.__doc__
+    told.__name__ = verb.__name__
+    # click keeps the options of a function on it.
+    told.__click_params__ = getattr(verb, "__click_params__", [])  # type: ignore[attr-defined]
+    target = click.Path(dir_okay=False, writable=True, path_type=Path)
+    options = (
+        click.option("--json", is_flag=True, help="Print JSON instead of a table."),
+        click.option("--csv", is_flag=True, help="Print CSV instead of a table."),
+        click.option(
+            "-o", "--output", "file", type=target, callback=_data_file, help="Write .nc, .json or .csv."
+        ),
+        click.option("--plot", type=target, callback=_figure_file, help="Draw to .pdf, .svg, .eps or .png."),
+    )
+    for option in reversed(options):
+        told = option(told)
+    return told
+
+
+def console(width: int = 140) -> Console:
+    """Return where tables go: as wide as the terminal, or `width` letters into a file or pipe."""
+    from rich.console import Console
+
+    found = Console(highlight=False)
+    return found if found.is_terminal else Console(width=width, highlight=False)
+
+
+def waiting(message: str) -> Any:
+    """Return a context in which a terminal shows that work goes on."""
+    from rich.console import Console
+
+    return Console(stderr=True).status(message)
+
+
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure in the form that its suffix names."""
+    from stickslip.figures import save
+
+    save(figure, path)
+
+
+def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> RenderableType:
+    """Return a table; every column but the first is aligned to the right."""
+    from rich.table import Table
+
+    made = Table(title=title, title_justify="left", title_style="bold")
+    for column, heading in enumerate(headings):
+        made.add_column(heading, justify="right" if column else "left")
+    for row in rows:
+        made.add_row(*row)
+    return made
+
+
+def _data_file(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
+    return _of_kind(path, (".nc", ".json", ".csv"))
+
+
+def _figure_file(_ctx: click.Context, _option: click.Parameter, path: Path | None) -> Path | None:
+    return _of_kind(path, (".pdf", ".svg", ".eps", ".png"))
+
+
+def _of_kind(path: Path | None, suffixes: tuple[str, ...]) -> Path | None:
+    if path is not None and path.suffix not in suffixes:
+        raise click.BadParameter(f"expected a file {', '.join(suffixes)}, got {str(path)!r}")
+    if path is not None and not path.parent.is_dir():
+        raise click.BadParameter(f"no such folder: {path.parent}")
+    return path

@@ -1,0 +1,90 @@
+"""`stickslip sweep`: eigenvalues over one or two parameters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+
+import stickslip as ss
+from stickslip.case import parameter_values
+from stickslip.cli.options import Answer, answer_options, loaded, parameter, scene_argument, table
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from rich.console import Console
+
+
+@click.command()
+@scene_argument
+@click.option(
+    "--over",
+    multiple=True,
+    metavar="NAME=FROM:TO:COUNT",
+    help="Parameter and its values, or NAME=[values]; once or twice; default: [sweep] of the file.",
+)
+@click.option("-c", "--combination", help="One letter of + - s d per contact; default: all positive sliding.")
+@answer_options
+def sweep(
+    scene: Path, changes: tuple[str, ...], over: tuple[str, ...], combination: str | None, answer: Answer
+) -> None:
+    """Follow eigenvalues over one or two parameters, and find where stability changes.
+
+    \b
+    Example:
+      stickslip sweep brake.toml --over friction=0:3:301 --plot loci.pdf -o loci.nc
+    """
+    case = loaded(scene, changes)
+    values: dict[str, Any] = dict(map(_values, over)) if over else {**case.values()}
+    if not values:
+        raise click.UsageError(f"{scene} has no [sweep]; say --over NAME=FROM:TO:COUNT")
+    branches = ss.sweep(case.model, combination, **values)
+    from stickslip.mode_figures import loci
+
+    answer.give(
+        lambda: branches.assign_attrs(meetings=branches.attrs["meetings"].tolist()),
+        (*values, "branch"),
+        lambda out: _show(out, case, combination, values, branches),
+        lambda: loci(branches),
+    )
+
+
+def _values(text: str) -> tuple[str, Any]:
+    name, _, value = text.partition("=")
+    parts = value.split(":")
+    if len(parts) != 3:
+        name, entries = parameter(text)
+        return name, parameter_values(name, entries)
+    try:
+        limits: dict[str, Any] = {"from": float(parts[0]), "to": float(parts[1]), "count": int(parts[2])}
+    except ValueError:
+        raise click.BadParameter(f"expected NAME=FROM:TO:COUNT, got {text!r}") from None
+    return name, parameter_values(name, limits)
+
+
+def _show(
+    out: Console, case: ss.Case, combination: str | None, values: dict[str, Any], branches: xr.Dataset
+) -> None:
+    stable = branches.stable.to_numpy()
+    names = " and ".join(values)
+    out.print(
+        f"{stable.size} scenes over {names}: {int(stable.sum())} stable, {int((~stable).sum())} unstable"
+    )
+    if len(values) != 1:
+        return
+    ((name, axis),) = values.items()
+    limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
+    points = ss.critical_points(case.model, combination, **limits)
+    toward = {1: "destabilising", -1: "stabilising", 0: ""}
+    rows = [
+        (
+            point.kind.replace("_", "-"),
+            f"{point.value:.12g}",
+            f"{point.frequency:.4f}",
+            toward[point.direction],
+        )
+        for point in points
+    ]
+    out.print(table("Critical points", ("kind", name, "frequency, Hz", ""), rows))

@@ -1,0 +1,194 @@
+"""The command line: what it prints, what it writes, and what it exits with."""
+
+import csv
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+import stickslip as ss
+from stickslip.cli import main
+
+COMMAND = [sys.executable, "-c", "from stickslip.cli import main; main(prog_name='stickslip')"]
+VERBS = sorted(main.commands)
+
+
+def run(*arguments, code=0):
+    """Standard output of a command that exits with `code`; what went to standard error as well."""
+    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    assert result.exit_code == code, result.output
+    return result
+
+
+@pytest.fixture(scope="module")
+def brake(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cli") / "brake.toml"
+    run("init", path)
+    return path
+
+
+def test_help_has_an_example_of_every_verb():
+    listed = run("--help").stdout
+    for verb in VERBS:
+        assert f"  {verb} " in listed
+        shown = run(verb, "--help").stdout
+        assert f"Example:\n    stickslip {verb}" in shown
+    assert "130  interrupted" in listed
+
+
+def test_init_writes_the_published_model_with_comments(brake):
+    case = ss.load_case(brake)
+    defaults = ss.models.two_subsystems()
+    assert (case.scene.stiffness != defaults.stiffness).nnz == 0
+    assert np.array_equal(case.scene.force, defaults.force)
+    assert np.array_equal(case.scene.mass, defaults.mass)
+    assert [vars(c) for c in case.scene.contacts] == [vars(c) for c in defaults.contacts]
+    assert brake.read_text().count("#") > 20
+    refused = run("init", brake, code=2)
+    assert "exists; --force replaces it" in refused.stderr
+    run("init", brake, "--force")
+
+
+def test_the_oscillator_sticks_and_slips(tmp_path):
+    path = tmp_path / "belt.toml"
+    run("init", path, "--model", "oscillator")
+    motion = ss.load_case(path).simulate()
+    # The spring pulls with static friction after 0.5 N / 100 N/m / 0.1 m/s.
+    assert motion.events.time[0] == pytest.approx(0.5 * 10.0 / 100.0 / 0.1, rel=1e-14)
+    assert set(motion.events.kind) == {"slip+", "velocity"}
+
+
+def test_modes(brake):
+    printed = run("modes", brake).stdout
+    assert "119.3580" in printed
+    assert "+49.8657" in printed
+    assert printed.count("unstable") == 1
+    record = json.loads(run("modes", brake, "--json", "--set", "friction=[2.2,2.2]", "-c", "+s").stdout)
+    assert record["attrs"]["combination"] == "+s"
+    frequency = np.unique(np.round(record["data_vars"]["frequency"]["data"], 2))
+    assert frequency[0] == pytest.approx(130.46, abs=0.01)
+    rows = list(csv.DictReader(io.StringIO(run("modes", brake, "--csv").stdout)))
+    modes = ss.complex_modes(ss.load_scene(brake))
+    assert [float(row["eigenvalue_real"]) for row in rows] == modes.eigenvalues.real.tolist()
+    assert [float(row["shape_imag_x3"]) for row in rows] == modes.shapes[2].imag.tolist()
+    table = run("modes", brake, "--all").stdout
+    assert "ss      113.14 258.47 326.10 582.02" in " ".join(table.split()).replace("ss 1", "ss      1")
+
+
+def test_sweep(brake, tmp_path):
+    printed = run("sweep", brake, "-o", tmp_path / "loci.nc", "--plot", tmp_path / "loci.svg").stdout
+    assert "301 scenes over friction: 71 stable, 230 unstable" in printed
+    assert "0.701567173085" in printed
+    branches = ss.sweep(ss.load_case(brake).model, friction=np.linspace(0.0, 3.0, 301))
+    found = ss.read_dataset(tmp_path / "loci.nc")
+    assert found.eigenvalue.values.tobytes() == branches.eigenvalue.values.tobytes()
+    assert found.eigenvalue.attrs["units"] == "1/s"
+    assert "<svg" in (tmp_path / "loci.svg").read_text()
+    two = run("sweep", brake, "--over", "inclination=[0.2,0.4]", "--over", "friction=0:3:3", "--csv").stdout
+    rows = list(csv.DictReader(io.StringIO(two)))
+    assert len(rows) == 2 * 3 * 12
+    assert {row["inclination"] for row in rows} == {"0.2", "0.4"}
+
+
+def test_simulate(brake, tmp_path):
+    printed = run("simulate", brake, "-o", tmp_path / "run.nc", "--plot", tmp_path / "run.pdf").stdout
+    assert "Trajectory(0.6 s, 312 events" in printed
+    assert "Events 301 to 312" in printed
+    motion = ss.load_case(brake).simulate()
+    found = ss.read_dataset(tmp_path / "run.nc")
+    xr.testing.assert_identical(found, motion.dataset())
+    assert (tmp_path / "run.pdf").read_bytes().startswith(b"%PDF")
+    rows = list(csv.DictReader(io.StringIO(run("simulate", brake, "--samples", "11", "--csv").stdout)))
+    assert [float(row["time"]) for row in rows] == np.linspace(0.0, 0.6, 11).tolist()
+    expected = motion.sample(np.linspace(0.0, 0.6, 11))
+    assert [float(row["velocity_x3"]) for row in rows] == expected.velocity.sel(dof="x3").values.tolist()
+    assert [row["status_1"] for row in rows] == expected.status.sel(contact=1).values.tolist()
+    events = list(csv.DictReader(io.StringIO(run("simulate", brake, "--events", "--csv").stdout)))
+    assert [float(row["event_time"]) for row in events] == motion.events.time.tolist()
+    assert run("simulate", brake, "--max-events", "5").stdout.startswith("Trajectory(")
+
+
+def test_cycle(brake, tmp_path):
+    printed = run("cycle", brake, "-o", tmp_path / "cycle.json").stdout
+    assert "Period 8.90849261 ms (112.252 Hz), main line 112.252 Hz; stable" in printed
+    cycle = ss.load_case(brake).simulate().limit_cycle()
+    found = ss.read_dataset(tmp_path / "cycle.json")
+    assert found.attrs["period"] == cycle.period
+    assert found.multiplier.values.tobytes() == cycle.multipliers.tobytes()
+    assert found.combination.values.tolist() == list(cycle.combinations)
+    assert found.coefficient.values.tobytes() == cycle.harmonics().coefficient.values.tobytes()
+    none = run("cycle", brake, "--set", "friction=0.5", code=1)
+    assert "no limit cycle (equilibrium)" in none.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["modes", "none.toml"], "does not exist"),
+        (["modes", "SCENE", "--set", "frcition=1"], "nearest: friction"),
+        (["modes", "SCENE", "--set", "friction"], "expected NAME=VALUE"),
+        (["modes", "SCENE", "--set", "friction=-1"], "friction: must be >= 0, got -1"),
+        (["modes", "SCENE", "-c", "+x"], "+x"),
+        (["modes", "SCENE", "-o", "modes.xls"], "expected a file .nc, .json, .csv"),
+        (["modes", "SCENE", "-o", "no/where.nc"], "no such folder: no"),
+        (["modes", "SCENE", "--plot", "modes.doc"], "expected a file .pdf"),
+        (["modes", "SCENE", "--json", "--csv"], "exclude each other"),
+        (["sweep", "SCENE", "--over", "friction=0:1:x"], "expected NAME=FROM:TO:COUNT"),
+        (["sweep", "SCENE", "--over", "mu=0:1:5"], "mu: the model has no such parameter"),
+        (["simulate", "SCENE", "--duration", "-1"], "duration"),
+        (["simulate", "SCENE", "--dof", "y", "--plot", "OUT.pdf"], "unknown dof 'y'"),
+    ],
+)
+def test_wrong_usage_exits_with_2_and_says_why(brake, tmp_path, arguments, message):
+    given = [str(brake) if a == "SCENE" else str(tmp_path / a) if a == "OUT.pdf" else a for a in arguments]
+    refused = run(*given, code=2)
+    assert message in refused.stderr
+    assert "Traceback" not in refused.output
+
+
+def test_a_run_that_cannot_go_on_exits_with_3_and_writes_what_it_has(brake, tmp_path, monkeypatch):
+    partial = ss.load_case(brake).simulate(duration=0.1)
+
+    def stopped(case, **changes):
+        raise ss.RunError("contact 0 changes status without end at one instant", partial)
+
+    monkeypatch.setattr(ss.Case, "simulate", stopped)
+    result = run("simulate", brake, "-o", tmp_path / "part.nc", code=3)
+    assert "changes status without end" in result.stderr
+    assert ss.read_dataset(tmp_path / "part.nc").attrs["duration"] == 0.1
+
+
+def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_path):
+    target = tmp_path / "part.json"
+    interrupt = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    result = run("simulate", brake, "--duration", "1e7", "-o", target, "--csv", "--samples", "2", code=130)
+    interrupt.join()
+    assert "interrupted" in result.stderr
+    assert 0.0 < ss.read_dataset(target).attrs["duration"] < 1e7
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts(shell):
+    assert "_STICKSLIP_COMPLETE" in run("completion", shell).stdout
+
+
+def test_completion_completes_verbs():
+    words = {"_STICKSLIP_COMPLETE": "bash_complete", "COMP_WORDS": "stickslip si", "COMP_CWORD": "1"}
+    done = subprocess.run(COMMAND, env={**os.environ, **words}, capture_output=True, text=True)
+    assert done.stdout.split() == ["plain,simulate"]
+
+
+def test_help_loads_nothing_heavy():
+    code = "import sys; from stickslip.cli import main; main(['--help'], standalone_mode=False)"
+    code += "; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert not {"xarray", "matplotlib", "pandas", "scipy.optimize"} & set(done.stdout.split())
