@@ -28,6 +28,17 @@ impl EigenPair {
         let product: Complex64 = self.right.iter().zip(&self.left).map(|(x, y)| x * y).sum();
         norm(&self.right) * norm(&self.left) / product.norm()
     }
+
+    /// The condition of a pair of `(gamma x, x')` in the gamma in which it is smallest: the scale of velocity
+    /// against position is for each mode its own.
+    pub fn scaled_condition(&self) -> f64 {
+        let m = self.right.len() / 2;
+        let product: Complex64 = self.right.iter().zip(&self.left).map(|(x, y)| x * y).sum();
+        let block = |range: std::ops::Range<usize>| {
+            norm(&self.right[range.clone()]) * norm(&self.left[range])
+        };
+        (block(0..m) + block(m..2 * m)) / product.norm()
+    }
 }
 
 pub(crate) fn norm(vector: &[Complex64]) -> f64 {

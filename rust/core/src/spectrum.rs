@@ -28,6 +28,9 @@ const WELL_CONDITIONED: f64 = 300.0;
 /// would cost more than the solution.
 const REFINED_SIZE: usize = 60;
 
+/// Rounds of refinement with general damping: the slow modes of a scene with a fast dashpot keep few digits.
+const GENERAL_ROUNDS: usize = 2;
+
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 const BACKWARD_STABLE: f64 = 3e-14;
 
@@ -135,7 +138,7 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
             .iter()
             .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
             .collect::<Vec<_>>(),
-        Damping::General(damping) => problem.general_modes(damping, &stiffness),
+        Damping::General(damping) => problem.general_modes(damping, &stiffness, vectors),
     };
     let modes = match modes.iter().any(|mode| mode.residual > BACKWARD_STABLE) {
         true => {
@@ -276,50 +279,95 @@ impl Problem<'_> {
             .collect()
     }
 
-    fn general_modes(&self, damping_rows: &DoubledRows, stiffness: &[f64]) -> Vec<Mode> {
+    fn general_modes(
+        &self,
+        damping_rows: &DoubledRows,
+        stiffness: &[f64],
+        vectors: Vectors,
+    ) -> Vec<Mode> {
         let m = self.pencil.size;
         let damping = self.factor.normalised(m, &damping_rows.to_dense());
-        eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping))
+        let solved: Vec<Mode> = eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping))
             .into_iter()
-            .map(|pair| self.general_mode(&pair, damping_rows))
-            .collect()
+            .map(|pair| {
+                let (upper, lower) = pair.right.split_at(m);
+                // Both blocks hold the shape; the larger one holds more of its digits.
+                let shape = if norm(upper) >= norm(lower) { upper } else { lower };
+                let right = self.factor.right(shape);
+                let left = self.factor.left(&pair.left[m..]);
+                let condition = match pair.scaled_condition() {
+                    condition if condition.is_nan() => f64::INFINITY,
+                    condition => condition,
+                };
+                self.general_mode(pair.value, condition, right, left, damping_rows)
+            })
+            .collect();
+        match vectors {
+            Vectors::Refined if m <= REFINED_SIZE => (0..GENERAL_ROUNDS)
+                .fold(solved, |modes, _| self.general_refined(modes, damping_rows)),
+            _ => solved,
+        }
     }
 
-    fn general_mode(&self, pair: &EigenPair, damping: &DoubledRows) -> Mode {
-        let condition = pair.condition();
-        let (upper, lower) = pair.right.split_at(self.pencil.size);
-        // Both blocks hold the shape; the larger one holds more of its digits.
-        let shape = if norm(upper) >= norm(lower) { upper } else { lower };
-        let right = self.factor.right(shape);
-        let left = self.factor.left(&pair.left[self.pencil.size..]);
+    /// All modes after one step of refinement of their vectors.
+    fn general_refined(&self, modes: Vec<Mode>, damping: &DoubledRows) -> Vec<Mode> {
+        let Pencil { mass, stiffness, .. } = self.pencil;
+        let column = |lambda: Complex64, products: [Vec<DoubledComplex>; 3]| -> Vec<Complex64> {
+            let [mass, damping, stiffness] = products;
+            quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value).collect()
+        };
+        let matrices = [mass, damping, stiffness];
+        let residuals = |product: &dyn Fn(&DoubledRows, &Mode) -> Vec<DoubledComplex>| {
+            let of_mode =
+                |mode: &Mode| column(mode.eigenvalue, matrices.map(|matrix| product(matrix, mode)));
+            modes.iter().map(of_mode).collect::<Vec<_>>()
+        };
+        let right_residuals = residuals(&|matrix, mode| matrix.product(&mode.right));
+        let left_residuals = residuals(&|matrix, mode| matrix.left_product(&mode.left));
+        let part = |f: &dyn Fn(&Mode) -> Complex64| modes.iter().map(f).collect::<Vec<_>>();
+        let (values, scales) = (part(&|mode| mode.eigenvalue), part(&|mode| mode.a));
+        let right: Vec<_> = modes.iter().map(|mode| mode.right.clone()).collect();
+        let left: Vec<_> = modes.iter().map(|mode| mode.left.clone()).collect();
+        let before = Eigenvectors { values: &values, scales: &scales, right: &right, left: &left };
+        let refined = before
+            .refined_right(&right_residuals, 1.0)
+            .into_iter()
+            .zip(before.refined_left(&left_residuals, 1.0));
+        let refine = |(mode, (right, left)): (Mode, _)| match mode.condition <= WELL_CONDITIONED {
+            true => self.general_mode(mode.eigenvalue, mode.condition, right, left, damping),
+            // A value that is not corrected belongs to its vectors as they were solved.
+            false => mode,
+        };
+        modes.into_iter().zip(refined).map(refine).collect()
+    }
+
+    /// A mode of these vectors, its eigenvalue corrected by their Rayleigh quotient.
+    fn general_mode(
+        &self,
+        mut eigenvalue: Complex64,
+        condition: f64,
+        right: Vec<Complex64>,
+        left: Vec<Complex64>,
+        damping: &DoubledRows,
+    ) -> Mode {
         let mass = self.pencil.mass.product(&right);
         let damping = damping.product(&right);
         let stiffness = self.pencil.stiffness.product(&right);
         let slope = |lambda: Complex64| {
-            project(
-                &left,
-                mass.iter().zip(&damping).map(|(m, c)| m.times(2.0 * lambda).add(*c).value()),
-            )
+            let terms = mass.iter().zip(&damping);
+            project(&left, terms.map(|(m, c)| m.times(2.0 * lambda).add(*c).value()))
         };
-        let rows = |lambda: Complex64| {
-            let quadratic = mass.iter().zip(&damping).zip(&stiffness);
-            quadratic.map(move |((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k))
-        };
-        let mut eigenvalue = pair.value;
+        let rows =
+            |lambda| quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value);
         if condition <= WELL_CONDITIONED {
-            let correction =
-                project(&left, rows(eigenvalue).map(|row| row.value())) / slope(eigenvalue);
+            let correction = project(&left, rows(eigenvalue)) / slope(eigenvalue);
             eigenvalue -= if eigenvalue.im == 0.0 { correction.re.into() } else { correction };
         }
         Mode {
             eigenvalue,
             a: slope(eigenvalue),
-            condition: if condition.is_nan() { f64::INFINITY } else { condition },
-            residual: self.relative_residual(
-                eigenvalue,
-                &right,
-                rows(eigenvalue).map(DoubledComplex::value),
-            ),
+            condition,
+            residual: self.relative_residual(eigenvalue, &right, rows(eigenvalue)),
             right,
             left,
         }
@@ -363,6 +411,17 @@ pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<
         }
     }
     state
+}
+
+/// `P(lambda)` times a vector, from the products of its three matrices.
+fn quadratic(
+    lambda: Complex64,
+    mass: &[DoubledComplex],
+    damping: &[DoubledComplex],
+    stiffness: &[DoubledComplex],
+) -> impl Iterator<Item = DoubledComplex> {
+    let terms = mass.iter().zip(damping).zip(stiffness);
+    terms.map(move |((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k))
 }
 
 fn rounded(product: Vec<DoubledComplex>) -> Vec<Complex64> {
