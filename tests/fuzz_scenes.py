@@ -71,3 +71,40 @@ def matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     stiffness = scene.stiffness.toarray() if sparse.issparse(scene.stiffness) else np.asarray(scene.stiffness)
     damping = scene.damping.mass * np.diag(scene.mass) + scene.damping.stiffness * stiffness
     return scene.mass, damping, stiffness
+
+
+#: A motion that has decayed by e to this power is below rounding of what it was.
+FADED = 45.0
+
+
+def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the stages of a phase in each combination, (combinations, 2n) each.
+
+    Local times, ascending, at which another mode has died out, s, the last of them infinite; and the largest
+    modulus of an eigenvalue up to then, 1/s. Coordinates that a combination holds only add zeros.
+    """
+    mass, _, stiffness = matrices(scene)
+    reduced = np.empty((len(combinations), mass.size, mass.size))
+    for k, combination in enumerate(combinations):
+        matrix = stiffness / mass[:, None]
+        held = []
+        for i, (letter, contact) in enumerate(zip(combination, scene.contacts, strict=True)):
+            t, n = 4 * i + 2, 4 * i + 3
+            if letter in "+-":
+                factor = contact.friction if letter == "-" else -contact.friction
+                matrix[t] += factor * stiffness[n] / mass[t]
+            held += {"d": [], "s": [t, n]}.get(letter, [n])
+        matrix[held] = 0.0
+        matrix[:, held] = 0.0
+        reduced[k] = matrix
+    kappa = np.linalg.eigvals(reduced).astype(complex)
+    half = 0.5 * (scene.damping.mass + scene.damping.stiffness * kappa)
+    root = np.sqrt(half**2 - kappa)
+    values = np.concatenate([-half + root, -half - root], axis=1)
+    # A root near zero of a stiff pair is lost in the difference; it only ends stages.
+    with np.errstate(divide="ignore"):
+        fades = np.where(values.real < 0.0, FADED / -values.real, np.inf)
+    order = np.argsort(fades, axis=1)
+    fades, rates = (np.take_along_axis(a, order, axis=1) for a in (fades, np.abs(values)))
+    fades[:, -1] = np.inf
+    return fades, np.maximum.accumulate(rates[:, ::-1], axis=1)[:, ::-1]
