@@ -8,7 +8,7 @@ import numpy as np
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law
+from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
 from fuzz_scenes import fuzz_scene
 
 SCENES = 1000
@@ -65,11 +65,11 @@ def test_the_checks_see_what_is_wrong():
     assert not complementarity(Sampled(run))
     assert not impact_law(Sampled(run))
     assert energy_residual(Sampled(run)) < 1e-12
-    nudged = ss.simulate(scene, fuzz_campaign.nearby(start), 0.1)
     taylor = ss.simulate(scene, start, 0.1, method="taylor")
-    assert compare(run, taylor, lambda: (nudged, nudged)).verdict == "ok"
-    assert compare(run, wrong, lambda: (nudged, nudged)).verdict in ("times", "events")
-    assert compare(wrong, taylor, lambda: (nudged, nudged)).verdict in ("times", "events")
+    moved = sensitivity(run, lambda start, duration: ss.simulate(scene, start, duration))
+    assert compare(run, taylor, lambda: (moved, moved)).verdict == "ok"
+    assert compare(run, wrong, lambda: (moved, moved)).verdict in ("times", "events")
+    assert compare(wrong, taylor, lambda: (moved, moved)).verdict in ("times", "events")
     heavier = scene.replace(mass=1.001 * scene.mass)
     assert energy_residual(Sampled(replace(run, scene=heavier))) > 1e-6
     assert complementarity(Sampled(replace(run, scene=with_friction(scene, 0.9))))
