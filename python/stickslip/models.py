@@ -8,8 +8,9 @@ contact instabilities on a lumped system".
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from inspect import signature
 from typing import Any, Literal
 
 import numpy as np
@@ -104,10 +105,7 @@ def chain(
     if len(ties) != len(parts) - 1:
         raise InputError(f"links: expected {len(parts) - 1} between {len(parts)} subsystems, got {len(ties)}")
     mass, (data, indices, indptr), force = _core.chain(
-        **{f.name: _column("subsystems", parts, Subsystem, f.name) for f in fields(Subsystem)},
-        link_horizontal=_column("links", ties, Link, "horizontal_stiffness"),
-        link_vertical=_column("links", ties, Link, "vertical_stiffness"),
-        wall_stiffness=real_number("wall_stiffness", wall_stiffness),
+        **chain_columns(parts, ties), wall_stiffness=real_number("wall_stiffness", wall_stiffness)
     )
     size = mass.size
     count = len(parts)
@@ -219,47 +217,54 @@ def two_subsystems(
     InputError
         If a parameter is ill-posed.
     """
+    # Nothing but the arguments is local here.
+    return chain(**chain_arguments(locals()))
+
+
+def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of `chain` for some arguments of `two_subsystems`, the others at their defaults.
+
+    Raises
+    ------
+    InputError
+        If the labels are unknown or a number of values is not two.
+    """
+    arguments = {name: p.default for name, p in signature(two_subsystems).parameters.items()} | dict(given)
+    labels = arguments.pop("labels")
     if labels not in LABELS:
         raise InputError(f"labels: expected 'matrix' or 'printed', got {labels!r}")
-    stiffness = LABELS[labels] | {
-        name: value
-        for name, value in {
-            "wall_stiffness": wall_stiffness,
-            "horizontal_stiffness": horizontal_stiffness,
-            "vertical_stiffness": vertical_stiffness,
-            "ceiling_stiffness": ceiling_stiffness,
-            "link_horizontal_stiffness": link_horizontal_stiffness,
-            "link_vertical_stiffness": link_vertical_stiffness,
-        }.items()
-        if value is not None
+    for name, default in LABELS[labels].items():
+        if arguments[name] is None:
+            arguments[name] = default
+    columns = {name: per_contact(name, arguments.pop(name), 2) for name in fields_of(Subsystem)}
+    link = {
+        name: arguments.pop(f"link_{name}") for name in fields_of(Link)
     }
-    each: dict[str, Any] = {
-        "upper_mass": upper_mass,
-        "contact_mass": contact_mass,
-        "inclination": inclination,
-        "vertical_stiffness": stiffness["vertical_stiffness"],
-        "horizontal_stiffness": stiffness["horizontal_stiffness"],
-        "ceiling_stiffness": stiffness["ceiling_stiffness"],
-        "preload_displacement": preload_displacement,
-        "external_force": external_force,
+    return {
+        "subsystems": [Subsystem(**{name: values[i] for name, values in columns.items()}) for i in range(2)],
+        "links": [Link(**link)],
+        **arguments,
     }
-    columns = {name: per_contact(name, value, 2) for name, value in each.items()}
-    return chain(
-        [Subsystem(**{name: values[i] for name, values in columns.items()}) for i in range(2)],
-        [
-            Link(
-                horizontal_stiffness=stiffness["link_horizontal_stiffness"],
-                vertical_stiffness=stiffness["link_vertical_stiffness"],
-            )
-        ],
-        wall_stiffness=stiffness["wall_stiffness"],
-        friction=friction,
-        slider_speed=slider_speed,
-        static_friction=static_friction,
-        restitution=restitution,
-        damping=damping,
-        impact_friction=impact_friction,
-    )
+
+
+def chain_columns(subsystems: Sequence[Subsystem], links: Sequence[Link]) -> dict[str, Real]:
+    """Return the parts of a chain as the core takes them, one array per field.
+
+    Raises
+    ------
+    InputError
+        If a part is of another type, or one of its numbers is not finite.
+    """
+    return {
+        **{name: _column("subsystems", subsystems, Subsystem, name) for name in fields_of(Subsystem)},
+        "link_horizontal": _column("links", links, Link, "horizontal_stiffness"),
+        "link_vertical": _column("links", links, Link, "vertical_stiffness"),
+    }
+
+
+def fields_of(kind: type[Subsystem] | type[Link]) -> list[str]:
+    """Return the names of the numbers of a part of a chain."""
+    return [field.name for field in fields(kind)]
 
 
 def _column(argument: str, parts: Sequence[Any], kind: type, field: str) -> Real:

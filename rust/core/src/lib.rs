@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod arithmetic;
 mod attractor;
 mod basis;
 mod batch;
@@ -24,6 +25,7 @@ mod equilibrium;
 mod error;
 mod event;
 mod exceptional;
+mod family;
 mod flow;
 mod harmonics;
 mod inverse_iteration;
@@ -48,11 +50,13 @@ mod spectrum;
 mod stability;
 mod start;
 mod status;
+mod study;
 mod sweep;
 mod trajectory;
 mod transition;
 mod work;
 
+pub use arithmetic::arithmetic;
 pub use attractor::{Attractor, Search, settle};
 pub use batch::{Batch, Job, Outcome, RunSettings};
 pub use contact::{Contact, ContactInput, Direction};
@@ -61,6 +65,7 @@ pub use cycle::{Cycle, Extremes, Margin};
 pub use energy::EnergySample;
 pub use ensemble::settle_all;
 pub use error::{Error, RunFailure};
+pub use family::{Chain, Family, Field, Slot, Template};
 pub use harmonics::Harmonics;
 pub use matrix::SparseMatrix;
 pub use modes::Modes;
@@ -72,6 +77,10 @@ pub use scene::{Damping, Mass, Scene, SceneInput, State};
 pub use simulation::{Controls, Method, simulate};
 pub use stability::{ChainSamples, Growth};
 pub use status::{Combination, Status};
+pub use study::{
+    Answer, CycleEnergy, Failure, HopfRange, MotionAnswer, MotionQuestions, Questions, Samples,
+    Settled, answers, pool,
+};
 pub use sweep::Sweep;
 pub use trajectory::{
     Accumulation, Counters, Event, EventKind, Grazing, ModalRun, Sample, StopReason, Trajectory,

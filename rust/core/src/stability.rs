@@ -22,6 +22,28 @@ pub struct Growth {
     pub eigenvalue: Complex64,
     /// How many eigenvalues have a positive real part, conjugates counted.
     pub unstable: usize,
+    /// How many modes do: a conjugate pair is one.
+    pub unstable_modes: usize,
+}
+
+impl Growth {
+    const NONE: Self =
+        Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0, unstable_modes: 0 };
+
+    fn include(&mut self, lambda: Complex64) {
+        let unstable = lambda.re > 0.0;
+        self.unstable += usize::from(unstable);
+        self.unstable_modes += usize::from(unstable && lambda.im >= 0.0);
+        // Not so for NaN, which has to stay.
+        if !(lambda.re <= self.eigenvalue.re) {
+            self.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
+        }
+    }
+
+    /// The verdict on one combination of a scene.
+    pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
+        pencil_growth(&Pencil::new(scene, &Reduced::new(scene, combination)?))
+    }
 }
 
 /// The members of a sampled family of chains: slices hold one row per sample.
@@ -45,12 +67,58 @@ pub struct ChainSamples<'a> {
     pub damping: &'a [f64],
 }
 
-/// Arrays that one sample after the other reuses.
+/// Arrays that one chain after the other reuses.
 #[derive(Debug, Default)]
-struct Workspace {
+pub(crate) struct ChainMatrices {
     full: Vec<f64>,
     reduced: Vec<f64>,
     values: Vec<Complex64>,
+}
+
+/// The verdict on steady positive sliding of a chain with `C = beta K`.
+pub(crate) fn chain_growth(
+    subsystems: &[Subsystem],
+    links: &[Link],
+    wall_stiffness: f64,
+    beta: f64,
+    friction: impl Fn(usize) -> f64,
+    matrices: &mut ChainMatrices,
+) -> Growth {
+    let count = subsystems.len();
+    let (size, m) = (DOFS * count, (DOFS - 1) * count);
+    let ChainMatrices { full, reduced, values } = matrices;
+    full.clear();
+    full.resize(size * size, 0.0);
+    springs(subsystems, links, wall_stiffness, |k, weights| {
+        for &(i, a) in weights {
+            for &(j, b) in weights {
+                full[i * size + j] += k * (a * b);
+            }
+        }
+    });
+    reduced.clear();
+    for i in 0..m {
+        let (part, role) = (i / 3, i % 3);
+        let row = &full[(DOFS * part + role) * size..][..size];
+        let normal = &full[(DOFS * part + 3) * size..][..size];
+        let friction = if role == 2 { friction(part) } else { 0.0 };
+        let Subsystem { upper_mass, contact_mass, .. } = subsystems[part];
+        // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
+        let inverse_mass = 1.0 / if role == 2 { contact_mass } else { upper_mass };
+        reduced.extend((0..m).map(|j| {
+            let column = DOFS * (j / 3) + j % 3;
+            (row[column] - friction * normal[column]) * inverse_mass
+        }));
+    }
+    values.resize(m, Complex64::default());
+    kappas(m, reduced, values);
+    proportional_growth(values, 0.0, beta)
+}
+
+/// What one sample after the other reuses.
+#[derive(Debug, Default)]
+struct Workspace {
+    matrices: ChainMatrices,
     subsystems: Vec<Subsystem>,
     links: Vec<Link>,
 }
@@ -68,10 +136,10 @@ impl ChainSamples<'_> {
 
     fn sample(&self, sample: usize, workspace: &mut Workspace) -> Growth {
         let count = self.subsystems;
-        let (size, m) = (DOFS * count, (DOFS - 1) * count);
         let at = |values: &[f64], i: usize| values[sample * count + i];
-        workspace.subsystems.clear();
-        workspace.subsystems.extend((0..count).map(|i| Subsystem {
+        let Workspace { matrices, subsystems, links } = workspace;
+        subsystems.clear();
+        subsystems.extend((0..count).map(|i| Subsystem {
             upper_mass: at(self.upper_mass, i),
             contact_mass: at(self.contact_mass, i),
             inclination: at(self.inclination, i),
@@ -81,45 +149,14 @@ impl ChainSamples<'_> {
             preload_displacement: 0.0,
             external_force: 0.0,
         }));
-        workspace.links.clear();
-        workspace.links.extend((0..count - 1).map(|i| Link {
+        links.clear();
+        links.extend((0..count - 1).map(|i| Link {
             horizontal_stiffness: self.link_horizontal[sample * (count - 1) + i],
             vertical_stiffness: self.link_vertical[sample * (count - 1) + i],
         }));
-        let full = &mut workspace.full;
-        full.clear();
-        full.resize(size * size, 0.0);
-        springs(
-            &workspace.subsystems,
-            &workspace.links,
-            self.wall_stiffness[sample],
-            |k, weights| {
-                for &(i, a) in weights {
-                    for &(j, b) in weights {
-                        full[i * size + j] += k * (a * b);
-                    }
-                }
-            },
-        );
-        let reduced = &mut workspace.reduced;
-        reduced.clear();
-        for i in 0..m {
-            let (part, role) = (i / 3, i % 3);
-            let row = &full[(DOFS * part + role) * size..][..size];
-            let normal = &full[(DOFS * part + 3) * size..][..size];
-            let friction = if role == 2 { at(self.friction, part) } else { 0.0 };
-            let mass =
-                |i: usize| at(if i % 3 == 2 { self.contact_mass } else { self.upper_mass }, i / 3);
-            // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
-            let inverse_mass = 1.0 / mass(i);
-            reduced.extend((0..m).map(|j| {
-                let column = DOFS * (j / 3) + j % 3;
-                (row[column] - friction * normal[column]) * inverse_mass
-            }));
-        }
-        workspace.values.resize(m, Complex64::default());
-        kappas(m, reduced, &mut workspace.values);
-        proportional_growth(&workspace.values, 0.0, self.damping[sample])
+        let friction = |part| at(self.friction, part);
+        let (wall, beta) = (self.wall_stiffness[sample], self.damping[sample]);
+        chain_growth(subsystems, links, wall, beta, friction, matrices)
     }
 }
 
@@ -135,7 +172,7 @@ fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
 }
 
 fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
-    let mut growth = Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
+    let mut growth = Growth::NONE;
     for &kappa in kappas {
         let half = 0.5 * (beta * kappa + alpha);
         let root = if kappa.im == 0.0 {
@@ -146,11 +183,7 @@ fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
             (half * half - kappa).sqrt()
         };
         for lambda in [root - half, -root - half] {
-            growth.unstable += usize::from(lambda.re > 0.0);
-            // Not so for NaN, which has to stay.
-            if !(lambda.re <= growth.eigenvalue.re) {
-                growth.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
-            }
+            growth.include(lambda);
         }
     }
     growth
@@ -168,16 +201,10 @@ fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
         }
         Damping::General(rows) => {
             let damping = factor.normalised(m, &rows.to_dense());
-            let mut growth =
-                Growth { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0 };
-            for lambda in
-                eigen::values(2 * m, &crate::spectrum::state_matrix(m, &stiffness, &damping))
-            {
-                growth.unstable += usize::from(lambda.re > 0.0);
-                if !(lambda.re <= growth.eigenvalue.re) {
-                    growth.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
-                }
-            }
+            let mut growth = Growth::NONE;
+            eigen::values(2 * m, &crate::spectrum::state_matrix(m, &stiffness, &damping))
+                .into_iter()
+                .for_each(|lambda| growth.include(lambda));
             growth
         }
     };
@@ -193,10 +220,7 @@ fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
 impl Growth {
     /// The verdict on one combination of each scene.
     pub fn of_scenes(scenes: &[&Scene], combination: &Combination) -> Result<Vec<Growth>, Error> {
-        scenes
-            .par_iter()
-            .map(|scene| pencil_growth(&Pencil::new(scene, &Reduced::new(scene, combination)?)))
-            .collect()
+        scenes.par_iter().map(|scene| Growth::of_scene(scene, combination)).collect()
     }
 
     /// The verdict at parameter values of a path.

@@ -8,6 +8,7 @@ mod errors;
 mod modes;
 mod path;
 mod scene;
+mod study;
 mod trajectory;
 
 use pyo3::prelude::*;
@@ -27,6 +28,8 @@ mod _core {
     use crate::path::{Path, chain_growth, scene_growth};
     #[pymodule_export]
     use crate::scene::{Scene, chain};
+    #[pymodule_export]
+    use crate::study::{Family, answers, arithmetic};
     #[pymodule_export]
     use crate::trajectory::Trajectory;
 }

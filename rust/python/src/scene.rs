@@ -12,7 +12,7 @@ use crate::modes::{Modes, Reduced};
 use crate::trajectory::Trajectory;
 
 #[derive(FromPyObject)]
-enum DirectionInput<'py> {
+pub enum DirectionInput<'py> {
     Dof(usize),
     Vector(PyReadonlyArray1<'py, f64>),
 }
@@ -23,9 +23,9 @@ enum DampingInput<'py> {
     General(MatrixInput<'py>),
 }
 
-type ContactData<'py> = (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64);
+pub type ContactData<'py> = (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64);
 
-fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
+pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
         DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
         DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
@@ -49,7 +49,7 @@ fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
     pub inner: Arc<core::Scene>,
-    input: core::SceneInput,
+    pub input: core::SceneInput,
 }
 
 impl Scene {
@@ -225,38 +225,17 @@ pub fn stops_at_grazing(py: Python<'_>, name: &str) -> PyResult<bool> {
     }
 }
 
-type ChainParts<'py> = (Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>);
+type Named<'py> = (&'static str, PyReadonlyArray1<'py, f64>);
 
-/// (mass, stiffness as compressed rows, force) of a chain of subsystems.
-#[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
-pub fn chain<'py>(
-    py: Python<'py>,
-    upper_mass: PyReadonlyArray1<'py, f64>,
-    contact_mass: PyReadonlyArray1<'py, f64>,
-    inclination: PyReadonlyArray1<'py, f64>,
-    vertical_stiffness: PyReadonlyArray1<'py, f64>,
-    horizontal_stiffness: PyReadonlyArray1<'py, f64>,
-    ceiling_stiffness: PyReadonlyArray1<'py, f64>,
-    preload_displacement: PyReadonlyArray1<'py, f64>,
-    external_force: PyReadonlyArray1<'py, f64>,
-    link_horizontal: PyReadonlyArray1<'py, f64>,
-    link_vertical: PyReadonlyArray1<'py, f64>,
-    wall_stiffness: f64,
-) -> PyResult<ChainParts<'py>> {
-    let fields = [
-        ("upper_mass", vector(&upper_mass)),
-        ("contact_mass", vector(&contact_mass)),
-        ("inclination", vector(&inclination)),
-        ("vertical_stiffness", vector(&vertical_stiffness)),
-        ("horizontal_stiffness", vector(&horizontal_stiffness)),
-        ("ceiling_stiffness", vector(&ceiling_stiffness)),
-        ("preload_displacement", vector(&preload_displacement)),
-        ("external_force", vector(&external_force)),
-    ];
-    let count = upper_mass.len();
-    let links =
-        [("link_horizontal", vector(&link_horizontal)), ("link_vertical", vector(&link_vertical))];
+/// The subsystems and links of a chain from columns in the order of their fields.
+pub fn chain_parts(
+    subsystems: [Named<'_>; 8],
+    links: [Named<'_>; 2],
+    py: Python<'_>,
+) -> PyResult<(Vec<core::models::Subsystem>, Vec<core::models::Link>)> {
+    let fields = subsystems.map(|(name, values)| (name, vector(&values)));
+    let links = links.map(|(name, values)| (name, vector(&values)));
+    let count = fields[0].1.len();
     let expected = fields
         .iter()
         .map(|field| (field, count))
@@ -290,6 +269,42 @@ pub fn chain<'py>(
             vertical_stiffness,
         })
         .collect();
+    Ok((subsystems, links))
+}
+
+type ChainParts<'py> = (Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>);
+
+/// (mass, stiffness as compressed rows, force) of a chain of subsystems.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
+pub fn chain<'py>(
+    py: Python<'py>,
+    upper_mass: PyReadonlyArray1<'py, f64>,
+    contact_mass: PyReadonlyArray1<'py, f64>,
+    inclination: PyReadonlyArray1<'py, f64>,
+    vertical_stiffness: PyReadonlyArray1<'py, f64>,
+    horizontal_stiffness: PyReadonlyArray1<'py, f64>,
+    ceiling_stiffness: PyReadonlyArray1<'py, f64>,
+    preload_displacement: PyReadonlyArray1<'py, f64>,
+    external_force: PyReadonlyArray1<'py, f64>,
+    link_horizontal: PyReadonlyArray1<'py, f64>,
+    link_vertical: PyReadonlyArray1<'py, f64>,
+    wall_stiffness: f64,
+) -> PyResult<ChainParts<'py>> {
+    let (subsystems, links) = chain_parts(
+        [
+            ("upper_mass", upper_mass),
+            ("contact_mass", contact_mass),
+            ("inclination", inclination),
+            ("vertical_stiffness", vertical_stiffness),
+            ("horizontal_stiffness", horizontal_stiffness),
+            ("ceiling_stiffness", ceiling_stiffness),
+            ("preload_displacement", preload_displacement),
+            ("external_force", external_force),
+        ],
+        [("link_horizontal", link_horizontal), ("link_vertical", link_vertical)],
+        py,
+    )?;
     let (mass, stiffness, force) = core::models::chain(&subsystems, &links, wall_stiffness);
     Ok((mass.into_pyarray(py), sparse_parts(py, &stiffness), force.into_pyarray(py)))
 }

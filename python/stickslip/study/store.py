@@ -1,0 +1,284 @@
+"""Where the results of a study are kept: in memory, or in a zarr store that survives whatever ends the run.
+
+A chunk is written variable by variable, each file under another name first and then renamed, and its entry in
+``complete`` last: a chunk is complete or counts as absent, wherever the process ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import uuid
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, Any, Protocol
+
+import numpy as np
+import xarray as xr
+
+from stickslip.errors import InputError, StoreError
+from stickslip.study.evaluation import Columns
+from stickslip.study.identity import differences
+from stickslip.study.outputs import Column
+
+#: Samples per file of the design matrix.
+DESIGN_CHUNK = 65536
+
+
+class Layout:
+    """The variables of a study and what is written with them.
+
+    Attributes
+    ----------
+    identity
+        What another run has to have in common to continue this one.
+    machine
+        What the last bits depend on besides.
+    attrs
+        Everything else that travels with the results, JSON.
+    """
+
+    def __init__(
+        self,
+        columns: tuple[Column, ...],
+        sizes: dict[str, tuple[int, ...]],
+        coords: dict[str, tuple[str, Any]],
+        size: int,
+        identity: dict[str, Any],
+        machine: dict[str, Any],
+        attrs: dict[str, Any],
+    ) -> None:
+        self.columns = columns
+        self.sizes = sizes
+        self.coords = coords
+        self.size = size
+        self.identity = identity
+        self.machine = machine
+        self.attrs = attrs
+
+    @property
+    def text(self) -> dict[str, str]:
+        """The attributes of the dataset: JSON, so that every file format takes them."""
+        rows = {"identity": self.identity, "machine": self.machine, **self.attrs}
+        return {name: value if isinstance(value, str) else json.dumps(value) for name, value in rows.items()}
+
+
+class Store(Protocol):
+    """Keeps chunks of samples."""
+
+    chunk: int
+
+    def pending(self) -> list[int]:
+        """Return the chunks that are not complete, ascending."""
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Keep a chunk."""
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything complete; the status of other samples is ``pending``."""
+
+    def close(self) -> None:
+        """Let others continue the study."""
+
+
+class MemoryStore:
+    """Results as arrays."""
+
+    def __init__(self, layout: Layout, chunk: int) -> None:
+        self.layout = layout
+        self.chunk = chunk
+        self._complete = np.zeros(-(-layout.size // chunk), dtype=bool)
+        self._arrays = {
+            column.name: np.full(
+                (layout.size, *layout.sizes[column.name]),
+                "pending" if column.name == "status" else column.missing,
+                dtype=object if column.dtype == "str" else column.dtype,
+            )
+            for column in layout.columns
+        }
+
+    def pending(self) -> list[int]:
+        """Return the chunks that are not complete, ascending."""
+        return [int(k) for k in np.flatnonzero(~self._complete)]
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Keep a chunk."""
+        for name, values in columns.items():
+            self._arrays[name][chunk * self.chunk : chunk * self.chunk + len(values)] = values
+        self._complete[chunk] = True
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything complete."""
+        variables = {
+            column.name: (("sample", *column.dims), _words(self._arrays[column.name]), column.attrs)
+            for column in self.layout.columns
+        }
+        return xr.Dataset(variables, coords=self.layout.coords, attrs=self.layout.text)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class ZarrStore:
+    """Results as a zarr group, format 3, which ``xarray.open_zarr`` reads.
+
+    Parameters
+    ----------
+    path
+        Directory; made if it does not exist.
+    layout
+        Variables.
+    chunk
+        Samples per chunk of a new store; a store that exists keeps its own.
+
+    Raises
+    ------
+    InputError
+        If zarr is missing, or the directory holds something else.
+    StoreError
+        If the directory holds another study, or another process writes to it.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], layout: Layout, chunk: int) -> None:
+        zarr = _zarr()
+        self.path = Path(path)
+        self.layout = layout
+        if not self.path.exists() or (self.path.is_dir() and not any(self.path.iterdir())):
+            self._create(zarr, chunk)
+        self._lock = _locked(self.path)
+        try:
+            self._group = self._opened(zarr)
+        except BaseException:
+            self.close()
+            raise
+        self.chunk = int(self._group["status"].chunks[0])
+        self._complete = np.asarray(self._group["complete"][:], dtype=bool)
+
+    def pending(self) -> list[int]:
+        """Return the chunks that are not complete, ascending."""
+        return [int(k) for k in np.flatnonzero(~self._complete)]
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Keep a chunk, its mark last."""
+        first = chunk * self.chunk
+        for name, values in columns.items():
+            self._group[name][first : first + len(values)] = _words(values)
+        self._group["complete"][chunk] = True
+        self._complete[chunk] = True
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything complete, read from the disk as it is used."""
+        found = xr.open_zarr(self.path, chunks=None, consolidated=False)
+        return found.drop_vars("complete")
+
+    def close(self) -> None:
+        """Let other processes write."""
+        self._lock.close()
+
+    def _create(self, zarr: Any, chunk: int) -> None:
+        """Write everything that is known before the first sample, under another name until it is complete."""
+        layout = self.layout
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        draft = self.path.with_name(f"{self.path.name}.{uuid.uuid4().hex}.partial")
+        try:
+            group = zarr.open_group(draft, mode="w-", zarr_format=3)
+            group.attrs.update(layout.text)
+            for column in layout.columns:
+                rest = layout.sizes[column.name]
+                group.create_array(
+                    column.name,
+                    shape=(layout.size, *rest),
+                    chunks=(chunk, *(max(1, length) for length in rest)),
+                    dtype="string" if column.dtype == "str" else column.dtype,
+                    fill_value="pending" if column.name == "status" else column.missing,
+                    dimension_names=("sample", *column.dims),
+                    attributes=column.attrs,
+                )
+            for name, (dim, values) in layout.coords.items():
+                array = np.asarray(values)
+                words = array.dtype.kind in "UO"
+                made = group.create_array(
+                    name,
+                    shape=array.shape,
+                    chunks=(max(1, min(len(array), DESIGN_CHUNK)),),
+                    dtype="string" if words else array.dtype,
+                    dimension_names=(dim,),
+                )
+                made[:] = array.astype(object) if words else array
+            group.create_array(
+                "complete",
+                shape=(-(-layout.size // chunk),),
+                chunks=(1,),
+                dtype="bool",
+                fill_value=False,
+                dimension_names=("chunk",),
+                attributes={"long_name": "whether all samples of a chunk are written"},
+            )
+            # So that readers find the parameters among the coordinates.
+            group.attrs["coordinates"] = " ".join(layout.coords)
+            if self.path.exists():
+                self.path.rmdir()
+            draft.rename(self.path)
+        except BaseException:
+            shutil.rmtree(draft, ignore_errors=True)
+            raise
+
+    def _opened(self, zarr: Any) -> Any:
+        try:
+            group = zarr.open_group(self.path, mode="r+")
+            theirs = json.loads(group.attrs["identity"])
+            machine = json.loads(group.attrs["machine"])
+        except (KeyError, ValueError, FileNotFoundError, NotADirectoryError) as error:
+            raise InputError(f"store: {self.path} holds something that is not a study") from error
+        different = differences(self.layout.identity, theirs)
+        if different:
+            raise StoreError(f"store: {self.path} holds another study; {'; '.join(different)}")
+        for difference in differences(self.layout.machine, machine):
+            warnings.warn(
+                f"store: {self.path} was begun on another machine, so last bits may differ; {difference}",
+                stacklevel=2,
+            )
+        return group
+
+
+def _zarr() -> Any:
+    try:
+        import zarr
+    except ImportError:
+        raise InputError("store: this needs zarr; pip install 'stickslip[study]'") from None
+    return zarr
+
+
+def _locked(path: Path) -> IO[bytes]:
+    """Hold a directory for this process, until it ends in whatever way."""
+    handle = open(path / ".lock", "ab")  # noqa: SIM115
+    try:
+        import fcntl
+    except ImportError:  # on Windows, where opening a file twice is no error either
+        return handle
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        handle.close()
+        raise StoreError(f"store: another process is writing to {path}") from None
+    return handle
+
+
+def _words(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """Return strings in the type in which a store gives them back."""
+    if values.dtype != object or not hasattr(np.dtypes, "StringDType"):
+        return values
+    return values.astype(np.dtypes.StringDType())
+
+
+@contextlib.contextmanager
+def opened(path: Any, layout: Layout, chunk: int) -> Iterator[Store]:
+    """Open the store of a study: in memory where there is no path."""
+    store: Store = MemoryStore(layout, chunk) if path is None else ZarrStore(path, layout, chunk)
+    try:
+        yield store
+    finally:
+        store.close()

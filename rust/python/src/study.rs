@@ -1,0 +1,361 @@
+//! The samples of a study.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use num_complex::Complex64;
+use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use stickslip_core as core;
+
+use crate::convert::{matrix, vector};
+use crate::errors::named;
+use crate::scene::{ContactData, Scene, chain_parts, contact_inputs, method_named};
+use crate::trajectory::Trajectory;
+
+/// How often a wait looks for Ctrl-C.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// Field and place of every parameter.
+type Slots = Vec<(String, Option<usize>)>;
+
+#[pyclass(frozen, module = "stickslip._core")]
+pub struct Family {
+    inner: core::Family,
+}
+
+impl Family {
+    fn build(
+        py: Python<'_>,
+        template: core::Template,
+        slots: Slots,
+        following: &[bool],
+    ) -> PyResult<Self> {
+        let unknown = |name: &str| {
+            named(py, "InputError", &format!("{name}: the model has no such parameter to vary"))
+        };
+        let parsed = slots
+            .iter()
+            .map(|(name, place)| match core::Field::named(name) {
+                Some(field) => Ok(core::Slot { field, place: *place }),
+                None => Err(unknown(name)),
+            })
+            .collect::<PyResult<Vec<_>>>()?;
+        let names: Vec<&str> = slots.iter().map(|slot| slot.0.as_str()).collect();
+        core::Family::new(template, parsed, following)
+            .map(|inner| Self { inner })
+            .ok_or_else(|| unknown(&names.join(", ")))
+    }
+}
+
+#[pymethods]
+impl Family {
+    /// The contact law of a scene; `following`: contacts whose static friction equals their friction.
+    #[staticmethod]
+    fn of_scene(
+        py: Python<'_>,
+        scene: &Scene,
+        slots: Slots,
+        following: Vec<bool>,
+    ) -> PyResult<Self> {
+        Self::build(py, core::Template::Scene(scene.input.clone()), slots, &following)
+    }
+
+    #[staticmethod]
+    #[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
+    fn of_chain(
+        py: Python<'_>,
+        upper_mass: PyReadonlyArray1<'_, f64>,
+        contact_mass: PyReadonlyArray1<'_, f64>,
+        inclination: PyReadonlyArray1<'_, f64>,
+        vertical_stiffness: PyReadonlyArray1<'_, f64>,
+        horizontal_stiffness: PyReadonlyArray1<'_, f64>,
+        ceiling_stiffness: PyReadonlyArray1<'_, f64>,
+        preload_displacement: PyReadonlyArray1<'_, f64>,
+        external_force: PyReadonlyArray1<'_, f64>,
+        link_horizontal: PyReadonlyArray1<'_, f64>,
+        link_vertical: PyReadonlyArray1<'_, f64>,
+        wall_stiffness: f64,
+        damping: f64,
+        contacts: Vec<ContactData<'_>>,
+        impact_friction: bool,
+        slots: Slots,
+        following: Vec<bool>,
+    ) -> PyResult<Self> {
+        let (subsystems, links) = chain_parts(
+            [
+                ("upper_mass", upper_mass),
+                ("contact_mass", contact_mass),
+                ("inclination", inclination),
+                ("vertical_stiffness", vertical_stiffness),
+                ("horizontal_stiffness", horizontal_stiffness),
+                ("ceiling_stiffness", ceiling_stiffness),
+                ("preload_displacement", preload_displacement),
+                ("external_force", external_force),
+            ],
+            [("link_horizontal", link_horizontal), ("link_vertical", link_vertical)],
+            py,
+        )?;
+        let chain = core::Chain {
+            subsystems,
+            links,
+            wall_stiffness,
+            damping,
+            contacts: contact_inputs(&contacts),
+            impact_friction,
+        };
+        Self::build(py, core::Template::Chain(chain), slots, &following)
+    }
+}
+
+/// duration, further, method, max_events, added (position, velocity), settle, energy, keep
+#[derive(FromPyObject)]
+struct MotionData<'py>(
+    f64,
+    f64,
+    String,
+    Option<usize>,
+    Option<(PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>)>,
+    bool,
+    bool,
+    bool,
+);
+
+#[derive(FromPyObject)]
+enum SampleData<'py> {
+    Family(PyRef<'py, Family>, PyReadonlyArray2<'py, f64>),
+    Scenes(Vec<PyRef<'py, Scene>>),
+}
+
+/// Columns of answers, one entry or row per sample; missing numbers are nan, missing counts -1.
+#[pyfunction]
+#[allow(clippy::too_many_arguments, reason = "one argument per question")]
+pub fn answers<'py>(
+    py: Python<'py>,
+    samples: SampleData<'py>,
+    sizes: (usize, usize, usize),
+    combination: Option<String>,
+    growth: bool,
+    eigenvalues: bool,
+    normal_force: bool,
+    hopf: Option<(Vec<usize>, f64, f64)>,
+    motion: Option<MotionData<'py>>,
+    threads: Option<usize>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let combination = combination
+        .map(|text| core::Combination::parse(&text, sizes.1))
+        .transpose()
+        .map_err(|error| crate::errors::raise(py, &error))?;
+    let motion = match motion {
+        Some(MotionData(duration, further, method, max_events, added, settle, energy, keep)) => {
+            Some(core::MotionQuestions {
+                duration,
+                further,
+                method: method_named(py, &method)?,
+                max_events,
+                added: added.map(|(position, velocity)| (vector(&position), vector(&velocity))),
+                settle,
+                energy,
+                keep,
+            })
+        }
+        None => None,
+    };
+    let questions = core::Questions {
+        combination,
+        growth,
+        eigenvalues,
+        normal_force,
+        hopf: hopf.map(|(contacts, lower, upper)| core::HopfRange { contacts, lower, upper }),
+        motion,
+    };
+    let rows: Vec<f64>;
+    let scenes: Vec<Arc<core::Scene>>;
+    let source = match &samples {
+        SampleData::Family(family, table) => {
+            rows = table.as_array().iter().copied().collect();
+            core::Samples::Family(&family.inner, &rows)
+        }
+        SampleData::Scenes(listed) => {
+            scenes = listed.iter().map(|scene| scene.inner.clone()).collect();
+            core::Samples::Scenes(&scenes)
+        }
+    };
+    let found = interruptible(py, threads, |stopped| core::answers(&source, &questions, stopped))?;
+    columns(py, found, sizes, &questions)
+}
+
+/// Computes on other threads while this one listens for Ctrl-C.
+fn interruptible<T: Send>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    compute: impl Fn(&AtomicBool) -> T + Send + Sync,
+) -> PyResult<T> {
+    let pool = threads
+        .map(|count| core::pool(count).map_err(|error| named(py, "InputError", &error)))
+        .transpose()?;
+    let stopped = AtomicBool::new(false);
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            let (sender, receiver) = channel();
+            let (stopped, compute, pool) = (&stopped, &compute, &pool);
+            scope.spawn(move || {
+                let computed = match pool {
+                    Some(pool) => pool.install(|| compute(stopped)),
+                    None => compute(stopped),
+                };
+                // The receiver waits for it.
+                let _ = sender.send(computed);
+            });
+            let mut interrupted = None;
+            loop {
+                match receiver.recv_timeout(PATIENCE) {
+                    Ok(computed) => return interrupted.map_or(Ok(computed), Err),
+                    Err(RecvTimeoutError::Timeout) => {
+                        if let Err(error) = Python::attach(|py| py.check_signals()) {
+                            stopped.store(true, Ordering::Relaxed);
+                            interrupted = Some(error);
+                        }
+                    }
+                    Err(RecvTimeoutError::Disconnected) => {
+                        unreachable!("the answers are sent, or the panic ends this scope")
+                    }
+                }
+            }
+        })
+    })
+}
+
+fn columns<'py>(
+    py: Python<'py>,
+    mut answers: Vec<core::Answer>,
+    (dofs, contacts, modes): (usize, usize, usize),
+    questions: &core::Questions,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let count = answers.len();
+    let real = |key: &str, entry: &dyn Fn(&core::Answer) -> f64| {
+        dict.set_item(key, answers.iter().map(entry).collect::<Vec<f64>>().into_pyarray(py))
+    };
+    let table = |key: &str, width: usize, row: &dyn Fn(&core::Answer) -> Option<&[f64]>| {
+        let mut entries = Vec::with_capacity(count * width);
+        for answer in &answers {
+            match row(answer) {
+                Some(values) if values.len() == width => entries.extend_from_slice(values),
+                _ => entries.extend(std::iter::repeat_n(f64::NAN, width)),
+            }
+        }
+        dict.set_item(key, matrix(py, count, width, entries)?)
+    };
+    let nan = Complex64::new(f64::NAN, f64::NAN);
+    if questions.growth {
+        let least = |answer: &core::Answer| answer.growth.map_or(nan, |growth| growth.eigenvalue);
+        dict.set_item(
+            "eigenvalue",
+            answers.iter().map(least).collect::<Vec<_>>().into_pyarray(py),
+        )?;
+        real("growth_rate", &|answer| least(answer).re)?;
+        real("frequency", &|answer| least(answer).norm() / std::f64::consts::TAU)?;
+        let unstable: Vec<i64> = answers
+            .iter()
+            .map(|answer| answer.growth.map_or(-1, |growth| growth.unstable_modes as i64))
+            .collect();
+        dict.set_item("unstable_modes", unstable.into_pyarray(py))?;
+    }
+    if questions.eigenvalues {
+        let mut entries = Vec::with_capacity(count * modes);
+        for answer in &answers {
+            match answer.eigenvalues.len() == modes {
+                true => entries.extend_from_slice(&answer.eigenvalues),
+                false => entries.extend(std::iter::repeat_n(nan, modes)),
+            }
+        }
+        dict.set_item("eigenvalues", entries.into_pyarray(py).reshape([count, modes])?)?;
+    }
+    if questions.normal_force {
+        table("normal_force", contacts, &|answer| Some(&answer.normal_force))?;
+    }
+    if questions.hopf.is_some() {
+        real("hopf_point", &|answer| answer.hopf.map_or(f64::NAN, |point| point.0))?;
+        real("hopf_frequency", &|answer| {
+            answer.hopf.map_or(f64::NAN, |point| point.1 / std::f64::consts::TAU)
+        })?;
+    }
+    if let Some(asked) = &questions.motion {
+        let events: Vec<i64> = answers
+            .iter()
+            .map(|answer| answer.motion.as_ref().map_or(-1, |motion| motion.events as i64))
+            .collect();
+        dict.set_item("events", events.into_pyarray(py))?;
+        if asked.settle {
+            fn settled(answer: &core::Answer) -> Option<&core::Settled> {
+                answer.motion.as_ref()?.settled.as_ref()
+            }
+            let kinds: Vec<&str> =
+                answers.iter().map(|answer| settled(answer).map_or("", |s| s.kind)).collect();
+            dict.set_item("attractor", kinds)?;
+            let sequences: Vec<Vec<String>> = answers
+                .iter()
+                .map(|answer| {
+                    settled(answer).map_or(Vec::new(), |s| {
+                        s.sequence.iter().map(|combination| combination.to_string()).collect()
+                    })
+                })
+                .collect();
+            dict.set_item("sequence", sequences)?;
+            let of = |f: fn(&core::Settled) -> f64| {
+                move |answer: &core::Answer| settled(answer).map_or(f64::NAN, f)
+            };
+            real("exponent", &of(|s| s.exponent.0))?;
+            real("exponent_time", &of(|s| s.exponent.1))?;
+            real("period", &of(|s| s.period))?;
+            real("cycle_frequency", &of(|s| 1.0 / s.period))?;
+            real("largest_multiplier", &of(|s| s.multiplier))?;
+            table("amplitude", dofs, &|answer| settled(answer).map(|s| &s.amplitude[..]))?;
+        }
+        if asked.energy {
+            fn energy(answer: &core::Answer) -> Option<&core::CycleEnergy> {
+                answer.motion.as_ref()?.settled.as_ref()?.energy.as_ref()
+            }
+            table("contact_energy", contacts, &|answer| energy(answer).map(|e| &e.contact[..]))?;
+            table("slider_energy", contacts, &|answer| energy(answer).map(|e| &e.slider[..]))?;
+            real("energy_per_cycle", &|answer| energy(answer).map_or(f64::NAN, |e| e.dissipated))?;
+        }
+    }
+    let status: Vec<&str> = answers
+        .iter()
+        .map(|answer| answer.failure.as_ref().map_or("ok", |failure| failure.kind))
+        .collect();
+    dict.set_item("status", status)?;
+    let reason: Vec<&str> = answers
+        .iter()
+        .map(|answer| answer.failure.as_ref().map_or("", |failure| failure.reason.as_str()))
+        .collect();
+    dict.set_item("reason", reason)?;
+    if questions.motion.as_ref().is_some_and(|motion| motion.keep) {
+        let runs = answers
+            .iter_mut()
+            .map(|answer| {
+                answer.run.take().map(|(start, run)| {
+                    (
+                        start.position.into_pyarray(py),
+                        start.velocity.into_pyarray(py),
+                        start.combination.to_string(),
+                        Trajectory::new(run),
+                    )
+                })
+            })
+            .collect::<Vec<_>>();
+        dict.set_item("runs", runs)?;
+    }
+    Ok(dict)
+}
+
+/// What the results of floating-point arithmetic depend on besides the program: target and vector extensions.
+#[pyfunction]
+pub fn arithmetic() -> (String, Vec<&'static str>) {
+    core::arithmetic()
+}
