@@ -1,6 +1,6 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from stickslip import energy_figures, figures, mode_figures, models, portraits
+from stickslip import energy_figures, figures, mode_figures, models, portraits, study
 from stickslip.batch import Outcome, simulate_many
 from stickslip.bifurcation import (
     BranchPoint,
@@ -23,6 +23,9 @@ from stickslip.errors import (
     RunError,
     RunInterrupted,
     StickslipError,
+    StoreError,
+    StudyError,
+    StudyInterrupted,
 )
 from stickslip.modal_energy import modal_energy
 from stickslip.mode_selection import ModeSelection, mode_selection
@@ -35,6 +38,7 @@ from stickslip.sensitivity import entry_sensitivity, sensitivity
 from stickslip.stability import stability
 from stickslip.state import State, sliding_equilibrium
 from stickslip.status_table import StatusTable, status_table
+from stickslip.study import Study
 from stickslip.sweep import sweep
 from stickslip.transient import Accumulation, Events, Grazing, Trajectory, simulate
 
@@ -66,6 +70,10 @@ __all__ = [
     "State",
     "StatusTable",
     "StickslipError",
+    "StoreError",
+    "Study",
+    "StudyError",
+    "StudyInterrupted",
     "Trajectory",
     "__version__",
     "basins",
@@ -97,6 +105,7 @@ __all__ = [
     "sliding_equilibrium",
     "stability",
     "status_table",
+    "study",
     "sweep",
     "write_dataset",
     "write_report",

@@ -18,12 +18,15 @@ from stickslip.errors import StickslipError
 __all__ = [
     "Batch",
     "Cycle",
+    "Family",
     "Modes",
     "Path",
     "Reduced",
     "Scene",
     "Trajectory",
     "Works",
+    "answers",
+    "arithmetic",
     "chain",
     "chain_growth",
     "energy",
@@ -248,3 +251,47 @@ def chain(
     link_vertical: Real,  # (s - 1,)
     wall_stiffness: float,
 ) -> tuple[Real, SparseData, Real]: ...  # mass (4s,), stiffness (4s, 4s), force (4s,)
+
+#: field and place (None: everywhere) of every parameter
+_Slots = Sequence[tuple[str, int | None]]
+
+@final
+class Family:
+    """Scenes as functions of rows of numbers."""
+
+    @staticmethod
+    def of_scene(scene: Scene, slots: _Slots, following: Sequence[bool]) -> Family: ...
+    @staticmethod
+    def of_chain(
+        upper_mass: Real,  # as for `chain`
+        contact_mass: Real,
+        inclination: Real,
+        vertical_stiffness: Real,
+        horizontal_stiffness: Real,
+        ceiling_stiffness: Real,
+        preload_displacement: Real,
+        external_force: Real,
+        link_horizontal: Real,
+        link_vertical: Real,
+        wall_stiffness: float,
+        damping: float,
+        contacts: Sequence[ContactData],
+        impact_friction: bool,
+        slots: _Slots,
+        following: Sequence[bool],  # contacts whose static friction equals their friction
+    ) -> Family: ...
+
+# columns by output, one entry or row per sample
+def answers(
+    samples: tuple[Family, Real] | Sequence[Scene],  # rows (k, parameters)
+    sizes: tuple[int, int, int],  # dofs, contacts, eigenvalues
+    combination: str | None,
+    growth: bool,
+    eigenvalues: bool,
+    normal_force: bool,
+    hopf: tuple[Sequence[int], float, float] | None,  # contacts, lower, upper
+    # duration, further, method, max_events, (position, velocity) added, settle, energy, keep
+    motion: tuple[float, float, str, int | None, tuple[Real, Real] | None, bool, bool, bool] | None,
+    threads: int | None,
+) -> dict[str, Any]: ...
+def arithmetic() -> tuple[str, list[str]]: ...  # target and vector extensions

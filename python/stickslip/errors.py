@@ -5,6 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    import xarray as xr
+
     from stickslip.transient import Trajectory
 
 
@@ -58,3 +60,29 @@ class NotPeriodicError(RunError):
         super().__init__(message, partial)
         self.kind = kind
         self.exponent = exponent
+
+
+class StoreError(StickslipError, RuntimeError):
+    """A store of results that holds another study, or that another process writes to."""
+
+
+class StudyError(StickslipError, RuntimeError):
+    """A study that could not go on.
+
+    Attributes
+    ----------
+    partial
+        Everything computed so far, an `xarray.Dataset`; the status of other samples is ``pending``.
+    """
+
+    def __init__(self, message: str, partial: xr.Dataset) -> None:
+        super().__init__(message)
+        self.partial = partial
+
+
+class StudyInterrupted(KeyboardInterrupt):
+    """A study that the user interrupted; `partial` is everything computed so far, an `xarray.Dataset`."""
+
+    def __init__(self, message: str, partial: xr.Dataset) -> None:
+        super().__init__(message)
+        self.partial = partial

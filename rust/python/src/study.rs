@@ -113,7 +113,7 @@ impl Family {
 
 /// duration, further, method, max_events, added (position, velocity), settle, energy, keep
 #[derive(FromPyObject)]
-struct MotionData<'py>(
+pub struct MotionData<'py>(
     f64,
     f64,
     String,
@@ -125,7 +125,7 @@ struct MotionData<'py>(
 );
 
 #[derive(FromPyObject)]
-enum SampleData<'py> {
+pub enum SampleData<'py> {
     Family(PyRef<'py, Family>, PyReadonlyArray2<'py, f64>),
     Scenes(Vec<PyRef<'py, Scene>>),
 }

@@ -1,0 +1,19 @@
+"""Studies: Monte Carlo and parameter campaigns.
+
+Data flows one way: parameters and samplers -> design -> outputs of every sample -> store -> dataset -> statistics
+-> figures (`stickslip.study.figures`).
+"""
+
+from stickslip.study.outputs import OUTPUTS, Output
+from stickslip.study.parameters import GaussianCopula
+from stickslip.study.samplers import unit_design
+from stickslip.study.study import Study, unstacked
+
+__all__ = [
+    "OUTPUTS",
+    "GaussianCopula",
+    "Output",
+    "Study",
+    "unit_design",
+    "unstacked",
+]

@@ -1,0 +1,392 @@
+"""Studies: a model over distributions of its parameters."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+import xarray as xr
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.text import Text
+
+from stickslip.arrays import Real, real_number
+from stickslip.errors import InputError, StickslipError, StudyError, StudyInterrupted
+from stickslip.path import Model, interval
+from stickslip.scene import Scene
+from stickslip.study import identity, runners
+from stickslip.study.evaluation import Evaluation, Labels, Settings
+from stickslip.study.model import SampledModel, contacts_named
+from stickslip.study.outputs import outputs as listed_outputs
+from stickslip.study.parameters import parameters as listed_parameters
+from stickslip.study.samplers import unit_design
+from stickslip.study.store import Layout, Store, opened
+
+if TYPE_CHECKING:
+    import os
+    from concurrent.futures import Executor
+
+#: Samples per chunk unless told otherwise: some hundredths of a second of verdicts, some tenths of motions.
+VERDICTS, MOTIONS = 16384, 128
+#: Motion after which one that has not settled is given up, in durations.
+FURTHER = 10.0
+#: Rows tried for the names of dofs and contacts.
+FIRST = 1000
+
+
+class Study:
+    """A model over distributions of its parameters, or over a grid of them.
+
+    Sample i depends on seed, sampler, number of samples and i alone, its outputs on its parameters alone: the
+    results are the same, to the last bit, for any number of threads or workers, any chunks and any order, and
+    for a run that was killed and continued. What the last bits depend on besides is written with them.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, whose parameters are the fields of its contacts (``friction``, ``friction_0``);
+        ``ss.models.two_subsystems`` or ``ss.models.chain``, with all numbers of subsystems, links and contacts
+        (``vertical_stiffness`` of all subsystems, ``vertical_stiffness_1`` of one); or any function from
+        keywords to a `Scene`. All but the last are evaluated in compiled code.
+    parameters
+        Name to frozen ``scipy.stats`` distribution; tuple of names to `study.GaussianCopula` or frozen
+        ``multivariate_normal``; or name to values (k,), for a grid of all combinations.
+    outputs
+        Names (see `study.OUTPUTS`), functions of the trajectory, or mappings of names to functions or
+        `study.Output`.
+    samples
+        Their number; of ``saltelli`` and ``morris`` the base number, see `size`. None for a grid.
+    seed
+        >= 0.
+    sampler
+        ``random``, ``latin_hypercube``, ``sobol``, ``saltelli``, ``morris``; see `study.unit_design`.
+    sampler_options
+        Options of the sampler.
+    fixed
+        Other arguments of the model.
+    combination
+        Status combination of everything about stability; None: all positive sliding.
+    hopf
+        For ``hopf_point``: the friction that is moved and its range, such as ``{"friction": (0.0, 3.0)}``.
+    duration
+        Of a motion, s; needed by outputs of motions.
+    further
+        How much longer a motion is followed that has not settled, s; None: 10 durations.
+    position, velocity
+        Added to the sliding equilibrium at the start, see `State.perturbed`; None: its fastest growing mode,
+        see `disturbed_sliding`.
+    method, max_events
+        Of motions, see `simulate`.
+
+    Raises
+    ------
+    InputError
+        If an argument is ill-posed, or no scene is well posed.
+
+    Notes
+    -----
+    A sample that cannot be computed has a ``status`` other than ``ok`` and its ``reason``; what could be
+    computed of it is kept. Statuses: ``ill_posed`` (no such scene), ``no_equilibrium`` (steady sliding does
+    not exist, a contact would open), ``eigenvalues``, ``max_events``, ``unbounded``, ``chattering``,
+    ``failed`` (no consistent continuation), ``error`` (a function raised).
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        parameters: Mapping[Any, Any],
+        *,
+        outputs: Sequence[Any] | Mapping[str, Any] | Callable[..., Any] | str = ("growth_rate", "unstable_modes"),
+        samples: int | None = None,
+        seed: int = 0,
+        sampler: Literal["random", "latin_hypercube", "sobol", "saltelli", "morris", "grid"] | None = None,
+        sampler_options: Mapping[str, Any] | None = None,
+        fixed: Mapping[str, Any] | None = None,
+        combination: str | None = None,
+        hopf: Mapping[str, tuple[float, float]] | None = None,
+        duration: float | None = None,
+        further: float | None = None,
+        position: Any = None,
+        velocity: Any = None,
+        method: Literal["auto", "modal", "taylor"] = "auto",
+        max_events: int | None = None,
+    ) -> None:
+        self.parameters = listed_parameters(parameters)
+        self.outputs = listed_outputs(outputs)
+        self.source = SampledModel(model, self.parameters.names, dict(fixed or {}))
+        grid = bool(self.parameters.levels)
+        self.sampler = sampler or ("grid" if grid else "random")
+        if grid != (self.sampler == "grid"):
+            raise InputError(
+                f"sampler: {self.sampler!r} and parameters given as "
+                f"{'values' if grid else 'distributions'} do not go together"
+            )
+        if grid and samples is not None:
+            raise InputError(f"samples: a grid has all combinations of its values, got {samples!r}")
+        self.samples = None if grid else _count("samples", samples, 1)
+        self.seed = _count("seed", seed, 0)
+        self.sampler_options = dict(sampler_options or {})
+        if grid:
+            self.design = self.parameters.grid()
+        else:
+            assert self.samples is not None
+            if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
+                raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
+            names = self.parameters.names
+            unit = unit_design(self.sampler, self.samples, len(names), self.seed, self.sampler_options)
+            self.design = self.parameters.values(unit)
+        self.settings = self._settings(
+            combination, hopf, duration, further, position, velocity, method, max_events
+        )
+
+    def _settings(
+        self,
+        combination: str | None,
+        hopf: Mapping[str, tuple[float, float]] | None,
+        duration: float | None,
+        further: float | None,
+        position: Any,
+        velocity: Any,
+        method: str,
+        max_events: int | None,
+    ) -> Settings:
+        moved = None
+        if self.outputs.asks("hopf"):
+            if not isinstance(hopf, Mapping) or len(hopf) != 1:
+                raise InputError(
+                    f"hopf: expected the friction to move and its range, {{'friction': (0.0, 3.0)}}, got {hopf!r}"
+                )
+            ((name, ends),) = hopf.items()
+            lower, upper = interval(f"hopf[{name!r}]", ends)
+            if lower < 0.0:
+                raise InputError(f"hopf[{name!r}]: friction must be >= 0, got {lower!r}")
+            moved = (name, lower, upper)
+        length, longer = 0.0, 0.0
+        if self.outputs.moves:
+            if duration is None:
+                raise InputError("duration: outputs of motions need it, in s")
+            length = _positive("duration", duration)
+            longer = FURTHER * length if further is None else real_number("further", further)
+            if not 0.0 <= longer < np.inf:
+                raise InputError(f"further: expected a finite time >= 0, got {longer!r}")
+        if method not in ("auto", "modal", "taylor"):
+            raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
+        start = None if position is None and velocity is None else (position, velocity)
+        limit = None if max_events is None else _count("max_events", max_events, 0)
+        settings = Settings(combination, moved, length, longer, method, limit, start)
+        scene = self.scene
+        Labels.of(scene, combination)
+        if moved is not None:
+            contacts_named(scene, moved[0])
+        return settings
+
+    @property
+    def size(self) -> int:
+        """Number of samples in all."""
+        return len(self.design)
+
+    @cached_property
+    def scene(self) -> Scene:
+        """The first scene of the study that is well posed.
+
+        Raises
+        ------
+        InputError
+            If the first thousand samples give none.
+        """
+        error: Exception | None = None
+        for row in self.design[:FIRST]:
+            try:
+                return self.source.scene(row)
+            except StickslipError as refused:
+                error = error or refused
+        raise InputError(f"model: none of the first samples gives a scene; the first one: {error}") from error
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """What a worker needs to know."""
+        labels = Labels.of(self.scene, self.settings.combination)
+        return Evaluation(self.source, self.outputs, self.settings, labels)
+
+    def run(
+        self,
+        store: str | os.PathLike[str] | None = None,
+        *,
+        threads: int | None = None,
+        executor: Executor | None = None,
+        client: Any = None,
+        chunk: int | None = None,
+        progress: bool | None = None,
+    ) -> xr.Dataset:
+        """Compute all samples that the store does not hold yet, and return the results.
+
+        Parameters
+        ----------
+        store
+            Directory of a zarr store; None: results are kept in memory. A store that holds a part of this
+            study is continued, whatever ended the run that wrote it; at most the chunks under way are computed
+            again.
+        threads
+            Of this process; None: one per core.
+        executor
+            A ``concurrent.futures.Executor``, whose workers compute instead, each on one thread.
+        client
+            A ``dask.distributed.Client``, whose cluster computes instead.
+        chunk
+            Samples that are computed and written at a time; None: 16384 without motions, else 128. A store
+            keeps the one it was made with.
+        progress
+            Whether to show progress; None: on a terminal.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``sample``: the outputs, ``status`` and ``reason``; the parameters as coordinates. Attributes,
+            in JSON: ``identity`` (model with all its numbers or its source, parameters, sampler, seed,
+            outputs, settings), ``machine``, ``versions`` and ``scene``, the first of them. From a store the
+            values are read when they are used.
+
+        Raises
+        ------
+        InputError
+            If an argument is ill-posed.
+        StoreError
+            If the store holds another study, or another process writes to it.
+        StudyError
+            If the workers are lost; what is complete is in its `partial`.
+        StudyInterrupted
+            On Ctrl-C, a ``KeyboardInterrupt``; what is complete is in its `partial`.
+        """
+        default = MOTIONS if self.outputs.moves or self.outputs.asks("hopf") else VERDICTS
+        length = min(default if chunk is None else _count("chunk", chunk, 1), self.size)
+        runner = _runner(threads, executor, client)
+        with opened(store, self._layout(), length) as results, _bar(progress) as bar:
+            pending = results.pending()
+            done = self.size - sum(len(self._rows(results, k)) for k in pending)
+            task = bar.add_task("samples", total=self.size, completed=done)
+            tasks = ((k, self._rows(results, k)) for k in pending)
+            try:
+                for k, columns in runner(self.evaluation, tasks):
+                    results.write(k, columns)
+                    bar.advance(task, len(columns["status"]))
+            except KeyboardInterrupt as error:
+                raise StudyInterrupted(self._so_far(results), results.dataset()) from error
+            except runners.WorkersLost as error:
+                raise StudyError(f"{error}; {self._so_far(results)}", results.dataset()) from error
+            return results.dataset()
+
+    def _rows(self, results: Store, chunk: int) -> Real:
+        return self.design[chunk * results.chunk : (chunk + 1) * results.chunk]
+
+    def _so_far(self, results: Store) -> str:
+        left = sum(len(self._rows(results, k)) for k in results.pending())
+        return f"{self.size - left} of {self.size} samples are complete"
+
+    def _layout(self) -> Layout:
+        evaluation, labels = self.evaluation, self.evaluation.labels
+        columns = evaluation.outputs.columns
+        dims = {dim for column in columns for dim in column.dims}
+        coords: dict[str, tuple[str, Any]] = {
+            name: ("sample", np.ascontiguousarray(values))
+            for name, values in zip(self.parameters.names, self.design.T, strict=True)
+        }
+        if "dof" in dims:
+            coords["dof"] = ("dof", list(labels.dofs))
+        if "contact" in dims:
+            coords["contact"] = ("contact", list(labels.contacts))
+        return Layout(
+            columns,
+            {column.name: labels.size(column, evaluation.outputs) for column in columns},
+            coords,
+            self.size,
+            identity.plain(self.identity),
+            identity.plain(identity.machine()),
+            {"versions": identity.versions(), "scene": identity.described_scene(self.scene)},
+        )
+
+    @cached_property
+    def identity(self) -> dict[str, Any]:
+        """What another run has to have in common to continue this one."""
+        return {
+            "model": identity.described_model(self.source.model, self.source.fixed),
+            "parameters": self.parameters.described(),
+            "sampler": self.sampler,
+            "sampler_options": self.sampler_options,
+            "samples": self.samples,
+            "seed": self.seed,
+            "outputs": self.outputs.described(),
+            "settings": {
+                name: repr(value) if name == "start" else value for name, value in vars(self.settings).items()
+            },
+            "version": identity.versions()["stickslip"],
+        }
+
+    def __repr__(self) -> str:
+        outputs = ", ".join(column.name for column in self.outputs.columns[:-2])
+        names = ", ".join(self.parameters.names)
+        return f"Study({self.size} samples, {self.sampler}, seed {self.seed}: {names} -> {outputs})"
+
+
+def unstacked(results: xr.Dataset) -> xr.Dataset:
+    """Return the results of a grid over its parameters instead of ``sample``.
+
+    Raises
+    ------
+    InputError
+        If they are not those of a grid.
+    """
+    described = json.loads(results.attrs.get("identity", "{}"))
+    if described.get("sampler") != "grid":
+        raise InputError("results: expected those of a grid")
+    names = [name for name, values in described["parameters"].items() if np.size(values) > 0]
+    indexed: xr.Dataset = results.load().set_index(sample=names)
+    return indexed.unstack("sample") if len(names) > 1 else indexed.rename(sample=names[0])
+
+
+def _runner(count: int | None, executor: Executor | None, client: Any) -> runners.Runner:
+    given = [name for name, value in (("threads", count), ("executor", executor), ("client", client)) if value is not None]
+    if len(given) > 1:
+        raise InputError(f"run: expected one of threads, executor and client, got {' and '.join(given)}")
+    if executor is not None:
+        return runners.executor(executor)
+    if client is not None:
+        return runners.dask(client)
+    return runners.threads(None if count is None else _count("threads", count, 1))
+
+
+def _count(argument: str, value: Any, least: int) -> int:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InputError(f"{argument}: expected an integer >= {least}, got {value!r}")
+    return int(value)
+
+
+def _positive(argument: str, value: Any) -> float:
+    number = real_number(argument, value)
+    if not 0.0 < number < np.inf:
+        raise InputError(f"{argument}: expected a positive finite time, got {number!r}")
+    return number
+
+
+class _Rate(ProgressColumn):
+    """Samples per second."""
+
+    def render(self, task: Any) -> Text:
+        speed = task.finished_speed or task.speed
+        return Text("" if speed is None else f"{speed:,.0f}/s")
+
+
+def _bar(progress: bool | None) -> Progress:
+    console = Console(stderr=True)
+    return Progress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        _Rate(),
+        TimeRemainingColumn(),
+        console=console,
+        transient=True,
+        disable=not (console.is_terminal if progress is None else progress),
+    )
