@@ -237,9 +237,7 @@ def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
         if arguments[name] is None:
             arguments[name] = default
     columns = {name: per_contact(name, arguments.pop(name), 2) for name in fields_of(Subsystem)}
-    link = {
-        name: arguments.pop(f"link_{name}") for name in fields_of(Link)
-    }
+    link = {name: arguments.pop(f"link_{name}") for name in fields_of(Link)}
     return {
         "subsystems": [Subsystem(**{name: values[i] for name, values in columns.items()}) for i in range(2)],
         "links": [Link(**link)],

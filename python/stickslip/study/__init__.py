@@ -1,12 +1,21 @@
 """Studies: Monte Carlo and parameter campaigns.
 
-Data flows one way: parameters and samplers -> design -> outputs of every sample -> store -> dataset -> statistics
--> figures (`stickslip.study.figures`).
+Data flows one way: parameters and samplers -> design -> outputs of every sample -> store -> dataset ->
+statistics -> figures (`stickslip.study.figures`).
 """
 
 from stickslip.study.outputs import OUTPUTS, Output
 from stickslip.study.parameters import GaussianCopula
+from stickslip.study.perturbation import eigenvalue_moments
 from stickslip.study.samplers import unit_design
+from stickslip.study.statistics import (
+    convergence,
+    distribution,
+    morris_effects,
+    probability,
+    sobol_indices,
+    unstable,
+)
 from stickslip.study.study import Study, unstacked
 
 __all__ = [
@@ -14,6 +23,13 @@ __all__ = [
     "GaussianCopula",
     "Output",
     "Study",
+    "convergence",
+    "distribution",
+    "eigenvalue_moments",
+    "morris_effects",
+    "probability",
+    "sobol_indices",
     "unit_design",
+    "unstable",
     "unstacked",
 ]

@@ -1,7 +1,7 @@
 """The outputs of some samples: what every worker of a study computes.
 
-An answer depends on the row of its sample alone: all numbers come from compiled code or from scalar functions,
-nothing is computed over several samples at once.
+An answer depends on the row of its sample alone: all numbers come from compiled code or from scalar
+functions, nothing is computed over several samples at once.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Labels:
     """Names along the dimensions of a study, taken from its first scene that is well posed."""
 
     dofs: tuple[str, ...]
-    contacts: tuple[int | str, ...]
+    contacts: tuple[Any, ...]
     modes: int
 
     @staticmethod

@@ -23,7 +23,7 @@ PACKAGES = ("stickslip", "numpy", "scipy")
 
 
 def described_model(model: Any, fixed: Mapping[str, Any]) -> dict[str, Any]:
-    """Return what identifies a model: a scene by all its numbers, a function by name, source and arguments."""
+    """Return what identifies a model: a scene by its numbers, a function by name, source and arguments."""
     if isinstance(model, Scene):
         return {"name": "Scene", "scene": described_scene(model)}
     found: dict[str, Any] = dict(described_function(model))

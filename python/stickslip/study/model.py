@@ -1,4 +1,4 @@
-"""From a row of parameter values to a scene: in compiled code where the model is known, else by its function."""
+"""From a row of parameter values to a scene: in compiled code where the model is known."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from inspect import signature
 from typing import Any
 
 from stickslip import _core, models
@@ -31,8 +32,8 @@ class SampledModel:
     model
         A `Scene`, ``models.two_subsystems``, ``models.chain``, or any function from keywords to a `Scene`.
     names
-        Parameters, in the order of a row: fields of the model, of all subsystems, links or contacts at once or
-        of one of them (``friction``, ``friction_0``, ``vertical_stiffness_1``); keywords of a function.
+        Parameters, in the order of a row: fields of the model, of all subsystems, links or contacts at once
+        or of one of them (``friction``, ``friction_0``, ``vertical_stiffness_1``); keywords of a function.
     fixed
         Other arguments of the model.
     """
@@ -68,7 +69,7 @@ class SampledModel:
     @cached_property
     def _chain(self) -> dict[str, Any]:
         if self.model is models.two_subsystems:
-            known = set(models.signature(models.two_subsystems).parameters)
+            known = set(signature(models.two_subsystems).parameters)
             for name in self.fixed:
                 if name not in known:
                     raise InputError(f"fixed: two_subsystems has no argument {name!r}")
@@ -148,7 +149,7 @@ class SampledModel:
         base = self.template
         law: dict[str, list[Any]] = {}
         chain = dict(self._chain) if self._is_chain else {}
-        for (entry, place, count), value in zip(self._slots, values, strict=True):
+        for (entry, place, _), value in zip(self._slots, values, strict=True):
             if entry in LAW:
                 each = law.setdefault(entry, [getattr(contact, entry) for contact in base.contacts])
                 law[entry] = [value if place in (None, k) else old for k, old in enumerate(each)]
@@ -185,5 +186,3 @@ def contacts_named(scene: Scene, name: str) -> list[int]:
     if entry != "friction":
         raise InputError(f"hopf: expected the friction of contacts, such as 'friction', got {name!r}")
     return contacts
-
-

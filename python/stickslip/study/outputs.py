@@ -60,10 +60,20 @@ OUTPUTS: dict[str, Column] = {
         _column("frequency", "growth", "modulus of the least stable eigenvalue over 2 pi", "Hz"),
         _column("unstable_modes", "growth", "unstable modes, a conjugate pair being one", dtype="int64"),
         _column(
-            "eigenvalue", "growth", "least stable eigenvalue, nonnegative imaginary part", "1/s", (), "complex128"
+            "eigenvalue",
+            "growth",
+            "least stable eigenvalue, nonnegative imaginary part",
+            "1/s",
+            (),
+            "complex128",
         ),
         _column(
-            "eigenvalues", "eigenvalues", "all eigenvalues of sliding, by modulus", "1/s", ("mode",), "complex128"
+            "eigenvalues",
+            "eigenvalues",
+            "all eigenvalues of sliding, by modulus",
+            "1/s",
+            ("mode",),
+            "complex128",
         ),
         _column("normal_force", "normal_force", "normal force of steady sliding", "N", ("contact",)),
         _column("hopf_point", "hopf", "lowest friction at which a mode becomes unstable"),
@@ -78,7 +88,9 @@ OUTPUTS: dict[str, Column] = {
         _column("largest_multiplier", "settle", "largest Floquet multiplier across the flow, modulus"),
         _column("exponent", "settle", "Lyapunov exponent where there is no cycle", "1/s"),
         _column("energy_per_cycle", "energy", "dissipated by dampers and impacts per period", "J"),
-        _column("contact_energy", "energy", "through a contact into the structure per period", "J", ("contact",)),
+        _column(
+            "contact_energy", "energy", "through a contact into the structure per period", "J", ("contact",)
+        ),
         _column("slider_energy", "energy", "work of the slider of a contact per period", "J", ("contact",)),
     )
 }
@@ -97,7 +109,8 @@ class Output:
         Of one argument, picklable if other processes run the study; returns one number, or a vector of
         ``size`` of them.
     of
-        ``run``: the `Trajectory` of the duration; ``cycle``: the `Cycle` it settles to; ``scene``: the `Scene`.
+        ``run``: the `Trajectory` of the duration; ``cycle``: the `Cycle` it settles to; ``scene``: the
+        `Scene`.
     dtype
         ``float`` or ``complex``.
     size
@@ -167,7 +180,7 @@ class Outputs:
     def described(self) -> dict[str, Any]:
         """Return what identifies them."""
         own = {name: output.described() for name, output in self.own.items()}
-        return {name: "by name" for name in self.named} | own
+        return dict.fromkeys(self.named, "by name") | own
 
 
 def outputs(given: Any) -> Outputs:
@@ -205,7 +218,11 @@ def outputs(given: Any) -> Outputs:
         else:
             raise InputError(f"outputs: expected a name, a function or a mapping, got {entry!r}")
         for name, output in found.items():
-            if name in named or name in own or (output is not None and name in (*OUTPUTS, "status", "reason")):
+            if (
+                name in named
+                or name in own
+                or (output is not None and name in (*OUTPUTS, "status", "reason"))
+            ):
                 raise InputError(f"outputs: {name!r} comes more than once or is the name of another output")
             if output is None:
                 named.append(name)

@@ -1,7 +1,7 @@
 """What is not known: distributions of parameters, alone or correlated, and grids.
 
-Every distribution is reached from the unit cube by its inverse: a sampler knows nothing of distributions, and a
-parameter nothing of samplers.
+Every distribution is reached from the unit cube by its inverse: a sampler knows nothing of distributions, and
+a parameter nothing of samplers.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class _Set:
         # Sums in the order of the columns: a product of matrices may round by the number of its rows.
         for i, j in zip(*np.tril_indices(len(self.factor)), strict=True):
             tied[:, i] += self.factor[i, j] * normal[:, j]
-        return tied if self.mean is not None else ndtr(tied)
+        return np.asarray(tied if self.mean is not None else ndtr(tied))
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,8 @@ class Parameters:
         """
         if self.levels:
             raise InputError("parameters: a grid has no moments")
-        means, blocks = [], []
+        means: list[float] = []
+        blocks: list[Real] = []
         for part in self.sets:
             if part.mean is not None and part.factor is not None:
                 means.extend(part.mean)
@@ -234,7 +235,7 @@ def _correlated(names: tuple[str, ...], value: Any) -> _Set:
 
 def _lower(label: str, matrix: Real) -> Real:
     try:
-        return np.linalg.cholesky(matrix)
+        return np.asarray(np.linalg.cholesky(matrix), dtype=float)
     except np.linalg.LinAlgError:
         raise InputError(f"({label}): the correlation must be positive definite") from None
 
@@ -261,7 +262,9 @@ def _linear_correlation(part: _Set) -> Real:
     weights = weights / weights.sum()
     tie = part.factor @ part.factor.T
     scaled = [
-        lambda z, law=law: (_quantile(law, np.clip(ndtr(z), _EDGE, 1.0 - 2.0 * _EDGE)) - law.mean()) / law.std()
+        lambda z, law=law: (
+            (_quantile(law, np.clip(ndtr(z), _EDGE, 1.0 - 2.0 * _EDGE)) - law.mean()) / law.std()
+        )
         for law in part.marginals
     ]
     for i, j in zip(*np.triu_indices(size, 1), strict=True):

@@ -1,7 +1,7 @@
 """Who computes the chunks of a study: the threads of this process, an executor, or a dask cluster.
 
-Each runner takes chunks as they are needed, keeps few of them under way, and hands out results in the order in
-which they come.
+Each runner takes chunks as they are needed, keeps few of them under way, and hands out results in the order
+in which they come.
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import concurrent.futures
 import os
 import pickle
 from collections.abc import Callable, Iterable, Iterator
+from importlib import import_module
 from typing import Any, TypeAlias
 
 from stickslip.arrays import Real
@@ -27,7 +28,7 @@ PER_WORKER = 2
 RETRIES = 5
 
 
-class WorkersLost(StickslipError):
+class WorkersLostError(StickslipError):
     """The workers of a study are gone."""
 
 
@@ -58,13 +59,11 @@ def executor(pool: concurrent.futures.Executor) -> Runner:
                     under_way[pool.submit(evaluate, evaluation, task[1])] = task[0]
                 if not under_way:
                     return
-                done, _ = concurrent.futures.wait(
-                    under_way, return_when=concurrent.futures.FIRST_COMPLETED
-                )
+                done, _ = concurrent.futures.wait(under_way, return_when=concurrent.futures.FIRST_COMPLETED)
                 for future in done:
                     yield under_way.pop(future), future.result()
         except concurrent.futures.BrokenExecutor as error:
-            raise WorkersLost(f"executor: {error}") from error
+            raise WorkersLostError(f"executor: {error}") from error
         finally:
             for future in under_way:
                 future.cancel()
@@ -75,29 +74,28 @@ def executor(pool: concurrent.futures.Executor) -> Runner:
 def dask(client: Any) -> Runner:
     """Return the runner on a dask cluster; chunks of a worker that dies are computed elsewhere."""
     try:
-        import distributed
+        distributed: Any = import_module("distributed")
     except ImportError:
         raise InputError("client: this needs dask; pip install 'stickslip[dask]'") from None
     if not isinstance(client, distributed.Client):
         raise InputError(f"client: expected a dask.distributed.Client, got {client!r}")
 
     def run(evaluation: Evaluation, tasks: Iterable[Task]) -> Iterator[Result]:
-        shared = client.scatter(evaluation, broadcast=True, hash=False)
         waiting = iter(tasks)
-        under_way: dict[str, int] = {}
+        under_way: dict[Any, int] = {}
         results = distributed.as_completed(with_results=True, raise_errors=False)
         try:
             while True:
                 workers = max(1, len(client.nthreads()))
                 while len(under_way) < PER_WORKER * workers and (task := next(waiting, None)) is not None:
-                    future = client.submit(evaluate, shared, task[1], pure=False, retries=RETRIES)
+                    future = client.submit(evaluate, evaluation, task[1], pure=False, retries=RETRIES)
                     under_way[future.key] = task[0]
                     results.add(future)
                 if not under_way:
                     return
                 future, columns = next(results)
                 if future.status != "finished":
-                    raise WorkersLost(f"client: {future.status}: {future.exception()}")
+                    raise WorkersLostError(f"client: {future.status}: {future.exception()}")
                 yield under_way.pop(future.key), columns
         finally:
             results.clear()

@@ -1,13 +1,14 @@
 """Points in the unit cube: random, Latin hypercube, Sobol', and the designs of SALib.
 
-Row i of a design depends on sampler, seed, number of samples and i; the rows of ``random`` and ``sobol`` do not
-even depend on the number of samples, so that a longer study begins with the shorter one.
+Row i of a design depends on sampler, seed, number of samples and i; the rows of ``random`` and ``sobol`` do
+not even depend on the number of samples, so that a longer study begins with the shorter one.
 """
 
 from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping
+from importlib import import_module
 from typing import Any
 
 import numpy as np
@@ -93,10 +94,8 @@ def salib(module: str) -> Any:
     InputError
         If it is not installed.
     """
-    import importlib
-
     try:
-        return importlib.import_module(f"SALib.{module}")
+        return import_module(f"SALib.{module}")
     except ImportError:
         raise InputError("sampler: this needs SALib; pip install 'stickslip[study]'") from None
 

@@ -171,7 +171,7 @@ class ZarrStore:
 
     def dataset(self) -> xr.Dataset:
         """Return everything complete, read from the disk as it is used."""
-        found = xr.open_zarr(self.path, chunks=None, consolidated=False)
+        found: xr.Dataset = xr.open_zarr(self.path, chunks=None, consolidated=False)
         return found.drop_vars("complete")
 
     def close(self) -> None:
@@ -253,14 +253,21 @@ def _zarr() -> Any:
 
 
 def _locked(path: Path) -> IO[bytes]:
-    """Hold a directory for this process, until it ends in whatever way."""
-    handle = open(path / ".lock", "ab")  # noqa: SIM115
+    """Hold a store for this process, until it ends in whatever way.
+
+    A record lock, which processes forked from this one do not share, on a file beside the chunks of an array,
+    where no reader looks.
+    """
+    try:
+        handle = open(path / "complete" / ".lock", "ab")  # noqa: SIM115
+    except OSError as error:
+        raise InputError(f"store: {path} holds something that is not a study") from error
     try:
         import fcntl
     except ImportError:  # on Windows, where opening a file twice is no error either
         return handle
     try:
-        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError:
         handle.close()
         raise StoreError(f"store: another process is writing to {path}") from None

@@ -10,11 +10,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 import xarray as xr
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, ProgressColumn, TextColumn, TimeRemainingColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    TextColumn,
+    TimeRemainingColumn,
+)
 from rich.text import Text
 
 from stickslip.arrays import Real, real_number
-from stickslip.errors import InputError, StickslipError, StudyError, StudyInterrupted
+from stickslip.errors import InputError, StudyError, StudyInterrupted
 from stickslip.path import Model, interval
 from stickslip.scene import Scene
 from stickslip.study import identity, runners
@@ -48,9 +55,9 @@ class Study:
     ----------
     model
         A `Scene`, whose parameters are the fields of its contacts (``friction``, ``friction_0``);
-        ``ss.models.two_subsystems`` or ``ss.models.chain``, with all numbers of subsystems, links and contacts
-        (``vertical_stiffness`` of all subsystems, ``vertical_stiffness_1`` of one); or any function from
-        keywords to a `Scene`. All but the last are evaluated in compiled code.
+        ``ss.models.two_subsystems`` or ``ss.models.chain``, with all numbers of subsystems, links and
+        contacts (``vertical_stiffness`` of all subsystems, ``vertical_stiffness_1`` of one); or any function
+        from keywords to a `Scene`. All but the last are evaluated in compiled code.
     parameters
         Name to frozen ``scipy.stats`` distribution; tuple of names to `study.GaussianCopula` or frozen
         ``multivariate_normal``; or name to values (k,), for a grid of all combinations.
@@ -99,7 +106,10 @@ class Study:
         model: Model,
         parameters: Mapping[Any, Any],
         *,
-        outputs: Sequence[Any] | Mapping[str, Any] | Callable[..., Any] | str = ("growth_rate", "unstable_modes"),
+        outputs: Sequence[Any] | Mapping[str, Any] | Callable[..., Any] | str = (
+            "growth_rate",
+            "unstable_modes",
+        ),
         samples: int | None = None,
         seed: int = 0,
         sampler: Literal["random", "latin_hypercube", "sobol", "saltelli", "morris", "grid"] | None = None,
@@ -157,7 +167,8 @@ class Study:
         if self.outputs.asks("hopf"):
             if not isinstance(hopf, Mapping) or len(hopf) != 1:
                 raise InputError(
-                    f"hopf: expected the friction to move and its range, {{'friction': (0.0, 3.0)}}, got {hopf!r}"
+                    "hopf: expected the friction to move and its range, such as {'friction': (0.0, 3.0)}, "
+                    f"got {hopf!r}"
                 )
             ((name, ends),) = hopf.items()
             lower, upper = interval(f"hopf[{name!r}]", ends)
@@ -201,7 +212,8 @@ class Study:
         for row in self.design[:FIRST]:
             try:
                 return self.source.scene(row)
-            except StickslipError as refused:
+            # A function may raise anything, there as at any other sample.
+            except Exception as refused:
                 error = error or refused
         raise InputError(f"model: none of the first samples gives a scene; the first one: {error}") from error
 
@@ -227,8 +239,8 @@ class Study:
         ----------
         store
             Directory of a zarr store; None: results are kept in memory. A store that holds a part of this
-            study is continued, whatever ended the run that wrote it; at most the chunks under way are computed
-            again.
+            study is continued, whatever ended the run that wrote it; at most the chunks under way are
+            computed again.
         threads
             Of this process; None: one per core.
         executor
@@ -244,10 +256,10 @@ class Study:
         Returns
         -------
         xarray.Dataset
-            Over ``sample``: the outputs, ``status`` and ``reason``; the parameters as coordinates. Attributes,
-            in JSON: ``identity`` (model with all its numbers or its source, parameters, sampler, seed,
-            outputs, settings), ``machine``, ``versions`` and ``scene``, the first of them. From a store the
-            values are read when they are used.
+            Over ``sample``: the outputs, ``status`` and ``reason``; the parameters as coordinates.
+            Attributes, in JSON: ``identity`` (model with all its numbers or its source, parameters, sampler,
+            seed, outputs, settings), ``machine``, ``versions`` and ``scene``, the first of them. From a store
+            the values are read when they are used.
 
         Raises
         ------
@@ -274,7 +286,7 @@ class Study:
                     bar.advance(task, len(columns["status"]))
             except KeyboardInterrupt as error:
                 raise StudyInterrupted(self._so_far(results), results.dataset()) from error
-            except runners.WorkersLost as error:
+            except runners.WorkersLostError as error:
                 raise StudyError(f"{error}; {self._so_far(results)}", results.dataset()) from error
             return results.dataset()
 
@@ -347,7 +359,11 @@ def unstacked(results: xr.Dataset) -> xr.Dataset:
 
 
 def _runner(count: int | None, executor: Executor | None, client: Any) -> runners.Runner:
-    given = [name for name, value in (("threads", count), ("executor", executor), ("client", client)) if value is not None]
+    given = [
+        name
+        for name, value in (("threads", count), ("executor", executor), ("client", client))
+        if value is not None
+    ]
     if len(given) > 1:
         raise InputError(f"run: expected one of threads, executor and client, got {' and '.join(given)}")
     if executor is not None:

@@ -1,0 +1,144 @@
+"""Figures of studies: every function draws on the axes it is given and returns them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.patches import Ellipse
+
+from stickslip.errors import InputError
+from stickslip.study.statistics import sample_values
+
+DARK, LIGHT, ACCENT = "#222255", "#bbccee", "#cc3311"
+
+
+def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> Axes:
+    """Draw the result of `study.probability` over its parameter, with the confidence band."""
+    over = estimate.attrs.get("over")
+    if over is None:
+        raise InputError("estimate: expected a probability over a parameter")
+    edges = np.append(estimate.left.to_numpy(), estimate.right.to_numpy()[-1])
+    axes.stairs(
+        estimate.upper.to_numpy(), edges, baseline=estimate.lower.to_numpy(), fill=True, color=LIGHT, zorder=1
+    )
+    axes.stairs(estimate.probability.to_numpy(), edges, baseline=None, color=DARK, linewidth=1.3, label=label)
+    axes.set(xlabel=_words(over), ylabel="probability", ylim=(-0.02, 1.02), xlim=(edges[0], edges[-1]))
+    return axes
+
+
+def distribution(
+    axes: Axes, results: xr.Dataset, output: str, bins: int = 60, label: str | None = None, **labels: Any
+) -> Axes:
+    """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`."""
+    values = sample_values(results, output, labels)
+    values = values[~np.isnan(values)]
+    axes.hist(values, bins=bins, density=True, color=LIGHT, edgecolor=DARK, linewidth=0.4, label=label)
+    axes.set(xlabel=_labelled(output, results[output].attrs.get("units", "")), ylabel="density")
+    return axes
+
+
+def sobol_indices(axes: Axes, indices: xr.Dataset) -> Axes:
+    """Draw first-order and total Sobol' indices with their confidence bands, the largest on top."""
+    ordered = indices.sortby("total")
+    places = np.arange(ordered.sizes["parameter"])
+    for name, shift, colour, hatch in (("total", -0.2, LIGHT, ""), ("first", 0.2, DARK, "")):
+        axes.barh(
+            places + shift,
+            ordered[name].to_numpy(),
+            xerr=ordered[f"{name}_band"].to_numpy(),
+            height=0.38,
+            color=colour,
+            edgecolor=DARK,
+            hatch=hatch,
+            error_kw={"linewidth": 0.8, "ecolor": "#777777"},
+            label="total" if name == "total" else "first order",
+        )
+    axes.set_yticks(places, [_words(name) for name in ordered.parameter.to_numpy()])
+    axes.set(xlabel=f"Sobol' index of {_words(indices.attrs['output'])}", xlim=(0.0, None))
+    axes.legend(frameon=False, fontsize="small", loc="lower right")
+    return axes
+
+
+def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
+    """Draw the deviation of the elementary effects over their mean absolute value."""
+    x, y = effects.absolute_effect.to_numpy(), effects.deviation.to_numpy()
+    axes.errorbar(x, y, xerr=effects.band.to_numpy(), fmt="o", color=DARK, ecolor="#777777", elinewidth=0.8)
+    for name, at, height in zip(effects.parameter.to_numpy(), x, y, strict=True):
+        axes.annotate(_words(str(name)), (at, height), (4, 4), textcoords="offset points", fontsize="small")
+    unit = effects.attrs["units"]
+    axes.set(
+        xlabel=_labelled(f"mean absolute effect on {effects.attrs['output']}", unit),
+        ylabel=_labelled("deviation", unit),
+        xlim=(0.0, None),
+        ylim=(0.0, None),
+    )
+    return axes
+
+
+def convergence(axes: Axes, estimates: xr.Dataset, label: str | None = None) -> Axes:
+    """Draw an estimate over the number of samples, with the band of independent samples."""
+    count = estimates["samples"].to_numpy()
+    axes.fill_between(
+        count, estimates.lower.to_numpy(), estimates.upper.to_numpy(), color=LIGHT, linewidth=0.0
+    )
+    axes.plot(count, estimates.estimate.to_numpy(), color=DARK, linewidth=1.3, label=label)
+    axes.set(
+        xscale="log",
+        xlabel="samples",
+        ylabel=_labelled(estimates.attrs["output"], estimates.attrs["units"]),
+        xlim=(count[0], count[-1]),
+    )
+    return axes
+
+
+def eigenvalue_moments(
+    axes: Axes, results: xr.Dataset, moments: xr.Dataset, mode: int, most: int = 5000
+) -> Axes:
+    """Draw one eigenvalue of the samples and the ellipse of two deviations of first-order perturbation.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    results
+        Of a study with the output ``eigenvalues``.
+    moments
+        Of `study.eigenvalue_moments`.
+    mode
+        Index of the eigenvalue in both.
+    most
+        Samples drawn.
+    """
+    if "eigenvalues" not in results:
+        raise InputError("results: expected the output 'eigenvalues'")
+    samples = results.eigenvalues.to_numpy()[:most, mode]
+    axes.plot(samples.real, samples.imag / (2.0 * np.pi), ",", color=DARK, label="samples")
+    chosen = moments.isel(mode=mode)
+    centre = complex(chosen.eigenvalue.item())
+    scale = np.diag([1.0, 1.0 / (2.0 * np.pi)])
+    sizes, axes_of = np.linalg.eigh(scale @ chosen.covariance.to_numpy() @ scale)
+    axes.add_patch(
+        Ellipse(
+            (centre.real, centre.imag / (2.0 * np.pi)),
+            *(4.0 * np.sqrt(np.maximum(sizes, 0.0))),
+            angle=float(np.degrees(np.arctan2(axes_of[1, 0], axes_of[0, 0]))),
+            fill=False,
+            edgecolor=ACCENT,
+            linewidth=1.3,
+            label="first order, two deviations",
+        )
+    )
+    axes.set(xlabel="growth rate, 1/s", ylabel="Im, Hz")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def _words(name: str) -> str:
+    return str(name).replace("_", " ")
+
+
+def _labelled(name: str, units: str) -> str:
+    return f"{_words(name)}, {units}" if units else _words(name)

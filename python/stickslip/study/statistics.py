@@ -1,0 +1,427 @@
+"""What the results of a study say: probabilities, distributions, indices of importance, convergence.
+
+Confidence bands hold for independent samples (``random``); for ``latin_hypercube`` and ``sobol`` they are
+wider than they have to be, as a rule.
+"""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from stickslip.arrays import Real, real_number
+from stickslip.contact import nearest
+from stickslip.errors import InputError
+from stickslip.study.samplers import LEVELS, problem, salib, unit_design
+
+#: A yes or no per sample: a function from the results to booleans (sample,), or None: sliding is unstable.
+Condition = Callable[[xr.Dataset], Any] | None
+Band = Literal["wilson", "exact"]
+
+#: Bins of a parameter unless told otherwise.
+BINS = 20
+#: Seed of the bootstrap of indices: it has no part in the samples.
+BOOTSTRAP = 0
+
+
+def unstable(results: xr.Dataset) -> Any:
+    """Return whether steady sliding is unstable, (sample,) float: nan where it is not known.
+
+    Raises
+    ------
+    InputError
+        If none of ``growth_rate``, ``eigenvalue`` and ``unstable_modes`` was asked for.
+    """
+    if "growth_rate" in results:
+        rate = results.growth_rate.to_numpy()
+    elif "eigenvalue" in results:
+        rate = results.eigenvalue.to_numpy().real
+    elif "unstable_modes" in results:
+        modes = results.unstable_modes.to_numpy()
+        return np.where(modes < 0, np.nan, modes > 0)
+    else:
+        raise InputError("results: expected growth_rate, eigenvalue or unstable_modes among the outputs")
+    return np.where(np.isnan(rate), np.nan, rate > 0.0)
+
+
+def probability(
+    results: xr.Dataset,
+    over: str | None = None,
+    *,
+    condition: Condition = None,
+    bins: int | Sequence[float] = BINS,
+    confidence: float = 0.95,
+    band: Band = "wilson",
+) -> xr.Dataset:
+    """Return the probability that sliding is unstable, or of any condition, with its confidence band.
+
+    Parameters
+    ----------
+    results
+        Of a study; samples without a value do not count.
+    over
+        Parameter, in bins; None: over all samples.
+    condition
+        None: sliding is unstable; else a function from the results to booleans, or floats with nan where not
+        known, (sample,).
+    bins
+        Their number (of equal width), or their edges.
+    confidence
+        Of the band, in (0, 1).
+    band
+        ``wilson``: the score interval of Wilson (1927), whose coverage is right on average; ``exact``: that
+        of Clopper and Pearson (1934), whose coverage is never less than stated.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``bin``: ``probability``, ``lower`` and ``upper`` end of the band, the number of ``samples``, and the
+        coordinates ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
+
+    Raises
+    ------
+    InputError
+        If the parameter is unknown or another argument ill-posed.
+    """
+    if not 0.0 < real_number("confidence", confidence) < 1.0:
+        raise InputError(f"confidence: expected a number between 0 and 1, got {confidence!r}")
+    if band not in ("wilson", "exact"):
+        raise InputError(f"band: expected 'wilson' or 'exact', got {band!r}")
+    holds = np.asarray((condition or unstable)(results), dtype=float)
+    known = ~np.isnan(holds)
+    if over is None:
+        row = _proportion(holds[known], confidence, band)
+        return xr.Dataset(
+            {name: ((), value) for name, value in row.items()}, attrs={"confidence": confidence}
+        )
+    values = _parameter(results, over)
+    edges = np.histogram_bin_edges(values, bins) if isinstance(bins, int) else np.asarray(bins, dtype=float)
+    if edges.size < 2 or not (np.diff(edges) > 0.0).all():
+        raise InputError(f"bins: expected ascending edges, got {bins!r}")
+    # The last bin holds its right end, as in a histogram.
+    place = np.searchsorted(edges, values, side="right") - 1
+    place[values == edges[-1]] = edges.size - 2
+    rows = [_proportion(holds[known & (place == k)], confidence, band) for k in range(edges.size - 1)]
+    return xr.Dataset(
+        {name: ("bin", np.array([row[name] for row in rows])) for name in rows[0]},
+        coords={
+            over: ("bin", 0.5 * (edges[1:] + edges[:-1])),
+            "left": ("bin", edges[:-1]),
+            "right": ("bin", edges[1:]),
+        },
+        attrs={"confidence": confidence, "over": over},
+    )
+
+
+def _proportion(holds: Real, confidence: float, band: Band) -> dict[str, float]:
+    from scipy.stats import binomtest
+
+    count = holds.size
+    if count == 0:
+        return {"probability": np.nan, "lower": 0.0, "upper": 1.0, "samples": 0}
+    interval = binomtest(int(holds.sum()), count).proportion_ci(confidence, method=band)
+    return {
+        "probability": float(holds.mean()),
+        "lower": float(interval.low),
+        "upper": float(interval.high),
+        "samples": count,
+    }
+
+
+def distribution(
+    results: xr.Dataset,
+    output: str,
+    *,
+    quantiles: Sequence[float] = (0.05, 0.5, 0.95),
+    confidence: float = 0.95,
+    condition: Condition = None,
+    **labels: Any,
+) -> xr.Dataset:
+    """Return mean, standard deviation and quantiles of an output, with confidence.
+
+    Parameters
+    ----------
+    results
+        Of a study.
+    output
+        A real output; samples without a value do not count.
+    quantiles
+        In (0, 1).
+    confidence
+        Of the bands, in (0, 1).
+    condition
+        Samples to count, a function from the results to booleans; None: all.
+    **labels
+        Which dof, contact or mode, where the output has several: ``dof="x1"``.
+
+    Returns
+    -------
+    xarray.Dataset
+        ``expectation`` and its ``standard_error``, ``deviation``, number of ``samples``; over ``quantile``: ``value`` with
+        ``lower`` and ``upper`` end of its band, order statistics whose ranks are binomial quantiles: no
+        distribution is assumed. The attribute ``output`` names it.
+
+    Raises
+    ------
+    InputError
+        If the output is unknown or complex, or has dimensions left.
+    """
+    from scipy.stats import binom
+
+    values = sample_values(results, output, labels)
+    if condition is not None:
+        values = values[np.asarray(condition(results), dtype=bool)]
+    values = np.sort(values[~np.isnan(values)])
+    count = values.size
+    at = np.asarray(quantiles, dtype=float)
+    if count == 0 or not ((at > 0.0) & (at < 1.0)).all():
+        raise InputError(f"{output}: expected samples with values and quantiles in (0, 1), got {quantiles!r}")
+    tail = 0.5 * (1.0 - confidence)
+    # Ranks outside the samples are no bound at all.
+    low, high = binom.ppf(tail, count, at) - 1.0, binom.ppf(1.0 - tail, count, at)
+    bounded = [np.append(values, [np.nan]), np.append(values, [np.nan])]
+    lower = bounded[0][np.where(low >= 0.0, low, count).astype(int)]
+    upper = bounded[1][np.where(high < count, high, count).astype(int)]
+    deviation = float(values.std(ddof=1)) if count > 1 else np.nan
+    return xr.Dataset(
+        {
+            "expectation": float(values.mean()),
+            "standard_error": deviation / np.sqrt(count),
+            "deviation": deviation,
+            "samples": count,
+            "value": ("quantile", np.quantile(values, at)),
+            "lower": ("quantile", lower),
+            "upper": ("quantile", upper),
+        },
+        coords={"quantile": at},
+        attrs={"output": output, "units": results[output].attrs.get("units", ""), "confidence": confidence},
+    )
+
+
+def sobol_indices(
+    results: xr.Dataset, output: str, *, condition: Condition = None, confidence: float = 0.95, **labels: Any
+) -> xr.Dataset:
+    """Return first-order and total Sobol' indices: the part of the variance that a parameter explains.
+
+    Parameters
+    ----------
+    results
+        Of a study with the sampler ``saltelli``.
+    output
+        A real output with a value for every sample. ``unstable`` for whether sliding is unstable.
+    condition
+        A yes or no instead of the output, a function from the results to booleans.
+    confidence
+        Of the bands, by bootstrap.
+    **labels
+        Which dof, contact or mode.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``parameter``: ``first`` (alone), ``total`` (with all interactions), ``first_band`` and
+        ``total_band``, half-widths; of a design with ``second_order``: ``second`` (parameter, other).
+
+    Raises
+    ------
+    InputError
+        If the design is another one, SALib is missing, or a sample has no value.
+    """
+    described, names = _described(results, "saltelli")
+    second = bool(described["sampler_options"].get("second_order", False))
+    y = _complete(results, output, condition, labels)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        found = salib("analyze.sobol").analyze(
+            problem(names), y, calc_second_order=second, conf_level=confidence, seed=BOOTSTRAP
+        )
+    rows: dict[str, Any] = {
+        "first": ("parameter", found["S1"]),
+        "first_band": ("parameter", found["S1_conf"]),
+        "total": ("parameter", found["ST"]),
+        "total_band": ("parameter", found["ST_conf"]),
+    }
+    if second:
+        pairs = np.nan_to_num(found["S2"])
+        rows["second"] = (("parameter", "other"), pairs + pairs.T)
+    coords = {"parameter": list(names)} | ({"other": list(names)} if second else {})
+    return xr.Dataset(rows, coords=coords, attrs={"output": output, "confidence": confidence})
+
+
+def morris_effects(
+    results: xr.Dataset, output: str, *, condition: Condition = None, confidence: float = 0.95, **labels: Any
+) -> xr.Dataset:
+    """Return Morris' elementary effects of an output: its change as a parameter crosses its distribution.
+
+    Parameters
+    ----------
+    results
+        Of a study with the sampler ``morris``.
+    output, condition, confidence, **labels
+        As for `sobol_indices`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``parameter``, in the unit of the output per unit of probability: means ``effect`` and
+        ``absolute_effect`` with its ``band`` (half-width), and ``deviation``, large for interactions and
+        nonlinearity.
+
+    Raises
+    ------
+    InputError
+        If the design is another one, SALib is missing, or a sample has no value.
+    """
+    described, names = _described(results, "morris")
+    options = described["sampler_options"]
+    levels = options.get("levels", LEVELS)
+    unit = unit_design("morris", described["samples"], len(names), described["seed"], options)
+    # As SALib made it: its levels are k / (levels - 1).
+    x = np.rint(unit * levels - 0.5) / (levels - 1)
+    y = _complete(results, output, condition, labels)
+    found = salib("analyze.morris").analyze(
+        problem(names), x, y, num_levels=levels, conf_level=confidence, seed=BOOTSTRAP
+    )
+    # A step between levels is shorter in probability than in SALib's unit cube.
+    scale = levels / (levels - 1)
+    keys = {"effect": "mu", "absolute_effect": "mu_star", "deviation": "sigma", "band": "mu_star_conf"}
+    return xr.Dataset(
+        {name: ("parameter", scale * np.asarray(found[key], dtype=float)) for name, key in keys.items()},
+        coords={"parameter": list(names)},
+        attrs={"output": output, "confidence": confidence, "units": _units(results, output, condition)},
+    )
+
+
+def convergence(
+    results: xr.Dataset,
+    output: str | None = None,
+    *,
+    condition: Condition = None,
+    points: int = 40,
+    confidence: float = 0.95,
+    **labels: Any,
+) -> xr.Dataset:
+    """Return how the estimate of a mean, or of a probability, settles with the number of samples.
+
+    Parameters
+    ----------
+    results
+        Of a study.
+    output
+        Its mean; None: the probability of the condition.
+    condition
+        As for `probability`.
+    points
+        Numbers of samples at which it is looked at, in equal ratios.
+    confidence
+        Of the band.
+    **labels
+        Which dof, contact or mode.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``samples``: ``estimate``, ``lower`` and ``upper`` end of the band of independent samples, from the
+        normal distribution of means.
+
+    Raises
+    ------
+    InputError
+        If the output is unknown or complex, or there are less than two samples with a value.
+    """
+    from scipy.stats import norm
+
+    whole = (
+        np.asarray((condition or unstable)(results), dtype=float)
+        if output is None
+        else sample_values(results, output, labels)
+    )
+    values = whole[~np.isnan(whole)]
+    if values.size < 2:
+        raise InputError("results: expected at least two samples with a value")
+    counts = np.unique(np.geomspace(min(10, values.size), values.size, points).astype(int))
+    total, square = np.cumsum(values), np.cumsum(values**2)
+    mean = total[counts - 1] / counts
+    variance = np.maximum(square[counts - 1] / counts - mean**2, 0.0) * counts / np.maximum(counts - 1, 1)
+    half = norm.ppf(0.5 * (1.0 + confidence)) * np.sqrt(variance / counts)
+    name = "probability" if output is None else output
+    return xr.Dataset(
+        {
+            "estimate": ("samples", mean),
+            "lower": ("samples", mean - half),
+            "upper": ("samples", mean + half),
+        },
+        coords={"samples": counts},
+        attrs={"output": name, "confidence": confidence, "units": _units(results, output, condition)},
+    )
+
+
+def _parameter(results: xr.Dataset, name: str) -> Real:
+    known = [str(key) for key, coord in results.coords.items() if coord.dims == ("sample",)]
+    if name not in known:
+        raise InputError(f"over: unknown parameter {name!r}{nearest(name, known)}")
+    return np.asarray(results[name].to_numpy(), dtype=float)
+
+
+def sample_values(results: xr.Dataset, output: str, labels: dict[str, Any]) -> Real:
+    """Return a real output, (sample,), nan where there is no value; ``unstable`` for the verdict.
+
+    Raises
+    ------
+    InputError
+        If the output is unknown or complex, or has dimensions left.
+    """
+    if output == "unstable" and output not in results:
+        return np.asarray(unstable(results), dtype=float)
+    if output not in results.data_vars:
+        raise InputError(
+            f"output: unknown output {output!r}{nearest(output, [str(k) for k in results.data_vars])}"
+        )
+    column = results[output]
+    column = column.sel(labels) if labels else column
+    if column.dims != ("sample",):
+        left = [str(dim) for dim in column.dims if dim != "sample"]
+        raise InputError(f"{output}: has a value for every {left[0]}; choose one, {left[0]}=...")
+    if column.dtype.kind not in "fiub":
+        raise InputError(f"{output}: expected a real output, got dtype {column.dtype}")
+    values = column.to_numpy()
+    return (
+        np.where(values < 0, np.nan, values) if values.dtype.kind == "i" else np.asarray(values, dtype=float)
+    )
+
+
+def _complete(results: xr.Dataset, output: str, condition: Condition, labels: dict[str, Any]) -> Real:
+    values = (
+        sample_values(results, output, labels)
+        if condition is None
+        else np.asarray(condition(results), dtype=float)
+    )
+    missing = np.flatnonzero(np.isnan(values))
+    if missing.size:
+        first = int(missing[0])
+        reason = results.isel(sample=first)
+        raise InputError(
+            f"{output}: indices need every sample, {missing.size} have no value; sample {first} is "
+            f"{str(reason.status.item())!r} {str(reason.reason.item())!r}"
+        )
+    return values
+
+
+def _units(results: xr.Dataset, output: str | None, condition: Condition) -> str:
+    if output is None or condition is not None or output not in results:
+        return ""
+    return str(results[output].attrs.get("units", ""))
+
+
+def _described(results: xr.Dataset, sampler: str) -> tuple[dict[str, Any], tuple[str, ...]]:
+    described = json.loads(results.attrs.get("identity", "{}"))
+    if described.get("sampler") != sampler:
+        raise InputError(
+            f"results: expected a study with sampler={sampler!r}, got {described.get('sampler')!r}"
+        )
+    return described, tuple(described["parameters"])
