@@ -82,7 +82,7 @@ def test_sobol_points_have_less_variance_than_random_ones() -> None:
 
     random, sobol = np.var(estimates("random")), np.var(estimates("sobol"))
     latin = np.var(estimates("latin_hypercube"))
-    # A ratio of variances of 20 estimates each is below 1 / 5 by chance with probability 5e-4 (F distribution).
+    # A ratio of variances of 20 estimates each is below 1 / 5 with probability 5e-4 (F distribution).
     assert sobol < random / 5.0
     assert latin < random
 

@@ -80,8 +80,8 @@ def probability(
     Returns
     -------
     xarray.Dataset
-        Over ``bin``: ``probability``, ``lower`` and ``upper`` end of the band, the number of ``samples``, and the
-        coordinates ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
+        Over ``bin``: ``probability``, ``lower`` and ``upper`` end of the band, the number of ``samples``, and
+        the coordinates ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
 
     Raises
     ------
@@ -162,8 +162,8 @@ def distribution(
     Returns
     -------
     xarray.Dataset
-        ``expectation`` and its ``standard_error``, ``deviation``, number of ``samples``; over ``quantile``: ``value`` with
-        ``lower`` and ``upper`` end of its band, order statistics whose ranks are binomial quantiles: no
+        ``expectation`` and its ``standard_error``, ``deviation``, number of ``samples``; over ``quantile``:
+        ``value`` with ``lower`` and ``upper`` end of its band, order statistics whose ranks are binomial quantiles: no
         distribution is assumed. The attribute ``output`` names it.
 
     Raises
@@ -326,8 +326,8 @@ def convergence(
     Returns
     -------
     xarray.Dataset
-        Over ``samples``: ``estimate``, ``lower`` and ``upper`` end of the band of independent samples, from the
-        normal distribution of means.
+        Over ``samples``: ``estimate``, ``lower`` and ``upper`` end of the band of independent samples, from
+        the normal distribution of means.
 
     Raises
     ------
