@@ -46,10 +46,10 @@ def test_a_known_probability_lies_in_its_band(band: str) -> None:
     """
     law = stats.norm(1.8, 0.4)
     exact = law.sf(models.HOPF)
+    results = ss.Study(models.fed_oscillator(1.0), {"friction": law}, samples=40 * 200, seed=2).run()
     held = 0
-    for seed in range(40):
-        study = ss.Study(models.fed_oscillator, {"friction": law}, samples=200, seed=seed)
-        found = ss.study.probability(study.run(), band=band)
+    for first in range(0, 40 * 200, 200):
+        found = ss.study.probability(results.isel(sample=slice(first, first + 200)), band=band)
         held += bool(found.lower <= exact <= found.upper)
         assert found.samples == 200
     assert held >= 33
@@ -113,23 +113,18 @@ def test_morris_effects_of_a_linear_output() -> None:
 
 def test_quantiles_and_their_bands() -> None:
     """A band of 95 % for the median holds the median of a symmetric sum in most of sixty studies."""
+    results = linear_study("random", 60 * 60).run()
     held = 0
-    for seed in range(60):
-        study = ss.Study(
-            linear,
-            {name: stats.uniform(0.0, 1.0) for name in WEIGHTS},
-            outputs=[{"force": ss.study.Output(force, of="scene")}],
-            samples=60,
-            seed=seed,
-        )
-        found = ss.study.distribution(study.run(), "force", quantiles=[0.5])
+    for first in range(0, 60 * 60, 60):
+        few = results.isel(sample=slice(first, first + 60))
+        found = ss.study.distribution(few, "force", quantiles=[0.5])
         held += bool(found.lower.item() <= 2.75 <= found.upper.item())
     # 50 or fewer of 60 have probability 7e-4 at 95 %.
     assert held > 50
     assert found.deviation.item() == pytest.approx(np.sqrt(13.25 / 12.0), rel=0.3)
-    few = ss.study.distribution(study.run().isel(sample=slice(0, 5)), "force", quantiles=[0.01, 0.99])
-    assert np.isnan(few.lower.item(0))
-    assert np.isnan(few.upper.item(1))
+    fewer = ss.study.distribution(results.isel(sample=slice(0, 5)), "force", quantiles=[0.01, 0.99])
+    assert np.isnan(fewer.lower.item(0))
+    assert np.isnan(fewer.upper.item(1))
 
 
 def test_convergence_ends_at_the_estimate_of_all_samples() -> None:

@@ -163,8 +163,8 @@ def distribution(
     -------
     xarray.Dataset
         ``expectation`` and its ``standard_error``, ``deviation``, number of ``samples``; over ``quantile``:
-        ``value`` with ``lower`` and ``upper`` end of its band, order statistics whose ranks are binomial quantiles: no
-        distribution is assumed. The attribute ``output`` names it.
+        ``value`` with ``lower`` and ``upper`` end of its band, order statistics whose ranks are binomial
+        quantiles: no distribution is assumed. The attribute ``output`` names it.
 
     Raises
     ------
