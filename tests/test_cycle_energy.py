@@ -1,8 +1,6 @@
 """Energy over one limit cycle of the standard run: what is absorbed is released."""
 
 import itertools
-import re
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -125,11 +123,3 @@ def test_mean_energies_are_the_sums_over_the_harmonics(orbit):
     assert float(harmonics.elastic.sum()) == pytest.approx(float(flow.elastic.mean()), rel=1e-10)
     with pytest.raises(ss.InputError, match="count"):
         orbit.harmonic_energy(0)
-
-
-def test_the_page_on_energy_runs():
-    page = (Path(__file__).parent.parent / "docs" / "energy.md").read_text(encoding="utf-8")
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
-    names = {}
-    exec(compile(code, "docs/energy.md", "exec"), names)
-    assert names["cycle"].period == pytest.approx(8.908492605779e-3, rel=1e-12)

@@ -126,6 +126,19 @@ def critical_points(
 
 
 def hopf_points(model: Model, combination: str | None = None, **parameters: Any) -> list[CriticalPoint]:
-    """Return the Hopf points over a range of one parameter: as `critical_points` does."""
+    """Return the Hopf points over a range of one parameter, in ascending order.
+
+    Parameters
+    ----------
+    model, combination
+        As for `sweep`.
+    **parameters
+        As for `critical_points`; lock-in off the real axis is not looked for.
+
+    Raises
+    ------
+    InputError
+        As `critical_points`.
+    """
     points = critical_points(model, combination, **{"proximity": 0.0, **parameters})
     return [point for point in points if point.kind == "hopf"]

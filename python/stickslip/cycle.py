@@ -239,7 +239,7 @@ class Cycle:
         -------
         xarray.Dataset
             ``coefficient`` (harmonic, dof), complex, m, from harmonic 0; ``amplitude`` of the cosine of each
-            harmonic, 2 |c_k| (|c_0| for the mean), m; coordinate ``frequency`` (harmonic), Hz.
+            harmonic, ``2 |c_k|`` (``|c_0|`` for the mean), m; coordinate ``frequency`` (harmonic), Hz.
 
         Raises
         ------

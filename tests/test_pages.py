@@ -1,0 +1,86 @@
+"""Every block of Python in README and documentation runs, page by page, and prints what stands below it."""
+
+import inspect
+import re
+import types
+
+import pytest
+
+import pages
+import stickslip as ss
+
+SHORT = {page.relative_to(pages.ROOT).as_posix(): page for page in pages.PAGES}
+
+
+@pytest.mark.parametrize(
+    "name", [name for name, page in SHORT.items() if "```python" in page.read_text("utf-8")]
+)
+def test_a_page_runs_and_prints_what_it_says(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for code, shown, printed in pages.run(SHORT[name]):
+        assert printed == shown, code
+
+
+def test_no_block_escapes():
+    for page in SHORT.values():
+        text = page.read_text(encoding="utf-8")
+        assert len(pages.BLOCK.findall(text)) == len(re.findall(r"^ *```+ *\{?python", text, re.MULTILINE)), (
+            page
+        )
+    assert {"README.md", "docs/tutorial.md", "docs/energy.md"} < set(SHORT)
+
+
+def test_output_is_compared(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```python\nx = 1\n```\n\nwords\n\n```python\nprint(x)\n```\n\n```text\n2\n```\n")
+    assert pages.run(page) == [("print(x)\n", "2\n", "1\n")]
+    assert pages.rewritten(page).endswith("```text\n1\n```\n")
+
+
+def test_links_between_pages_lead_somewhere():
+    for page in SHORT.values():
+        for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / link).exists(), f"{page}: {link}"
+
+
+def test_the_index_names_every_page_once():
+    docs = pages.ROOT / "docs"
+    text = (docs / "index.md").read_text(encoding="utf-8")
+    entries = [
+        entry
+        for tree in re.findall(r"^```\{toctree\}\n(.*?)^```", text, re.DOTALL | re.MULTILINE)
+        for entry in re.findall(r"^\w[\w/-]*$", tree, re.MULTILINE)
+    ]
+    written = [page.relative_to(docs).with_suffix("").as_posix() for page in docs.rglob("*.md")]
+    assert sorted([*entries, "index"]) == sorted(name for name in written if name[0] != "_")
+
+
+def test_every_public_name_is_in_the_reference_and_says_what_it_is():
+    text = SHORT["docs/reference.md"].read_text(encoding="utf-8")
+    listed = re.findall(
+        r"^\.\. auto(?:class|exception|function|module):: stickslip\.(\w+)$", text, re.MULTILINE
+    )
+    assert sorted([*listed, "__version__"]) == sorted(ss.__all__)
+    for name in listed:
+        thing = getattr(ss, name)
+        public = [thing]
+        if isinstance(thing, types.ModuleType):
+            public += [
+                value
+                for key, value in vars(thing).items()
+                if not key.startswith("_") and getattr(value, "__module__", "") == thing.__name__
+            ]
+        elif inspect.isclass(thing):
+            public += [
+                value for key, value in vars(thing).items() if not key.startswith("_") and callable(value)
+            ]
+        for part in public:
+            assert part.__doc__, (name, part)
+            # One argument, the subject, speaks for itself.
+            if inspect.isfunction(part) and len(inspect.signature(part).parameters) > 2:
+                unnamed = [
+                    parameter
+                    for parameter in inspect.signature(part).parameters
+                    if parameter != "self" and not re.search(rf"\b{parameter}\b", part.__doc__)
+                ]
+                assert unnamed == [], (name, part.__qualname__)
