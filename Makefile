@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-browser fuzz lint format bench docs clean
+.PHONY: help reproduce test test-browser fuzz lint format bench docs wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -59,13 +59,27 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py
 
-docs: $(INSTALLED) ## Run the README's examples and redraw its figure
-	$(BIN)/python -m pytest tests/test_readme.py
+docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html
+	$(BIN)/python -m pytest tests/test_pages.py tests/test_readme.py
 	$(BIN)/stickslip reproduce --out $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
+	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --builder html docs docs/_build/html
+
+# The wheel comes from the source distribution, unpacked; both share the compiled dependencies of the other verbs.
+# It is tried out where no compiler is in reach.
+wheel: $(VENV)/.created ## Build source distribution and wheel in dist/, and try the wheel without Rust
+	rm -rf dist build/source build/try
+	mkdir -p build/source
+	$(BIN)/maturin sdist --quiet --out dist
+	tar -xzf dist/stickslip-*.tar.gz -C build/source --strip-components 1
+	cd build/source && CARGO_TARGET_DIR=$(CURDIR)/target $(CURDIR)/$(BIN)/maturin build --quiet --release --locked \
+		--interpreter $(CURDIR)/$(BIN)/python --out $(CURDIR)/dist
+	$(PYTHON) -m venv build/try
+	build/try/bin/python -m pip install --quiet dist/stickslip-*.whl
+	cd build && env -i HOME=/nonexistent PATH=$(CURDIR)/build/try/bin:/usr/bin:/bin try/bin/python ../tests/smoke.py
 
 clean: ## Remove everything that is built
-	rm -rf $(VENV) target $(OUT) build dist
+	rm -rf $(VENV) target $(OUT) build dist docs/_build
 	rm -f python/stickslip/*.so
 
 $(VENV)/.created:
