@@ -68,7 +68,8 @@ def test_every_public_name_is_in_the_reference_and_says_what_it_is():
             public += [
                 value
                 for key, value in vars(thing).items()
-                if not key.startswith("_") and getattr(value, "__module__", "") == thing.__name__
+                if key in getattr(thing, "__all__", ())
+                or (not key.startswith("_") and getattr(value, "__module__", "") == thing.__name__)
             ]
         elif inspect.isclass(thing):
             public += [
