@@ -12,12 +12,13 @@ from playwright.sync_api import sync_playwright
 
 import stickslip as ss
 
-CHROMIUM = os.environ.get("CHROMIUM") or shutil.which("chromium") or "/usr/bin/chromium"
+CHROMIUM = shutil.which(os.environ.get("CHROMIUM", "chromium"))
 DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 375, "height": 740}
 
 
 @pytest.fixture(scope="module")
 def browser():
+    assert CHROMIUM, "no chromium on the path; install it, or name a browser by CHROMIUM=..."
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--headless"])
         yield browser
