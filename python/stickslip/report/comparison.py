@@ -17,6 +17,8 @@ from stickslip.report.markup import figure, note, paragraph, section, subsection
 from stickslip.reproduce import FRICTIONS, UPPER_VERTICAL, Row, attractor, rows, standard_run
 from stickslip.sweep import sweep
 
+#: A verdict after a count.
+PLURAL = {"agrees": "agree", "erratum": "errata of the print", "differs": "differ"}
 MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7", "x8")}
 
 
@@ -24,7 +26,7 @@ def comparison_section() -> str:
     """Return the section; everything in it is computed at the published parameters."""
     found = rows()
     counts = Counter(row.verdict for row in found)
-    summary = ", ".join(f"{count} {verdict}" for verdict, count in counts.items())
+    summary = ", ".join(f"{count} {PLURAL.get(verdict, verdict)}" for verdict, count in counts.items())
     with drawing.style():
         drawn = _figures()
     parts = [
