@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-browser fuzz lint format bench docs wheel clean
+.PHONY: help reproduce test test-browser fuzz lint format bench docs gallery wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -77,6 +77,9 @@ wheel: $(VENV)/.created ## Build source distribution and wheel in dist/, and try
 	$(PYTHON) -m venv build/try
 	build/try/bin/python -m pip install --quiet dist/stickslip-*.whl
 	cd build && env -i HOME=/nonexistent PATH=$(CURDIR)/build/try/bin:/usr/bin:/bin try/bin/python ../tests/smoke.py
+
+gallery: $(INSTALLED) ## Redraw the pictures of docs/gallery.md
+	$(BIN)/stickslip figures --out docs/gallery --format png
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist docs/_build

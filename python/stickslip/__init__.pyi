@@ -1,6 +1,6 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from stickslip import energy_figures, figures, mode_figures, models, portraits, study
+from stickslip import energy_figures, figures, mode_figures, models, paper, portraits, study
 from stickslip.batch import Outcome, simulate_many
 from stickslip.bifurcation import (
     BranchPoint,
@@ -95,6 +95,7 @@ __all__ = [
     "mode_selection",
     "models",
     "orbit",
+    "paper",
     "phase_lag",
     "portraits",
     "read_dataset",

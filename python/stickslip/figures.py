@@ -91,14 +91,14 @@ def contact_status(run: Trajectory) -> Figure:
     return figure
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure in the form that the suffix names; the same figure gives the same bytes."""
+def save(figure: Figure, path: str | Path) -> None:
+    """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes."""
     import matplotlib
 
     # What would tell when and by which version a file was made.
     metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=150, metadata=metadata.get(path.suffix))
+        figure.savefig(path, dpi=150, metadata=metadata.get(Path(path).suffix))
 
 
 def _phase_planes(run: Trajectory, times: Real, title: str) -> Figure:

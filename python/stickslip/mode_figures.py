@@ -45,13 +45,27 @@ def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
     parameters = [name for name in branches.eigenvalue.dims if name != "branch"]
     if len(parameters) != 1:
         raise InputError(f"loci: expected a sweep over one parameter, got {parameters}")
-    name = str(parameters[0])
-    values = branches[name].to_numpy()
-    order = np.argsort(values)
-    values = values[order]
-    eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     growth, frequency = figure.subplots(1, 2)
+    draw_loci(growth, frequency, branches, slow)
+    figure.suptitle("Complex eigenvalues (red: unstable)")
+    return figure
+
+
+def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = True) -> None:
+    """Draw what `loci` shows on your axes; thick where unstable.
+
+    Parameters
+    ----------
+    growth, frequency
+        Where to draw real parts and frequencies.
+    branches, slow
+        As for `loci`.
+    """
+    (name,) = (str(name) for name in branches.eigenvalue.dims if name != "branch")
+    order = np.argsort(branches[name].to_numpy())
+    values = branches[name].to_numpy()[order]
+    eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
     for branch in eigenvalue.T:
         if (branch.imag < 0.0).all():
             continue
@@ -66,8 +80,6 @@ def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
             growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
     growth.set(xlabel=_words(name), ylabel="real part, 1/s")
     frequency.set(xlabel=_words(name), ylabel="|eigenvalue| / 2π, Hz")
-    figure.suptitle("Complex eigenvalues (red: unstable)")
-    return figure
 
 
 def shapes(modes: Modes) -> Figure:
@@ -82,18 +94,31 @@ def shapes(modes: Modes) -> Figure:
     figure = Figure(figsize=(3.0 * columns, 2.3 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
     for axes, mode in zip(panels, chosen, strict=False):
-        shape = modes.shapes[:, mode]
-        signed = np.abs(shape) * np.where(shape.real < 0.0, -1.0, 1.0)
-        colour = UNSTABLE if modes.unstable[mode] else STABLE
-        axes.bar(modes.dofs, signed, color=colour)
-        axes.axhline(0.0, color="black", linewidth=0.6)
-        axes.set_title(f"{modes.frequencies[mode]:.2f} Hz", fontsize="medium")
+        draw_shape(axes, modes, int(mode))
     for axes in panels[chosen.size :]:
         axes.set_visible(False)
     panels[0].set_ylim(-1.1, 1.1)
     figure.supylabel("displacement, largest = 1")
     figure.suptitle(f"Modes of status {modes.combination}")
     return figure
+
+
+def draw_shape(axes: Axes, modes: Modes, mode: int) -> None:
+    """Draw what `shapes` shows of one mode on your axes.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    modes, mode
+        The modes and the index of one of them.
+    """
+    shape = modes.shapes[:, mode]
+    signed = np.abs(shape) * np.where(shape.real < 0.0, -1.0, 1.0)
+    colour = UNSTABLE if modes.unstable[mode] else STABLE
+    axes.bar(modes.dofs, signed, color=colour)
+    axes.axhline(0.0, color="black", linewidth=0.6)
+    axes.set_title(f"{modes.frequencies[mode]:.2f} Hz", fontsize="medium")
 
 
 def orbits(modes: Modes, mode: int, masses: Masses, *, periods: float = 3.0) -> Figure:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import cycle as endless
+from typing import Literal
 
 import numpy as np
 import xarray as xr
@@ -30,8 +31,16 @@ SAMPLES = 4001
 MICROMETRES = 1e6
 
 
-def displacement(axes: Axes, motion: Trajectory | Cycle, dof: str, label: str | None = None) -> Axes:
-    """Draw the displacement of a dof over time, about its mean.
+def displacement(
+    axes: Axes,
+    motion: Trajectory | Cycle,
+    dof: str,
+    label: str | None = None,
+    *,
+    origin: Literal["mean", "start"] = "mean",
+    samples: int = SAMPLES,
+) -> Axes:
+    """Draw the displacement of a dof over time, about its mean or from the start.
 
     Parameters
     ----------
@@ -43,6 +52,10 @@ def displacement(axes: Axes, motion: Trajectory | Cycle, dof: str, label: str | 
         Name of the dof.
     label
         For the legend.
+    origin
+        What is drawn as zero.
+    samples
+        Points of the curve.
 
     Raises
     ------
@@ -50,14 +63,15 @@ def displacement(axes: Axes, motion: Trajectory | Cycle, dof: str, label: str | 
         If the dof is unknown.
     """
     run = _run(motion)
-    times = np.linspace(0.0, run.duration, SAMPLES)
+    times = np.linspace(0.0, run.duration, samples)
     x = run.sample(times).position.to_numpy()[:, dof_index("dof", dof, run.scene.dofs)]
-    axes.plot(times, MICROMETRES * (x - x.mean()), color=OVERLAY[0][0], linewidth=0.8, label=label)
+    zero = x[0] if origin == "start" else x.mean()
+    axes.plot(times, MICROMETRES * (x - zero), color=OVERLAY[0][0], linewidth=0.8, label=label)
     axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
     return axes
 
 
-def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0) -> Axes:
+def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, samples: int = SAMPLES) -> Axes:
     """Draw tangential velocity over displacement of a contact, by status; the slider's speed is dashed.
 
     Parameters
@@ -68,9 +82,11 @@ def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0) -> 
         A run, or a cycle.
     contact
         Index of the contact.
+    samples
+        Points of the curve.
     """
     run = _run(motion)
-    status, displaced, velocity = _tangential(run, contact)
+    status, displaced, velocity = _tangential(run, contact, samples)
     present = [letter for letter in COLOURS if (status == letter).any()]
     for letter in present:
         # The sample before a stretch belongs to it as well, so that the curve has no holes.
@@ -224,9 +240,9 @@ def _run(motion: Trajectory | Cycle) -> Trajectory:
     return motion.run if isinstance(motion, Cycle) else motion
 
 
-def _tangential(run: Trajectory, contact: int) -> tuple[Names, Real, Real]:
+def _tangential(run: Trajectory, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
-    times = np.linspace(0.0, run.duration, SAMPLES)
+    times = np.linspace(0.0, run.duration, samples)
     motion = run.sample(times)
     direction = run.scene.tangential_direction(contact)
     displaced = MICROMETRES * (motion.position.to_numpy() @ direction)

@@ -7,6 +7,7 @@ import click
 from stickslip.cli.completion import completion
 from stickslip.cli.cycle import cycle
 from stickslip.cli.exits import Verbs
+from stickslip.cli.figures import figures
 from stickslip.cli.init import init
 from stickslip.cli.modes import modes
 from stickslip.cli.report import report
@@ -39,5 +40,5 @@ def main() -> None:
 
 
 # Verb modules import what they compute with when they run: --help and completion stay quick.
-for verb in (init, modes, sweep, simulate, cycle, report, reproduce, completion):
+for verb in (init, modes, sweep, simulate, cycle, report, reproduce, figures, completion):
     main.add_command(verb)

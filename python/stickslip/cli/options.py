@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console, RenderableType
 
+T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 
 
@@ -132,6 +133,15 @@ def waiting(message: str) -> Any:
     from rich.console import Console
 
     return Console(stderr=True).status(message)
+
+
+def progress(work: Sequence[T], description: str) -> Iterable[T]:
+    """Return what is iterated over, with a bar on a terminal while that lasts."""
+    from rich.console import Console
+    from rich.progress import track
+
+    terminal = Console(stderr=True)
+    return track(work, description, console=terminal, transient=True, disable=not terminal.is_terminal)
 
 
 def save_figure(figure: Figure, path: Path) -> None:

@@ -121,8 +121,8 @@ def _figures() -> dict[str, list[str]]:
                 "Orbits of the masses in the unstable mode (Fig. 4)",
             ),
             _one("p13", whole, "Energy of the standard run (Fig. 13)"),
-            _one("p14", growth, "Energy where the growth ends (Fig. 14)"),
-            _one("p15", period, "Energy over one period of the limit cycle (Fig. 15)"),
+            _one("p14", period, "Energy over one period of the limit cycle (Fig. 14)"),
+            _one("p15", growth, "Energy where the growth ends (Fig. 15)"),
         ],
     }
 
