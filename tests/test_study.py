@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import contextlib
+import copy
 import json
 import multiprocessing
 import os
+import pickle
+import re
 import signal
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,6 +26,7 @@ from scipy import stats
 import stickslip as ss
 import study_models as models
 from stickslip.study import GaussianCopula, Output, eigenvalue_moments, runners, store, unit_design
+from stickslip.study.fingerprint import described_function
 
 
 def assert_same_bits(results: xr.Dataset, expected: xr.Dataset) -> None:
@@ -476,6 +483,139 @@ def test_parameters_of_chains_and_scenes_reach_their_places() -> None:
     # Static friction follows friction unless it is a parameter itself.
     stuck = ss.Study(ss.models.two_subsystems(), {"static_friction": [1.0, 2.0]}).run()
     assert stuck.status.to_numpy().tolist() == ["ill_posed", "ok"]
+
+
+def scaled(weight: float) -> Callable[[ss.Scene], float]:
+    return lambda scene: weight * float(scene.force[1])
+
+
+def fingerprints_apart(*functions: Callable[..., object]) -> bool:
+    found = [json.dumps(described_function(function)) for function in functions]
+    assert found == [json.dumps(described_function(function)) for function in functions]
+    return len(set(found)) == len(functions)
+
+
+def test_functions_are_told_apart_by_what_they_carry() -> None:
+    """Same source, other numbers: another study."""
+    assert fingerprints_apart(scaled(1.0), scaled(2.0))
+    assert fingerprints_apart(partial(max, 1.0), partial(max, 2.0), partial(min, 1.0))
+    assert fingerprints_apart(
+        lambda scene, weight=1.0: weight, lambda scene, weight=1.0, *, key=2: weight, np.array([1.0]).dot
+    )
+
+    def endless(count: int) -> object:
+        return endless(count - 1)
+
+    class Weighted:
+        def __init__(self, weight: float) -> None:
+            self.weight = weight
+
+        def __call__(self, scene: ss.Scene) -> float:
+            return self.weight
+
+    assert fingerprints_apart(endless)
+    assert described_function(raises_often) == described_function(raises_often)
+    compiled = {}
+    for name in ("first", "second"):
+        exec(f"{name} = lambda scene: [force for force in scene.force if force > 1.0]", compiled)
+    # Functions without source files differ by name, not by where they lie in memory.
+    sources = {described_function(compiled[name])["source"] for name in ("first", "second")}
+    assert len(sources) == 1
+
+
+def test_a_partial_of_a_model_stays_compiled() -> None:
+    parameters = {"friction_0": stats.uniform(0.3, 2.2), "damping": stats.uniform(5e-5, 1e-4)}
+    given = {"inclination": (0.2, 0.6), "damping": 3e-4}
+    study = ss.Study(partial(ss.models.two_subsystems, **given), parameters, samples=16)
+    assert study.source.compiled
+    fixed = {"inclination": (0.2, 0.6)}
+    other = ss.Study(ss.models.two_subsystems, parameters, samples=16, fixed=fixed)
+    assert study.identity == other.identity
+    assert_same_bits(study.run(), other.run())
+
+
+def test_points_of_ones_own() -> None:
+    points = np.random.default_rng(4).random((32, 3))
+    study = models.verdicts(sampler=points, samples=None)
+    friction = models.distributions()["friction"]
+    assert (study.design[:, 0] == friction.ppf(points[:, 0])).all()
+    assert study.run().sizes["sample"] == 32
+    for wrong, message in (
+        (points[:, :2], r"expected points of shape \(n, 3\), got \(32, 2\)"),
+        (points + 1.0, "in the unit cube"),
+        (points[0], "sampler"),
+    ):
+        with pytest.raises(ss.InputError, match=message):
+            models.verdicts(sampler=wrong, samples=None)
+    with pytest.raises(ss.InputError, match="without samples"):
+        models.verdicts(sampler=points)
+
+
+def test_a_store_refuses_other_draws_of_the_same_seed(tmp_path: Path) -> None:
+    """As another version of a package may make them."""
+    models.verdicts().run(tmp_path / "x.zarr")
+    other = models.verdicts()
+    other.design[5, 1] *= 1.0 + 1e-9
+    with pytest.raises(ss.StoreError, match=r"vertical_stiffness_1 of sample 5: .* other versions"):
+        other.run(tmp_path / "x.zarr")
+    other.design[5, 1] *= 1.0 - 1e-9
+    assert other.run(tmp_path / "x.zarr").sizes["sample"] == 96
+
+
+def test_results_go_on_with_other_libraries(tmp_path: Path, expected: xr.Dataset) -> None:
+    stored = models.campaign().run(tmp_path / "x.zarr")
+    for results in (stored, expected):
+        few = results.where(results.status == "ok", drop=True)
+        assert few.sizes["sample"] == 96
+        assert results.period.groupby(results.sequence).count().sum() == results.period.notnull().sum()
+        table = results[["period", "sequence"]].to_dataframe()
+        assert set(table.columns) >= {"period", "sequence", "friction"}
+        assert copy.deepcopy(results).identical(results)
+        assert pickle.loads(pickle.dumps(results)).identical(results)
+        for suffix in ("nc", "json"):
+            ss.write_dataset(results, tmp_path / f"results.{suffix}")
+            again = ss.read_dataset(tmp_path / f"results.{suffix}")
+            assert again.eigenvalue.to_numpy().tobytes() == expected.eigenvalue.to_numpy().tobytes()
+            assert again.sequence.to_numpy().tolist() == expected.sequence.to_numpy().tolist()
+    study = models.campaign()
+    assert_same_bits(pickle.loads(pickle.dumps(study)).run(chunk=50), expected)
+    assert repr(study) == (
+        "Study(96 samples, random, seed 7: friction, vertical_stiffness_1, link_horizontal_stiffness"
+        " -> eigenvalue, unstable_modes, amplitude, period, sequence, contact_energy)"
+    )
+
+
+@pytest.mark.parametrize("kind", [ss.StudyError, ss.StudyInterrupted])
+def test_errors_travel_with_what_is_done(kind: type[Exception], expected: xr.Dataset) -> None:
+    error = pickle.loads(pickle.dumps(kind("12 of 96 samples", expected)))
+    assert str(error) == "12 of 96 samples"
+    assert error.partial.identical(expected)
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a terminal")
+def test_progress_shows_rate_and_time_left() -> None:
+    code = (
+        "import sys; sys.path.insert(0, sys.argv[1]); import study_models as m\n"
+        "m.campaign(samples=600).run(chunk=10, threads=1)"
+    )
+    here = str(Path(models.__file__).parent)
+    ours, theirs = os.openpty()
+    environment = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
+    with subprocess.Popen([sys.executable, "-c", code, here], stderr=theirs, env=environment) as process:
+        os.close(theirs)
+        shown = b""
+        # Linux ends a terminal nobody writes to with an error.
+        with contextlib.suppress(OSError):
+            while part := os.read(ours, 4096):
+                shown += part
+        assert process.wait(60) == 0
+    os.close(ours)
+    lines = shown.decode()
+    counts = [int(count) for count in re.findall(r"(\d+)/600", lines)]
+    assert counts[0] == 0
+    assert counts == sorted(counts)
+    assert len(set(counts)) > 2
+    assert re.search(r"\d/s .*0:00:\d\d", lines)
 
 
 def test_growth_of_a_longer_design_begins_with_the_shorter_one() -> None:

@@ -165,7 +165,7 @@ def _cell(value: Any) -> Any:
 
 def _kind(dataset: xr.Dataset, name: str) -> str:
     kind = dataset[name].dtype.kind if name in dataset.variables else "f"
-    return {"b": "bool", "i": "int", "u": "int", "U": "str", "O": "str"}.get(kind, "float")
+    return {"b": "bool", "i": "int", "u": "int", "U": "str", "O": "str", "T": "str"}.get(kind, "float")
 
 
 def _numbers(data: Any, kind: str) -> Any:

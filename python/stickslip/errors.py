@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -39,6 +39,9 @@ class RunInterrupted(KeyboardInterrupt):
         super().__init__(f"interrupted after {partial.duration:g} s of motion")
         self.partial = partial
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.partial,)
+
 
 class OrbitError(RunError):
     """A periodic orbit that Newton's method does not find."""
@@ -61,6 +64,9 @@ class NotPeriodicError(RunError):
         self.kind = kind
         self.exponent = exponent
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial, self.kind, self.exponent)
+
 
 class StoreError(StickslipError, RuntimeError):
     """A store of results that holds another study, or that another process writes to."""
@@ -79,6 +85,9 @@ class StudyError(StickslipError, RuntimeError):
         super().__init__(message)
         self.partial = partial
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial)
+
 
 class StudyInterrupted(KeyboardInterrupt):
     """A study that the user interrupted; `partial` is everything computed so far, an `xarray.Dataset`."""
@@ -86,3 +95,6 @@ class StudyInterrupted(KeyboardInterrupt):
     def __init__(self, message: str, partial: xr.Dataset) -> None:
         super().__init__(message)
         self.partial = partial
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial)

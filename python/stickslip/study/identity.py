@@ -14,9 +14,8 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.arrays import Real
 from stickslip.contact import Contact
-from stickslip.models import Link, Subsystem
 from stickslip.scene import Proportional, Scene
-from stickslip.study.outputs import described_function
+from stickslip.study.fingerprint import described_function, fingerprints
 
 #: Packages on whose numbers a study depends.
 PACKAGES = ("stickslip", "numpy", "scipy")
@@ -28,7 +27,7 @@ def described_model(model: Any, fixed: Mapping[str, Any]) -> dict[str, Any]:
         return {"name": "Scene", "scene": described_scene(model)}
     found: dict[str, Any] = dict(described_function(model))
     if fixed:
-        found["fixed"] = {name: _plain(value) for name, value in fixed.items()}
+        found["fixed"] = fingerprints(fixed)
     return found
 
 
@@ -111,14 +110,8 @@ def _contact(contact: Contact) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    if isinstance(value, Subsystem | Link):
-        return vars(value)
-    if isinstance(value, list | tuple):
-        return [_plain(entry) for entry in value]
+    """Return an index, number, name or direction of a contact as a file keeps it."""
     if isinstance(value, Mapping):
-        return {str(key): _plain(entry) for key, entry in value.items()}
-    if isinstance(value, Scene):
-        return described_scene(value)
-    return value if isinstance(value, str | int | float | bool | None) else repr(value)
+        return {str(name): float(weight) for name, weight in value.items()}
+    vector = isinstance(value, np.ndarray | np.generic | list | tuple)
+    return np.asarray(value).tolist() if vector else value

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import inspect
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -12,6 +10,7 @@ import numpy as np
 
 from stickslip.contact import nearest
 from stickslip.errors import InputError
+from stickslip.study.fingerprint import described_function
 
 #: What an output is computed from: stability, the Hopf point, the motion itself, what it settles to.
 Group = Literal["growth", "eigenvalues", "normal_force", "hopf", "run", "settle", "energy", "custom"]
@@ -229,14 +228,3 @@ def outputs(given: Any) -> Outputs:
             else:
                 own[name] = output if isinstance(output, Output) else Output(output)
     return Outputs(tuple(named), own)
-
-
-def described_function(function: Callable[..., Any]) -> dict[str, str]:
-    """Return name and hash of the source of a function; without source, of its compiled code."""
-    name = f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', repr(type(function)))}"
-    try:
-        source = inspect.getsource(function)
-    except (OSError, TypeError):
-        code = getattr(function, "__code__", None)
-        source = "" if code is None else repr((code.co_code, code.co_consts, code.co_names))
-    return {"name": name, "source": hashlib.sha256(source.encode()).hexdigest()[:16]}

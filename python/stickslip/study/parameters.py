@@ -6,10 +6,7 @@ a parameter nothing of samplers.
 
 from __future__ import annotations
 
-import hashlib
-import itertools
 import json
-import pickle
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -19,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.arrays import Real, real_array, real_number
 from stickslip.errors import InputError
+from stickslip.study.fingerprint import fingerprint
 
 #: Distance from 0 and 1 that quantiles keep, half an ulp of 1: no distribution gives infinity.
 _EDGE = 2.0**-54
@@ -112,7 +110,8 @@ class Parameters:
 
     def grid(self) -> Real:
         """Return every combination of the values of a grid, (n, k), the last one changing fastest."""
-        return np.array(list(itertools.product(*self.levels.values())), dtype=float)
+        columns = np.meshgrid(*self.levels.values(), indexing="ij")
+        return np.stack([column.ravel() for column in columns], axis=1)
 
     def values(self, unit: Real) -> Real:
         """Return values (n, k) of points (n, k) of the unit cube."""
@@ -298,7 +297,7 @@ def _described(value: Any) -> Any:
     elif hasattr(value, "cov") or hasattr(value, "cov_object"):
         covariance = value.cov_object.covariance if hasattr(value, "cov_object") else value.cov
         return ["multivariate_normal", np.asarray(value.mean).tolist(), np.asarray(covariance).tolist()]
-    return [type(value).__name__, hashlib.sha256(pickle.dumps(value)).hexdigest()[:16]]
+    return fingerprint(value)
 
 
 def _plain(value: Any) -> Any:

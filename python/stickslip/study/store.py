@@ -18,6 +18,8 @@ from typing import IO, Any, Protocol
 
 import numpy as np
 import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 from stickslip.errors import InputError, StoreError
 from stickslip.study.evaluation import Columns
@@ -26,6 +28,8 @@ from stickslip.study.outputs import Column
 
 #: Samples per file of the design matrix.
 DESIGN_CHUNK = 65536
+#: Parameters as equal as their distributions are on machines of other types, in parts of the largest.
+SAME = 1e-12
 
 
 class Layout:
@@ -113,7 +117,7 @@ class MemoryStore:
     def dataset(self) -> xr.Dataset:
         """Return everything complete."""
         variables = {
-            column.name: (("sample", *column.dims), _words(self._arrays[column.name]), column.attrs)
+            column.name: (("sample", *column.dims), self._arrays[column.name], column.attrs)
             for column in self.layout.columns
         }
         return xr.Dataset(variables, coords=self.layout.coords, attrs=self.layout.text)
@@ -165,14 +169,20 @@ class ZarrStore:
         """Keep a chunk, its mark last."""
         first = chunk * self.chunk
         for name, values in columns.items():
-            self._group[name][first : first + len(values)] = _words(values)
+            self._group[name][first : first + len(values)] = values
         self._group["complete"][chunk] = True
         self._complete[chunk] = True
 
     def dataset(self) -> xr.Dataset:
         """Return everything complete, read from the disk as it is used."""
         found: xr.Dataset = xr.open_zarr(self.path, chunks=None, consolidated=False)
-        return found.drop_vars("complete")
+        words = {
+            column.name: (("sample", *column.dims), _Words.lazy(self._group[column.name]), column.attrs)
+            for column in self.layout.columns
+            if column.dtype == "str"
+        }
+        labels = {name: entry for name, entry in self.layout.coords.items() if entry[0] != "sample"}
+        return found.drop_vars("complete").assign(words).assign_coords(labels)
 
     def close(self) -> None:
         """Let other processes write."""
@@ -236,12 +246,27 @@ class ZarrStore:
         different = differences(self.layout.identity, theirs)
         if different:
             raise StoreError(f"store: {self.path} holds another study; {'; '.join(different)}")
+        self._compare_design(group)
         for difference in differences(self.layout.machine, machine):
             warnings.warn(
                 f"store: {self.path} was begun on another machine, so last bits may differ; {difference}",
                 stacklevel=2,
             )
         return group
+
+    def _compare_design(self, group: Any) -> None:
+        """Refuse other values of the parameters: another version of a package may draw other numbers."""
+        for name, (dim, ours) in self.layout.coords.items():
+            if dim != "sample":
+                continue
+            theirs = group[name][:]
+            close = np.abs(ours - theirs) <= SAME * np.abs(ours).max()
+            if not close.all():
+                k = int(np.argmin(close))
+                raise StoreError(
+                    f"store: {self.path} holds another study; {name} of sample {k}: {ours[k]!r} here, "
+                    f"{theirs[k]!r} there, from the same distributions and seed; other versions of packages?"
+                )
 
 
 def _zarr() -> Any:
@@ -274,11 +299,24 @@ def _locked(path: Path) -> IO[bytes]:
     return handle
 
 
-def _words(values: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
-    """Return strings in the type in which a store gives them back."""
-    if values.dtype != object or not hasattr(np.dtypes, "StringDType"):
-        return values
-    return values.astype(np.dtypes.StringDType())
+class _Words(BackendArray):
+    """Strings of a store as objects: numpy's own strings do not go together with nan in `xarray.where`."""
+
+    def __init__(self, array: Any) -> None:
+        self.array = array
+        self.shape = array.shape
+        self.dtype = np.dtype(object)
+
+    @staticmethod
+    def lazy(array: Any) -> Any:
+        """Return an array that is read when it is used, and then kept."""
+        return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Words(array)))  # type: ignore[no-untyped-call]
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> Any:
+        return np.asarray(self.array.oindex[key]).astype(object)
 
 
 @contextlib.contextmanager

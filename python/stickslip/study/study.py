@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -20,7 +21,7 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from stickslip.arrays import Real, real_number
+from stickslip.arrays import Real, real_array, real_number
 from stickslip.errors import InputError, StudyError, StudyInterrupted
 from stickslip.path import Model, interval
 from stickslip.scene import Scene
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     import os
     from concurrent.futures import Executor
 
+Sampler: TypeAlias = Literal["random", "latin_hypercube", "sobol", "saltelli", "morris", "grid"]
 #: Samples per chunk unless told otherwise: some hundredths of a second of verdicts, some tenths of motions.
 VERDICTS, MOTIONS = 16384, 128
 #: Motion after which one that has not settled is given up, in durations.
@@ -56,8 +58,9 @@ class Study:
     model
         A `Scene`, whose parameters are the fields of its contacts (``friction``, ``friction_0``);
         ``ss.models.two_subsystems`` or ``ss.models.chain``, with all numbers of subsystems, links and
-        contacts (``vertical_stiffness`` of all subsystems, ``vertical_stiffness_1`` of one); or any function
-        from keywords to a `Scene`. All but the last are evaluated in compiled code.
+        contacts (``vertical_stiffness`` of all subsystems, ``vertical_stiffness_1`` of one), or a
+        `functools.partial` of these; or any function from keywords to a `Scene`. All but the last are
+        evaluated in compiled code.
     parameters
         Name to frozen ``scipy.stats`` distribution; tuple of names to `study.GaussianCopula` or frozen
         ``multivariate_normal``; or name to values (k,), for a grid of all combinations.
@@ -69,7 +72,8 @@ class Study:
     seed
         >= 0.
     sampler
-        ``random``, ``latin_hypercube``, ``sobol``, ``saltelli``, ``morris``; see `study.unit_design`.
+        ``random``, ``latin_hypercube``, ``sobol``, ``saltelli``, ``morris``, see `study.unit_design`; or
+        points of the unit cube of your own, (n, parameters).
     sampler_options
         Options of the sampler.
     fixed
@@ -112,7 +116,7 @@ class Study:
         ),
         samples: int | None = None,
         seed: int = 0,
-        sampler: Literal["random", "latin_hypercube", "sobol", "saltelli", "morris", "grid"] | None = None,
+        sampler: Sampler | ArrayLike | None = None,
         sampler_options: Mapping[str, Any] | None = None,
         fixed: Mapping[str, Any] | None = None,
         combination: str | None = None,
@@ -126,31 +130,51 @@ class Study:
     ) -> None:
         self.parameters = listed_parameters(parameters)
         self.outputs = listed_outputs(outputs)
-        self.source = SampledModel(model, self.parameters.names, dict(fixed or {}))
+        self.source = _source(model, self.parameters.names, fixed)
+        self.seed = _count("seed", seed, 0)
+        self.sampler_options = dict(sampler_options or {})
+        self.samples: int | None = None
+        if isinstance(sampler, str | None):
+            self.sampler = sampler or ("grid" if self.parameters.levels else "random")
+            self.design = self._design(samples)
+        else:
+            self.sampler = "points"
+            self.design = self._points(sampler, samples)
+        self.settings = self._settings(
+            combination, hopf, duration, further, position, velocity, method, max_events
+        )
+
+    def _design(self, samples: int | None) -> Real:
         grid = bool(self.parameters.levels)
-        self.sampler = sampler or ("grid" if grid else "random")
         if grid != (self.sampler == "grid"):
             raise InputError(
                 f"sampler: {self.sampler!r} and parameters given as "
                 f"{'values' if grid else 'distributions'} do not go together"
             )
-        if grid and samples is not None:
-            raise InputError(f"samples: a grid has all combinations of its values, got {samples!r}")
-        self.samples = None if grid else _count("samples", samples, 1)
-        self.seed = _count("seed", seed, 0)
-        self.sampler_options = dict(sampler_options or {})
         if grid:
-            self.design = self.parameters.grid()
-        else:
-            assert self.samples is not None
-            if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
-                raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
-            names = self.parameters.names
-            unit = unit_design(self.sampler, self.samples, len(names), self.seed, self.sampler_options)
-            self.design = self.parameters.values(unit)
-        self.settings = self._settings(
-            combination, hopf, duration, further, position, velocity, method, max_events
+            if samples is not None:
+                raise InputError(f"samples: a grid has all combinations of its values, got {samples!r}")
+            return self.parameters.grid()
+        self.samples = _count("samples", samples, 1)
+        if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
+            raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
+        width = len(self.parameters.names)
+        return self.parameters.values(
+            unit_design(self.sampler, self.samples, width, self.seed, self.sampler_options)
         )
+
+    def _points(self, given: Any, samples: int | None) -> Real:
+        points = real_array("sampler", given, 2)
+        width = len(self.parameters.names)
+        if self.parameters.levels or self.sampler_options or samples is not None:
+            raise InputError(
+                "sampler: points go with distributions alone, without samples or sampler_options"
+            )
+        if points.shape[1] != width or len(points) < 1:
+            raise InputError(f"sampler: expected points of shape (n, {width}), got {points.shape}")
+        if not ((points >= 0.0) & (points <= 1.0)).all():
+            raise InputError("sampler: expected points in the unit cube")
+        return self.parameters.values(points)
 
     def _settings(
         self,
@@ -356,6 +380,15 @@ def unstacked(results: xr.Dataset) -> xr.Dataset:
     names = [name for name, values in described["parameters"].items() if np.size(values) > 0]
     indexed: xr.Dataset = results.load().set_index(sample=names)
     return indexed.unstack("sample") if len(names) > 1 else indexed.rename(sample=names[0])
+
+
+def _source(model: Any, names: tuple[str, ...], fixed: Mapping[str, Any] | None) -> SampledModel:
+    arguments = dict(fixed or {})
+    if isinstance(model, partial) and not model.args:
+        # What a partial sets, a parameter may set again, as in a call.
+        kept = {name: value for name, value in model.keywords.items() if name not in names}
+        model, arguments = model.func, kept | arguments
+    return SampledModel(model, names, arguments)
 
 
 def _runner(count: int | None, executor: Executor | None, client: Any) -> runners.Runner:
