@@ -61,7 +61,7 @@ def executor(pool: concurrent.futures.Executor) -> Runner:
                     return
                 done, _ = concurrent.futures.wait(under_way, return_when=concurrent.futures.FIRST_COMPLETED)
                 for future in done:
-                    yield under_way.pop(future), future.result()
+                    yield under_way.pop(future), _answer("executor", future.result)
         except concurrent.futures.BrokenExecutor as error:
             raise WorkersLostError(f"executor: {error}") from error
         finally:
@@ -83,7 +83,7 @@ def dask(client: Any) -> Runner:
     def run(evaluation: Evaluation, tasks: Iterable[Task]) -> Iterator[Result]:
         waiting = iter(tasks)
         under_way: dict[Any, int] = {}
-        results = distributed.as_completed(with_results=True, raise_errors=False)
+        results = distributed.as_completed()
         try:
             while True:
                 workers = max(1, len(client.nthreads()))
@@ -93,10 +93,9 @@ def dask(client: Any) -> Runner:
                     results.add(future)
                 if not under_way:
                     return
-                future, columns = next(results)
-                if future.status != "finished":
-                    raise WorkersLostError(f"client: {future.status}: {future.exception()}")
-                yield under_way.pop(future.key), columns
+                future = next(results)
+                # Waits again where the worker died that held the result.
+                yield under_way.pop(future.key), _answer("client", future.result)
         finally:
             results.clear()
 
@@ -106,6 +105,14 @@ def dask(client: Any) -> Runner:
 def evaluate(evaluation: Evaluation, rows: Real) -> Columns:
     """Return the outputs of a chunk, computed on one thread: what a worker runs."""
     return evaluation.columns(rows, 1)
+
+
+def _answer(argument: str, result: Callable[[], Columns]) -> Columns:
+    try:
+        return result()
+    # What a worker raises is no answer about a sample: a module it lacks, memory it does not get, its end.
+    except Exception as error:
+        raise WorkersLostError(f"{argument}: {type(error).__name__}: {error}") from error
 
 
 def _check_picklable(evaluation: Evaluation) -> None:
