@@ -1,4 +1,4 @@
-"""Every block of Python in README and documentation runs, page by page, and prints what stands below it."""
+"""Everything to type in README and documentation runs, page by page, and prints what stands below it."""
 
 import inspect
 import re
@@ -13,20 +13,19 @@ SHORT = {page.relative_to(pages.ROOT).as_posix(): page for page in pages.PAGES}
 
 
 @pytest.mark.parametrize(
-    "name", [name for name, page in SHORT.items() if "```python" in page.read_text("utf-8")]
+    "name", [name for name, page in SHORT.items() if pages.BLOCK.search(page.read_text("utf-8"))]
 )
 def test_a_page_runs_and_prints_what_it_says(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    for code, shown, printed in pages.run(SHORT[name]):
-        assert printed == shown, code
+    for block, shown, printed in pages.run(SHORT[name]):
+        assert printed == shown, block
 
 
 def test_no_block_escapes():
     for page in SHORT.values():
         text = page.read_text(encoding="utf-8")
-        assert len(pages.BLOCK.findall(text)) == len(re.findall(r"^ *```+ *\{?python", text, re.MULTILINE)), (
-            page
-        )
+        fences = re.findall(r"^ *```+ *\{?(?:python|sh|bash|shell|console)", text, re.MULTILINE)
+        assert len(pages.BLOCK.findall(text)) == len(fences), page
     assert {"README.md", "docs/tutorial.md", "docs/energy.md"} < set(SHORT)
 
 
@@ -35,6 +34,32 @@ def test_output_is_compared(tmp_path):
     page.write_text("```python\nx = 1\n```\n\nwords\n\n```python\nprint(x)\n```\n\n```text\n2\n```\n")
     assert pages.run(page) == [("print(x)\n", "2\n", "1\n")]
     assert pages.rewritten(page).endswith("```text\n1\n```\n")
+
+
+def test_blocks_are_typed_line_by_line(tmp_path):
+    page = tmp_path / "page.md"
+    page.write_text("```python\nfor x in range(2):\n    print(x)\nprint(x)\n```\n")
+    with pytest.raises(SyntaxError):
+        pages.run(page)
+    page.write_text("```python\nprint(1\n```\n")
+    with pytest.raises(AssertionError, match="middle of a statement"):
+        pages.run(page)
+    page.write_text("```python\nprint(1 / 0)\n```\n")
+    with pytest.raises(ZeroDivisionError):
+        pages.run(page)
+
+
+def test_commands_are_run_and_verbs_exist(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert pages.entered("stickslip --version  # words\nmake reproduce\n").startswith("stickslip")
+    with pytest.raises(AssertionError, match="no-such"):
+        pages.entered("stickslip no-such-verb\n")
+    verbs = set(re.findall(r"^([a-z-]+):", (pages.ROOT / "Makefile").read_text(), re.MULTILINE))
+    for page in SHORT.values():
+        text = page.read_text(encoding="utf-8")
+        typed = "".join(block for language, block, _ in pages.BLOCK.findall(text) if language == "sh")
+        named = re.findall(r"^make ([a-z-]+)", typed, re.MULTILINE) + re.findall(r"`make ([a-z-]+)", text)
+        assert set(named) <= verbs, page
 
 
 def test_links_between_pages_lead_somewhere():
