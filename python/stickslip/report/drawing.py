@@ -19,8 +19,8 @@ from matplotlib.lines import Line2D
 
 #: Points of a line, and members of a collection, above which they are drawn as pixels: a page stays small.
 DENSE_LINE, DENSE_COLLECTION = 2500, 400
-#: Pixels per inch of what is drawn as pixels.
-PIXELS = 180
+#: Of what is drawn as pixels, at most: per inch, and across a figure.
+PIXELS, ACROSS = 270, 1300
 #: Text stays text: it can be searched, read aloud, and is small.
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
@@ -57,7 +57,7 @@ def svg(figure: Figure, name: str, alternative: str) -> str:
                 artist.set_rasterized(True)
     stream = io.StringIO()
     with style():
-        figure.dpi = PIXELS
+        figure.dpi = min(PIXELS, ACROSS / figure.get_figwidth())
         # Not savefig, which draws everything once more before.
         canvas: Any = FigureCanvasSVG(figure)
         canvas.print_svg(stream, metadata=dict.fromkeys(("Date", "Creator", "Format", "Type")))

@@ -100,6 +100,11 @@ def figure(drawing: str, caption: str) -> str:
     )
 
 
+def columns(*figures: str) -> str:
+    """Return narrow figures beside each other, as many as fit; nothing for none."""
+    return '<div class="columns">\n' + "\n".join(figures) + "\n</div>" if figures else ""
+
+
 def details(summary: str, *parts: str) -> str:
     """Return what is folded away until asked for."""
     body = "\n".join(parts)
