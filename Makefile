@@ -70,7 +70,7 @@ docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pa
 wheel: $(VENV)/.created ## Build source distribution and wheel in dist/, and try the wheel without Rust
 	rm -rf dist build/source build/try
 	mkdir -p build/source
-	$(BIN)/maturin sdist --quiet --out dist
+	$(BIN)/maturin sdist --out dist
 	tar -xzf dist/stickslip-*.tar.gz -C build/source --strip-components 1
 	cd build/source && CARGO_TARGET_DIR=$(CURDIR)/target $(CURDIR)/$(BIN)/maturin build --quiet --release --locked \
 		--interpreter $(CURDIR)/$(BIN)/python --out $(CURDIR)/dist
