@@ -115,7 +115,7 @@ impl Motion {
     }
 
     /// (q, q') at `offset` after the start of the panel, written over `q` and `u`.
-    pub fn state(&self, offset: f64, q: &mut [f64], u: &mut [f64]) {
+    pub fn state(&mut self, offset: f64, q: &mut [f64], u: &mut [f64]) {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.state(modal, offset, q, u),
             Propagator::Taylor(operator) => self.taylor.state(operator, offset, q, u),
@@ -126,7 +126,10 @@ impl Motion {
     pub fn seek(&mut self, time: f64, q: &mut [f64], u: &mut [f64]) {
         match &self.basis.propagator {
             // Modes reach any time in one step.
-            Propagator::Modal(modal) => self.modal.state(modal, time - self.modal.start(), q, u),
+            Propagator::Modal(modal) => {
+                let offset = time - self.modal.start();
+                self.modal.state(modal, offset, q, u);
+            }
             Propagator::Taylor(operator) => {
                 while time > self.taylor.end() {
                     self.taylor.advance(&self.scene, operator);

@@ -295,7 +295,7 @@ fn asked_to_stop(run: &Run<'_>) -> Option<StopReason> {
     late.then_some(StopReason::TimeLimit)
 }
 
-fn stop(run: &mut Run<'_>, motion: &Motion, offset: f64, reason: StopReason) -> PhaseEnd {
+fn stop(run: &mut Run<'_>, motion: &mut Motion, offset: f64, reason: StopReason) -> PhaseEnd {
     motion.state(offset, &mut run.q, &mut run.u);
     run.trajectory.end = if reason == StopReason::Duration {
         run.duration

@@ -12,10 +12,15 @@
 //! modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer
 //! stretch.
 
+use std::array::from_fn;
+
 use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
-use super::modal_basis::{GROUP, LEVELS, Level, ModalBasis, SplitComplex, TAIL, size};
+use super::modal_basis::{
+    GROUP, Group, LEVELS, Level, ModalBasis, SplitComplex, TAIL_GROUPS, add_product, size,
+    subtract_product,
+};
 use super::phi::exponential_and_phi;
 use super::{COEFFICIENTS, DEGREE, Panel};
 
@@ -37,7 +42,15 @@ pub(crate) struct ModalMotion {
     /// z''
     w: SplitComplex,
     /// Sizes |z|, |z'|, |w| as sums of the moduli of their parts.
-    sizes: [Vec<f64>; 3],
+    sizes: [Vec<Group>; 3],
+    /// On the panel: bounds of each mode's affine part, of what it adds to it, and of that from the third power on.
+    bounds: [Vec<Group>; 3],
+    /// Weight times w of one event function.
+    gains: SplitComplex,
+    /// t^2 phi2, z and z' at a time within the panel.
+    phi2: SplitComplex,
+    z_at: SplitComplex,
+    dz_at: SplitComplex,
     /// Constant part of each event function at local time 0.
     constants: Vec<f64>,
     /// (q, q') of the kept coordinates at local time 0.
@@ -59,6 +72,11 @@ impl ModalMotion {
             dz: SplitComplex::default(),
             w: SplitComplex::default(),
             sizes: Default::default(),
+            bounds: Default::default(),
+            gains: SplitComplex::default(),
+            phi2: SplitComplex::default(),
+            z_at: SplitComplex::default(),
+            dz_at: SplitComplex::default(),
             constants: Vec::new(),
             gathered: Vec::new(),
             stuck: Vec::new(),
@@ -79,42 +97,51 @@ impl ModalMotion {
             let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
             function.constant + stuck
         }));
-        self.sizes.iter_mut().for_each(|sizes| sizes.resize(basis.stride, 0.0));
+        for buffer in self.sizes.iter_mut().chain(&mut self.bounds) {
+            buffer.resize(basis.groups, [0.0; GROUP]);
+        }
+        let Self { z, dz, w, gains, phi2, z_at, dz_at, .. } = self;
+        for buffer in [z, dz, w, gains, phi2, z_at, dz_at] {
+            buffer.resize(basis.groups);
+        }
         self.arch.dispatch(Project { motion: self, basis, q, u });
     }
 
     #[inline(always)]
-    fn project(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        let Self { z, dz, w, stuck, gathered, .. } = self;
+    fn project(&mut self, groups: usize, basis: &ModalBasis, q: &[f64], u: &[f64]) {
+        let gathered = &mut self.gathered;
         gathered.clear();
         gathered.extend(basis.kept.iter().map(|&k| [q[k], u[k]]));
-        z.resize(basis.stride);
-        let count = basis.stride / GROUP;
-        let rows = gathered.len() * count;
-        let (from_q, from_u) = (&basis.from_position, &basis.from_velocity);
-        for (part, of_q, of_u) in
-            [(&mut z.re, &from_q.re, &from_u.re), (&mut z.im, &from_q.im, &from_u.im)]
-        {
-            let (of_q, of_u) = (in_groups(of_q, rows), in_groups(of_u, rows));
-            for (g, target) in part.as_chunks_mut::<GROUP>().0.iter_mut().enumerate() {
-                let mut sum = [0.0; GROUP];
-                let mut row = g;
-                for &[q, u] in gathered.iter() {
-                    sum = add_product(sum, &[q; GROUP], &of_q[row]);
-                    sum = add_product(sum, &[u; GROUP], &of_u[row]);
-                    row += count;
-                }
-                *target = sum;
+        let rows = gathered.len() * groups;
+        let (q_re, q_im) = basis.from_position.parts(rows);
+        let (u_re, u_im) = basis.from_velocity.parts(rows);
+        let (lambda_re, lambda_im) = basis.lambda.parts(groups);
+        let (force_re, force_im) = basis.force_constant.parts(groups);
+        let (linear_re, linear_im) = basis.force_linear.parts(groups);
+        let (z_re, z_im) = self.z.parts_mut(groups);
+        let (dz_re, dz_im) = self.dz.parts_mut(groups);
+        let (w_re, w_im) = self.w.parts_mut(groups);
+        for g in 0..groups {
+            let (mut re, mut im) = ([0.0; GROUP], [0.0; GROUP]);
+            let mut row = g;
+            for &[q, u] in gathered.iter() {
+                let (q, u) = ([q; GROUP], [u; GROUP]);
+                re = add_product(add_product(re, &q, &q_re[row]), &u, &u_re[row]);
+                im = add_product(add_product(im, &q, &q_im[row]), &u, &u_im[row]);
+                row += groups;
             }
+            (z_re[g], z_im[g]) = (re, im);
+            let (mut force_re, mut force_im) = (force_re[g], force_im[g]);
+            for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
+                force_re = add_product(force_re, &[at; GROUP], &stick.force.re[g]);
+                force_im = add_product(force_im, &[at; GROUP], &stick.force.im[g]);
+            }
+            let lambda = (&lambda_re[g], &lambda_im[g]);
+            let dz = add_complex((force_re, force_im), lambda, (&re, &im));
+            let w = add_complex((linear_re[g], linear_im[g]), lambda, (&dz.0, &dz.1));
+            (dz_re[g], dz_im[g]) = dz;
+            (w_re[g], w_im[g]) = w;
         }
-        // dz holds the force until it is used.
-        dz.copy_from(&basis.force_constant);
-        for (stick, &at) in basis.sticking.iter().zip(stuck.iter()) {
-            dz.add_scaled(at, &stick.force);
-        }
-        dz.add_product(&basis.lambda, z);
-        w.copy_from(&basis.force_linear);
-        w.add_product(&basis.lambda, dz);
     }
 
     pub fn start(&self) -> f64 {
@@ -122,25 +149,25 @@ impl ModalMotion {
     }
 
     #[inline(always)]
-    fn measure(&mut self) {
-        let Self { z, dz, w, sizes: [of_z, of_dz, of_w], .. } = self;
-        for (sizes, values) in [(of_z, z), (of_dz, dz), (of_w, w)] {
-            for ((target, re), im) in sizes.iter_mut().zip(&values.re).zip(&values.im) {
-                *target = size(*re, *im);
+    fn measure(&mut self, groups: usize) {
+        let [of_z, of_dz, of_w] = &mut self.sizes;
+        for (sizes, values) in [(of_z, &self.z), (of_dz, &self.dz), (of_w, &self.w)] {
+            let (sizes, (re, im)) = (&mut sizes[..groups], values.parts(groups));
+            for g in 0..groups {
+                sizes[g] = from_fn(|lane| size(re[g][lane], im[g][lane]));
             }
         }
     }
 
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
     fn allows(&self, basis: &ModalBasis, level: &Level) -> bool {
-        let fast = level.slow..basis.count;
         basis.functions.iter().all(|function| {
-            let bound: f64 = fast
-                .clone()
-                .map(|r| function.magnitudes[r] * self.sizes[2][r] * level.reach[r])
-                .sum();
-            let scale: f64 =
-                function.magnitudes.iter().zip(&self.sizes[0]).map(|(h, z)| h * z).sum();
+            let magnitudes = function.magnitudes.as_flattened();
+            let (of_z, of_w) = (self.sizes[0].as_flattened(), self.sizes[2].as_flattened());
+            let reach = level.reach.as_flattened();
+            let fast = level.slow..basis.count;
+            let bound: f64 = fast.map(|r| magnitudes[r] * of_w[r] * reach[r]).sum();
+            let scale: f64 = magnitudes.iter().zip(of_z).map(|(h, z)| h * z).sum();
             bound <= f64::EPSILON * scale
         })
     }
@@ -160,8 +187,8 @@ impl ModalMotion {
                 self.leap -= 1;
                 continue;
             }
-            self.advance_by(level);
-            self.arch.dispatch(Measure { motion: self });
+            self.advance_by(basis, level);
+            self.arch.dispatch(Measure { motion: self, basis });
             self.leap += 1;
             leaps += 1;
         }
@@ -171,30 +198,27 @@ impl ModalMotion {
     /// Whether all event functions stay positive over `level.width`: with `f = A + B t + sum Re(g / lambda^2
     /// e^{lambda t})` over the modes that turn within it, and the bound of the series for those that don't.
     fn is_quiet(&self, basis: &ModalBasis, level: &Level) -> bool {
+        let [of_z, of_dz, of_w] = self.sizes.each_ref().map(|sizes| sizes.as_flattened());
+        let reach = level.reach.as_flattened();
         basis.functions.iter().enumerate().all(|(index, function)| {
             let mut value = self.constants[index] + function.slope * self.start;
             let mut slope = function.slope;
             let (mut envelope, mut scale) = (0.0, value.abs());
+            let magnitudes = function.magnitudes.as_flattened();
             for r in 0..basis.count {
-                let (hr, hi) = (function.weights.re[r], function.weights.im[r]);
-                value += hr * self.z.re[r] - hi * self.z.im[r];
-                slope += hr * self.dz.re[r] - hi * self.dz.im[r];
-                scale +=
-                    function.magnitudes[r] * (self.sizes[0][r] + level.width * self.sizes[1][r]);
-                let amplitude = function.magnitudes[r] * self.sizes[2][r];
+                let weight = function.weights.get(r);
+                value += (weight * self.z.get(r)).re;
+                slope += (weight * self.dz.get(r)).re;
+                scale += magnitudes[r] * (of_z[r] + level.width * of_dz[r]);
+                let amplitude = magnitudes[r] * of_w[r];
                 if level.turns[r] {
-                    let (gr, gi) = (
-                        hr * self.w.re[r] - hi * self.w.im[r],
-                        hr * self.w.im[r] + hi * self.w.re[r],
-                    );
-                    let (ir, ii) = (basis.inverse.re[r], basis.inverse.im[r]);
-                    // g / lambda and g / lambda^2
-                    let (ar, ai) = (gr * ir - gi * ii, gr * ii + gi * ir);
-                    slope -= ar;
-                    value -= ar * ir - ai * ii;
+                    let inverse = basis.inverse.get(r);
+                    let first = weight * self.w.get(r) * inverse;
+                    slope -= first.re;
+                    value -= (first * inverse).re;
                     envelope += amplitude * level.growth[r];
                 } else {
-                    envelope += amplitude * level.reach[r];
+                    envelope += amplitude * reach[r];
                 }
             }
             let lowest = value + (slope * level.width).min(0.0) - envelope;
@@ -203,7 +227,7 @@ impl ModalMotion {
     }
 
     pub fn expand(&mut self, basis: &ModalBasis, remaining: f64, panel: &mut Panel) {
-        self.arch.dispatch(Measure { motion: self });
+        self.arch.dispatch(Measure { motion: self, basis });
         panel.leaps += self.leap(basis, remaining) as usize;
         // A panel beyond the end of the phase would only spread its rounding over a longer line.
         while self.level + 1 < LEVELS
@@ -220,101 +244,120 @@ impl ModalMotion {
     }
 
     #[inline(always)]
-    fn fill(&self, basis: &ModalBasis, level: &Level, panel: &mut Panel) {
+    fn fill(&mut self, groups: usize, basis: &ModalBasis, level: &Level, panel: &mut Panel) {
         let width = level.width;
         // Dot products of `count` complex terms, a table built by DEGREE multiplications, Horner's rule,
         // and the recurrence over the panels before this one, each a few roundings of relative size u.
         let unit = 0.5 * f64::EPSILON;
         let rounding = unit * (2 * basis.count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
-        let [of_z, of_dz, of_w] = &self.sizes;
-        let count = basis.stride / GROUP;
-        let state = [&self.z, &self.dz, &self.w]
-            .map(|part| (in_groups(&part.re, count), in_groups(&part.im, count)));
-        let sizes = [of_z, of_dz, of_w].map(|sizes| in_groups(sizes, count));
-        let (reach, cubic_reach) =
-            (in_groups(&level.reach, count), in_groups(&level.cubic_reach, count));
-        for (index, function) in basis.functions.iter().enumerate() {
-            let (hr, hi) = (&function.weights.re[..], &function.weights.im[..]);
-            let (re, im) = (in_groups(hr, count), in_groups(hi, count));
-            let magnitude = in_groups(&function.magnitudes, count);
-            // Seven sums over the modes, each in the lanes of a group.
-            let mut sums = [[0.0; GROUP]; 7];
-            for g in 0..count {
-                for k in 0..3 {
-                    let (part_re, part_im) = (&state[k].0[g], &state[k].1[g]);
-                    sums[k] = add_product(sums[k], &re[g], part_re);
-                    sums[k] = subtract_product(sums[k], &im[g], part_im);
-                }
-                sums[3] = add_product(sums[3], &magnitude[g], &sizes[0][g]);
-                sums[4] = add_product(sums[4], &magnitude[g], &sizes[1][g]);
-                let amplitude = add_product([0.0; GROUP], &magnitude[g], &sizes[2][g]);
-                sums[5] = add_product(sums[5], &amplitude, &reach[g]);
-                sums[6] = add_product(sums[6], &amplitude, &cubic_reach[g]);
+        let (z_re, z_im) = self.z.parts(groups);
+        let (dz_re, dz_im) = self.dz.parts(groups);
+        let (w_re, w_im) = self.w.parts(groups);
+        let [affine, curvature, cubic] = self.bounds.each_mut().map(|bound| &mut bound[..groups]);
+        {
+            let [of_z, of_dz, of_w] = self.sizes.each_ref().map(|sizes| &sizes[..groups]);
+            let (reach, cubic_reach) = (&level.reach[..groups], &level.cubic_reach[..groups]);
+            for g in 0..groups {
+                affine[g] = add_product(of_z[g], &of_dz[g], &[width; GROUP]);
+                curvature[g] = add_product([0.0; GROUP], &of_w[g], &reach[g]);
+                cubic[g] = add_product([0.0; GROUP], &of_w[g], &cubic_reach[g]);
             }
+        }
+        for (index, function) in basis.functions.iter().enumerate() {
+            let (re, im) = function.weights.parts(groups);
+            let magnitude = &function.magnitudes[..groups];
+            // Six sums over the modes, each in the lanes of a group.
+            let mut sums = [[0.0; GROUP]; 6];
+            for g in 0..groups {
+                for (k, (part_re, part_im)) in
+                    [(z_re, z_im), (dz_re, dz_im), (w_re, w_im)].into_iter().enumerate()
+                {
+                    sums[k] = add_product(sums[k], &re[g], &part_re[g]);
+                    sums[k] = subtract_product(sums[k], &im[g], &part_im[g]);
+                }
+                sums[3] = add_product(sums[3], &magnitude[g], &affine[g]);
+                sums[4] = add_product(sums[4], &magnitude[g], &curvature[g]);
+                sums[5] = add_product(sums[5], &magnitude[g], &cubic[g]);
+            }
+            let [value, slope, second, affine, curvature, cubic] = sums.map(sum_of);
             let offset = self.constants[index] + function.slope * self.start;
-            let value = offset + sum_of(sums[0]);
-            let slope = function.slope + sum_of(sums[1]);
-            let second = sum_of(sums[2]);
             let affine = offset.abs().max(self.constants[index].abs())
-                + width * (function.slope.abs() + sum_of(sums[4]))
-                + sum_of(sums[3]);
-            let (curvature, cubic) = (sum_of(sums[5]), sum_of(sums[6]));
-            let remainder = curvature * level.truncation + {
+                + width * function.slope.abs()
+                + affine;
+            let mut remainder = curvature * level.truncation;
+            if level.slow < basis.count {
+                let of_w = self.sizes[2].as_flattened();
+                let (magnitudes, reach) =
+                    (function.magnitudes.as_flattened(), level.reach.as_flattened());
                 let fast = level.slow..basis.count;
-                fast.map(|r| function.magnitudes[r] * of_w[r] * level.reach[r]).sum::<f64>()
-            };
+                remainder += fast.map(|r| magnitudes[r] * of_w[r] * reach[r]).sum::<f64>();
+            }
+            let error = rounding * (affine + curvature) + remainder;
             panel.curvature_error[index] = rounding * curvature + remainder;
-            panel.error[index] = rounding * (affine + curvature) + remainder;
-            let (c0, c1, c2) = (value, slope * width, 0.5 * second * width * width);
+            panel.error[index] = error;
+            let (c0, c1) = (offset + value, (function.slope + slope) * width);
+            let c2 = 0.5 * second * width * width;
             let mut lowest = c0.min(c0 + c1 + c2);
             if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
                 lowest = c0 - 0.25 * c1 * c1 / c2;
             }
-            panel.excluded[index] = lowest - cubic > panel.error[index];
+            panel.excluded[index] = lowest - cubic > error;
             if panel.excluded[index] {
                 continue;
             }
-            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
-            c[0] = c0;
-            c[1] = c1;
-            let tail: &mut [f64; TAIL] = match (&mut c[2..]).try_into() {
-                Ok(tail) => tail,
-                Err(_) => unreachable!("COEFFICIENTS is TAIL + 2"),
-            };
-            let (w_re, w_im) = (&self.w.re[..level.slow], &self.w.im[..level.slow]);
-            let (hr, hi) = (&hr[..level.slow], &hi[..level.slow]);
-            *tail = [0.0; TAIL];
-            let tail = tail.as_chunks_mut::<GROUP>().0;
-            for (r, powers) in level.powers.iter().enumerate() {
-                let g_re = [hr[r] * w_re[r] - hi[r] * w_im[r]; GROUP];
-                let g_im = [hr[r] * w_im[r] + hi[r] * w_re[r]; GROUP];
-                for (sum, (re, im)) in tail.iter_mut().zip(powers) {
-                    *sum = subtract_product(add_product(*sum, &g_re, re), &g_im, im);
+            let (gain_re, gain_im) = self.gains.parts_mut(groups);
+            for g in 0..groups {
+                let zero = ([0.0; GROUP], [0.0; GROUP]);
+                (gain_re[g], gain_im[g]) =
+                    add_complex(zero, (&re[g], &im[g]), (&w_re[g], &w_im[g]));
+            }
+            let gains = gain_re.as_flattened().iter().zip(gain_im.as_flattened());
+            let mut tail = [[0.0; GROUP]; TAIL_GROUPS];
+            for (powers, (&re, &im)) in level.powers.iter().zip(gains) {
+                for (k, sum) in tail.iter_mut().enumerate() {
+                    *sum = add_product(*sum, &[re; GROUP], &powers.re[k]);
+                    *sum = subtract_product(*sum, &[im; GROUP], &powers.im[k]);
                 }
             }
+            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
+            (c[0], c[1]) = (c0, c1);
+            c[2..].copy_from_slice(tail.as_flattened());
         }
     }
 
-    fn advance_by(&mut self, level: &Level) {
-        self.arch.dispatch(Advance { motion: self, level });
+    fn advance_by(&mut self, basis: &ModalBasis, level: &Level) {
+        self.arch.dispatch(Advance { motion: self, basis, level });
         self.start += level.width;
         self.panels += 1;
     }
 
     #[inline(always)]
-    fn shift(&mut self, level: &Level) {
-        self.z.add_scaled(level.width, &self.dz);
-        self.z.add_product(&level.phi2, &self.w);
-        self.dz.add_product(&level.phi1, &self.w);
-        self.w.multiply(&level.exponential);
+    fn shift(&mut self, groups: usize, level: &Level) {
+        let (phi1_re, phi1_im) = level.phi1.parts(groups);
+        let (phi2_re, phi2_im) = level.phi2.parts(groups);
+        let (e_re, e_im) = level.exponential.parts(groups);
+        let (z_re, z_im) = self.z.parts_mut(groups);
+        let (dz_re, dz_im) = self.dz.parts_mut(groups);
+        let (w_re, w_im) = self.w.parts_mut(groups);
+        for g in 0..groups {
+            let (re, im) = (w_re[g], w_im[g]);
+            let w = (&re, &im);
+            let h = [level.width; GROUP];
+            let z = (add_product(z_re[g], &h, &dz_re[g]), add_product(z_im[g], &h, &dz_im[g]));
+            (z_re[g], z_im[g]) = add_complex(z, (&phi2_re[g], &phi2_im[g]), w);
+            let dz = (dz_re[g], dz_im[g]);
+            (dz_re[g], dz_im[g]) = add_complex(dz, (&phi1_re[g], &phi1_im[g]), w);
+            let zero = ([0.0; GROUP], [0.0; GROUP]);
+            (w_re[g], w_im[g]) = add_complex(zero, (&e_re[g], &e_im[g]), w);
+        }
     }
 
     pub fn advance(&mut self, basis: &ModalBasis) {
-        self.advance_by(basis.level(self.level));
+        self.advance_by(basis, basis.level(self.level));
     }
 
     /// (q, q') at `offset` after the start of the panel.
-    pub fn state(&self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
+    pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
         self.arch.dispatch(StateAt { motion: self, basis, offset, q, u });
         for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
             q[stick.coordinate] = at + stick.speed * (self.start + offset);
@@ -322,8 +365,53 @@ impl ModalMotion {
         }
     }
 
-    /// z and z' of one mode at `offset` after the start of the panel.
+    /// z and z' at `offset` after the start of the panel, for the first modes by `z + t z' + t^2 phi2 w` and
+    /// `z' + t phi1 w`: on the panel `t^2 phi2(lambda t)` of slow modes is their polynomial, `phi1 = 1 + lambda t phi2`.
     #[inline(always)]
+    fn modes_at(&mut self, groups: usize, basis: &ModalBasis, offset: f64) {
+        let level = basis.level(self.level);
+        let s = offset / level.width;
+        let slow = if (0.0..=1.0).contains(&s) { level.slow } else { 0 };
+        let square = s * s;
+        let mut power = [square, square * s, square * square, square * square * s];
+        let mut place = [[0.0; GROUP]; TAIL_GROUPS];
+        for powers in &mut place {
+            *powers = power;
+            power = power.map(|power| power * (square * square));
+        }
+        let (phi2_re, phi2_im) = self.phi2.parts_mut(groups);
+        let sums = phi2_re.as_flattened_mut().iter_mut().zip(phi2_im.as_flattened_mut());
+        for (powers, (sum_re, sum_im)) in level.powers[..slow].iter().zip(sums) {
+            let (mut re, mut im) = ([0.0; GROUP], [0.0; GROUP]);
+            for k in 0..TAIL_GROUPS {
+                re = add_product(re, &powers.re[k], &place[k]);
+                im = add_product(im, &powers.im[k], &place[k]);
+            }
+            (*sum_re, *sum_im) = (sum_of(re), sum_of(im));
+        }
+        let (lambda_re, lambda_im) = basis.lambda.parts(groups);
+        let (z_re, z_im) = self.z.parts(groups);
+        let (dz_re, dz_im) = self.dz.parts(groups);
+        let (w_re, w_im) = self.w.parts(groups);
+        let (z_at_re, z_at_im) = self.z_at.parts_mut(groups);
+        let (dz_at_re, dz_at_im) = self.dz_at.parts_mut(groups);
+        let t = [offset; GROUP];
+        for g in 0..groups {
+            let (w, phi2) = ((&w_re[g], &w_im[g]), (&phi2_re[g], &phi2_im[g]));
+            let linear = (add_product(z_re[g], &t, &dz_re[g]), add_product(z_im[g], &t, &dz_im[g]));
+            (z_at_re[g], z_at_im[g]) = add_complex(linear, phi2, w);
+            let phi1 = add_complex((t, [0.0; GROUP]), (&lambda_re[g], &lambda_im[g]), phi2);
+            let dz = (dz_re[g], dz_im[g]);
+            (dz_at_re[g], dz_at_im[g]) = add_complex(dz, (&phi1.0, &phi1.1), w);
+        }
+        for r in slow..basis.count {
+            let (z, dz) = self.mode_at(basis, r, offset);
+            self.z_at.set(r, z);
+            self.dz_at.set(r, dz);
+        }
+    }
+
+    /// z and z' of one mode at `offset` after the start of the panel, for every lambda.
     fn mode_at(&self, basis: &ModalBasis, r: usize, offset: f64) -> (Complex64, Complex64) {
         let lambda = basis.lambda.get(r);
         let (z, dz, w) = (self.z.get(r), self.dz.get(r), self.w.get(r));
@@ -345,34 +433,26 @@ impl ModalMotion {
     }
 
     #[inline(always)]
-    fn superpose(&self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        let count = basis.stride / GROUP;
-        let rows = basis.kept.len() * count;
-        let (shape_re, shape_im) =
-            (in_groups(&basis.shape.re, rows), in_groups(&basis.shape.im, rows));
-        for g in 0..count {
-            let mut parts = [[0.0; GROUP]; 4];
-            for lane in 0..GROUP.min(basis.count - g * GROUP) {
-                let (z, dz) = self.mode_at(basis, g * GROUP + lane, offset);
-                for (part, value) in parts.iter_mut().zip([z.re, z.im, dz.re, dz.im]) {
-                    part[lane] = value;
-                }
+    fn superpose(
+        &mut self,
+        groups: usize,
+        basis: &ModalBasis,
+        offset: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+    ) {
+        self.modes_at(groups, basis, offset);
+        let (shape_re, shape_im) = basis.shape.parts(basis.kept.len() * groups);
+        let (z_re, z_im) = self.z_at.parts(groups);
+        let (dz_re, dz_im) = self.dz_at.parts(groups);
+        for (row, &k) in basis.kept.iter().enumerate() {
+            let (mut position, mut velocity) = ([0.0; GROUP], [0.0; GROUP]);
+            for g in 0..groups {
+                let (re, im) = (&shape_re[row * groups + g], &shape_im[row * groups + g]);
+                position = subtract_product(add_product(position, re, &z_re[g]), im, &z_im[g]);
+                velocity = subtract_product(add_product(velocity, re, &dz_re[g]), im, &dz_im[g]);
             }
-            let [z_re, z_im, dz_re, dz_im] = &parts;
-            let mut row = g;
-            for &k in &basis.kept {
-                let (re, im) = (&shape_re[row], &shape_im[row]);
-                let position = subtract_product(add_product([0.0; GROUP], re, z_re), im, z_im);
-                let velocity = subtract_product(add_product([0.0; GROUP], re, dz_re), im, dz_im);
-                let (position, velocity) = (sum_of(position), sum_of(velocity));
-                if g == 0 {
-                    (q[k], u[k]) = (position, velocity);
-                } else {
-                    q[k] += position;
-                    u[k] += velocity;
-                }
-                row += count;
-            }
+            (q[k], u[k]) = (sum_of(position), sum_of(velocity));
         }
     }
 
@@ -381,7 +461,7 @@ impl ModalMotion {
     pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
         let rows = 0..basis.kept.len();
         let largest = |r: usize| {
-            rows.clone().map(|j| basis.shape.get(j * basis.stride + r).norm()).fold(0.0, f64::max)
+            rows.clone().map(|j| basis.shape.get(j * basis.groups * GROUP + r).norm()).fold(0.0, f64::max)
         };
         let transient: Vec<f64> = (0..basis.count)
             .map(|r| {
@@ -395,38 +475,40 @@ impl ModalMotion {
         // One that grows may rise from below rounding.
         (0..basis.count)
             .filter(|&r| {
-                !(transient[r] <= floor) || (basis.lambda.re[r] > 0.0 && transient[r] > 0.0)
+                !(transient[r] <= floor) || (basis.lambda.get(r).re > 0.0 && transient[r] > 0.0)
             })
             .map(|r| basis.lambda.get(r).norm())
             .fold(0.0, f64::max)
     }
 }
 
-/// The first `count` groups of an array.
+/// `sum + a b`, complex.
 #[inline(always)]
-fn in_groups(values: &[f64], count: usize) -> &[[f64; GROUP]] {
-    &values.as_chunks::<GROUP>().0[..count]
+fn add_complex(
+    sum: (Group, Group),
+    (a_re, a_im): (&Group, &Group),
+    (b_re, b_im): (&Group, &Group),
+) -> (Group, Group) {
+    (
+        subtract_product(add_product(sum.0, a_re, b_re), a_im, b_im),
+        add_product(add_product(sum.1, a_re, b_im), a_im, b_re),
+    )
 }
 
 #[inline(always)]
-fn add_product(mut sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
-    for lane in 0..GROUP {
-        sum[lane] = a[lane].mul_add(b[lane], sum[lane]);
-    }
-    sum
-}
-
-#[inline(always)]
-fn subtract_product(mut sum: [f64; GROUP], a: &[f64; GROUP], b: &[f64; GROUP]) -> [f64; GROUP] {
-    for lane in 0..GROUP {
-        sum[lane] = (-a[lane]).mul_add(b[lane], sum[lane]);
-    }
-    sum
-}
-
-#[inline(always)]
-fn sum_of(lanes: [f64; GROUP]) -> f64 {
+fn sum_of(lanes: Group) -> f64 {
     (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
+}
+
+/// Calls a method with the number of groups as a constant where it is small, so that its loops are unrolled.
+macro_rules! with_groups {
+    ($groups:expr, $motion:ident.$method:ident($($argument:expr),*)) => {
+        match $groups {
+            1 => $motion.$method(1, $($argument),*),
+            2 => $motion.$method(2, $($argument),*),
+            groups => $motion.$method(groups, $($argument),*),
+        }
+    };
 }
 
 /// Work on all modes, compiled for the vector units found at run time. Only what is inlined into `with_simd` is.
@@ -442,12 +524,13 @@ impl WithSimd for Project<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.motion.project(self.basis, self.q, self.u);
+        let Self { motion, basis, q, u } = self;
+        with_groups!(basis.groups, motion.project(basis, q, u));
     }
 }
 
 struct StateAt<'a> {
-    motion: &'a ModalMotion,
+    motion: &'a mut ModalMotion,
     basis: &'a ModalBasis,
     offset: f64,
     q: &'a mut [f64],
@@ -459,12 +542,14 @@ impl WithSimd for StateAt<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.motion.superpose(self.basis, self.offset, self.q, self.u);
+        let Self { motion, basis, offset, q, u } = self;
+        with_groups!(basis.groups, motion.superpose(basis, offset, q, u));
     }
 }
 
 struct Measure<'a> {
     motion: &'a mut ModalMotion,
+    basis: &'a ModalBasis,
 }
 
 impl WithSimd for Measure<'_> {
@@ -472,12 +557,13 @@ impl WithSimd for Measure<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.motion.measure();
+        let Self { motion, basis } = self;
+        with_groups!(basis.groups, motion.measure());
     }
 }
 
 struct Fill<'a> {
-    motion: &'a ModalMotion,
+    motion: &'a mut ModalMotion,
     basis: &'a ModalBasis,
     level: &'a Level,
     panel: &'a mut Panel,
@@ -488,12 +574,14 @@ impl WithSimd for Fill<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.motion.fill(self.basis, self.level, self.panel);
+        let Self { motion, basis, level, panel } = self;
+        with_groups!(basis.groups, motion.fill(basis, level, panel));
     }
 }
 
 struct Advance<'a> {
     motion: &'a mut ModalMotion,
+    basis: &'a ModalBasis,
     level: &'a Level,
 }
 
@@ -502,6 +590,7 @@ impl WithSimd for Advance<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        self.motion.shift(self.level);
+        let Self { motion, basis, level } = self;
+        with_groups!(basis.groups, motion.shift(level));
     }
 }

@@ -13,80 +13,80 @@ use crate::spectrum::Mode;
 /// Widths grow by powers of two from the one that the fastest mode allows: enough for forty orders
 /// of magnitude between the fastest mode and the duration.
 pub(super) const LEVELS: usize = 128;
-/// Coefficients from the second power on.
-pub(super) const TAIL: usize = COEFFICIENTS - 2;
-/// Modes are stored in groups of this many, so that no loop over them has a remainder.
+/// Modes, and coefficients from the second power on, are kept in groups of this many: no loop has a remainder.
 pub(super) const GROUP: usize = 4;
+pub(super) const TAIL_GROUPS: usize = (COEFFICIENTS - 2) / GROUP;
+const _: () = assert!(TAIL_GROUPS * GROUP == COEFFICIENTS - 2);
 
-/// Complex numbers with their parts in two arrays.
+/// What one vector instruction works on.
+pub(super) type Group = [f64; GROUP];
+
+/// `sum + a b`
+#[inline(always)]
+pub(super) fn add_product(mut sum: Group, a: &Group, b: &Group) -> Group {
+    for lane in 0..GROUP {
+        sum[lane] = a[lane].mul_add(b[lane], sum[lane]);
+    }
+    sum
+}
+
+/// `sum - a b`
+#[inline(always)]
+pub(super) fn subtract_product(mut sum: Group, a: &Group, b: &Group) -> Group {
+    for lane in 0..GROUP {
+        sum[lane] = (-a[lane]).mul_add(b[lane], sum[lane]);
+    }
+    sum
+}
+
+/// Real numbers in groups, the last filled up with zeros.
+pub(super) fn in_groups(values: &[f64]) -> Vec<Group> {
+    let whole = values.chunks(GROUP).map(|chunk| {
+        let mut group = [0.0; GROUP];
+        group[..chunk.len()].copy_from_slice(chunk);
+        group
+    });
+    whole.collect()
+}
+
+/// Complex numbers with their parts in two arrays of groups.
 #[derive(Debug, Clone, Default)]
 pub(super) struct SplitComplex {
-    pub re: Vec<f64>,
-    pub im: Vec<f64>,
+    pub re: Vec<Group>,
+    pub im: Vec<Group>,
 }
 
 impl SplitComplex {
-    fn of(values: &[Complex64], stride: usize) -> Self {
-        let mut split = Self::default();
-        split.clear(stride);
-        for (r, value) in values.iter().enumerate() {
-            split.re[r] = value.re;
-            split.im[r] = value.im;
-        }
-        split
+    pub(super) fn of(values: &[Complex64]) -> Self {
+        let part = |of: fn(&Complex64) -> f64| {
+            in_groups(&values.iter().map(of).collect::<Vec<_>>())
+        };
+        Self { re: part(|value| value.re), im: part(|value| value.im) }
     }
 
+    #[inline(always)]
     pub fn get(&self, r: usize) -> Complex64 {
-        Complex64::new(self.re[r], self.im[r])
+        Complex64::new(self.re[r / GROUP][r % GROUP], self.im[r / GROUP][r % GROUP])
     }
 
-    fn clear(&mut self, length: usize) {
-        self.re.clear();
-        self.im.clear();
-        self.resize(length);
+    pub fn set(&mut self, r: usize, value: Complex64) {
+        (self.re[r / GROUP][r % GROUP], self.im[r / GROUP][r % GROUP]) = (value.re, value.im);
     }
 
-    pub fn resize(&mut self, length: usize) {
-        self.re.resize(length, 0.0);
-        self.im.resize(length, 0.0);
+    pub fn resize(&mut self, groups: usize) {
+        self.re.resize(groups, [0.0; GROUP]);
+        self.im.resize(groups, [0.0; GROUP]);
     }
 
-    pub fn copy_from(&mut self, other: &Self) {
-        self.re.clone_from(&other.re);
-        self.im.clone_from(&other.im);
-    }
-
-    /// `self += factor * other`
+    /// Both parts of the first `groups` groups.
     #[inline(always)]
-    pub fn add_scaled(&mut self, factor: f64, other: &Self) {
-        for (target, value) in self.re.iter_mut().zip(&other.re) {
-            *target += factor * value;
-        }
-        for (target, value) in self.im.iter_mut().zip(&other.im) {
-            *target += factor * value;
-        }
-    }
-
-    /// `self += a b`, element by element.
-    #[inline(always)]
-    pub fn add_product(&mut self, a: &Self, b: &Self) {
-        let n = self.re.len();
-        let (ar, ai, br, bi) = (&a.re[..n], &a.im[..n], &b.re[..n], &b.im[..n]);
-        let (re, im) = (&mut self.re[..n], &mut self.im[..n]);
-        for r in 0..n {
-            re[r] += ar[r] * br[r] - ai[r] * bi[r];
-            im[r] += ar[r] * bi[r] + ai[r] * br[r];
-        }
+    pub fn parts(&self, groups: usize) -> (&[Group], &[Group]) {
+        (&self.re[..groups], &self.im[..groups])
     }
 
     #[inline(always)]
-    pub fn multiply(&mut self, a: &Self) {
-        let n = self.re.len();
-        let (ar, ai) = (&a.re[..n], &a.im[..n]);
-        let (re, im) = (&mut self.re[..n], &mut self.im[..n]);
-        for r in 0..n {
-            (re[r], im[r]) = (ar[r] * re[r] - ai[r] * im[r], ar[r] * im[r] + ai[r] * re[r]);
-        }
+    pub fn parts_mut(&mut self, groups: usize) -> (&mut [Group], &mut [Group]) {
+        (&mut self.re[..groups], &mut self.im[..groups])
     }
 }
 
@@ -95,8 +95,7 @@ impl SplitComplex {
 pub(crate) struct ModalBasis {
     pub(super) kept: Vec<usize>,
     pub(super) count: usize,
-    /// `count` rounded up to whole groups.
-    pub(super) stride: usize,
+    pub(super) groups: usize,
     pub(super) lambda: SplitComplex,
     /// 1 / lambda, 0 where lambda is.
     pub(super) inverse: SplitComplex,
@@ -126,7 +125,8 @@ pub(super) struct StickingForce {
 #[derive(Debug)]
 pub(super) struct ModalFunction {
     pub weights: SplitComplex,
-    pub magnitudes: Vec<f64>,
+    /// |weights|
+    pub magnitudes: Vec<Group>,
     pub constant: f64,
     /// (coordinate, weight) of the tangential displacements of sticking contacts.
     pub sticking: Vec<(usize, f64)>,
@@ -143,14 +143,13 @@ pub(super) struct Level {
     pub phi2: SplitComplex,
     /// Modes slow enough for the polynomials: a prefix.
     pub slow: usize,
-    /// Real and imaginary parts of `x^j h^2 / (j + 2)!` for x = lambda h of each slow mode, in groups, as many
-    /// as are not below rounding of the leading one.
-    pub powers: Vec<Vec<([f64; GROUP], [f64; GROUP])>>,
+    /// Of each slow mode.
+    pub powers: Vec<Powers>,
     /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
     /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
-    pub reach: Vec<f64>,
+    pub reach: Vec<Group>,
     /// The same without the leading `t^2 / 2`; all of `reach` for fast modes.
-    pub cubic_reach: Vec<f64>,
+    pub cubic_reach: Vec<Group>,
     /// What the polynomials leave out, relative to `reach` of the slow modes.
     pub truncation: f64,
     /// Modes that turn within the width, `|lambda| h > 1`, and the bound of `|e^{lambda t} / lambda^2|`.
@@ -158,12 +157,20 @@ pub(super) struct Level {
     pub growth: Vec<f64>,
 }
 
+/// Real and imaginary parts of `x^j h^2 / (j + 2)!` for x = lambda h; zero where below rounding of the first.
+#[derive(Debug, Clone)]
+pub(super) struct Powers {
+    pub re: [Group; TAIL_GROUPS],
+    pub im: [Group; TAIL_GROUPS],
+}
+
 impl ModalBasis {
     pub fn new(reduced: &Reduced, functions: &[EventFunction], mut modes: Vec<Mode>) -> Self {
         modes.sort_by(|p, q| p.eigenvalue.norm().total_cmp(&q.eigenvalue.norm()));
         let m = reduced.size();
         let count = modes.len();
-        let stride = count.next_multiple_of(GROUP);
+        let groups = count.div_ceil(GROUP);
+        let stride = groups * GROUP;
         let lambda: Vec<Complex64> = modes.iter().map(|mode| mode.eigenvalue).collect();
         let mut shape = vec![Complex64::default(); m * stride];
         let mut from_position = shape.clone();
@@ -185,7 +192,7 @@ impl ModalBasis {
             let of_mode = |mode: &Mode| {
                 mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
             };
-            SplitComplex::of(&modes.iter().map(of_mode).collect::<Vec<_>>(), stride)
+            SplitComplex::of(&modes.iter().map(of_mode).collect::<Vec<_>>())
         };
         let sticking: Vec<StickingForce> = reduced
             .sticking
@@ -228,8 +235,8 @@ impl ModalBasis {
                     }
                 }
                 ModalFunction {
-                    magnitudes: weights.iter().map(|h| h.norm()).collect(),
-                    weights: SplitComplex::of(&weights, stride),
+                    magnitudes: in_groups(&weights.iter().map(|h| h.norm()).collect::<Vec<_>>()),
+                    weights: SplitComplex::of(&weights),
                     constant,
                     sticking: stuck_terms,
                     slope,
@@ -244,10 +251,10 @@ impl ModalBasis {
         Self {
             kept: reduced.kept.clone(),
             count,
-            stride,
-            shape: SplitComplex::of(&shape, m * stride),
-            from_position: SplitComplex::of(&from_position, m * stride),
-            from_velocity: SplitComplex::of(&from_velocity, m * stride),
+            groups,
+            shape: SplitComplex::of(&shape),
+            from_position: SplitComplex::of(&from_position),
+            from_velocity: SplitComplex::of(&from_velocity),
             force_constant: modal_force(&reduced.force_constant),
             force_linear: modal_force(&reduced.force_linear),
             sticking,
@@ -255,8 +262,8 @@ impl ModalBasis {
             // Without modes every motion is prescribed and linear: the width grows to that of the phase.
             base_width: if fastest > 0.0 { REACH / fastest } else { 1e-12 },
             levels: [const { OnceLock::new() }; LEVELS],
-            lambda: SplitComplex::of(&lambda, stride),
-            inverse: SplitComplex::of(&inverse, stride),
+            lambda: SplitComplex::of(&lambda),
+            inverse: SplitComplex::of(&inverse),
         }
     }
 
@@ -268,54 +275,63 @@ impl ModalBasis {
 
 impl Level {
     fn new(basis: &ModalBasis, width: f64) -> Self {
-        let lambdas: Vec<Complex64> = (0..basis.stride).map(|r| basis.lambda.get(r)).collect();
+        let stride = basis.groups * GROUP;
+        let lambdas: Vec<Complex64> = (0..stride).map(|r| basis.lambda.get(r)).collect();
         let all: Vec<_> =
             lambdas.iter().map(|lambda| exponential_and_phi(lambda * width)).collect();
         let split = |f: &dyn Fn(&(Complex64, Complex64, Complex64)) -> Complex64| {
-            SplitComplex::of(&all.iter().map(f).collect::<Vec<_>>(), basis.stride)
+            SplitComplex::of(&all.iter().map(f).collect::<Vec<_>>())
         };
         // Ulps above the reach, so that the fastest mode itself belongs to level 0.
         let is_slow = |lambda: &Complex64| lambda.norm() * width <= REACH * (1.0 + 1e-12);
         let slow = lambdas[..basis.count].partition_point(is_slow);
-        let mut level = Self {
+        let (mut reach, mut cubic_reach) = (vec![0.0; stride], vec![0.0; stride]);
+        let mut growth = vec![0.0; stride];
+        let mut powers = Vec::with_capacity(slow);
+        let leading = 0.5 * width * width;
+        for (r, &lambda) in lambdas[..basis.count].iter().enumerate() {
+            let x = lambda * width;
+            growth[r] = x.re.max(0.0).exp() / lambda.norm_sqr();
+            if r < slow {
+                powers.push(Powers::new(x, leading));
+                reach[r] = width * width * phi2_bound(x.norm());
+                cubic_reach[r] = reach[r] - leading;
+            } else if lambda.re <= 0.0 {
+                reach[r] = leading.min((2.0 + x.norm()) / lambda.norm_sqr());
+                cubic_reach[r] = reach[r] + leading;
+            } else {
+                reach[r] = f64::INFINITY;
+                cubic_reach[r] = f64::INFINITY;
+            }
+        }
+        Self {
             width,
             exponential: split(&|f| f.0),
             phi1: split(&|f| width * f.1),
             phi2: split(&|f| width * width * f.2),
             slow,
-            powers: Vec::with_capacity(slow),
-            reach: vec![0.0; basis.stride],
-            cubic_reach: vec![0.0; basis.stride],
+            powers,
+            reach: in_groups(&reach),
+            cubic_reach: in_groups(&cubic_reach),
             truncation: truncation(),
             turns: lambdas.iter().map(|lambda| lambda.norm() * width > 1.0).collect(),
-            growth: vec![0.0; basis.stride],
-        };
-        for (r, &lambda) in lambdas[..basis.count].iter().enumerate() {
-            let x = lambda * width;
-            let leading = 0.5 * width * width;
-            level.growth[r] = x.re.max(0.0).exp() / lambda.norm_sqr();
-            if r < slow {
-                let (mut re, mut im) = ([0.0; TAIL], [0.0; TAIL]);
-                let mut power = Complex64::from(leading);
-                for j in 0..TAIL {
-                    (re[j], im[j]) = (power.re, power.im);
-                    power *= x / (j + 3) as f64;
-                }
-                let counts = |j: &usize| size(re[*j], im[*j]) > 1e-20 * leading;
-                let needed = (0..TAIL).rev().find(counts).map_or(0, |last| last + 1);
-                let groups = re.as_chunks().0.iter().copied().zip(im.as_chunks().0.iter().copied());
-                level.powers.push(groups.take(needed.div_ceil(GROUP)).collect());
-                level.reach[r] = width * width * phi2_bound(x.norm());
-                level.cubic_reach[r] = level.reach[r] - leading;
-            } else if lambda.re <= 0.0 {
-                level.reach[r] = leading.min((2.0 + x.norm()) / lambda.norm_sqr());
-                level.cubic_reach[r] = level.reach[r] + leading;
-            } else {
-                level.reach[r] = f64::INFINITY;
-                level.cubic_reach[r] = f64::INFINITY;
-            }
+            growth,
         }
-        level
+    }
+}
+
+impl Powers {
+    fn new(x: Complex64, leading: f64) -> Self {
+        let (mut re, mut im) = ([[0.0; GROUP]; TAIL_GROUPS], [[0.0; GROUP]; TAIL_GROUPS]);
+        let mut power = Complex64::from(leading);
+        for j in 0..TAIL_GROUPS * GROUP {
+            if size(power.re, power.im) > 1e-20 * leading {
+                re[j / GROUP][j % GROUP] = power.re;
+                im[j / GROUP][j % GROUP] = power.im;
+            }
+            power *= x / (j + 3) as f64;
+        }
+        Self { re, im }
     }
 }
 
