@@ -18,7 +18,7 @@ use num_complex::Complex64;
 use pulp::{Simd, WithSimd};
 
 use super::modal_basis::{
-    GROUP, Group, LEVELS, Level, ModalBasis, SplitComplex, TAIL_GROUPS, add_product, size,
+    GROUP, Group, LEVELS, Level, ModalBasis, SplitComplex, Step, TAIL_GROUPS, add_product, size,
     subtract_product,
 };
 use super::phi::exponential_and_phi;
@@ -43,8 +43,11 @@ pub(crate) struct ModalMotion {
     w: SplitComplex,
     /// Sizes |z|, |z'|, |w| as sums of the moduli of their parts.
     sizes: [Vec<Group>; 3],
-    /// On the panel: bounds of each mode's affine part, of what it adds to it, and of that from the third power on.
+    /// On the panel: bounds of each mode's affine part, of what it adds to that, and of what it adds to its quadratic
+    /// part about the middle, rounding included.
     bounds: [Vec<Group>; 3],
+    /// z, z' and w in the middle of the panel.
+    middle: [SplitComplex; 3],
     /// Weight times w of one event function.
     gains: SplitComplex,
     /// t^2 phi2, z and z' at a time within the panel.
@@ -73,6 +76,7 @@ impl ModalMotion {
             w: SplitComplex::default(),
             sizes: Default::default(),
             bounds: Default::default(),
+            middle: Default::default(),
             gains: SplitComplex::default(),
             phi2: SplitComplex::default(),
             z_at: SplitComplex::default(),
@@ -100,8 +104,8 @@ impl ModalMotion {
         for buffer in self.sizes.iter_mut().chain(&mut self.bounds) {
             buffer.resize(basis.groups, [0.0; GROUP]);
         }
-        let Self { z, dz, w, gains, phi2, z_at, dz_at, .. } = self;
-        for buffer in [z, dz, w, gains, phi2, z_at, dz_at] {
+        let Self { z, dz, w, gains, phi2, z_at, dz_at, middle, .. } = self;
+        for buffer in [z, dz, w, gains, phi2, z_at, dz_at].into_iter().chain(middle) {
             buffer.resize(basis.groups);
         }
         self.arch.dispatch(Project { motion: self, basis, q, u });
@@ -253,58 +257,78 @@ impl ModalMotion {
         let (z_re, z_im) = self.z.parts(groups);
         let (dz_re, dz_im) = self.dz.parts(groups);
         let (w_re, w_im) = self.w.parts(groups);
-        let [affine, curvature, cubic] = self.bounds.each_mut().map(|bound| &mut bound[..groups]);
-        {
-            let [of_z, of_dz, of_w] = self.sizes.each_ref().map(|sizes| &sizes[..groups]);
-            let (reach, cubic_reach) = (&level.reach[..groups], &level.cubic_reach[..groups]);
-            for g in 0..groups {
-                affine[g] = add_product(of_z[g], &of_dz[g], &[width; GROUP]);
-                curvature[g] = add_product([0.0; GROUP], &of_w[g], &reach[g]);
-                cubic[g] = add_product([0.0; GROUP], &of_w[g], &cubic_reach[g]);
+        let [of_z, of_dz, of_w] = self.sizes.each_ref().map(|sizes| &sizes[..groups]);
+        let (reach, middle_reach) = (&level.reach[..groups], &level.middle_reach[..groups]);
+        let [affine, curvature, rest] = self.bounds.each_mut().map(|bound| &mut bound[..groups]);
+        let [z_middle, dz_middle, w_middle] = self.middle.each_mut();
+        for g in 0..groups {
+            let zero = [0.0; GROUP];
+            affine[g] = add_product(of_z[g], &of_dz[g], &[width; GROUP]);
+            curvature[g] = add_product(zero, &of_w[g], &reach[g]);
+            let total = from_fn(|lane| affine[g][lane] + curvature[g][lane]);
+            let rounded = add_product(zero, &total, &[rounding; GROUP]);
+            rest[g] = add_product(rounded, &of_w[g], &middle_reach[g]);
+            let moved = moved(
+                &level.half,
+                g,
+                [(z_re[g], z_im[g]), (dz_re[g], dz_im[g]), (w_re[g], w_im[g])],
+            );
+            for (target, value) in
+                [&mut *z_middle, &mut *dz_middle, &mut *w_middle].into_iter().zip(moved)
+            {
+                (target.re[g], target.im[g]) = value;
             }
         }
+        let (z_middle, dz_middle) = (z_middle.parts(groups), dz_middle.parts(groups));
+        let w_middle = w_middle.parts(groups);
         for (index, function) in basis.functions.iter().enumerate() {
             let (re, im) = function.weights.parts(groups);
             let magnitude = &function.magnitudes[..groups];
-            // Six sums over the modes, each in the lanes of a group.
-            let mut sums = [[0.0; GROUP]; 6];
+            let (constant, slope) = (self.constants[index], function.slope);
+            let offset = constant + slope * self.start;
+            let of_offset = offset.abs().max(constant.abs()) + width * slope.abs();
+            // Sums over the modes, each in the lanes of a group.
+            let mut sums = [[0.0; GROUP]; 4];
             for g in 0..groups {
                 for (k, (part_re, part_im)) in
-                    [(z_re, z_im), (dz_re, dz_im), (w_re, w_im)].into_iter().enumerate()
+                    [z_middle, dz_middle, w_middle].into_iter().enumerate()
                 {
                     sums[k] = add_product(sums[k], &re[g], &part_re[g]);
                     sums[k] = subtract_product(sums[k], &im[g], &part_im[g]);
                 }
-                sums[3] = add_product(sums[3], &magnitude[g], &affine[g]);
-                sums[4] = add_product(sums[4], &magnitude[g], &curvature[g]);
-                sums[5] = add_product(sums[5], &magnitude[g], &cubic[g]);
+                sums[3] = add_product(sums[3], &magnitude[g], &rest[g]);
             }
-            let [value, slope, second, affine, curvature, cubic] = sums.map(sum_of);
-            let offset = self.constants[index] + function.slope * self.start;
-            let affine = offset.abs().max(self.constants[index].abs())
-                + width * function.slope.abs()
-                + affine;
-            let mut remainder = curvature * level.truncation;
-            if level.slow < basis.count {
-                let of_w = self.sizes[2].as_flattened();
-                let (magnitudes, reach) =
-                    (function.magnitudes.as_flattened(), level.reach.as_flattened());
-                let fast = level.slow..basis.count;
-                remainder += fast.map(|r| magnitudes[r] * of_w[r] * reach[r]).sum::<f64>();
-            }
-            let error = rounding * (affine + curvature) + remainder;
-            panel.curvature_error[index] = rounding * curvature + remainder;
-            panel.error[index] = error;
-            let (c0, c1) = (offset + value, (function.slope + slope) * width);
-            let c2 = 0.5 * second * width * width;
-            let mut lowest = c0.min(c0 + c1 + c2);
-            if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
-                lowest = c0 - 0.25 * c1 * c1 / c2;
-            }
-            panel.excluded[index] = lowest - cubic > error;
+            let [value, first, second, rest] = sums.map(sum_of);
+            let half = 0.5 * width;
+            let (c0, c1) = (offset + half * slope + value, (half * (slope + first)).abs());
+            let c2 = 0.5 * second * half * half;
+            let lowest =
+                if c1 < 2.0 * c2 { c0 - 0.25 * c1 * c1 / c2 } else { c0 - c1 + c2 };
+            panel.excluded[index] = lowest - rest > rounding * of_offset;
             if panel.excluded[index] {
                 continue;
             }
+            let mut sums = [[0.0; GROUP]; 4];
+            for g in 0..groups {
+                for (k, (part_re, part_im)) in
+                    [(z_re, z_im), (dz_re, dz_im)].into_iter().enumerate()
+                {
+                    sums[k] = add_product(sums[k], &re[g], &part_re[g]);
+                    sums[k] = subtract_product(sums[k], &im[g], &part_im[g]);
+                }
+                sums[2] = add_product(sums[2], &magnitude[g], &affine[g]);
+                sums[3] = add_product(sums[3], &magnitude[g], &curvature[g]);
+            }
+            let [value, first, affine, curvature] = sums.map(sum_of);
+            let mut remainder = curvature * level.truncation;
+            if level.slow < basis.count {
+                let (magnitudes, of_w) = (magnitude.as_flattened(), of_w.as_flattened());
+                let fast = level.slow..basis.count;
+                let reach = reach.as_flattened();
+                remainder += fast.map(|r| magnitudes[r] * of_w[r] * reach[r]).sum::<f64>();
+            }
+            panel.curvature_error[index] = rounding * curvature + remainder;
+            panel.error[index] = rounding * (of_offset + affine + curvature) + remainder;
             let (gain_re, gain_im) = self.gains.parts_mut(groups);
             for g in 0..groups {
                 let zero = ([0.0; GROUP], [0.0; GROUP]);
@@ -320,7 +344,7 @@ impl ModalMotion {
                 }
             }
             let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
-            (c[0], c[1]) = (c0, c1);
+            (c[0], c[1]) = (offset + value, (slope + first) * width);
             c[2..].copy_from_slice(tail.as_flattened());
         }
     }
@@ -333,22 +357,13 @@ impl ModalMotion {
 
     #[inline(always)]
     fn shift(&mut self, groups: usize, level: &Level) {
-        let (phi1_re, phi1_im) = level.phi1.parts(groups);
-        let (phi2_re, phi2_im) = level.phi2.parts(groups);
-        let (e_re, e_im) = level.exponential.parts(groups);
         let (z_re, z_im) = self.z.parts_mut(groups);
         let (dz_re, dz_im) = self.dz.parts_mut(groups);
         let (w_re, w_im) = self.w.parts_mut(groups);
         for g in 0..groups {
-            let (re, im) = (w_re[g], w_im[g]);
-            let w = (&re, &im);
-            let h = [level.width; GROUP];
-            let z = (add_product(z_re[g], &h, &dz_re[g]), add_product(z_im[g], &h, &dz_im[g]));
-            (z_re[g], z_im[g]) = add_complex(z, (&phi2_re[g], &phi2_im[g]), w);
-            let dz = (dz_re[g], dz_im[g]);
-            (dz_re[g], dz_im[g]) = add_complex(dz, (&phi1_re[g], &phi1_im[g]), w);
-            let zero = ([0.0; GROUP], [0.0; GROUP]);
-            (w_re[g], w_im[g]) = add_complex(zero, (&e_re[g], &e_im[g]), w);
+            let now = [(z_re[g], z_im[g]), (dz_re[g], dz_im[g]), (w_re[g], w_im[g])];
+            [(z_re[g], z_im[g]), (dz_re[g], dz_im[g]), (w_re[g], w_im[g])] =
+                moved(&level.whole, g, now);
         }
     }
 
@@ -480,6 +495,20 @@ impl ModalMotion {
             .map(|r| basis.lambda.get(r).norm())
             .fold(0.0, f64::max)
     }
+}
+
+/// (z, z', w) of a group of modes after a step.
+#[inline(always)]
+fn moved(step: &Step, g: usize, [z, dz, w]: [(Group, Group); 3]) -> [(Group, Group); 3] {
+    let h = [step.length; GROUP];
+    let linear = (add_product(z.0, &h, &dz.0), add_product(z.1, &h, &dz.1));
+    let w = (&w.0, &w.1);
+    let zero = ([0.0; GROUP], [0.0; GROUP]);
+    [
+        add_complex(linear, (&step.phi2.re[g], &step.phi2.im[g]), w),
+        add_complex(dz, (&step.phi1.re[g], &step.phi1.im[g]), w),
+        add_complex(zero, (&step.exponential.re[g], &step.exponential.im[g]), w),
+    ]
 }
 
 /// `sum + a b`, complex.

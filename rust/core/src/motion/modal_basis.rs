@@ -137,10 +137,8 @@ pub(super) struct ModalFunction {
 #[derive(Debug)]
 pub(super) struct Level {
     pub width: f64,
-    pub exponential: SplitComplex,
-    /// `h phi1`, `h^2 phi2`
-    pub phi1: SplitComplex,
-    pub phi2: SplitComplex,
+    /// From the start to the end of the panel.
+    pub whole: Step,
     /// Modes slow enough for the polynomials: a prefix.
     pub slow: usize,
     /// Of each slow mode.
@@ -148,13 +146,26 @@ pub(super) struct Level {
     /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
     /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
     pub reach: Vec<Group>,
-    /// The same without the leading `t^2 / 2`; all of `reach` for fast modes.
-    pub cubic_reach: Vec<Group>,
+    /// From the start to the middle of the panel; zero for fast modes, which stay affine there.
+    pub half: Step,
+    /// Bound of what a mode adds, per w at the start, to its quadratic part about the middle:
+    /// `|x|^3 / 48 |lambda|^2` for slow modes that decay, `reach` for fast ones.
+    pub middle_reach: Vec<Group>,
     /// What the polynomials leave out, relative to `reach` of the slow modes.
     pub truncation: f64,
     /// Modes that turn within the width, `|lambda| h > 1`, and the bound of `|e^{lambda t} / lambda^2|`.
     pub turns: Vec<bool>,
     pub growth: Vec<f64>,
+}
+
+/// What moves the modes by a step h.
+#[derive(Debug)]
+pub(super) struct Step {
+    pub length: f64,
+    pub exponential: SplitComplex,
+    /// `h phi1`, `h^2 phi2`
+    pub phi1: SplitComplex,
+    pub phi2: SplitComplex,
 }
 
 /// Real and imaginary parts of `x^j h^2 / (j + 2)!` for x = lambda h; zero where below rounding of the first.
@@ -277,15 +288,10 @@ impl Level {
     fn new(basis: &ModalBasis, width: f64) -> Self {
         let stride = basis.groups * GROUP;
         let lambdas: Vec<Complex64> = (0..stride).map(|r| basis.lambda.get(r)).collect();
-        let all: Vec<_> =
-            lambdas.iter().map(|lambda| exponential_and_phi(lambda * width)).collect();
-        let split = |f: &dyn Fn(&(Complex64, Complex64, Complex64)) -> Complex64| {
-            SplitComplex::of(&all.iter().map(f).collect::<Vec<_>>())
-        };
         // Ulps above the reach, so that the fastest mode itself belongs to level 0.
         let is_slow = |lambda: &Complex64| lambda.norm() * width <= REACH * (1.0 + 1e-12);
         let slow = lambdas[..basis.count].partition_point(is_slow);
-        let (mut reach, mut cubic_reach) = (vec![0.0; stride], vec![0.0; stride]);
+        let (mut reach, mut middle_reach) = (vec![0.0; stride], vec![0.0; stride]);
         let mut growth = vec![0.0; stride];
         let mut powers = Vec::with_capacity(slow);
         let leading = 0.5 * width * width;
@@ -295,27 +301,46 @@ impl Level {
             if r < slow {
                 powers.push(Powers::new(x, leading));
                 reach[r] = width * width * phi2_bound(x.norm());
-                cubic_reach[r] = reach[r] - leading;
+                // Taylor's remainder, with |w| at the middle and the growth from there in terms of the start.
+                middle_reach[r] = width * width * x.norm() * x.re.max(0.0).exp() / 48.0;
             } else if lambda.re <= 0.0 {
                 reach[r] = leading.min((2.0 + x.norm()) / lambda.norm_sqr());
-                cubic_reach[r] = reach[r] + leading;
+                middle_reach[r] = reach[r];
             } else {
                 reach[r] = f64::INFINITY;
-                cubic_reach[r] = f64::INFINITY;
+                middle_reach[r] = f64::INFINITY;
             }
         }
         Self {
             width,
-            exponential: split(&|f| f.0),
-            phi1: split(&|f| width * f.1),
-            phi2: split(&|f| width * width * f.2),
+            whole: Step::new(&lambdas, width, basis.count),
             slow,
             powers,
             reach: in_groups(&reach),
-            cubic_reach: in_groups(&cubic_reach),
+            half: Step::new(&lambdas, 0.5 * width, slow),
+            middle_reach: in_groups(&middle_reach),
             truncation: truncation(),
             turns: lambdas.iter().map(|lambda| lambda.norm() * width > 1.0).collect(),
             growth,
+        }
+    }
+}
+
+impl Step {
+    /// Of the first `moving` modes.
+    fn new(lambdas: &[Complex64], length: f64, moving: usize) -> Self {
+        let mut all = vec![Default::default(); lambdas.len()];
+        for (target, lambda) in all[..moving].iter_mut().zip(lambdas) {
+            *target = exponential_and_phi(lambda * length);
+        }
+        let split = |f: &dyn Fn(&(Complex64, Complex64, Complex64)) -> Complex64| {
+            SplitComplex::of(&all.iter().map(f).collect::<Vec<_>>())
+        };
+        Self {
+            length,
+            exponential: split(&|f| f.0),
+            phi1: split(&|f| length * f.1),
+            phi2: split(&|f| length * length * f.2),
         }
     }
 }
