@@ -67,8 +67,8 @@ WORK = {
     ("standard", "auto"): {
         "phases": 313,
         "panels": 729,
-        "leaps": 6,
-        "refinements": 1140,
+        "leaps": 7,
+        "refinements": 546,
         "combinations": 5,
         "taylor_phases": 0,
     },
@@ -82,9 +82,9 @@ WORK = {
     },
     ("lifting", "auto"): {
         "phases": 148,
-        "panels": 343,
+        "panels": 344,
         "leaps": 6,
-        "refinements": 545,
+        "refinements": 292,
         "combinations": 6,
         "taylor_phases": 0,
     },

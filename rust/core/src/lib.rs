@@ -54,6 +54,7 @@ mod study;
 mod sweep;
 mod trajectory;
 mod transition;
+mod vector;
 mod work;
 
 pub use arithmetic::arithmetic;

@@ -10,6 +10,7 @@ use std::sync::Arc;
 
 use crate::basis::{CombinationBasis, Propagator};
 use crate::scene::Scene;
+use crate::vector::GROUP;
 
 use modal::ModalMotion;
 pub(crate) use modal_basis::ModalBasis;
@@ -22,6 +23,8 @@ const REACH: f64 = 3.0;
 pub(crate) const DEGREE: usize = 29;
 /// Coefficients per function.
 pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
+/// Room for them: zeros up to a whole number of groups, also when up to three departing roots are divided out.
+pub(crate) const ROW: usize = (COEFFICIENTS + 3).next_multiple_of(GROUP);
 
 /// Event functions on one stretch of time `[start, start + width]`, as polynomials in
 /// `s = (t - start) / width`.
@@ -30,7 +33,7 @@ pub(crate) struct Panel {
     pub width: f64,
     /// Functions that an envelope proves positive on the panel; they have no coefficients.
     pub excluded: Vec<bool>,
-    /// `COEFFICIENTS` per function.
+    /// `ROW` per function, of which the first `COEFFICIENTS` count.
     pub coefficients: Vec<f64>,
     /// Bound of the error of the whole polynomial on [0, 1]: remainder and rounding.
     pub error: Vec<f64>,
@@ -41,14 +44,25 @@ pub(crate) struct Panel {
 }
 
 impl Panel {
-    pub fn polynomial(&self, function: usize) -> &[f64] {
-        &self.coefficients[function * COEFFICIENTS..(function + 1) * COEFFICIENTS]
+    /// The polynomial of a function in whole groups, after a root of known multiplicity at 0 is divided out.
+    pub fn polynomial(&self, function: usize, multiplicity: usize) -> &[f64] {
+        let first = function * ROW + multiplicity;
+        let groups = (COEFFICIENTS - multiplicity).div_ceil(GROUP);
+        &self.coefficients[first..first + groups * GROUP]
+    }
+
+    /// The coefficients of a function, to be filled in.
+    fn row(&mut self, function: usize) -> &mut [f64; COEFFICIENTS] {
+        self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")
     }
 
     fn reset(&mut self, width: f64, functions: usize) {
         self.width = width;
+        if self.excluded.len() == functions {
+            return;
+        }
         self.excluded.resize(functions, false);
-        self.coefficients.resize(functions * COEFFICIENTS, 0.0);
+        self.coefficients.resize(functions * ROW, 0.0);
         self.error.resize(functions, 0.0);
         self.curvature_error.resize(functions, 0.0);
     }
@@ -69,7 +83,7 @@ impl Motion {
         let mut motion = Self {
             scene: Arc::clone(scene),
             basis: Arc::clone(basis),
-            modal: ModalMotion::new(),
+            modal: ModalMotion::default(),
             taylor: TaylorMotion::default(),
         };
         motion.restart(basis, q, u);

@@ -2,11 +2,12 @@
 
 use crate::basis::CombinationBasis;
 use crate::event::{EventFunction, Trigger};
-use crate::motion::{COEFFICIENTS, Motion, Panel};
+use crate::motion::{Motion, Panel, ROW};
 use crate::roots::{FirstRoot, Touch, ValueAndSlope, Verdict};
 use crate::simulation::Run;
 use crate::trajectory::{Accumulation, Cursor, EventKind, Grazing, StopReason};
 use crate::transition::Departure;
+use crate::vector::VectorUnit;
 
 /// Panels between two questions whether the run is interrupted: about 20 us of small-scene work.
 const PANELS_PER_QUESTION: usize = 64;
@@ -41,7 +42,7 @@ pub(crate) struct PhaseSearch {
     /// Touches at the end of a panel wait for the next one to say whether they were crossings.
     pending: Vec<Option<Grazing>>,
     touches: Vec<Grazing>,
-    arch: pulp::Arch,
+    unit: VectorUnit,
     /// What vanishes at the event found, by contact.
     pub triggers: Vec<(usize, Trigger)>,
 }
@@ -136,7 +137,9 @@ impl PhaseSearch {
         for (index, function) in functions.iter().enumerate() {
             if self.panel.excluded[index] && self.multiplicity[index] == 0 || skipped == Some(index)
             {
-                self.touches.extend(self.pending[index].take());
+                if let Some(touch) = self.pending[index].take() {
+                    self.touches.push(touch);
+                }
                 continue;
             }
             run.trajectory.counters.refinements += 1;
@@ -147,7 +150,7 @@ impl PhaseSearch {
                 continue;
             }
             let departing = self.multiplicity[index];
-            let p = &self.panel.polynomial(index)[departing..];
+            let p = self.panel.polynomial(index, departing);
             let error = if departing >= 2 || bounce {
                 self.panel.curvature_error[index]
             } else {
@@ -160,7 +163,7 @@ impl PhaseSearch {
                 value: touch.value,
                 uncertainty: error,
             };
-            let verdict = self.arch.dispatch(FirstRoot { polynomial: p, error, end: first });
+            let verdict = self.unit.run(FirstRoot { polynomial: p, error, end: first });
             match verdict {
                 Verdict::Clear { touch, in_band } => {
                     let before = self.pending[index].take().filter(|_| in_band.is_none());
@@ -181,12 +184,12 @@ impl PhaseSearch {
     /// The end of a flight that is short beside the panel, found in the scale of the flight itself: there the
     /// errors of the higher coefficients are small beside the speed of the bounce, which is known exactly.
     fn short_flight(&self, function: usize, end: f64) -> Option<f64> {
-        let p = &self.panel.polynomial(function)[1..];
+        let p = self.panel.polynomial(function, 1);
         let scale = FLIGHT * -p[0] / p[1];
         if !(scale > 0.0 && scale < 1.0) {
             return None;
         }
-        let mut scaled = [0.0; COEFFICIENTS - 1];
+        let mut scaled = [0.0; ROW];
         let mut power = 1.0;
         for (target, c) in scaled.iter_mut().zip(p) {
             *target = c * power;
@@ -194,7 +197,7 @@ impl PhaseSearch {
         }
         let error = self.panel.curvature_error[function] * scale;
         let end = (end / scale).min(1.0);
-        match self.arch.dispatch(FirstRoot { polynomial: &scaled, error, end }) {
+        match self.unit.run(FirstRoot { polynomial: &scaled[..p.len()], error, end }) {
             Verdict::Crossing { root, .. } => Some(root * scale),
             Verdict::Clear { .. } => None,
         }
@@ -210,7 +213,7 @@ impl PhaseSearch {
         at: f64,
     ) {
         if functions[index].trigger == Trigger::GapClosed {
-            let (_, slope) = self.arch.dispatch(ValueAndSlope(self.panel.polynomial(index), at));
+            let (_, slope) = self.unit.run(ValueAndSlope(self.panel.polynomial(index, 0), at));
             let normal = run.scene.contacts[functions[index].contact].normal;
             run.u[normal] = (slope / self.panel.width).min(0.0);
         }
@@ -221,8 +224,8 @@ impl PhaseSearch {
         if self.panel.excluded[function] && self.multiplicity[function] == 0 {
             return false;
         }
-        let p = &self.panel.polynomial(function)[self.multiplicity[function]..];
-        let (value, slope) = self.arch.dispatch(ValueAndSlope(p, s));
+        let p = self.panel.polynomial(function, self.multiplicity[function]);
+        let (value, slope) = self.unit.run(ValueAndSlope(p, s));
         value <= self.panel.error[function] && slope < 0.0
     }
 
@@ -237,7 +240,7 @@ impl PhaseSearch {
             }
             let law = &run.scene.contacts[event.contact];
             let width = self.panel.width;
-            let c = &mut self.panel.coefficients[function * COEFFICIENTS..];
+            let c = &mut self.panel.coefficients[function * ROW..];
             c[1] = run.u[law.normal] * width;
             let (c1, c2, c3) = (c[1], c[2], c[3]);
             if !(c2 < 0.0 && law.restitution < 1.0) {

@@ -9,9 +9,8 @@
 //! Everything is inlined into its caller, which is compiled for the vector units found at run time; products
 //! and sums are fused on every machine.
 
-use pulp::{Simd, WithSimd};
-
-use crate::motion::COEFFICIENTS;
+use crate::motion::{COEFFICIENTS, ROW};
+use crate::vector::{GROUP, Group, Kernel, Lanes, ZEROS, group};
 
 /// Where a polynomial stands on the interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,83 +29,105 @@ pub(crate) struct Touch {
     pub value: f64,
 }
 
-/// Value and the first two derivatives at s.
+/// Coefficients in groups, filled up with zeros.
+type Groups<'a> = &'a [[f64; GROUP]];
+
+/// Value and the first two derivatives at s. With `x = s^4` the coefficients of each lane are a polynomial
+/// `V_l(x)` of a quarter of the degree, and `p = sum_l s^l V_l`.
 #[inline(always)]
-fn derivatives(p: &[f64], s: f64) -> (f64, f64, f64) {
-    let (mut value, mut first, mut second) = (0.0f64, 0.0f64, 0.0f64);
-    for &c in p.iter().rev() {
-        second = second.mul_add(s, first);
-        first = first.mul_add(s, value);
-        value = value.mul_add(s, c);
+fn derivatives<S: Lanes>(simd: S, p: Groups<'_>, s: f64) -> (f64, f64, f64) {
+    let square = s * s;
+    let x = simd.splat_f64s(square * square);
+    let (mut value, mut first, mut second) = (ZEROS, ZEROS, ZEROS);
+    for &coefficients in p.iter().rev() {
+        second = simd.mul_add_f64s(second, x, first);
+        first = simd.mul_add_f64s(first, x, value);
+        value = simd.mul_add_f64s(value, x, group(coefficients));
     }
-    (value, first, 2.0 * second)
+    let cube = square * s;
+    let powers = group([1.0, s, square, cube]);
+    let of_value = group([0.0, 0.0, 2.0, 6.0 * s]);
+    let of_first = group([12.0, 20.0 * s, 28.0 * square, 36.0 * cube]);
+    let of_first = simd.mul_f64s(of_first, simd.splat_f64s(square));
+    let of_second = simd.mul_f64s(powers, simd.splat_f64s(32.0 * cube * cube));
+    let sum = simd.mul_f64s(second, of_second);
+    let sum = simd.mul_add_f64s(value, of_value, simd.mul_add_f64s(first, of_first, sum));
+    let (value, first) = summed(simd, value, first, powers, s);
+    (value, first, simd.reduce_sum_f64s(sum))
 }
 
-/// Value and slope of a polynomial.
+/// Value and slope of a polynomial, its coefficients in groups.
 pub(crate) struct ValueAndSlope<'a>(pub &'a [f64], pub f64);
 
-impl WithSimd for ValueAndSlope<'_> {
+impl Kernel for ValueAndSlope<'_> {
     type Output = (f64, f64);
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> (f64, f64) {
-        value_and_slope(self.0, self.1)
+    fn run<S: Lanes>(self, simd: S) -> (f64, f64) {
+        value_and_slope(simd, self.0.as_chunks().0, self.1)
     }
 }
 
-/// By two interleaved chains over the even and the odd powers, `p = e(s^2) + s o(s^2)`: half the latency.
 #[inline(always)]
-fn value_and_slope(p: &[f64], s: f64) -> (f64, f64) {
+fn value_and_slope<S: Lanes>(simd: S, p: Groups<'_>, s: f64) -> (f64, f64) {
     let square = s * s;
-    let (mut even, mut odd, mut even_slope, mut odd_slope) = (0.0f64, 0.0f64, 0.0f64, 0.0f64);
-    let (pairs, rest) = p.as_chunks::<2>();
-    if let &[last] = rest {
-        even = last;
+    let x = simd.splat_f64s(square * square);
+    let (mut value, mut first) = (ZEROS, ZEROS);
+    for &coefficients in p.iter().rev() {
+        first = simd.mul_add_f64s(first, x, value);
+        value = simd.mul_add_f64s(value, x, group(coefficients));
     }
-    for &[e, o] in pairs.iter().rev() {
-        even_slope = even_slope.mul_add(square, even);
-        odd_slope = odd_slope.mul_add(square, odd);
-        even = even.mul_add(square, e);
-        odd = odd.mul_add(square, o);
-    }
-    let value = odd.mul_add(s, even);
-    let slope = (2.0 * s).mul_add(odd_slope.mul_add(s, even_slope), odd);
-    (value, slope)
+    summed(simd, value, first, group([1.0, s, square, square * s]), s)
 }
 
-/// A bound of |p'''| on [0, 1].
+/// `sum_l s^l V_l` and its slope `sum_l (l s^{l-1} V_l + 4 s^{3+l} V_l')`.
 #[inline(always)]
-fn third_derivative_bound(p: &[f64]) -> f64 {
-    lanes(p, |k, c| (k * (k - 1.0) * (k - 2.0)) * c.abs())
+fn summed<S: Lanes>(simd: S, value: Group, first: Group, powers: Group, s: f64) -> (f64, f64) {
+    let slopes = group([0.0, 1.0, 2.0 * s, 3.0 * s * s]);
+    let of_first = simd.mul_f64s(powers, simd.splat_f64s(4.0 * s * s * s));
+    let slope = simd.mul_add_f64s(first, of_first, simd.mul_f64s(value, slopes));
+    (simd.reduce_sum_f64s(simd.mul_f64s(value, powers)), simd.reduce_sum_f64s(slope))
+}
+
+/// k (k - 1) (k - 2)
+const THIRD: [[f64; GROUP]; COEFFICIENTS.div_ceil(GROUP)] = {
+    let mut factors = [[0.0; GROUP]; COEFFICIENTS.div_ceil(GROUP)];
+    let mut k = 3;
+    while k < COEFFICIENTS {
+        factors[k / GROUP][k % GROUP] = (k * (k - 1) * (k - 2)) as f64;
+        k += 1;
+    }
+    factors
+};
+
+/// A bound of |p'''| on [0, 1]; of the third derivative alone, not of its modulus, from the `positive` coefficients.
+#[inline(always)]
+fn third_derivative_bound<S: Lanes>(simd: S, p: Groups<'_>, positive: bool) -> f64 {
+    let mut sum = ZEROS;
+    for (&coefficients, &factors) in p.iter().zip(&THIRD) {
+        let coefficients = group(coefficients);
+        let counted =
+            if positive { simd.max_f64s(coefficients, ZEROS) } else { simd.abs_f64s(coefficients) };
+        sum = simd.mul_add_f64s(counted, group(factors), sum);
+    }
+    simd.reduce_sum_f64s(sum)
 }
 
 /// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
 #[inline(always)]
-fn lower_bound(p: &[f64]) -> f64 {
-    let coefficient = |k: usize| p.get(k).copied().unwrap_or(0.0);
-    let (c0, c1, c2) = (coefficient(0), coefficient(1), coefficient(2));
+fn lower_bound<S: Lanes>(simd: S, p: Groups<'_>) -> f64 {
+    let Some((&[c0, c1, c2, c3], higher)) = p.split_first() else {
+        return 0.0;
+    };
     let mut lowest = c0.min(c0 + c1 + c2);
     if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
         lowest = lowest.min(c0 - 0.25 * c1 * c1 / c2);
     }
-    lowest + lanes(p, |_, c| c.min(0.0))
-}
-
-/// `sum_k term(k, p_k)` over the powers from the third on, in four independent sums.
-#[inline(always)]
-fn lanes(p: &[f64], term: impl Fn(f64, f64) -> f64) -> f64 {
-    let tail = p.get(3..).unwrap_or(&[]);
-    let (groups, rest) = tail.as_chunks::<4>();
-    let mut sums = [0.0; 4];
-    let mut powers = [3.0, 4.0, 5.0, 6.0];
-    for group in groups {
-        for lane in 0..4 {
-            sums[lane] += term(powers[lane], group[lane]);
-            powers[lane] += 4.0;
-        }
+    let mut sum = ZEROS;
+    for &coefficients in higher {
+        sum = simd.add_f64s(sum, simd.min_f64s(group(coefficients), ZEROS));
     }
-    let rest: f64 = rest.iter().zip(powers).map(|(&c, k)| term(k, c)).sum();
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+    lowest + c3.min(0.0) + simd.reduce_sum_f64s(sum)
 }
 
 /// The largest step d <= longest on which `v + v1 d + v2 d^2 / 2 - m d^3 / 6 > floor`, from below:
@@ -157,89 +178,71 @@ const NEAR: f64 = 2.0;
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
 const STEPS: usize = 400;
 
-/// The first root of `polynomial` on [0, end], end <= 1.
+/// The first root of `polynomial`, its coefficients in groups, on [0, end], end <= 1.
 pub(crate) struct FirstRoot<'a> {
     pub polynomial: &'a [f64],
     pub error: f64,
     pub end: f64,
 }
 
-impl WithSimd for FirstRoot<'_> {
+impl Kernel for FirstRoot<'_> {
     type Output = Verdict;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Verdict {
-        first_root(self.polynomial, self.error, self.end)
+    fn run<S: Lanes>(self, simd: S) -> Verdict {
+        let (p, _) = self.polynomial.as_chunks();
+        if let Some(root) = lone_root(simd, p, self.error, self.end) {
+            return Verdict::Crossing { root, touch: None };
+        }
+        if lower_bound(simd, p) > self.error {
+            return Verdict::Clear { touch: None, in_band: None };
+        }
+        march(simd, p, self.error, self.end)
     }
 }
 
+/// The usual case, a single transversal crossing: where p ends below the band, a root is found by Newton's
+/// method and proved to be the first.
 #[inline(always)]
-fn first_root(p: &[f64], error: f64, end: f64) -> Verdict {
-    if lower_bound(p) > error {
-        return Verdict::Clear { touch: None, in_band: None };
-    }
-    let (short, wider) = shortened(p, error);
-    if let Some(root) = lone_root(short, wider, end) {
-        // The search bears the error of the coefficients left out, the root need not.
-        let (v, v1) = value_and_slope(p, root);
-        return Verdict::Crossing { root: root - v / v1, touch: None };
-    }
-    march(p, error, end)
-}
-
-/// Drops the highest coefficients that together stay below a quarter of the error, and adds them to it.
-#[inline(always)]
-fn shortened(p: &[f64], error: f64) -> (&[f64], f64) {
-    let mut dropped = 0.0;
-    let mut length = p.len();
-    while length > 3 && dropped + p[length - 1].abs() <= 0.25 * error {
-        dropped += p[length - 1].abs();
-        length -= 1;
-    }
-    (&p[..length], error + dropped)
-}
-
-/// The usual case, a single transversal crossing: where p ends below the band, a root r is found by Newton's
-/// method and divided out; `p = (r - s) q` with q proved positive on [0, r] has no root before r.
-#[inline(always)]
-fn lone_root(p: &[f64], error: f64, end: f64) -> Option<f64> {
-    if p[0] <= error {
+fn lone_root<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Option<f64> {
+    let &[c0, c1, ..] = p.first()?;
+    if c0 <= error {
         return None;
     }
-    let (at_end, slope_at_end) = value_and_slope(p, end);
+    let (at_end, slope_at_end) = value_and_slope(simd, p, end);
     if !(at_end < -error && slope_at_end < 0.0) {
         return None;
     }
     let (mut low, mut high) = (0.0, end);
-    let mut s = hermite_root(p[0], p[1] * end, at_end, slope_at_end * end) * end;
+    let mut s = hermite_root(c0, c1 * end, at_end, slope_at_end * end) * end;
     for _ in 0..20 {
-        let (v, v1) = value_and_slope(p, s);
+        let (v, v1, v2) = derivatives(simd, p, s);
+        let step = v / v1;
+        // One step of third order more, and what it leaves is below rounding.
+        if step.abs() <= 1e-6 * s {
+            let root = s - step * (1.0 + 0.5 * step * v2 / v1);
+            return is_first(simd, p, error, s, [v, v1, v2]).then_some(root);
+        }
         if v > 0.0 {
             low = s;
         } else {
             high = s;
         }
-        let newton = s - v / v1;
-        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
-        let step = (next - s).abs();
-        s = next;
-        // The next step would be about the square of this one.
-        if step <= 1e-9 * s {
-            return is_first(p, error, s).then_some(s);
-        }
+        let newton = s - step;
+        s = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
     }
     None
 }
 
 /// A root on [0, 1] of the cubic with values `a > 0 > b` and slopes `da`, `db` at 0 and 1: a start that leaves
-/// two or three steps on p itself.
+/// two steps or so on p itself.
 #[inline(always)]
 fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
     let c2 = 3.0 * (b - a) - 2.0 * da - db;
     let c3 = 2.0 * (a - b) + da + db;
     let (mut low, mut high) = (0.0, 1.0);
     let mut s = a / (a - b);
-    for _ in 0..5 {
+    for _ in 0..3 {
         let value = ((c3 * s + c2) * s + da) * s + a;
         let slope = (3.0 * c3 * s + 2.0 * c2) * s + da;
         if value > 0.0 {
@@ -253,35 +256,44 @@ fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
     s
 }
 
-/// Whether p has no root on [0, root) but for the error of its last part.
+/// Whether p has no root on [0, s) but for the error of its last part. With d = s - r,
+/// `p(r) >= p(s) + d (-p'(s) + p''(s) d / 2 - M d^2 / 6)`, M >= p''' on [0, 1], where the bracket is concave in d
+/// and so lowest at an end; failing that, `p = (r - s) q` with q bounded from below.
 #[inline(always)]
-fn is_first(p: &[f64], error: f64, root: f64) -> bool {
-    // Horner's scheme at the root leaves the coefficients of p / (s - root), here scaled to [0, 1].
-    let mut quotient = [0.0; COEFFICIENTS];
-    let length = p.len() - 1;
+fn is_first<S: Lanes>(simd: S, p: Groups<'_>, error: f64, s: f64, [v, v1, v2]: [f64; 3]) -> bool {
+    let m = third_derivative_bound(simd, p, true);
+    let needed = 2.0 * (error + v.abs());
+    let lowest = (-v1).min(-v1 + s * (0.5 * v2 - s * m / 6.0));
+    if lowest * s > needed {
+        return true;
+    }
+    // Horner's scheme at s leaves the coefficients of (p - p(s)) / (r - s), here scaled to [0, 1].
+    let mut quotient = [[0.0; GROUP]; ROW / GROUP];
+    let coefficients = quotient.as_flattened_mut();
+    let p = p.as_flattened();
     let mut carried = 0.0;
-    for k in (0..length).rev() {
-        carried = carried * root + p[k + 1];
-        quotient[k] = -carried;
+    for k in (1..p.len()).rev() {
+        carried = carried * s + p[k];
+        coefficients[k - 1] = -carried;
     }
     let mut power = 1.0;
-    for c in &mut quotient[..length] {
+    for c in &mut coefficients[..p.len() - 1] {
         *c *= power;
-        power *= root;
+        power *= s;
     }
-    lower_bound(&quotient[..length]) * root > 2.0 * error
+    lower_bound(simd, &quotient[..p.len() / GROUP]) * s > needed
 }
 
 #[inline(always)]
-fn march(p: &[f64], error: f64, end: f64) -> Verdict {
-    let m = third_derivative_bound(p);
+fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
+    let m = third_derivative_bound(simd, p, false);
     let mut s = 0.0;
     let mut touch: Option<Touch> = None;
     for _ in 0..STEPS {
-        let (v, v1, v2) = derivatives(p, s);
+        let (v, v1, v2) = derivatives(simd, p, s);
         if v > NEAR * error {
             if let Some(high) = monotone_crossing(v, v1, v2, m, error, 1.0 - s) {
-                let root = bracketed_root(p, s, s + high);
+                let root = bracketed_root(simd, p, s, s + high);
                 if root > end {
                     return Verdict::Clear { touch, in_band: None };
                 }
@@ -296,7 +308,7 @@ fn march(p: &[f64], error: f64, end: f64) -> Verdict {
             s = (s + step).max(s + f64::EPSILON * s.max(1e-6));
             continue;
         }
-        match leave_band(p, error, m, s, end) {
+        match leave_band(simd, p, error, m, s, end) {
             Exit::Below { root } => return Verdict::Crossing { root, touch },
             Exit::Above { at, lowest } => {
                 let lowest = lowest
@@ -311,7 +323,7 @@ fn march(p: &[f64], error: f64, end: f64) -> Verdict {
         }
     }
     // Not decided in bounded work: said, not guessed.
-    let (value, _) = value_and_slope(p, s);
+    let (value, _) = value_and_slope(simd, p, s);
     Verdict::Clear { touch, in_band: Some(Touch { at: s, value }) }
 }
 
@@ -336,17 +348,17 @@ enum Exit {
 
 /// Follows p from the edge of the band |p| <= error until it is certainly outside.
 #[inline(always)]
-fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
+fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, end: f64) -> Exit {
     let mut s = entry;
     let mut lowest = Touch { at: entry, value: f64::INFINITY };
     for _ in 0..STEPS {
-        let (v, v1, v2) = derivatives(p, s);
+        let (v, v1, v2) = derivatives(simd, p, s);
         if v < lowest.value {
             lowest = Touch { at: s, value: v };
         }
         let within = Some(lowest).filter(|lowest| lowest.value <= error);
         if v < -error {
-            return Exit::Below { root: bracketed_root(p, entry, s) };
+            return Exit::Below { root: bracketed_root(simd, p, entry, s) };
         }
         // Farther out than where it was entered, or the two would take turns.
         if v > 1.5 * NEAR * error && s > entry {
@@ -375,14 +387,14 @@ fn leave_band(p: &[f64], error: f64, m: f64, entry: f64, end: f64) -> Exit {
 
 /// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
 #[inline(always)]
-fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
+fn bracketed_root<S: Lanes>(simd: S, p: Groups<'_>, low: f64, high: f64) -> f64 {
     let (mut low, mut high) = (low, high);
-    if value_and_slope(p, low).0 <= 0.0 {
+    if value_and_slope(simd, p, low).0 <= 0.0 {
         return low;
     }
     let mut s = 0.5 * (low + high);
     for _ in 0..100 {
-        let (v, v1) = value_and_slope(p, s);
+        let (v, v1) = value_and_slope(simd, p, s);
         if v > 0.0 {
             low = s;
         } else {
@@ -401,21 +413,23 @@ fn bracketed_root(p: &[f64], low: f64, high: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::vector::VectorUnit;
+
+    fn first(polynomial: &[f64], end: f64) -> Verdict {
+        VectorUnit::default().run(FirstRoot { polynomial, error: 4e-11, end })
+    }
 
     /// A line: the simplest function there is, with its root in the first part of the interval.
     #[test]
     fn a_line_crosses_once() {
-        let mut p = [0.0; COEFFICIENTS];
+        let mut p = [0.0; ROW];
         (p[0], p[1]) = (10.0, -3750.0);
         for end in [0.05, 1.0] {
-            let Verdict::Crossing { root, touch: None } = first_root(&p, 4e-11, end) else {
+            let Verdict::Crossing { root, touch: None } = first(&p, end) else {
                 panic!("no crossing up to {end}");
             };
             assert!((root - 10.0 / 3750.0).abs() < 1e-17);
         }
-        assert!(matches!(
-            first_root(&p, 4e-11, 0.002),
-            Verdict::Clear { touch: None, in_band: None }
-        ));
+        assert!(matches!(first(&p, 0.002), Verdict::Clear { touch: None, in_band: None }));
     }
 }

@@ -12,48 +12,62 @@
 //! modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer
 //! stretch.
 
-use std::array::from_fn;
-
 use num_complex::Complex64;
-use pulp::{Simd, WithSimd};
+use pulp::cast;
 
-use super::modal_basis::{
-    GROUP, Group, LEVELS, Level, ModalBasis, SplitComplex, Step, TAIL_GROUPS, add_product, size,
-    subtract_product,
-};
+use super::modal_basis::{LEVELS, Level, LevelModes, ModalBasis, Step, TAIL_GROUPS};
 use super::phi::exponential_and_phi;
-use super::{COEFFICIENTS, DEGREE, Panel};
+use super::{DEGREE, Panel};
+use crate::vector::{
+    ComplexGroup, GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, add_real_part, group,
+};
 
 /// Quiet panels before a leap is tried, and the first leap in powers of two panels.
 const QUIET: u32 = 2;
 const FIRST_LEAP: usize = 3;
 
+/// Panels between two questions whether the fast modes have decayed.
+const PANELS_PER_LEVEL: u32 = 4;
+
+/// A group of modes at one time.
+#[derive(Debug, Clone, Copy)]
+struct Modes {
+    z: ComplexGroup,
+    dz: ComplexGroup,
+    /// z''
+    w: ComplexGroup,
+}
+
+/// Bounds, of a group of modes per unit weight, on a panel.
+#[derive(Debug, Clone, Copy)]
+struct Bounds {
+    /// Of the affine part, and of what the mode adds to it.
+    affine: Group,
+    curvature: Group,
+    /// Of what the mode adds to its quadratic part about the middle, rounding included.
+    rest: Group,
+    /// Of what a mode that has no polynomial adds to its affine part.
+    fast: Group,
+}
+
 /// One phase in modal coordinates; its buffers serve every phase of a run.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct ModalMotion {
-    arch: pulp::Arch,
+    unit: VectorUnit,
     start: f64,
     panels: u32,
     level: usize,
     quiet: u32,
     leap: usize,
-    z: SplitComplex,
-    dz: SplitComplex,
-    /// z''
-    w: SplitComplex,
-    /// Sizes |z|, |z'|, |w| as sums of the moduli of their parts.
-    sizes: [Vec<Group>; 3],
-    /// On the panel: bounds of each mode's affine part, of what it adds to that, and of what it adds to its quadratic
-    /// part about the middle, rounding included.
-    bounds: [Vec<Group>; 3],
-    /// z, z' and w in the middle of the panel.
-    middle: [SplitComplex; 3],
+    /// At the start of the panel.
+    modes: Vec<Modes>,
+    middle: Vec<Modes>,
+    bounds: Vec<Bounds>,
     /// Weight times w of one event function.
-    gains: SplitComplex,
-    /// t^2 phi2, z and z' at a time within the panel.
-    phi2: SplitComplex,
-    z_at: SplitComplex,
-    dz_at: SplitComplex,
+    gains: Vec<ComplexGroup>,
+    /// t^2 phi2, and z and z' at a time within the panel.
+    phi2: Vec<ComplexGroup>,
+    at: Vec<[ComplexGroup; 2]>,
     /// Constant part of each event function at local time 0.
     constants: Vec<f64>,
     /// (q, q') of the kept coordinates at local time 0.
@@ -63,30 +77,6 @@ pub(crate) struct ModalMotion {
 }
 
 impl ModalMotion {
-    pub fn new() -> Self {
-        Self {
-            arch: pulp::Arch::new(),
-            start: 0.0,
-            panels: 0,
-            level: 0,
-            quiet: 0,
-            leap: FIRST_LEAP,
-            z: SplitComplex::default(),
-            dz: SplitComplex::default(),
-            w: SplitComplex::default(),
-            sizes: Default::default(),
-            bounds: Default::default(),
-            middle: Default::default(),
-            gains: SplitComplex::default(),
-            phi2: SplitComplex::default(),
-            z_at: SplitComplex::default(),
-            dz_at: SplitComplex::default(),
-            constants: Vec::new(),
-            gathered: Vec::new(),
-            stuck: Vec::new(),
-        }
-    }
-
     /// Starts a phase at local time 0 from (q, q').
     pub fn restart(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
         self.start = 0.0;
@@ -101,50 +91,51 @@ impl ModalMotion {
             let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
             function.constant + stuck
         }));
-        for buffer in self.sizes.iter_mut().chain(&mut self.bounds) {
-            buffer.resize(basis.groups, [0.0; GROUP]);
+        if self.modes.len() < basis.groups {
+            self.grow(basis.groups);
         }
-        let Self { z, dz, w, gains, phi2, z_at, dz_at, middle, .. } = self;
-        for buffer in [z, dz, w, gains, phi2, z_at, dz_at].into_iter().chain(middle) {
-            buffer.resize(basis.groups);
-        }
-        self.arch.dispatch(Project { motion: self, basis, q, u });
+        self.unit.run(Project { motion: self, basis, q, u });
+    }
+
+    #[cold]
+    fn grow(&mut self, groups: usize) {
+        let zero = ComplexGroup::ZERO;
+        let modes = Modes { z: zero, dz: zero, w: zero };
+        self.modes.resize(groups, modes);
+        self.middle.resize(groups, modes);
+        let bounds = Bounds { affine: ZEROS, curvature: ZEROS, rest: ZEROS, fast: ZEROS };
+        self.bounds.resize(groups, bounds);
+        self.gains.resize(groups, zero);
+        self.phi2.resize(groups, zero);
+        self.at.resize(groups, [zero; 2]);
     }
 
     #[inline(always)]
-    fn project(&mut self, groups: usize, basis: &ModalBasis, q: &[f64], u: &[f64]) {
+    fn project<S: Lanes>(
+        &mut self,
+        groups: usize,
+        simd: S,
+        basis: &ModalBasis,
+        q: &[f64],
+        u: &[f64],
+    ) {
         let gathered = &mut self.gathered;
         gathered.clear();
         gathered.extend(basis.kept.iter().map(|&k| [q[k], u[k]]));
-        let rows = gathered.len() * groups;
-        let (q_re, q_im) = basis.from_position.parts(rows);
-        let (u_re, u_im) = basis.from_velocity.parts(rows);
-        let (lambda_re, lambda_im) = basis.lambda.parts(groups);
-        let (force_re, force_im) = basis.force_constant.parts(groups);
-        let (linear_re, linear_im) = basis.force_linear.parts(groups);
-        let (z_re, z_im) = self.z.parts_mut(groups);
-        let (dz_re, dz_im) = self.dz.parts_mut(groups);
-        let (w_re, w_im) = self.w.parts_mut(groups);
-        for g in 0..groups {
-            let (mut re, mut im) = ([0.0; GROUP], [0.0; GROUP]);
-            let mut row = g;
-            for &[q, u] in gathered.iter() {
-                let (q, u) = ([q; GROUP], [u; GROUP]);
-                re = add_product(add_product(re, &q, &q_re[row]), &u, &u_re[row]);
-                im = add_product(add_product(im, &q, &q_im[row]), &u, &u_im[row]);
-                row += groups;
+        for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
+            let mut z = ComplexGroup::ZERO;
+            let rows = basis.projection[g..].iter().step_by(groups);
+            for (&[q, u], row) in gathered.iter().zip(rows) {
+                z = z.add_scaled(simd, simd.splat_f64s(q), row.position);
+                z = z.add_scaled(simd, simd.splat_f64s(u), row.velocity);
             }
-            (z_re[g], z_im[g]) = (re, im);
-            let (mut force_re, mut force_im) = (force_re[g], force_im[g]);
+            let force = &basis.force[g];
+            let mut constant = force.constant;
             for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
-                force_re = add_product(force_re, &[at; GROUP], &stick.force.re[g]);
-                force_im = add_product(force_im, &[at; GROUP], &stick.force.im[g]);
+                constant = constant.add_scaled(simd, simd.splat_f64s(at), stick.force.0[g]);
             }
-            let lambda = (&lambda_re[g], &lambda_im[g]);
-            let dz = add_complex((force_re, force_im), lambda, (&re, &im));
-            let w = add_complex((linear_re[g], linear_im[g]), lambda, (&dz.0, &dz.1));
-            (dz_re[g], dz_im[g]) = dz;
-            (w_re[g], w_im[g]) = w;
+            let dz = constant.add_product(simd, force.lambda, z);
+            *modes = Modes { z, dz, w: force.linear.add_product(simd, force.lambda, dz) };
         }
     }
 
@@ -152,26 +143,22 @@ impl ModalMotion {
         self.start
     }
 
-    #[inline(always)]
-    fn measure(&mut self, groups: usize) {
-        let [of_z, of_dz, of_w] = &mut self.sizes;
-        for (sizes, values) in [(of_z, &self.z), (of_dz, &self.dz), (of_w, &self.w)] {
-            let (sizes, (re, im)) = (&mut sizes[..groups], values.parts(groups));
-            for g in 0..groups {
-                sizes[g] = from_fn(|lane| size(re[g][lane], im[g][lane]));
-            }
-        }
-    }
-
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
     fn allows(&self, basis: &ModalBasis, level: &Level) -> bool {
         basis.functions.iter().all(|function| {
-            let magnitudes = function.magnitudes.as_flattened();
-            let (of_z, of_w) = (self.sizes[0].as_flattened(), self.sizes[2].as_flattened());
-            let reach = level.reach.as_flattened();
-            let fast = level.slow..basis.count;
-            let bound: f64 = fast.map(|r| magnitudes[r] * of_w[r] * reach[r]).sum();
-            let scale: f64 = magnitudes.iter().zip(of_z).map(|(h, z)| h * z).sum();
+            let (mut bound, mut scale) = (0.0, 0.0);
+            for (g, weight) in function.weights.iter().enumerate() {
+                let magnitudes: [f64; GROUP] = cast(weight.magnitude);
+                let reach: [f64; GROUP] = cast(level.modes[g].reach);
+                for lane in 0..GROUP {
+                    let r = g * GROUP + lane;
+                    scale += magnitudes[lane] * self.modes[g].z.get(lane).l1_norm();
+                    if (level.slow..basis.count).contains(&r) {
+                        bound +=
+                            magnitudes[lane] * self.modes[g].w.get(lane).l1_norm() * reach[lane];
+                    }
+                }
+            }
             bound <= f64::EPSILON * scale
         })
     }
@@ -182,7 +169,8 @@ impl ModalMotion {
         while self.quiet >= QUIET {
             let index = (self.level + self.leap).min(LEVELS - 1);
             let level = basis.level(index);
-            if self.start + level.width > remaining || !self.is_quiet(basis, level) {
+            let within = self.start + level.width <= remaining;
+            if !(within && self.unit.run(IsQuiet { motion: self, basis, level })) {
                 if self.leap <= 1 {
                     self.quiet = 0;
                     self.leap = FIRST_LEAP;
@@ -192,49 +180,66 @@ impl ModalMotion {
                 continue;
             }
             self.advance_by(basis, level);
-            self.arch.dispatch(Measure { motion: self, basis });
             self.leap += 1;
             leaps += 1;
         }
         leaps
     }
 
-    /// Whether all event functions stay positive over `level.width`: with `f = A + B t + sum Re(g / lambda^2
+    /// Whether all event functions stay positive over `level.width`: with `f = A + B t + sum Re(h w / lambda^2
     /// e^{lambda t})` over the modes that turn within it, and the bound of the series for those that don't.
-    fn is_quiet(&self, basis: &ModalBasis, level: &Level) -> bool {
-        let [of_z, of_dz, of_w] = self.sizes.each_ref().map(|sizes| sizes.as_flattened());
-        let reach = level.reach.as_flattened();
-        basis.functions.iter().enumerate().all(|(index, function)| {
-            let mut value = self.constants[index] + function.slope * self.start;
-            let mut slope = function.slope;
-            let (mut envelope, mut scale) = (0.0, value.abs());
-            let magnitudes = function.magnitudes.as_flattened();
-            for r in 0..basis.count {
-                let weight = function.weights.get(r);
-                value += (weight * self.z.get(r)).re;
-                slope += (weight * self.dz.get(r)).re;
-                scale += magnitudes[r] * (of_z[r] + level.width * of_dz[r]);
-                let amplitude = magnitudes[r] * of_w[r];
-                if level.turns[r] {
-                    let inverse = basis.inverse.get(r);
-                    let first = weight * self.w.get(r) * inverse;
-                    slope -= first.re;
-                    value -= (first * inverse).re;
-                    envelope += amplitude * level.growth[r];
-                } else {
-                    envelope += amplitude * reach[r];
-                }
+    #[inline(always)]
+    fn is_quiet<S: Lanes>(
+        &mut self,
+        groups: usize,
+        simd: S,
+        basis: &ModalBasis,
+        level: &Level,
+    ) -> bool {
+        let width = simd.splat_f64s(level.width);
+        let (modes, at) = (&self.modes[..groups], &level.modes[..groups]);
+        let (affine, bounds) = (&mut self.middle[..groups], &mut self.bounds[..groups]);
+        for g in 0..groups {
+            let Modes { z, dz, w } = modes[g];
+            let turning = at[g].turning;
+            let still =
+                ComplexGroup { re: simd.neg_f64s(turning.re), im: simd.neg_f64s(turning.im) };
+            // -w / lambda and -w / lambda^2
+            let first = ComplexGroup::ZERO.add_product(simd, still, w);
+            affine[g].z = z.add_product(simd, first, turning);
+            affine[g].dz = ComplexGroup {
+                re: simd.add_f64s(dz.re, first.re),
+                im: simd.add_f64s(dz.im, first.im),
+            };
+            bounds[g].affine = simd.mul_add_f64s(dz.size(simd), width, z.size(simd));
+            bounds[g].curvature = simd.mul_f64s(w.size(simd), at[g].envelope);
+        }
+        for (function, constant) in basis.functions.iter().zip(&self.constants) {
+            let weights = &function.weights[..groups];
+            let (mut value, mut slope, mut scale, mut reach) = (ZEROS, ZEROS, ZEROS, ZEROS);
+            for g in 0..groups {
+                let weight = weights[g];
+                value = add_real_part(simd, value, weight.of, affine[g].z);
+                slope = add_real_part(simd, slope, weight.of, affine[g].dz);
+                scale = simd.mul_add_f64s(weight.magnitude, bounds[g].affine, scale);
+                reach = simd.mul_add_f64s(weight.magnitude, bounds[g].curvature, reach);
             }
-            let lowest = value + (slope * level.width).min(0.0) - envelope;
-            lowest > 1e-12 * (scale + envelope)
-        })
+            let offset = constant + function.slope * self.start;
+            let change = (simd.reduce_sum_f64s(slope) + function.slope) * level.width;
+            let reach = simd.reduce_sum_f64s(reach);
+            let lowest = offset + simd.reduce_sum_f64s(value) + change.min(0.0) - reach;
+            if !(lowest > 1e-12 * (offset.abs() + simd.reduce_sum_f64s(scale) + reach)) {
+                return false;
+            }
+        }
+        true
     }
 
     pub fn expand(&mut self, basis: &ModalBasis, remaining: f64, panel: &mut Panel) {
-        self.arch.dispatch(Measure { motion: self, basis });
         panel.leaps += self.leap(basis, remaining) as usize;
         // A panel beyond the end of the phase would only spread its rounding over a longer line.
-        while self.level + 1 < LEVELS
+        while self.panels % PANELS_PER_LEVEL == PANELS_PER_LEVEL - 1
+            && self.level + 1 < LEVELS
             && self.start + basis.level(self.level).width < remaining
             && self.allows(basis, basis.level(self.level + 1))
         {
@@ -242,128 +247,117 @@ impl ModalMotion {
         }
         let level = basis.level(self.level);
         panel.reset(level.width, basis.functions.len());
-        self.arch.dispatch(Fill { motion: self, basis, level, panel });
+        self.unit.run(Fill { motion: self, basis, level, panel });
         let all_quiet = panel.excluded.iter().all(|&excluded| excluded);
         self.quiet = if all_quiet { self.quiet + 1 } else { 0 };
     }
 
     #[inline(always)]
-    fn fill(&mut self, groups: usize, basis: &ModalBasis, level: &Level, panel: &mut Panel) {
+    fn fill<S: Lanes>(
+        &mut self,
+        groups: usize,
+        simd: S,
+        basis: &ModalBasis,
+        level: &Level,
+        panel: &mut Panel,
+    ) {
         let width = level.width;
         // Dot products of `count` complex terms, a table built by DEGREE multiplications, Horner's rule,
         // and the recurrence over the panels before this one, each a few roundings of relative size u.
         let unit = 0.5 * f64::EPSILON;
         let rounding = unit * (2 * basis.count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
-        let (z_re, z_im) = self.z.parts(groups);
-        let (dz_re, dz_im) = self.dz.parts(groups);
-        let (w_re, w_im) = self.w.parts(groups);
-        let [of_z, of_dz, of_w] = self.sizes.each_ref().map(|sizes| &sizes[..groups]);
-        let (reach, middle_reach) = (&level.reach[..groups], &level.middle_reach[..groups]);
-        let [affine, curvature, rest] = self.bounds.each_mut().map(|bound| &mut bound[..groups]);
-        let [z_middle, dz_middle, w_middle] = self.middle.each_mut();
+        let (modes, at) = (&self.modes[..groups], &level.modes[..groups]);
+        let (middle, bounds) = (&mut self.middle[..groups], &mut self.bounds[..groups]);
+        let gains = &mut self.gains[..groups];
+        let half = 0.5 * width;
         for g in 0..groups {
-            let zero = [0.0; GROUP];
-            affine[g] = add_product(of_z[g], &of_dz[g], &[width; GROUP]);
-            curvature[g] = add_product(zero, &of_w[g], &reach[g]);
-            let total = from_fn(|lane| affine[g][lane] + curvature[g][lane]);
-            let rounded = add_product(zero, &total, &[rounding; GROUP]);
-            rest[g] = add_product(rounded, &of_w[g], &middle_reach[g]);
-            let moved = moved(
-                &level.half,
-                g,
-                [(z_re[g], z_im[g]), (dz_re[g], dz_im[g]), (w_re[g], w_im[g])],
-            );
-            for (target, value) in
-                [&mut *z_middle, &mut *dz_middle, &mut *w_middle].into_iter().zip(moved)
-            {
-                (target.re[g], target.im[g]) = value;
-            }
+            let LevelModes { reach, fast_reach, middle_reach, .. } = at[g];
+            let (of_z, of_dz) = (modes[g].z.size(simd), modes[g].dz.size(simd));
+            let of_w = modes[g].w.size(simd);
+            let affine = simd.mul_add_f64s(of_dz, simd.splat_f64s(width), of_z);
+            let curvature = simd.mul_f64s(of_w, reach);
+            let rounded =
+                simd.mul_f64s(simd.add_f64s(affine, curvature), simd.splat_f64s(rounding));
+            bounds[g] = Bounds {
+                affine,
+                curvature,
+                rest: simd.mul_add_f64s(of_w, middle_reach, rounded),
+                fast: simd.mul_f64s(of_w, fast_reach),
+            };
+            middle[g] = modes[g].after(simd, &at[g].half, half);
         }
-        let (z_middle, dz_middle) = (z_middle.parts(groups), dz_middle.parts(groups));
-        let w_middle = w_middle.parts(groups);
         for (index, function) in basis.functions.iter().enumerate() {
-            let (re, im) = function.weights.parts(groups);
-            let magnitude = &function.magnitudes[..groups];
+            let weights = &function.weights[..groups];
             let (constant, slope) = (self.constants[index], function.slope);
             let offset = constant + slope * self.start;
             let of_offset = offset.abs().max(constant.abs()) + width * slope.abs();
-            // Sums over the modes, each in the lanes of a group.
-            let mut sums = [[0.0; GROUP]; 4];
+            // Sums over the modes, in the lanes of a group.
+            let (mut value, mut first, mut second, mut rest) = (ZEROS, ZEROS, ZEROS, ZEROS);
             for g in 0..groups {
-                for (k, (part_re, part_im)) in
-                    [z_middle, dz_middle, w_middle].into_iter().enumerate()
-                {
-                    sums[k] = add_product(sums[k], &re[g], &part_re[g]);
-                    sums[k] = subtract_product(sums[k], &im[g], &part_im[g]);
-                }
-                sums[3] = add_product(sums[3], &magnitude[g], &rest[g]);
+                let weight = weights[g];
+                value = add_real_part(simd, value, weight.of, middle[g].z);
+                first = add_real_part(simd, first, weight.of, middle[g].dz);
+                second = add_real_part(simd, second, weight.of, middle[g].w);
+                rest = simd.mul_add_f64s(weight.magnitude, bounds[g].rest, rest);
             }
-            let [value, first, second, rest] = sums.map(sum_of);
-            let half = 0.5 * width;
-            let (c0, c1) = (offset + half * slope + value, (half * (slope + first)).abs());
-            let c2 = 0.5 * second * half * half;
-            let lowest =
-                if c1 < 2.0 * c2 { c0 - 0.25 * c1 * c1 / c2 } else { c0 - c1 + c2 };
-            panel.excluded[index] = lowest - rest > rounding * of_offset;
-            if panel.excluded[index] {
+            let c0 = offset + half * slope + simd.reduce_sum_f64s(value);
+            let c1 = (half * (slope + simd.reduce_sum_f64s(first))).abs();
+            let c2 = 0.5 * simd.reduce_sum_f64s(second) * half * half;
+            let lowest = if c1 < 2.0 * c2 { c0 - 0.25 * c1 * c1 / c2 } else { c0 - c1 + c2 };
+            let excluded = lowest - simd.reduce_sum_f64s(rest) > rounding * of_offset;
+            panel.excluded[index] = excluded;
+            if excluded {
                 continue;
             }
-            let mut sums = [[0.0; GROUP]; 4];
+            let (mut value, mut first) = (ZEROS, ZEROS);
+            let (mut affine, mut curvature, mut fast) = (ZEROS, ZEROS, ZEROS);
             for g in 0..groups {
-                for (k, (part_re, part_im)) in
-                    [(z_re, z_im), (dz_re, dz_im)].into_iter().enumerate()
-                {
-                    sums[k] = add_product(sums[k], &re[g], &part_re[g]);
-                    sums[k] = subtract_product(sums[k], &im[g], &part_im[g]);
-                }
-                sums[2] = add_product(sums[2], &magnitude[g], &affine[g]);
-                sums[3] = add_product(sums[3], &magnitude[g], &curvature[g]);
+                let weight = weights[g];
+                value = add_real_part(simd, value, weight.of, modes[g].z);
+                first = add_real_part(simd, first, weight.of, modes[g].dz);
+                affine = simd.mul_add_f64s(weight.magnitude, bounds[g].affine, affine);
+                curvature = simd.mul_add_f64s(weight.magnitude, bounds[g].curvature, curvature);
+                fast = simd.mul_add_f64s(weight.magnitude, bounds[g].fast, fast);
+                gains[g] = ComplexGroup::ZERO.add_product(simd, weight.of, modes[g].w);
             }
-            let [value, first, affine, curvature] = sums.map(sum_of);
-            let mut remainder = curvature * level.truncation;
-            if level.slow < basis.count {
-                let (magnitudes, of_w) = (magnitude.as_flattened(), of_w.as_flattened());
-                let fast = level.slow..basis.count;
-                let reach = reach.as_flattened();
-                remainder += fast.map(|r| magnitudes[r] * of_w[r] * reach[r]).sum::<f64>();
-            }
+            let (affine, curvature) =
+                (simd.reduce_sum_f64s(affine), simd.reduce_sum_f64s(curvature));
+            let remainder = curvature * level.truncation + simd.reduce_sum_f64s(fast);
             panel.curvature_error[index] = rounding * curvature + remainder;
             panel.error[index] = rounding * (of_offset + affine + curvature) + remainder;
-            let (gain_re, gain_im) = self.gains.parts_mut(groups);
-            for g in 0..groups {
-                let zero = ([0.0; GROUP], [0.0; GROUP]);
-                (gain_re[g], gain_im[g]) =
-                    add_complex(zero, (&re[g], &im[g]), (&w_re[g], &w_im[g]));
-            }
-            let gains = gain_re.as_flattened().iter().zip(gain_im.as_flattened());
-            let mut tail = [[0.0; GROUP]; TAIL_GROUPS];
-            for (powers, (&re, &im)) in level.powers.iter().zip(gains) {
-                for (k, sum) in tail.iter_mut().enumerate() {
-                    *sum = add_product(*sum, &[re; GROUP], &powers.re[k]);
-                    *sum = subtract_product(*sum, &[im; GROUP], &powers.im[k]);
+            let mut tail = [ZEROS; TAIL_GROUPS];
+            for (gains, powers) in gains.iter().zip(level.powers.chunks(GROUP)) {
+                let (re, im): ([f64; GROUP], [f64; GROUP]) = (cast(gains.re), cast(gains.im));
+                for (lane, powers) in powers.iter().enumerate() {
+                    let gain = ComplexGroup {
+                        re: simd.splat_f64s(re[lane]),
+                        im: simd.splat_f64s(im[lane]),
+                    };
+                    for (sum, &powers) in tail.iter_mut().zip(&powers.0) {
+                        *sum = add_real_part(simd, *sum, gain, powers);
+                    }
                 }
             }
-            let c = &mut panel.coefficients[index * COEFFICIENTS..(index + 1) * COEFFICIENTS];
-            (c[0], c[1]) = (offset + value, (slope + first) * width);
-            c[2..].copy_from_slice(tail.as_flattened());
+            let c = panel.row(index);
+            c[0] = offset + simd.reduce_sum_f64s(value);
+            c[1] = (slope + simd.reduce_sum_f64s(first)) * width;
+            let (targets, _) = c[2..].as_chunks_mut::<GROUP>();
+            for (target, sums) in targets.iter_mut().zip(tail) {
+                *target = cast(sums);
+            }
         }
     }
 
     fn advance_by(&mut self, basis: &ModalBasis, level: &Level) {
-        self.arch.dispatch(Advance { motion: self, basis, level });
+        self.unit.run(Advance { motion: self, basis, level });
         self.start += level.width;
         self.panels += 1;
     }
 
     #[inline(always)]
-    fn shift(&mut self, groups: usize, level: &Level) {
-        let (z_re, z_im) = self.z.parts_mut(groups);
-        let (dz_re, dz_im) = self.dz.parts_mut(groups);
-        let (w_re, w_im) = self.w.parts_mut(groups);
-        for g in 0..groups {
-            let now = [(z_re[g], z_im[g]), (dz_re[g], dz_im[g]), (w_re[g], w_im[g])];
-            [(z_re[g], z_im[g]), (dz_re[g], dz_im[g]), (w_re[g], w_im[g])] =
-                moved(&level.whole, g, now);
+    fn shift<S: Lanes>(&mut self, groups: usize, simd: S, level: &Level) {
+        for (modes, at) in self.modes[..groups].iter_mut().zip(&level.modes[..groups]) {
+            *modes = modes.after(simd, &at.whole, level.width);
         }
     }
 
@@ -373,7 +367,7 @@ impl ModalMotion {
 
     /// (q, q') at `offset` after the start of the panel.
     pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        self.arch.dispatch(StateAt { motion: self, basis, offset, q, u });
+        self.unit.run(StateAt { motion: self, basis, offset, q, u });
         for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
             q[stick.coordinate] = at + stick.speed * (self.start + offset);
             u[stick.coordinate] = stick.speed;
@@ -383,54 +377,54 @@ impl ModalMotion {
     /// z and z' at `offset` after the start of the panel, for the first modes by `z + t z' + t^2 phi2 w` and
     /// `z' + t phi1 w`: on the panel `t^2 phi2(lambda t)` of slow modes is their polynomial, `phi1 = 1 + lambda t phi2`.
     #[inline(always)]
-    fn modes_at(&mut self, groups: usize, basis: &ModalBasis, offset: f64) {
+    fn modes_at<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, offset: f64) {
         let level = basis.level(self.level);
         let s = offset / level.width;
         let slow = if (0.0..=1.0).contains(&s) { level.slow } else { 0 };
         let square = s * s;
-        let mut power = [square, square * s, square * square, square * square * s];
-        let mut place = [[0.0; GROUP]; TAIL_GROUPS];
+        let fourth = simd.splat_f64s(square * square);
+        let mut power = group([square, square * s, square * square, square * square * s]);
+        let mut place = [ZEROS; TAIL_GROUPS];
         for powers in &mut place {
             *powers = power;
-            power = power.map(|power| power * (square * square));
+            power = simd.mul_f64s(power, fourth);
         }
-        let (phi2_re, phi2_im) = self.phi2.parts_mut(groups);
-        let sums = phi2_re.as_flattened_mut().iter_mut().zip(phi2_im.as_flattened_mut());
-        for (powers, (sum_re, sum_im)) in level.powers[..slow].iter().zip(sums) {
-            let (mut re, mut im) = ([0.0; GROUP], [0.0; GROUP]);
-            for k in 0..TAIL_GROUPS {
-                re = add_product(re, &powers.re[k], &place[k]);
-                im = add_product(im, &powers.im[k], &place[k]);
+        let phi2 = &mut self.phi2[..groups];
+        for (phi2, powers) in phi2.iter_mut().zip(level.powers[..slow].chunks(GROUP)) {
+            for (lane, powers) in powers.iter().enumerate() {
+                let mut sum = ComplexGroup::ZERO;
+                for (&place, &powers) in place.iter().zip(&powers.0) {
+                    sum = sum.add_scaled(simd, place, powers);
+                }
+                let (re, im) = (simd.reduce_sum_f64s(sum.re), simd.reduce_sum_f64s(sum.im));
+                phi2.set(lane, Complex64::new(re, im));
             }
-            (*sum_re, *sum_im) = (sum_of(re), sum_of(im));
         }
-        let (lambda_re, lambda_im) = basis.lambda.parts(groups);
-        let (z_re, z_im) = self.z.parts(groups);
-        let (dz_re, dz_im) = self.dz.parts(groups);
-        let (w_re, w_im) = self.w.parts(groups);
-        let (z_at_re, z_at_im) = self.z_at.parts_mut(groups);
-        let (dz_at_re, dz_at_im) = self.dz_at.parts_mut(groups);
-        let t = [offset; GROUP];
+        let t = simd.splat_f64s(offset);
+        let (modes, force, at) =
+            (&self.modes[..groups], &basis.force[..groups], &mut self.at[..groups]);
         for g in 0..groups {
-            let (w, phi2) = ((&w_re[g], &w_im[g]), (&phi2_re[g], &phi2_im[g]));
-            let linear = (add_product(z_re[g], &t, &dz_re[g]), add_product(z_im[g], &t, &dz_im[g]));
-            (z_at_re[g], z_at_im[g]) = add_complex(linear, phi2, w);
-            let phi1 = add_complex((t, [0.0; GROUP]), (&lambda_re[g], &lambda_im[g]), phi2);
-            let dz = (dz_re[g], dz_im[g]);
-            (dz_at_re[g], dz_at_im[g]) = add_complex(dz, (&phi1.0, &phi1.1), w);
+            let Modes { z, dz, w } = modes[g];
+            let phi1 =
+                ComplexGroup { re: t, im: ZEROS }.add_product(simd, force[g].lambda, phi2[g]);
+            at[g] = [
+                z.add_scaled(simd, t, dz).add_product(simd, phi2[g], w),
+                dz.add_product(simd, phi1, w),
+            ];
         }
         for r in slow..basis.count {
             let (z, dz) = self.mode_at(basis, r, offset);
-            self.z_at.set(r, z);
-            self.dz_at.set(r, dz);
+            self.at[r / GROUP][0].set(r % GROUP, z);
+            self.at[r / GROUP][1].set(r % GROUP, dz);
         }
     }
 
     /// z and z' of one mode at `offset` after the start of the panel, for every lambda.
     fn mode_at(&self, basis: &ModalBasis, r: usize, offset: f64) -> (Complex64, Complex64) {
         let lambda = basis.lambda.get(r);
-        let (z, dz, w) = (self.z.get(r), self.dz.get(r), self.w.get(r));
-        let linear = basis.force_linear.get(r);
+        let Modes { z, dz, w } = self.modes[r / GROUP];
+        let [z, dz, w] = [z, dz, w].map(|group| group.get(r % GROUP));
+        let linear = basis.force[r / GROUP].linear.get(r % GROUP);
         // The force at the start of the panel.
         let force = dz - lambda * z;
         // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
@@ -448,44 +442,55 @@ impl ModalMotion {
     }
 
     #[inline(always)]
-    fn superpose(
+    fn superpose<S: Lanes>(
         &mut self,
         groups: usize,
+        simd: S,
         basis: &ModalBasis,
         offset: f64,
         q: &mut [f64],
         u: &mut [f64],
     ) {
-        self.modes_at(groups, basis, offset);
-        let (shape_re, shape_im) = basis.shape.parts(basis.kept.len() * groups);
-        let (z_re, z_im) = self.z_at.parts(groups);
-        let (dz_re, dz_im) = self.dz_at.parts(groups);
-        for (row, &k) in basis.kept.iter().enumerate() {
-            let (mut position, mut velocity) = ([0.0; GROUP], [0.0; GROUP]);
-            for g in 0..groups {
-                let (re, im) = (&shape_re[row * groups + g], &shape_im[row * groups + g]);
-                position = subtract_product(add_product(position, re, &z_re[g]), im, &z_im[g]);
-                velocity = subtract_product(add_product(velocity, re, &dz_re[g]), im, &dz_im[g]);
+        self.modes_at(groups, simd, basis, offset);
+        let at = &self.at[..groups];
+        for (kept, shape) in basis.kept.chunks(GROUP).zip(basis.shape.chunks(basis.count.max(1))) {
+            let (mut position, mut velocity) = (ZEROS, ZEROS);
+            for (at, shape) in at.iter().zip(shape.chunks(GROUP)) {
+                let [z, dz] =
+                    at.each_ref().map(|at| -> [[f64; GROUP]; 2] { [cast(at.re), cast(at.im)] });
+                for (lane, &shape) in shape.iter().enumerate() {
+                    let [z, dz] = [z, dz].map(|[re, im]| ComplexGroup {
+                        re: simd.splat_f64s(re[lane]),
+                        im: simd.splat_f64s(im[lane]),
+                    });
+                    position = add_real_part(simd, position, shape, z);
+                    velocity = add_real_part(simd, velocity, shape, dz);
+                }
             }
-            (q[k], u[k]) = (sum_of(position), sum_of(velocity));
+            let [position, velocity]: [[f64; GROUP]; 2] = [cast(position), cast(velocity)];
+            for (lane, &k) in kept.iter().enumerate() {
+                (q[k], u[k]) = (position[lane], velocity[lane]);
+            }
         }
     }
 
     /// Largest |lambda| of the modes whose transient velocity `w / lambda` at `offset` is not yet rounding of the
     /// velocities of all.
     pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
-        let rows = 0..basis.kept.len();
-        let largest = |r: usize| {
-            rows.clone().map(|j| basis.shape.get(j * basis.groups * GROUP + r).norm()).fold(0.0, f64::max)
+        let shape = |k: usize, r: usize| basis.shape[k / GROUP * basis.count + r].get(k % GROUP);
+        let largest =
+            |r: usize| (0..basis.kept.len()).map(|k| shape(k, r).norm()).fold(0.0, f64::max);
+        let of = |r: usize, part: fn(&Modes) -> ComplexGroup| {
+            part(&self.modes[r / GROUP]).get(r % GROUP).norm()
         };
         let transient: Vec<f64> = (0..basis.count)
             .map(|r| {
                 let lambda = basis.lambda.get(r);
                 let decay = (lambda.re * offset).exp();
-                largest(r) * self.w.get(r).norm() * decay / lambda.norm().max(f64::MIN_POSITIVE)
+                largest(r) * of(r, |modes| modes.w) * decay / lambda.norm().max(f64::MIN_POSITIVE)
             })
             .collect();
-        let steady = (0..basis.count).map(|r| largest(r) * self.dz.get(r).norm()).sum::<f64>();
+        let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz)).sum::<f64>();
         let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
         // One that grows may rise from below rounding.
         (0..basis.count)
@@ -497,36 +502,17 @@ impl ModalMotion {
     }
 }
 
-/// (z, z', w) of a group of modes after a step.
-#[inline(always)]
-fn moved(step: &Step, g: usize, [z, dz, w]: [(Group, Group); 3]) -> [(Group, Group); 3] {
-    let h = [step.length; GROUP];
-    let linear = (add_product(z.0, &h, &dz.0), add_product(z.1, &h, &dz.1));
-    let w = (&w.0, &w.1);
-    let zero = ([0.0; GROUP], [0.0; GROUP]);
-    [
-        add_complex(linear, (&step.phi2.re[g], &step.phi2.im[g]), w),
-        add_complex(dz, (&step.phi1.re[g], &step.phi1.im[g]), w),
-        add_complex(zero, (&step.exponential.re[g], &step.exponential.im[g]), w),
-    ]
-}
-
-/// `sum + a b`, complex.
-#[inline(always)]
-fn add_complex(
-    sum: (Group, Group),
-    (a_re, a_im): (&Group, &Group),
-    (b_re, b_im): (&Group, &Group),
-) -> (Group, Group) {
-    (
-        subtract_product(add_product(sum.0, a_re, b_re), a_im, b_im),
-        add_product(add_product(sum.1, a_re, b_im), a_im, b_re),
-    )
-}
-
-#[inline(always)]
-fn sum_of(lanes: Group) -> f64 {
-    (lanes[0] + lanes[1]) + (lanes[2] + lanes[3])
+impl Modes {
+    /// A step of `h` later.
+    #[inline(always)]
+    fn after<S: Lanes>(&self, simd: S, step: &Step, h: f64) -> Self {
+        let Self { z, dz, w } = *self;
+        Self {
+            z: z.add_scaled(simd, simd.splat_f64s(h), dz).add_product(simd, step.phi2, w),
+            dz: dz.add_product(simd, step.phi1, w),
+            w: ComplexGroup::ZERO.add_product(simd, step.exponential, w),
+        }
+    }
 }
 
 /// Calls a method with the number of groups as a constant where it is small, so that its loops are unrolled.
@@ -540,7 +526,6 @@ macro_rules! with_groups {
     };
 }
 
-/// Work on all modes, compiled for the vector units found at run time. Only what is inlined into `with_simd` is.
 struct Project<'a> {
     motion: &'a mut ModalMotion,
     basis: &'a ModalBasis,
@@ -548,13 +533,13 @@ struct Project<'a> {
     u: &'a [f64],
 }
 
-impl WithSimd for Project<'_> {
+impl Kernel for Project<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn run<S: Lanes>(self, simd: S) {
         let Self { motion, basis, q, u } = self;
-        with_groups!(basis.groups, motion.project(basis, q, u));
+        with_groups!(basis.groups, motion.project(simd, basis, q, u));
     }
 }
 
@@ -566,28 +551,29 @@ struct StateAt<'a> {
     u: &'a mut [f64],
 }
 
-impl WithSimd for StateAt<'_> {
+impl Kernel for StateAt<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn run<S: Lanes>(self, simd: S) {
         let Self { motion, basis, offset, q, u } = self;
-        with_groups!(basis.groups, motion.superpose(basis, offset, q, u));
+        with_groups!(basis.groups, motion.superpose(simd, basis, offset, q, u));
     }
 }
 
-struct Measure<'a> {
+struct IsQuiet<'a> {
     motion: &'a mut ModalMotion,
     basis: &'a ModalBasis,
+    level: &'a Level,
 }
 
-impl WithSimd for Measure<'_> {
-    type Output = ();
+impl Kernel for IsQuiet<'_> {
+    type Output = bool;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        let Self { motion, basis } = self;
-        with_groups!(basis.groups, motion.measure());
+    fn run<S: Lanes>(self, simd: S) -> bool {
+        let Self { motion, basis, level } = self;
+        with_groups!(basis.groups, motion.is_quiet(simd, basis, level))
     }
 }
 
@@ -598,13 +584,13 @@ struct Fill<'a> {
     panel: &'a mut Panel,
 }
 
-impl WithSimd for Fill<'_> {
+impl Kernel for Fill<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn run<S: Lanes>(self, simd: S) {
         let Self { motion, basis, level, panel } = self;
-        with_groups!(basis.groups, motion.fill(basis, level, panel));
+        with_groups!(basis.groups, motion.fill(simd, basis, level, panel));
     }
 }
 
@@ -614,12 +600,12 @@ struct Advance<'a> {
     level: &'a Level,
 }
 
-impl WithSimd for Advance<'_> {
+impl Kernel for Advance<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
+    fn run<S: Lanes>(self, simd: S) {
         let Self { motion, basis, level } = self;
-        with_groups!(basis.groups, motion.shift(level));
+        with_groups!(basis.groups, motion.shift(simd, level));
     }
 }

@@ -9,85 +9,37 @@ use super::{COEFFICIENTS, REACH};
 use crate::event::EventFunction;
 use crate::reduction::Reduced;
 use crate::spectrum::Mode;
+use crate::vector::{ComplexGroup, GROUP, Group, group, in_groups};
 
 /// Widths grow by powers of two from the one that the fastest mode allows: enough for forty orders
 /// of magnitude between the fastest mode and the duration.
 pub(super) const LEVELS: usize = 128;
-/// Modes, and coefficients from the second power on, are kept in groups of this many: no loop has a remainder.
-pub(super) const GROUP: usize = 4;
+/// The coefficients from the second power on come in groups.
 pub(super) const TAIL_GROUPS: usize = (COEFFICIENTS - 2) / GROUP;
 const _: () = assert!(TAIL_GROUPS * GROUP == COEFFICIENTS - 2);
 
-/// What one vector instruction works on.
-pub(super) type Group = [f64; GROUP];
-
-/// `sum + a b`
-#[inline(always)]
-pub(super) fn add_product(mut sum: Group, a: &Group, b: &Group) -> Group {
-    for lane in 0..GROUP {
-        sum[lane] = a[lane].mul_add(b[lane], sum[lane]);
-    }
-    sum
-}
-
-/// `sum - a b`
-#[inline(always)]
-pub(super) fn subtract_product(mut sum: Group, a: &Group, b: &Group) -> Group {
-    for lane in 0..GROUP {
-        sum[lane] = (-a[lane]).mul_add(b[lane], sum[lane]);
-    }
-    sum
-}
-
-/// Real numbers in groups, the last filled up with zeros.
-pub(super) fn in_groups(values: &[f64]) -> Vec<Group> {
-    let whole = values.chunks(GROUP).map(|chunk| {
-        let mut group = [0.0; GROUP];
-        group[..chunk.len()].copy_from_slice(chunk);
-        group
-    });
-    whole.collect()
-}
-
-/// Complex numbers with their parts in two arrays of groups.
+/// Complex numbers in groups.
 #[derive(Debug, Clone, Default)]
-pub(super) struct SplitComplex {
-    pub re: Vec<Group>,
-    pub im: Vec<Group>,
-}
+pub(super) struct ComplexVector(pub Vec<ComplexGroup>);
 
-impl SplitComplex {
+impl ComplexVector {
     pub(super) fn of(values: &[Complex64]) -> Self {
-        let part = |of: fn(&Complex64) -> f64| {
-            in_groups(&values.iter().map(of).collect::<Vec<_>>())
-        };
-        Self { re: part(|value| value.re), im: part(|value| value.im) }
+        Self(complex_groups(values).collect())
     }
 
     #[inline(always)]
     pub fn get(&self, r: usize) -> Complex64 {
-        Complex64::new(self.re[r / GROUP][r % GROUP], self.im[r / GROUP][r % GROUP])
+        self.0[r / GROUP].get(r % GROUP)
     }
+}
 
-    pub fn set(&mut self, r: usize, value: Complex64) {
-        (self.re[r / GROUP][r % GROUP], self.im[r / GROUP][r % GROUP]) = (value.re, value.im);
-    }
-
-    pub fn resize(&mut self, groups: usize) {
-        self.re.resize(groups, [0.0; GROUP]);
-        self.im.resize(groups, [0.0; GROUP]);
-    }
-
-    /// Both parts of the first `groups` groups.
-    #[inline(always)]
-    pub fn parts(&self, groups: usize) -> (&[Group], &[Group]) {
-        (&self.re[..groups], &self.im[..groups])
-    }
-
-    #[inline(always)]
-    pub fn parts_mut(&mut self, groups: usize) -> (&mut [Group], &mut [Group]) {
-        (&mut self.re[..groups], &mut self.im[..groups])
-    }
+/// Complex numbers in groups, the last filled up with zeros.
+fn complex_groups(values: &[Complex64]) -> impl Iterator<Item = ComplexGroup> {
+    values.chunks(GROUP).map(|chunk| {
+        let mut lanes = [Complex64::default(); GROUP];
+        lanes[..chunk.len()].copy_from_slice(chunk);
+        ComplexGroup::of(lanes)
+    })
 }
 
 /// Modes ascending in modulus, one of each conjugate pair, in groups filled up with zeros.
@@ -96,21 +48,34 @@ pub(crate) struct ModalBasis {
     pub(super) kept: Vec<usize>,
     pub(super) count: usize,
     pub(super) groups: usize,
-    pub(super) lambda: SplitComplex,
+    pub(super) lambda: ComplexVector,
     /// 1 / lambda, 0 where lambda is.
-    pub(super) inverse: SplitComplex,
-    /// Right vectors with the weight of the conjugate, one row per kept coordinate:
-    /// `q_k = Re sum_r shape[k][r] z_r`.
-    pub(super) shape: SplitComplex,
-    /// `z_r = sum_k from_position[k][r] q_k + from_velocity[k][r] q'_k`.
-    pub(super) from_position: SplitComplex,
-    pub(super) from_velocity: SplitComplex,
-    pub(super) force_constant: SplitComplex,
-    pub(super) force_linear: SplitComplex,
+    pub(super) inverse: ComplexVector,
+    /// Right vectors with the weight of the conjugate, `q_k = Re sum_r shape_r[k] z_r`: for each group of kept
+    /// coordinates, of all modes.
+    pub(super) shape: Vec<ComplexGroup>,
+    /// For each kept coordinate, of all groups of modes.
+    pub(super) projection: Vec<Projection>,
+    pub(super) force: Vec<ModalForce>,
     pub(super) sticking: Vec<StickingForce>,
     pub(super) functions: Vec<ModalFunction>,
     base_width: f64,
     levels: [OnceLock<Box<Level>>; LEVELS],
+}
+
+/// `z_r = sum_k position_rk q_k + velocity_rk q'_k`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Projection {
+    pub position: ComplexGroup,
+    pub velocity: ComplexGroup,
+}
+
+/// `z' = lambda z + constant + linear t`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct ModalForce {
+    pub lambda: ComplexGroup,
+    pub constant: ComplexGroup,
+    pub linear: ComplexGroup,
 }
 
 /// The modal force per unit of the tangential displacement at which a contact sticks.
@@ -118,62 +83,73 @@ pub(crate) struct ModalBasis {
 pub(super) struct StickingForce {
     pub coordinate: usize,
     pub speed: f64,
-    pub force: SplitComplex,
+    pub force: ComplexVector,
 }
 
 /// An event function in modal coordinates: `constant + slope t + Re sum_r weights_r z_r`.
 #[derive(Debug)]
 pub(super) struct ModalFunction {
-    pub weights: SplitComplex,
-    /// |weights|
-    pub magnitudes: Vec<Group>,
+    pub weights: Vec<Weight>,
     pub constant: f64,
     /// (coordinate, weight) of the tangential displacements of sticking contacts.
     pub sticking: Vec<(usize, f64)>,
     pub slope: f64,
 }
 
+/// Of a group of modes in an event function.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Weight {
+    pub of: ComplexGroup,
+    /// |of|
+    pub magnitude: Group,
+}
+
 /// What depends on the width of a panel alone.
 #[derive(Debug)]
 pub(super) struct Level {
     pub width: f64,
-    /// From the start to the end of the panel.
-    pub whole: Step,
     /// Modes slow enough for the polynomials: a prefix.
     pub slow: usize,
     /// Of each slow mode.
     pub powers: Vec<Powers>,
-    /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
-    /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
-    pub reach: Vec<Group>,
-    /// From the start to the middle of the panel; zero for fast modes, which stay affine there.
-    pub half: Step,
-    /// Bound of what a mode adds, per w at the start, to its quadratic part about the middle:
-    /// `|x|^3 / 48 |lambda|^2` for slow modes that decay, `reach` for fast ones.
-    pub middle_reach: Vec<Group>,
     /// What the polynomials leave out, relative to `reach` of the slow modes.
     pub truncation: f64,
-    /// Modes that turn within the width, `|lambda| h > 1`, and the bound of `|e^{lambda t} / lambda^2|`.
-    pub turns: Vec<bool>,
-    pub growth: Vec<f64>,
+    pub modes: Vec<LevelModes>,
 }
 
-/// What moves the modes by a step h.
-#[derive(Debug)]
+/// A group of modes on a panel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelModes {
+    /// From the start to the middle of the panel; zero for fast modes, which stay affine there.
+    pub half: Step,
+    /// From the start to the end of the panel.
+    pub whole: Step,
+    /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
+    /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
+    pub reach: Group,
+    /// The same for fast modes alone, zero for slow ones.
+    pub fast_reach: Group,
+    /// Bound of what a mode adds, per w at the start, to its quadratic part about the middle:
+    /// `|x|^3 / 48 |lambda|^2` for slow modes that decay, `reach` for fast ones.
+    pub middle_reach: Group,
+    /// 1 / lambda of the modes that turn within the width, `|lambda| h > 1`, else zero; and the bound of
+    /// `|e^{lambda t} / lambda^2|` of these, of `|t^2 phi2|` of the others.
+    pub turning: ComplexGroup,
+    pub envelope: Group,
+}
+
+/// What moves a group of modes by a step h.
+#[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
-    pub length: f64,
-    pub exponential: SplitComplex,
+    pub exponential: ComplexGroup,
     /// `h phi1`, `h^2 phi2`
-    pub phi1: SplitComplex,
-    pub phi2: SplitComplex,
+    pub phi1: ComplexGroup,
+    pub phi2: ComplexGroup,
 }
 
-/// Real and imaginary parts of `x^j h^2 / (j + 2)!` for x = lambda h; zero where below rounding of the first.
+/// `x^j h^2 / (j + 2)!` for x = lambda h; zero where below rounding of the first.
 #[derive(Debug, Clone)]
-pub(super) struct Powers {
-    pub re: [Group; TAIL_GROUPS],
-    pub im: [Group; TAIL_GROUPS],
-}
+pub(super) struct Powers(pub [ComplexGroup; TAIL_GROUPS]);
 
 impl ModalBasis {
     pub fn new(reduced: &Reduced, functions: &[EventFunction], mut modes: Vec<Mode>) -> Self {
@@ -182,11 +158,12 @@ impl ModalBasis {
         let count = modes.len();
         let groups = count.div_ceil(GROUP);
         let stride = groups * GROUP;
-        let lambda: Vec<Complex64> = modes.iter().map(|mode| mode.eigenvalue).collect();
+        let mut lambda = vec![Complex64::default(); stride];
         let mut shape = vec![Complex64::default(); m * stride];
         let mut from_position = shape.clone();
         let mut from_velocity = shape.clone();
         for (r, mode) in modes.iter().enumerate() {
+            lambda[r] = mode.eigenvalue;
             let weight = if mode.is_real() { 1.0 } else { 2.0 };
             for k in 0..m {
                 shape[k * stride + r] = weight * mode.right[k];
@@ -199,11 +176,11 @@ impl ModalBasis {
                     product(&reduced.damping) + mode.eigenvalue * from_velocity[k * stride + r];
             }
         }
-        let modal_force = |force: &[f64]| -> SplitComplex {
+        let modal_force = |force: &[f64]| -> ComplexVector {
             let of_mode = |mode: &Mode| {
                 mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
             };
-            SplitComplex::of(&modes.iter().map(of_mode).collect::<Vec<_>>())
+            ComplexVector::of(&modes.iter().map(of_mode).collect::<Vec<_>>())
         };
         let sticking: Vec<StickingForce> = reduced
             .sticking
@@ -245,36 +222,58 @@ impl ModalBasis {
                         constant += weight * stick.speed;
                     }
                 }
+                let magnitudes: Vec<f64> = weights.iter().map(|weight| weight.norm()).collect();
+                let weights = complex_groups(&weights).zip(in_groups(&magnitudes));
                 ModalFunction {
-                    magnitudes: in_groups(&weights.iter().map(|h| h.norm()).collect::<Vec<_>>()),
-                    weights: SplitComplex::of(&weights),
+                    weights: weights.map(|(of, magnitude)| Weight { of, magnitude }).collect(),
                     constant,
                     sticking: stuck_terms,
                     slope,
                 }
             })
             .collect();
-        let fastest = lambda.last().map_or(0.0, |lambda| lambda.norm());
+        let fastest = modes.last().map_or(0.0, |mode| mode.eigenvalue.norm());
         let inverse: Vec<Complex64> = lambda
             .iter()
             .map(|lambda| if lambda.norm() > 0.0 { lambda.inv() } else { Complex64::default() })
             .collect();
+        let by_coordinate = (0..m.div_ceil(GROUP)).flat_map(|first| {
+            let shape = &shape;
+            (0..count).map(move |r| {
+                let mut lanes = [Complex64::default(); GROUP];
+                for (lane, value) in lanes.iter_mut().enumerate() {
+                    *value =
+                        shape.get((first * GROUP + lane) * stride + r).copied().unwrap_or_default();
+                }
+                ComplexGroup::of(lanes)
+            })
+        });
+        let lambda = ComplexVector::of(&lambda);
+        let constant = modal_force(&reduced.force_constant).0;
+        let linear = modal_force(&reduced.force_linear).0;
         Self {
             kept: reduced.kept.clone(),
             count,
             groups,
-            shape: SplitComplex::of(&shape),
-            from_position: SplitComplex::of(&from_position),
-            from_velocity: SplitComplex::of(&from_velocity),
-            force_constant: modal_force(&reduced.force_constant),
-            force_linear: modal_force(&reduced.force_linear),
+            shape: by_coordinate.collect(),
+            projection: complex_groups(&from_position)
+                .zip(complex_groups(&from_velocity))
+                .map(|(position, velocity)| Projection { position, velocity })
+                .collect(),
+            force: (0..groups)
+                .map(|g| ModalForce {
+                    lambda: lambda.0[g],
+                    constant: constant[g],
+                    linear: linear[g],
+                })
+                .collect(),
             sticking,
             functions,
             // Without modes every motion is prescribed and linear: the width grows to that of the phase.
             base_width: if fastest > 0.0 { REACH / fastest } else { 1e-12 },
             levels: [const { OnceLock::new() }; LEVELS],
-            lambda: SplitComplex::of(&lambda),
-            inverse: SplitComplex::of(&inverse),
+            lambda,
+            inverse: ComplexVector::of(&inverse),
         }
     }
 
@@ -286,83 +285,108 @@ impl ModalBasis {
 
 impl Level {
     fn new(basis: &ModalBasis, width: f64) -> Self {
-        let stride = basis.groups * GROUP;
-        let lambdas: Vec<Complex64> = (0..stride).map(|r| basis.lambda.get(r)).collect();
         // Ulps above the reach, so that the fastest mode itself belongs to level 0.
-        let is_slow = |lambda: &Complex64| lambda.norm() * width <= REACH * (1.0 + 1e-12);
-        let slow = lambdas[..basis.count].partition_point(is_slow);
-        let (mut reach, mut middle_reach) = (vec![0.0; stride], vec![0.0; stride]);
-        let mut growth = vec![0.0; stride];
-        let mut powers = Vec::with_capacity(slow);
+        let is_slow = |lambda: Complex64| lambda.norm() * width <= REACH * (1.0 + 1e-12);
+        let slow = (0..basis.count).take_while(|&r| is_slow(basis.lambda.get(r))).count();
         let leading = 0.5 * width * width;
-        for (r, &lambda) in lambdas[..basis.count].iter().enumerate() {
-            let x = lambda * width;
-            growth[r] = x.re.max(0.0).exp() / lambda.norm_sqr();
-            if r < slow {
-                powers.push(Powers::new(x, leading));
-                reach[r] = width * width * phi2_bound(x.norm());
-                // Taylor's remainder, with |w| at the middle and the growth from there in terms of the start.
-                middle_reach[r] = width * width * x.norm() * x.re.max(0.0).exp() / 48.0;
-            } else if lambda.re <= 0.0 {
-                reach[r] = leading.min((2.0 + x.norm()) / lambda.norm_sqr());
-                middle_reach[r] = reach[r];
-            } else {
-                reach[r] = f64::INFINITY;
-                middle_reach[r] = f64::INFINITY;
+        let modes = (0..basis.groups).map(|g| {
+            let mut modes = [Mover::default(); GROUP];
+            for (lane, mode) in modes.iter_mut().enumerate() {
+                let r = g * GROUP + lane;
+                if r < basis.count {
+                    *mode = Mover::new(basis.lambda.get(r), width, r < slow);
+                }
             }
-        }
+            LevelModes::of(&modes)
+        });
         Self {
             width,
-            whole: Step::new(&lambdas, width, basis.count),
             slow,
-            powers,
-            reach: in_groups(&reach),
-            half: Step::new(&lambdas, 0.5 * width, slow),
-            middle_reach: in_groups(&middle_reach),
+            powers: (0..slow).map(|r| Powers::new(basis.lambda.get(r) * width, leading)).collect(),
             truncation: truncation(),
-            turns: lambdas.iter().map(|lambda| lambda.norm() * width > 1.0).collect(),
-            growth,
+            modes: modes.collect(),
         }
     }
 }
 
-impl Step {
-    /// Of the first `moving` modes.
-    fn new(lambdas: &[Complex64], length: f64, moving: usize) -> Self {
-        let mut all = vec![Default::default(); lambdas.len()];
-        for (target, lambda) in all[..moving].iter_mut().zip(lambdas) {
-            *target = exponential_and_phi(lambda * length);
-        }
-        let split = |f: &dyn Fn(&(Complex64, Complex64, Complex64)) -> Complex64| {
-            SplitComplex::of(&all.iter().map(f).collect::<Vec<_>>())
+/// One mode on a panel: a lane of `LevelModes`.
+#[derive(Clone, Copy, Default)]
+struct Mover {
+    /// e^x, h phi1 and h^2 phi2
+    half: [Complex64; 3],
+    whole: [Complex64; 3],
+    reach: f64,
+    fast_reach: f64,
+    middle_reach: f64,
+    turning: Complex64,
+    envelope: f64,
+}
+
+impl Mover {
+    fn new(lambda: Complex64, width: f64, slow: bool) -> Self {
+        let x = lambda * width;
+        let reach = if slow {
+            width * width * phi2_bound(x.norm())
+        } else if lambda.re <= 0.0 {
+            (0.5 * width * width).min((2.0 + x.norm()) / lambda.norm_sqr())
+        } else {
+            f64::INFINITY
+        };
+        let turns = x.norm() > 1.0;
+        let growth = x.re.max(0.0).exp();
+        let step = |h: f64| {
+            let (exponential, phi1, phi2) = exponential_and_phi(lambda * h);
+            [exponential, h * phi1, h * h * phi2]
         };
         Self {
-            length,
-            exponential: split(&|f| f.0),
-            phi1: split(&|f| length * f.1),
-            phi2: split(&|f| length * length * f.2),
+            half: if slow { step(0.5 * width) } else { Default::default() },
+            whole: step(width),
+            reach,
+            fast_reach: if slow { 0.0 } else { reach },
+            // Taylor's remainder, with |w| at the middle and the growth from there in terms of the start.
+            middle_reach: if slow { width * width * x.norm() * growth / 48.0 } else { reach },
+            turning: if turns { lambda.inv() } else { Complex64::default() },
+            envelope: if turns { growth / lambda.norm_sqr() } else { reach },
+        }
+    }
+}
+
+impl LevelModes {
+    fn of(modes: &[Mover; GROUP]) -> Self {
+        let real = |of: fn(&Mover) -> f64| group(modes.each_ref().map(of));
+        let complex = |of: fn(&Mover) -> Complex64| ComplexGroup::of(modes.each_ref().map(of));
+        let step = |of: fn(&Mover) -> &[Complex64; 3]| {
+            let part = |k: usize| ComplexGroup::of(modes.each_ref().map(|mode| of(mode)[k]));
+            Step { exponential: part(0), phi1: part(1), phi2: part(2) }
+        };
+        Self {
+            half: step(|mode| &mode.half),
+            whole: step(|mode| &mode.whole),
+            reach: real(|mode| mode.reach),
+            fast_reach: real(|mode| mode.fast_reach),
+            middle_reach: real(|mode| mode.middle_reach),
+            turning: complex(|mode| mode.turning),
+            envelope: real(|mode| mode.envelope),
         }
     }
 }
 
 impl Powers {
     fn new(x: Complex64, leading: f64) -> Self {
-        let (mut re, mut im) = ([[0.0; GROUP]; TAIL_GROUPS], [[0.0; GROUP]; TAIL_GROUPS]);
+        let mut groups = [ComplexGroup::ZERO; TAIL_GROUPS];
         let mut power = Complex64::from(leading);
-        for j in 0..TAIL_GROUPS * GROUP {
-            if size(power.re, power.im) > 1e-20 * leading {
-                re[j / GROUP][j % GROUP] = power.re;
-                im[j / GROUP][j % GROUP] = power.im;
+        for (g, group) in groups.iter_mut().enumerate() {
+            let mut lanes = [Complex64::default(); GROUP];
+            for (lane, value) in lanes.iter_mut().enumerate() {
+                if power.l1_norm() > 1e-20 * leading {
+                    *value = power;
+                }
+                power *= x / (g * GROUP + lane + 3) as f64;
             }
-            power *= x / (j + 3) as f64;
+            *group = ComplexGroup::of(lanes);
         }
-        Self { re, im }
+        Self(groups)
     }
-}
-
-/// An upper bound of the modulus, within a factor of sqrt 2.
-pub(super) fn size(re: f64, im: f64) -> f64 {
-    re.abs() + im.abs()
 }
 
 /// The sum of the terms that the polynomials of a mode leave out, over its whole series, at |x| = REACH;

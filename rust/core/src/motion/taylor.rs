@@ -347,7 +347,7 @@ impl TaylorMotion {
                     c += term;
                     magnitude += term.abs();
                 }
-                panel.coefficients[index * COEFFICIENTS + k] = c;
+                panel.row(index)[k] = c;
                 self.lowest[index] += if k == 0 { c } else { c.min(0.0) };
                 if k < 2 {
                     panel.error[index] += magnitude;

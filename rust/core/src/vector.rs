@@ -1,0 +1,141 @@
+//! Groups of four numbers and the vector unit of the machine that works on them, found at run time.
+
+use num_complex::Complex64;
+use pulp::{NullaryFnOnce, Scalar256b, Simd, bytemuck, cast};
+
+/// What one vector instruction works on.
+pub(crate) use pulp::f64x4 as Group;
+
+/// Numbers are kept in groups of this many, the last filled up with zeros: no loop has a remainder.
+pub(crate) const GROUP: usize = 4;
+
+pub(crate) const ZEROS: Group = pulp::f64x4(0.0, 0.0, 0.0, 0.0);
+
+/// Arithmetic on groups; products and sums are fused on every machine.
+pub(crate) trait Lanes: Simd<f64s = Group> {}
+
+impl<S: Simd<f64s = Group>> Lanes for S {}
+
+/// Work compiled for each vector unit. Only what is inlined into `run` is.
+pub(crate) trait Kernel {
+    type Output;
+
+    fn run<S: Lanes>(self, simd: S) -> Self::Output;
+}
+
+/// Elsewhere than on x86-64 the compiler finds the vector instructions for loops over four lanes.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum VectorUnit {
+    #[cfg(target_arch = "x86_64")]
+    Avx2(pulp::x86::V3),
+    Portable,
+}
+
+impl Default for VectorUnit {
+    fn default() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if let Some(simd) = pulp::x86::V3::try_new() {
+            return Self::Avx2(simd);
+        }
+        Self::Portable
+    }
+}
+
+impl VectorUnit {
+    #[inline(always)]
+    pub fn run<K: Kernel>(self, kernel: K) -> K::Output {
+        match self {
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(simd) => simd.vectorize(Call { kernel, simd }),
+            Self::Portable => kernel.run(Scalar256b),
+        }
+    }
+}
+
+struct Call<K, S> {
+    kernel: K,
+    simd: S,
+}
+
+impl<K: Kernel, S: Lanes> NullaryFnOnce for Call<K, S> {
+    type Output = K::Output;
+
+    #[inline(always)]
+    fn call(self) -> K::Output {
+        self.kernel.run(self.simd)
+    }
+}
+
+/// Four complex numbers.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ComplexGroup {
+    pub re: Group,
+    pub im: Group,
+}
+
+impl ComplexGroup {
+    pub const ZERO: Self = Self { re: ZEROS, im: ZEROS };
+
+    pub fn of(lanes: [Complex64; GROUP]) -> Self {
+        Self { re: group(lanes.map(|value| value.re)), im: group(lanes.map(|value| value.im)) }
+    }
+
+    #[inline(always)]
+    pub fn get(&self, lane: usize) -> Complex64 {
+        let [re, im]: [[f64; GROUP]; 2] = [cast(self.re), cast(self.im)];
+        Complex64::new(re[lane], im[lane])
+    }
+
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, value: Complex64) {
+        bytemuck::cast_mut::<Group, [f64; GROUP]>(&mut self.re)[lane] = value.re;
+        bytemuck::cast_mut::<Group, [f64; GROUP]>(&mut self.im)[lane] = value.im;
+    }
+
+    /// `self + a b`
+    #[inline(always)]
+    pub fn add_product<S: Lanes>(self, simd: S, a: Self, b: Self) -> Self {
+        Self {
+            re: add_real_part(simd, self.re, a, b),
+            im: simd.mul_add_f64s(a.im, b.re, simd.mul_add_f64s(a.re, b.im, self.im)),
+        }
+    }
+
+    /// `self + t a` with real t.
+    #[inline(always)]
+    pub fn add_scaled<S: Lanes>(self, simd: S, t: Group, a: Self) -> Self {
+        Self { re: simd.mul_add_f64s(t, a.re, self.re), im: simd.mul_add_f64s(t, a.im, self.im) }
+    }
+
+    /// Upper bounds of the moduli, within a factor of sqrt 2.
+    #[inline(always)]
+    pub fn size<S: Lanes>(self, simd: S) -> Group {
+        simd.add_f64s(simd.abs_f64s(self.re), simd.abs_f64s(self.im))
+    }
+}
+
+/// `sum + Re(a b)`
+#[inline(always)]
+pub(crate) fn add_real_part<S: Lanes>(
+    simd: S,
+    sum: Group,
+    a: ComplexGroup,
+    b: ComplexGroup,
+) -> Group {
+    simd.negate_mul_add_f64s(a.im, b.im, simd.mul_add_f64s(a.re, b.re, sum))
+}
+
+#[inline(always)]
+pub(crate) fn group(numbers: [f64; GROUP]) -> Group {
+    cast(numbers)
+}
+
+/// Numbers in groups, the last filled up with zeros.
+pub(crate) fn in_groups(numbers: &[f64]) -> Vec<Group> {
+    let whole = numbers.chunks(GROUP).map(|chunk| {
+        let mut lanes = [0.0; GROUP];
+        lanes[..chunk.len()].copy_from_slice(chunk);
+        group(lanes)
+    });
+    whole.collect()
+}
