@@ -41,6 +41,8 @@ pub(crate) struct PhaseSearch {
     multiplicity: Vec<usize>,
     /// Touches at the end of a panel wait for the next one to say whether they were crossings.
     pending: Vec<Option<Grazing>>,
+    /// Whether any does.
+    waiting: bool,
     touches: Vec<Grazing>,
     unit: VectorUnit,
     /// What vanishes at the event found, by contact.
@@ -67,8 +69,12 @@ impl PhaseSearch {
                 _ => 0,
             }
         }));
-        self.pending.clear();
-        self.pending.resize(functions.len(), None);
+        if self.waiting || self.pending.len() != functions.len() {
+            self.pending.clear();
+            self.pending.resize(functions.len(), None);
+            self.waiting = false;
+        }
+        let mut bouncing = self.multiplicity.contains(&1);
         loop {
             let leaps = self.panel.leaps;
             motion.expand(remaining, &mut self.panel);
@@ -83,7 +89,7 @@ impl PhaseSearch {
             if !self.panel.error.iter().all(|error| error.is_finite()) {
                 return stop_unbounded(run, motion.start());
             }
-            let limit = self.bounces(run, functions);
+            let limit = if bouncing { self.bounces(run, functions) } else { None };
             let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
             let skipped = limit.as_ref().map(|limit| limit.function);
             let found = self.first_crossing(run, motion, functions, allowed, skipped);
@@ -119,6 +125,7 @@ impl PhaseSearch {
             }
             motion.advance();
             self.multiplicity.fill(0);
+            bouncing = false;
         }
     }
 
@@ -137,8 +144,8 @@ impl PhaseSearch {
         for (index, function) in functions.iter().enumerate() {
             if self.panel.excluded[index] && self.multiplicity[index] == 0 || skipped == Some(index)
             {
-                if let Some(touch) = self.pending[index].take() {
-                    self.touches.push(touch);
+                if self.waiting {
+                    self.touches.extend(self.pending[index].take());
                 }
                 continue;
             }
@@ -169,6 +176,7 @@ impl PhaseSearch {
                     let before = self.pending[index].take().filter(|_| in_band.is_none());
                     self.touches.extend(touch.map(grazing).or(before));
                     self.pending[index] = in_band.map(grazing);
+                    self.waiting |= in_band.is_some();
                 }
                 Verdict::Crossing { root, touch } => {
                     self.touches.extend(touch.map(grazing));
