@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use num_complex::Complex64;
 
-use super::phi::{exponential_and_phi, phi2_bound};
+use super::phi::{exponential_and_phi, inverse, phi2_bound};
 use super::{COEFFICIENTS, REACH};
 use crate::event::EventFunction;
 use crate::reduction::Reduced;
@@ -153,7 +153,7 @@ pub(super) struct Powers(pub [ComplexGroup; TAIL_GROUPS]);
 
 impl ModalBasis {
     pub fn new(reduced: &Reduced, functions: &[EventFunction], mut modes: Vec<Mode>) -> Self {
-        modes.sort_by(|p, q| p.eigenvalue.norm().total_cmp(&q.eigenvalue.norm()));
+        modes.sort_by(|p, q| p.eigenvalue.norm_sqr().total_cmp(&q.eigenvalue.norm_sqr()));
         let m = reduced.size();
         let count = modes.len();
         let groups = count.div_ceil(GROUP);
@@ -235,7 +235,7 @@ impl ModalBasis {
         let fastest = modes.last().map_or(0.0, |mode| mode.eigenvalue.norm());
         let inverse: Vec<Complex64> = lambda
             .iter()
-            .map(|lambda| if lambda.norm() > 0.0 { lambda.inv() } else { Complex64::default() })
+            .map(|lambda| if lambda.norm_sqr() > 0.0 { lambda.inv() } else { Complex64::default() })
             .collect();
         let by_coordinate = (0..m.div_ceil(GROUP)).flat_map(|first| {
             let shape = &shape;
@@ -286,7 +286,8 @@ impl ModalBasis {
 impl Level {
     fn new(basis: &ModalBasis, width: f64) -> Self {
         // Ulps above the reach, so that the fastest mode itself belongs to level 0.
-        let is_slow = |lambda: Complex64| lambda.norm() * width <= REACH * (1.0 + 1e-12);
+        let longest = REACH * (1.0 + 1e-12);
+        let is_slow = |lambda: Complex64| (lambda * width).norm_sqr() <= longest * longest;
         let slow = (0..basis.count).take_while(|&r| is_slow(basis.lambda.get(r))).count();
         let leading = 0.5 * width * width;
         let modes = (0..basis.groups).map(|g| {
@@ -325,14 +326,15 @@ struct Mover {
 impl Mover {
     fn new(lambda: Complex64, width: f64, slow: bool) -> Self {
         let x = lambda * width;
+        let modulus = x.norm_sqr().sqrt();
         let reach = if slow {
-            width * width * phi2_bound(x.norm())
+            width * width * phi2_bound(modulus)
         } else if lambda.re <= 0.0 {
-            (0.5 * width * width).min((2.0 + x.norm()) / lambda.norm_sqr())
+            (0.5 * width * width).min((2.0 + modulus) / lambda.norm_sqr())
         } else {
             f64::INFINITY
         };
-        let turns = x.norm() > 1.0;
+        let turns = modulus > 1.0;
         let growth = x.re.max(0.0).exp();
         let step = |h: f64| {
             let (exponential, phi1, phi2) = exponential_and_phi(lambda * h);
@@ -344,7 +346,7 @@ impl Mover {
             reach,
             fast_reach: if slow { 0.0 } else { reach },
             // Taylor's remainder, with |w| at the middle and the growth from there in terms of the start.
-            middle_reach: if slow { width * width * x.norm() * growth / 48.0 } else { reach },
+            middle_reach: if slow { width * width * modulus * growth / 48.0 } else { reach },
             turning: if turns { lambda.inv() } else { Complex64::default() },
             envelope: if turns { growth / lambda.norm_sqr() } else { reach },
         }
@@ -381,7 +383,7 @@ impl Powers {
                 if power.l1_norm() > 1e-20 * leading {
                     *value = power;
                 }
-                power *= x / (g * GROUP + lane + 3) as f64;
+                power *= x * inverse(g * GROUP + lane + 3);
             }
             *group = ComplexGroup::of(lanes);
         }
