@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -51,3 +52,12 @@ def test_a_function_keeps_its_name_from_its_module():
 def test_an_unknown_name():
     with pytest.raises(AttributeError, match="no attribute 'swep'"):
         ss.swep  # noqa: B018
+
+
+def test_the_version_stands_in_one_place_and_the_citation_follows():
+    root = Path(__file__).parent.parent
+    version = tomllib.loads((root / "Cargo.toml").read_text(encoding="utf-8"))["workspace"]["package"][
+        "version"
+    ]
+    assert ss.__version__ == version
+    assert f"version: {version}" in (root / "CITATION.cff").read_text(encoding="utf-8").splitlines()
