@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use crate::blocks::Block;
 use crate::error::Error;
 use crate::event::EventFunction;
 use crate::motion::{ModalBasis, TaylorOperator};
@@ -25,6 +26,8 @@ const KEPT_COMBINATIONS: usize = 4096;
 pub(crate) enum Propagator {
     Modal(Box<ModalBasis>),
     Taylor(Box<TaylorOperator>),
+    /// Each block of the scene by its own.
+    Blocks(Vec<(Arc<Block>, Arc<CombinationBasis>)>),
 }
 
 /// A combination with its event functions and its propagator.
@@ -38,6 +41,15 @@ pub(crate) struct CombinationBasis {
 impl CombinationBasis {
     fn new(scene: &Scene, combination: &Combination, method: Method) -> Result<Self, Error> {
         let functions = scene.event_functions(combination);
+        if !scene.blocks().is_empty() {
+            let part = |block: &Arc<Block>| {
+                let (basis, _) = block.scene.basis(&block.statuses(combination), method)?;
+                Ok((Arc::clone(block), basis))
+            };
+            let parts = scene.blocks().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
+            let propagator = Propagator::Blocks(parts);
+            return Ok(Self { combination: combination.clone(), functions, propagator });
+        }
         let taylor = || TaylorOperator::new(scene, combination, &functions).map(Box::new);
         let closed = combination.statuses().iter().filter(|status| status.is_closed()).count();
         let propagator = match method {
@@ -64,7 +76,11 @@ impl CombinationBasis {
     }
 
     pub fn is_modal(&self) -> bool {
-        matches!(self.propagator, Propagator::Modal(_))
+        match &self.propagator {
+            Propagator::Modal(_) => true,
+            Propagator::Taylor(_) => false,
+            Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
+        }
     }
 }
 

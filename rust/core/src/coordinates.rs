@@ -121,6 +121,11 @@ impl Coordinates {
         }
     }
 
+    /// Contact coordinates themselves, with the contacts' (tangential, normal).
+    pub fn of_contacts(slots: Vec<(usize, usize)>, delassus: Option<Vec<f64>>) -> Self {
+        Self { slots, transform: None, delassus }
+    }
+
     /// T, row-major, unless it is the identity.
     pub fn transform(&self) -> Option<&[f64]> {
         self.transform.as_ref().map(|pair| pair.0.as_slice())

@@ -11,6 +11,7 @@ mod arithmetic;
 mod attractor;
 mod basis;
 mod batch;
+mod blocks;
 mod branches;
 mod compensated;
 mod complementarity;

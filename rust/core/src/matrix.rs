@@ -138,6 +138,21 @@ impl SparseMatrix {
         }
     }
 
+    /// Rows and columns `kept`, ascending.
+    pub fn restricted(&self, kept: &[usize]) -> Self {
+        let mut part = Self::with_capacity(kept.len(), kept.len());
+        for &row in kept {
+            for (column, value) in self.row(row) {
+                if let Ok(place) = kept.binary_search(&column) {
+                    part.columns.push(place);
+                    part.values.push(value);
+                }
+            }
+            part.row_start.push(part.columns.len());
+        }
+        part
+    }
+
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
         scaled.values.iter_mut().for_each(|value| *value *= factor);

@@ -75,6 +75,15 @@ pub(crate) struct Motion {
     basis: Arc<CombinationBasis>,
     modal: ModalMotion,
     taylor: TaylorMotion,
+    /// Of a scene in blocks; only to follow a motion that is known.
+    blocks: Vec<BlockMotion>,
+}
+
+#[derive(Debug)]
+struct BlockMotion {
+    motion: Motion,
+    q: Vec<f64>,
+    u: Vec<f64>,
 }
 
 impl Motion {
@@ -85,6 +94,7 @@ impl Motion {
             basis: Arc::clone(basis),
             modal: ModalMotion::default(),
             taylor: TaylorMotion::default(),
+            blocks: Vec::new(),
         };
         motion.restart(basis, q, u);
         motion
@@ -98,6 +108,22 @@ impl Motion {
         match &basis.propagator {
             Propagator::Modal(modal) => self.modal.restart(modal, q, u),
             Propagator::Taylor(operator) => self.taylor.restart(&self.scene, operator, q, u),
+            Propagator::Blocks(parts) => {
+                self.blocks.truncate(parts.len());
+                for (index, (block, basis)) in parts.iter().enumerate() {
+                    let (q, u) = (block.gather(q), block.gather(u));
+                    match self.blocks.get_mut(index) {
+                        Some(part) => {
+                            part.motion.restart(basis, &q, &u);
+                            (part.q, part.u) = (q, u);
+                        }
+                        None => {
+                            let motion = Motion::new(&block.scene, basis, &q, &u);
+                            self.blocks.push(BlockMotion { motion, q, u });
+                        }
+                    }
+                }
+            }
         }
     }
 
@@ -106,6 +132,9 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(_) => self.modal.start(),
             Propagator::Taylor(_) => self.taylor.start(),
+            Propagator::Blocks(_) => {
+                self.blocks.iter().map(|part| part.motion.start()).fold(0.0, f64::max)
+            }
         }
     }
 
@@ -117,6 +146,7 @@ impl Motion {
             Propagator::Taylor(operator) => {
                 self.taylor.expand(operator, &self.basis.functions, panel);
             }
+            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
         }
     }
 
@@ -125,6 +155,7 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.advance(modal),
             Propagator::Taylor(operator) => self.taylor.advance(&self.scene, operator),
+            Propagator::Blocks(_) => self.blocks.iter_mut().for_each(|part| part.motion.advance()),
         }
     }
 
@@ -133,6 +164,7 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.state(modal, offset, q, u),
             Propagator::Taylor(operator) => self.taylor.state(operator, offset, q, u),
+            Propagator::Blocks(_) => self.seek(self.start() + offset, q, u),
         }
     }
 
@@ -150,6 +182,13 @@ impl Motion {
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
+            Propagator::Blocks(parts) => {
+                for ((block, _), part) in parts.iter().zip(&mut self.blocks) {
+                    part.motion.seek(time, &mut part.q, &mut part.u);
+                    block.scatter(&part.q, q);
+                    block.scatter(&part.u, u);
+                }
+            }
         }
     }
 
@@ -159,6 +198,10 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.growth_rate(modal, time - self.modal.start()),
             Propagator::Taylor(operator) => operator.norm(),
+            Propagator::Blocks(_) => {
+                let rates = self.blocks.iter().map(|part| part.motion.growth_rate(time));
+                rates.fold(0.0, f64::max)
+            }
         }
     }
 }

@@ -308,6 +308,10 @@ fn asked_to_stop(run: &Run<'_>) -> Option<StopReason> {
 
 fn stop(run: &mut Run<'_>, motion: &mut Motion, offset: f64, reason: StopReason) -> PhaseEnd {
     motion.state(offset, &mut run.q, &mut run.u);
+    // Without contacts, no event function tells that numbers ran out.
+    if !run.q.iter().chain(&run.u).all(|x| x.is_finite()) {
+        return stop_unbounded(run, motion.start() + offset);
+    }
     run.trajectory.end = if reason == StopReason::Duration {
         run.duration
     } else {

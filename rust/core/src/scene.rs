@@ -1,8 +1,9 @@
 //! A mechanical model with frictional unilateral contacts, validated once.
 
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, OnceLock};
 
 use crate::basis::BasisCache;
+use crate::blocks::{Block, blocks_of};
 use crate::contact::{Contact, ContactInput, check_finite};
 use crate::coordinates::Coordinates;
 use crate::eigen;
@@ -59,6 +60,7 @@ pub struct Scene {
     /// F in contact coordinates, with the clearances' part `K q_gap` added.
     pub(crate) force: Vec<f64>,
     pub(crate) bases: Mutex<BasisCache>,
+    pub(crate) blocks: OnceLock<Vec<Arc<Block>>>,
 }
 
 /// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
@@ -171,6 +173,7 @@ impl Scene {
             stiffness,
             force,
             bases: Mutex::default(),
+            blocks: OnceLock::new(),
         })
     }
 
@@ -186,6 +189,11 @@ impl Scene {
     /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
     pub fn contacts_coupled(&self) -> bool {
         self.coordinates.delassus.is_some()
+    }
+
+    /// Parts that nothing couples; none if all of the scene is one.
+    pub(crate) fn blocks(&self) -> &[Arc<Block>] {
+        self.blocks.get_or_init(|| blocks_of(self))
     }
 
     /// Contact coordinates (q, q') of dof positions and velocities.

@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::basis::CombinationBasis;
+use crate::blocks;
 use crate::error::{Error, RunFailure};
 use crate::motion::Motion;
 use crate::phase::{PhaseEnd, PhaseSearch};
@@ -75,29 +76,16 @@ pub fn simulate(
     }
     controls.validate()?;
     let (q, u) = scene.start_coordinates(start)?;
-    let mut run = Run {
-        scene,
-        method,
-        controls,
-        started: Instant::now(),
-        duration,
-        time: Clock::default(),
-        known: Vec::new(),
-        q,
-        u,
-        trajectory: Trajectory {
-            scene: Arc::clone(scene),
-            phases: Vec::new(),
-            states: Vec::new(),
-            events: Vec::new(),
-            grazings: Vec::new(),
-            accumulations: Vec::new(),
-            counters: Counters::default(),
-            stop_reason: StopReason::Duration,
-            end: 0.0,
-        },
+    if !scene.blocks().is_empty() {
+        return blocks::simulate(scene, (&q, &u), &start.combination, duration, method, controls);
+    }
+    let mut run = Run::new(scene, (q, u), duration, method, controls);
+    let mut progress = run.begin(&start.combination)?;
+    let reason = loop {
+        if let Some(reason) = run.step(&mut progress)? {
+            break reason;
+        }
     };
-    let reason = run.advance(&start.combination)?;
     run.trajectory.stop_reason = reason;
     run.trajectory.counters.phases = run.trajectory.phases.len();
     Ok(run.trajectory)
@@ -137,71 +125,119 @@ pub(crate) struct Run<'a> {
     pub trajectory: Trajectory,
 }
 
-impl Run<'_> {
-    fn advance(&mut self, combination: &Combination) -> Result<StopReason, Error> {
-        let mut basis = self.basis(combination.statuses())?;
-        let mut settlement = Settlement {
-            statuses: combination.statuses().to_vec(),
-            departures: self.scene.initial_departures(combination, &self.q, &self.u),
-            events: Vec::new(),
-        };
-        let mut motion = Motion::new(self.scene, &basis, &self.q, &self.u);
-        let mut search = PhaseSearch::default();
-        let mut at_this_instant = 0;
-        loop {
-            let departing = settlement.departures.iter().any(|&d| d != Departure::None);
-            self.trajectory.phases.push(Phase {
-                start: self.time.seconds,
-                rest: self.time.rest,
-                basis: Arc::clone(&basis),
-            });
-            self.trajectory.states.extend_from_slice(&self.q);
-            self.trajectory.states.extend_from_slice(&self.u);
-            self.trajectory.end = self.time.seconds;
-            if self.controls.max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
-                return Ok(StopReason::MaxEvents);
-            }
-            self.trajectory.counters.taylor_phases += usize::from(!basis.is_modal());
-            let departures = departing.then_some(&settlement.departures[..]);
-            let after = match search.follow(self, &mut motion, &basis, departures) {
-                PhaseEnd::Event { after } => after,
-                PhaseEnd::Stop(reason) => return Ok(reason),
-            };
-            let before = self.time.seconds;
-            self.time = self.time.after(after);
-            at_this_instant = if self.time.seconds > before { 0 } else { at_this_instant + 1 };
-            // Each contact can pass each status once; more means that the event rule goes in circles.
-            if at_this_instant > 4 * self.scene.contacts.len() + 4 {
-                return Ok(StopReason::Chattering { contact: search.triggers[0].0 });
-            }
-            let settled = settle(
-                self.scene,
-                self.time.seconds,
-                &search.triggers,
-                &mut settlement,
-                &mut self.q,
-                &mut self.u,
-            );
-            if let Err(failure) = settled {
-                self.trajectory.end = self.time.seconds;
-                return Ok(StopReason::Failed(failure));
-            }
-            let phase = self.trajectory.phases.len();
-            let time = self.time.seconds;
-            self.trajectory.events.extend(settlement.events.iter().map(|&(contact, kind)| Event {
-                time,
-                contact,
-                kind,
-                phase,
-            }));
-            if settlement.statuses != basis.combination.statuses() {
-                basis = match self.basis(&settlement.statuses) {
-                    Ok(basis) => basis,
-                    Err(error) => return Ok(StopReason::Failed(RunFailure::Input(error))),
-                };
-            }
-            motion.restart(&basis, &self.q, &self.u);
+/// What a run carries from one phase to the next beside its state.
+pub(crate) struct Progress {
+    basis: Arc<CombinationBasis>,
+    settlement: Settlement,
+    motion: Motion,
+    search: PhaseSearch,
+    at_this_instant: usize,
+}
+
+impl<'a> Run<'a> {
+    /// A run from (q, q') at time 0.
+    pub fn new(
+        scene: &'a Arc<Scene>,
+        (q, u): (Vec<f64>, Vec<f64>),
+        duration: f64,
+        method: Method,
+        controls: Controls<'a>,
+    ) -> Self {
+        Self {
+            scene,
+            method,
+            controls,
+            started: Instant::now(),
+            duration,
+            time: Clock::default(),
+            known: Vec::new(),
+            q,
+            u,
+            trajectory: Trajectory {
+                scene: Arc::clone(scene),
+                phases: Vec::new(),
+                states: Vec::new(),
+                events: Vec::new(),
+                grazings: Vec::new(),
+                accumulations: Vec::new(),
+                counters: Counters::default(),
+                stop_reason: StopReason::Duration,
+                end: 0.0,
+            },
         }
+    }
+
+    pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
+        let basis = self.basis(combination.statuses())?;
+        Ok(Progress {
+            settlement: Settlement {
+                statuses: combination.statuses().to_vec(),
+                departures: self.scene.initial_departures(combination, &self.q, &self.u),
+                events: Vec::new(),
+            },
+            motion: Motion::new(self.scene, &basis, &self.q, &self.u),
+            search: PhaseSearch::default(),
+            at_this_instant: 0,
+            basis,
+        })
+    }
+
+    /// Follows one phase and settles the event that ends it; the reason if the motion ends before.
+    pub fn step(&mut self, progress: &mut Progress) -> Result<Option<StopReason>, Error> {
+        let Progress { basis, settlement, motion, search, at_this_instant } = progress;
+        let departing = settlement.departures.iter().any(|&d| d != Departure::None);
+        self.trajectory.phases.push(Phase {
+            start: self.time.seconds,
+            rest: self.time.rest,
+            basis: Arc::clone(basis),
+        });
+        self.trajectory.states.extend_from_slice(&self.q);
+        self.trajectory.states.extend_from_slice(&self.u);
+        self.trajectory.end = self.time.seconds;
+        if self.controls.max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
+            return Ok(Some(StopReason::MaxEvents));
+        }
+        self.trajectory.counters.taylor_phases += usize::from(!basis.is_modal());
+        let departures = departing.then_some(&settlement.departures[..]);
+        let after = match search.follow(self, motion, basis, departures) {
+            PhaseEnd::Event { after } => after,
+            PhaseEnd::Stop(reason) => return Ok(Some(reason)),
+        };
+        let before = self.time.seconds;
+        self.time = self.time.after(after);
+        *at_this_instant = if self.time.seconds > before { 0 } else { *at_this_instant + 1 };
+        // Each contact can pass each status once; more means that the event rule goes in circles.
+        if *at_this_instant > 4 * self.scene.contacts.len() + 4 {
+            return Ok(Some(StopReason::Chattering { contact: search.triggers[0].0 }));
+        }
+        let settled = settle(
+            self.scene,
+            self.time.seconds,
+            &search.triggers,
+            settlement,
+            &mut self.q,
+            &mut self.u,
+        );
+        if let Err(failure) = settled {
+            self.trajectory.end = self.time.seconds;
+            return Ok(Some(StopReason::Failed(failure)));
+        }
+        let phase = self.trajectory.phases.len();
+        let time = self.time.seconds;
+        self.trajectory.events.extend(settlement.events.iter().map(|&(contact, kind)| Event {
+            time,
+            contact,
+            kind,
+            phase,
+        }));
+        if settlement.statuses != basis.combination.statuses() {
+            *basis = match self.basis(&settlement.statuses) {
+                Ok(basis) => basis,
+                Err(error) => return Ok(Some(StopReason::Failed(RunFailure::Input(error)))),
+            };
+        }
+        motion.restart(basis, &self.q, &self.u);
+        Ok(None)
     }
 
     fn basis(&mut self, statuses: &[Status]) -> Result<Arc<CombinationBasis>, Error> {

@@ -1,0 +1,196 @@
+"""Scenes in parts that nothing couples: each runs by itself, and the whole is all of them."""
+
+import dataclasses
+import itertools
+
+import numpy as np
+import pytest
+from scipy.linalg import block_diag
+
+import stickslip as ss
+
+DURATION = 0.2
+#: kg, N/m: an oscillator that touches nothing.
+MASS, STIFFNESS = 0.8, 2e4
+
+
+def dense(matrix):
+    return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
+
+
+class SideBySide:
+    """Scenes as one without a spring between them, the dofs of one among those of the others."""
+
+    def __init__(self, *scenes, **changes):
+        owner = np.repeat(np.arange(len(scenes)), [scene.size for scene in scenes])
+        owner = np.random.default_rng(1).permutation(owner)
+        #: Of the dofs and contacts of each scene, in the whole.
+        self.places = [np.flatnonzero(owner == k) for k in range(len(scenes))]
+        counts = np.cumsum([0, *(len(scene.contacts) for scene in scenes)])
+        self.contacts = [slice(first, last) for first, last in itertools.pairwise(counts)]
+        self.scenes = scenes
+        inverse = np.argsort(np.concatenate(self.places))
+        contacts = [
+            dataclasses.replace(contact, tangential=self.vector(k, t), normal=self.vector(k, n))
+            for k, scene in enumerate(scenes)
+            for contact, t, n in (
+                (contact, scene.tangential_direction(index), scene.normal_direction(index))
+                for index, contact in enumerate(scene.contacts)
+            )
+        ]
+        self.scene = ss.Scene(
+            np.concatenate([scene.mass for scene in scenes])[inverse],
+            block_diag(*(dense(scene.stiffness) for scene in scenes))[np.ix_(inverse, inverse)],
+            damping=scenes[0].damping,
+            force=np.concatenate([scene.force for scene in scenes])[inverse],
+            contacts=contacts,
+            **changes,
+        )
+
+    def vector(self, scene, part):
+        whole = np.zeros(sum(len(places) for places in self.places))
+        whole[self.places[scene]] = part
+        return whole
+
+    def start(self, *starts):
+        position = sum(self.vector(k, start.position) for k, start in enumerate(starts))
+        velocity = sum(self.vector(k, start.velocity) for k, start in enumerate(starts))
+        return ss.State(position, velocity, "".join(start.combination for start in starts))
+
+
+def disturbed(scene, speed=1e-3):
+    return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": speed})
+
+
+@pytest.fixture(scope="module")
+def parts():
+    slow, fast = ss.models.two_subsystems(), ss.models.two_subsystems(friction=2.2, slider_speed=0.05)
+    free = ss.Scene([MASS], [[STIFFNESS]], damping=slow.damping)
+    whole = SideBySide(slow, free, fast)
+    starts = [disturbed(slow), ss.State([1e-3], [0.0], ""), disturbed(fast, 2e-3)]
+    return whole, starts
+
+
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_each_part_runs_as_if_it_were_alone(parts, method):
+    whole, starts = parts
+    run = ss.simulate(whole.scene, whole.start(*starts), DURATION, method)
+    alone = [
+        ss.simulate(scene, start, DURATION, method) for scene, start in zip(whole.scenes, starts, strict=True)
+    ]
+    for k, (part, contacts) in enumerate(zip(alone, whole.contacts, strict=True)):
+        mine = (run.events.contact >= contacts.start) & (run.events.contact < contacts.stop)
+        assert np.array_equal(run.events.time[mine], part.events.time)
+        assert np.array_equal(run.events.contact[mine] - contacts.start, part.events.contact)
+        assert np.array_equal(run.events.kind[mine], part.events.kind)
+        times = np.linspace(0.0, DURATION, 501)
+        position = run.sample(times).position.to_numpy()[:, whole.places[k]]
+        expected = part.sample(times).position.to_numpy()
+        assert np.abs(position - expected).max() <= 1e-15 * np.abs(expected).max() * 40
+    assert len(run.events) == sum(len(part.events) for part in alone) > 100
+    assert np.all(np.diff(run.events.time) >= 0.0)
+    for counter in ("panels", "leaps", "refinements", "combinations"):
+        assert run.counters[counter] == sum(part.counters[counter] for part in alone), counter
+    instants = len(np.unique(run.events.time))
+    assert run.counters["phases"] == 1 + instants
+
+
+def test_a_part_without_contacts_swings_as_it_should(parts):
+    whole, starts = parts
+    run = ss.simulate(whole.scene, whole.start(*starts), DURATION)
+    times = np.linspace(0.0, DURATION, 201)
+    beta = whole.scene.damping.stiffness
+    omega2 = STIFFNESS / MASS
+    decay = 0.5 * beta * omega2
+    omega = np.sqrt(omega2 - decay**2)
+    expected = 1e-3 * np.exp(-decay * times) * (np.cos(omega * times) + decay / omega * np.sin(omega * times))
+    found = run.sample(times).position.to_numpy()[:, whole.places[1][0]]
+    assert np.abs(found - expected).max() < 1e-15
+
+
+def test_the_number_of_events_ends_the_whole(parts):
+    whole, starts = parts
+    start = whole.start(*starts)
+    full = ss.simulate(whole.scene, start, DURATION)
+    for most in (0, 1, 50):
+        run = ss.simulate(whole.scene, start, DURATION, max_events=most)
+        assert run.stop_reason == "max_events"
+        assert np.array_equal(run.events.time, full.events.time[:most])
+        assert run.duration == (full.events.time[most - 1] if most else 0.0)
+        assert run.sample([run.duration]).position.equals(full.sample([run.duration]).position)
+
+
+def test_energy_of_the_whole_closes(parts):
+    whole, starts = parts
+    run = ss.simulate(whole.scene, whole.start(*starts), DURATION)
+    balance = run.balance()
+    assert abs(balance.residual) <= 1e-13 * balance.turnover
+    alone = ss.simulate(whole.scenes[0], starts[0], DURATION).balance()
+    assert balance.turnover > alone.turnover
+
+
+def test_an_interrupted_part_leaves_all_up_to_there(parts):
+    whole, starts = parts
+    start = whole.start(*starts)
+    run = ss.simulate(whole.scene, start, 1e4, time_limit=0.05)
+    assert run.stop_reason == "time_limit"
+    assert 0.0 < run.duration < 1e4
+    full = ss.simulate(whole.scene, start, min(run.duration, 0.5))
+    assert np.array_equal(run.events.time[: len(full.events)], full.events.time)
+    assert np.isfinite(run.sample([run.duration]).position.to_numpy()).all()
+
+
+def test_the_part_that_stops_first_stops_all():
+    """One part without bound: the rest is given up to where it leaves the range of numbers."""
+    slow = ss.models.two_subsystems()
+    unstable = ss.Scene([1.0], [[-1e8]], damping=slow.damping)
+    whole = SideBySide(slow, unstable)
+    start = whole.start(disturbed(slow), ss.State([1.0], [0.0], ""))
+    run = ss.simulate(whole.scene, start, DURATION)
+    assert run.stop_reason == "unbounded"
+    alone = ss.simulate(unstable, ss.State([1.0], [0.0], ""), DURATION)
+    assert run.duration == alone.duration < DURATION
+    assert np.all(run.events.time <= run.duration)
+    assert np.isfinite(run.sample([run.duration]).position.to_numpy()).all()
+
+
+def test_contacts_along_slanted_directions_keep_their_parts_apart(parts):
+    """Rotated dofs of a part: its contact coordinates are none of them, and still apart from the other."""
+    slow = ss.models.two_subsystems()
+    rotation, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(8, 8)))
+    turned = ss.Scene(
+        rotation.T @ np.diag(slow.mass) @ rotation,
+        rotation.T @ dense(slow.stiffness) @ rotation,
+        damping=slow.damping,
+        force=rotation.T @ slow.force,
+        contacts=[
+            dataclasses.replace(
+                contact,
+                tangential=rotation.T @ slow.tangential_direction(k),
+                normal=rotation.T @ slow.normal_direction(k),
+            )
+            for k, contact in enumerate(slow.contacts)
+        ],
+    )
+    free = ss.Scene([[MASS]], [[STIFFNESS]], damping=slow.damping)
+    mass = block_diag(turned.mass, free.mass)
+    scene = ss.Scene(
+        mass,
+        block_diag(dense(turned.stiffness), free.stiffness),
+        damping=slow.damping,
+        force=np.append(turned.force, 0.0),
+        contacts=[
+            dataclasses.replace(
+                contact, tangential=np.append(contact.tangential, 0.0), normal=np.append(contact.normal, 0.0)
+            )
+            for contact in turned.contacts
+        ],
+    )
+    start = disturbed(slow)
+    state = ss.State(
+        np.append(rotation.T @ start.position, 1e-3), np.append(rotation.T @ start.velocity, 0.0), "++"
+    )
+    run = ss.simulate(scene, state, DURATION)
+    alone = ss.simulate(slow, start, DURATION)
+    assert np.abs(run.events.time - alone.events.time).max() < 1e-12
+    assert np.array_equal(run.events.combination, alone.events.combination)
