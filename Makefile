@@ -55,6 +55,8 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(if $(INTO),cp $(OUT)/work-precision.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/study_survival.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py

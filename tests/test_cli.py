@@ -13,9 +13,12 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
+from scipy import stats
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.study import store
+from stickslip.study.study_file import distribution
 
 COMMAND = [sys.executable, "-c", "from stickslip.cli import main; main(prog_name='stickslip')"]
 VERBS = sorted(main.commands)
@@ -201,3 +204,115 @@ def test_help_loads_nothing_heavy():
     code += "; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert not {"xarray", "matplotlib", "pandas", "scipy.optimize"} & set(done.stdout.split())
+
+
+def test_study(brake, tmp_path):
+    """What it prints, writes and draws is what `ss.Study` gives."""
+    data, drawn = tmp_path / "study.nc", tmp_path / "study.svg"
+    printed = run("study", brake, "--samples", 400, "-o", data, "--plot", drawn).stdout
+    found = ss.read_dataset(data)
+    table = ss.load_case(brake).study["parameters"]
+    law = stats.uniform(0.3, 2.2)
+    assert table["friction"] == {"uniform": [0.3, 2.5]}
+    expected = ss.Study(
+        ss.models.two_subsystems,
+        {
+            "friction": law,
+            "wall_stiffness": stats.norm(1.8e6, 9e4),
+            "vertical_stiffness_1": stats.norm(3e4, 1.5e3),
+        },
+        outputs=["growth_rate", "frequency", "unstable_modes"],
+        samples=400,
+        seed=1,
+    ).run()
+    for name in ("friction", "growth_rate", "unstable_modes"):
+        assert found[name].values.tolist() == expected[name].values.tolist()
+    chance = ss.study.probability(expected)
+    assert (
+        f"unstable with probability {chance.probability.item():.4f} ({chance.lower.item():.4f} to" in printed
+    )
+    assert "400 ok" in printed
+    assert f"{expected.growth_rate.mean().item():.6g}" in printed
+    # One panel for each of three parameters, two of outputs: bars and bands.
+    assert drawn.read_text().count("axes_") >= 5
+    rows = list(csv.DictReader(io.StringIO(run("study", brake, "--samples", 400, "--csv").stdout)))
+    assert [float(row["growth_rate"]) for row in rows] == expected.growth_rate.values.tolist()
+    assert rows[0].keys() >= {"friction", "status", "reason"}
+
+
+def test_study_of_motions_goes_on_in_its_store(brake, tmp_path):
+    given = (
+        "study",
+        brake,
+        "--over",
+        "friction=[0.5,1.5]",
+        "--store",
+        tmp_path / "x.zarr",
+        "--set",
+        "damping=2e-4",
+    )
+    asked = ("--ask", "amplitude", "--ask", "attractor", "--ask", "period", "--duration", 0.2)
+    record = json.loads(run(*given, *asked, "--json").stdout)
+    # A grid needs no number of samples.
+    assert "samples" in run(*given, *asked, "--samples", 2, code=2).stderr
+    assert record["data_vars"]["attractor"]["data"] == ["equilibrium", "cycle"]
+    scene = ss.models.two_subsystems(friction=1.5, damping=2e-4)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, start, duration=0.2).limit_cycle(2.0)
+    assert record["data_vars"]["period"]["data"][1] == pytest.approx(cycle.period, rel=1e-9)
+    assert json.loads(run(*given, *asked, "--json").stdout) == record
+    refused = run(*given, *asked, "--json", "--seed", 3, code=2)
+    assert "holds another study; seed: 3 here, 1 there" in refused.stderr
+
+
+def test_a_study_that_is_interrupted_exits_with_130_and_writes_what_it_has(brake, tmp_path, monkeypatch):
+    target, write = tmp_path / "part.nc", store.MemoryStore.write
+
+    def write_and_interrupt(self, chunk, columns):
+        write(self, chunk, columns)
+        if chunk == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(store.MemoryStore, "write", write_and_interrupt)
+    asked = ("--ask", "events", "--samples", 1000, "--duration", 0.01, "-o", target)
+    result = run("study", brake, *asked, "--over", "friction={uniform=[0.3,2.5]}", code=130)
+    assert "interrupted" in result.stderr
+    left = ss.read_dataset(target).status == "pending"
+    assert 256 <= (~left).sum() < 1000
+    assert left[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["--over", "fricton={uniform=[0,1]}"],
+            "fricton: the chain has no such parameter",
+        ),
+        (["--over", "friction={uniform=[1,0]}"], "friction: uniform: got [1.0, 0.0], expected lower < upper"),
+        (["--over", "friction={unifrom=[0,1]}"], "nearest: uniform"),
+        (["--over", "friction={normal=[1.0]}"], "friction: normal: expected [mean, deviation], got [1.0]"),
+        (["--over", "friction={normal=[1.0,-1.0]}"], "expected a positive deviation"),
+        (["--over", "friction={distribution='weibul'}"], "scipy.stats has no distribution 'weibul'"),
+        (["--over", "friction={distribution='weibull_min',k=2}"], "friction: weibull_min"),
+        (["--over", "friction=0.5"], "expected values"),
+        (["--ask", "growth"], "unknown output 'growth'"),
+        (["--samples", "0"], "samples: expected an integer >= 1, got 0"),
+        (["--sampler", "halton"], "sampler: expected one of"),
+    ],
+)
+def test_wrong_studies_exit_with_2_and_say_why(brake, arguments, message):
+    assert message in run("study", brake, *arguments, code=2).stderr
+
+
+def test_distributions_of_a_file_have_the_moments_they_say():
+    for law, mean, deviation in (
+        ({"uniform": [1.0, 4.0]}, 2.5, 3.0 / np.sqrt(12.0)),
+        ({"normal": [2.0, 0.3]}, 2.0, 0.3),
+        ({"lognormal": [1.8e6, 9e4]}, 1.8e6, 9e4),
+        ({"triangular": [0.0, 1.0, 5.0]}, 2.0, np.sqrt((25.0 + 1.0 - 5.0) / 18.0)),
+        ({"distribution": "gamma", "a": 4.0, "scale": 0.5}, 2.0, 1.0),
+    ):
+        found = distribution("x", law)
+        assert found.mean() == pytest.approx(mean, rel=1e-12)
+        assert found.std() == pytest.approx(deviation, rel=1e-12)

@@ -5,7 +5,7 @@ from pathlib import Path, PurePosixPath
 
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
-SOURCES = ("rust/*/src", "python/stickslip", "tests", "benchmarks")
+SOURCES = ("rust/*/src", "python/stickslip", "tests", "benchmarks", "examples")
 
 
 def rows():

@@ -13,6 +13,7 @@ from stickslip.cli.modes import modes
 from stickslip.cli.report import report
 from stickslip.cli.reproduce import reproduce
 from stickslip.cli.simulate import simulate
+from stickslip.cli.study import study
 from stickslip.cli.sweep import sweep
 
 EPILOG = """
@@ -40,5 +41,5 @@ def main() -> None:
 
 
 # Verb modules import what they compute with when they run: --help and completion stay quick.
-for verb in (init, modes, sweep, simulate, cycle, report, reproduce, figures, completion):
+for verb in (init, modes, sweep, simulate, cycle, study, report, reproduce, figures, completion):
     main.add_command(verb)

@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from stickslip.errors import InputError, RunError
+from stickslip.errors import InputError, RunError, StoreError, StudyError
 
 DONE = 0
 #: Computed, and the answer is no.
@@ -35,9 +35,9 @@ class Verbs(click.Group):
         """Run the verb; errors of the package become messages and exit codes."""
         try:
             return super().invoke(ctx)
-        except InputError as error:
+        except (InputError, StoreError) as error:
             raise Refused(str(error)) from error
-        except RunError as error:
+        except (RunError, StudyError) as error:
             raise Stopped(str(error)) from error
         except KeyboardInterrupt:
             click.echo("interrupted", err=True)

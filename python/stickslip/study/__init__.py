@@ -17,6 +17,7 @@ from stickslip.study.statistics import (
     unstable,
 )
 from stickslip.study.study import Study, unstacked
+from stickslip.study.study_file import study_of
 
 __all__ = [
     "OUTPUTS",
@@ -29,6 +30,7 @@ __all__ = [
     "morris_effects",
     "probability",
     "sobol_indices",
+    "study_of",
     "unit_design",
     "unstable",
     "unstacked",

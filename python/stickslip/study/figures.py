@@ -1,16 +1,20 @@
-"""Figures of studies: every function draws on the axes it is given and returns them."""
+"""Figures of studies: every function but `overview` draws on the axes it is given and returns them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
 from stickslip.errors import InputError
-from stickslip.study.statistics import sample_values
+from stickslip.study.statistics import BINS, sample_values
+from stickslip.study.statistics import probability as chance
 
 DARK, LIGHT, ACCENT = "#222255", "#bbccee", "#cc3311"
 
@@ -26,6 +30,7 @@ def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> A
     )
     axes.stairs(estimate.probability.to_numpy(), edges, baseline=None, color=DARK, linewidth=1.3, label=label)
     axes.set(xlabel=_words(over), ylabel="probability", ylim=(-0.02, 1.02), xlim=(edges[0], edges[-1]))
+    _few_ticks(axes)
     return axes
 
 
@@ -37,6 +42,7 @@ def distribution(
     values = values[~np.isnan(values)]
     axes.hist(values, bins=bins, density=True, color=LIGHT, edgecolor=DARK, linewidth=0.4, label=label)
     axes.set(xlabel=_labelled(output, results[output].attrs.get("units", "")), ylabel="density")
+    _few_ticks(axes)
     return axes
 
 
@@ -134,6 +140,53 @@ def eigenvalue_moments(
     axes.set(xlabel="growth rate, 1/s", ylabel="Im, Hz")
     axes.legend(frameon=False, fontsize="small")
     return axes
+
+
+#: Panels of an overview, and samples per bin of its probabilities.
+PANELS, PER_BIN = 8, 40
+
+
+def overview(results: xr.Dataset) -> Figure:
+    """Return a figure of a study: instability over every parameter, and the density of every output."""
+    parameters = [str(name) for name, coord in results.coords.items() if coord.dims == ("sample",)]
+    verdict = bool({"growth_rate", "eigenvalue", "unstable_modes"} & set(results.data_vars))
+    panels: list[Callable[[Axes], Any]] = []
+    for name in parameters if verdict else []:
+        if np.ptp(results[name].to_numpy()) > 0.0:
+            bins = int(np.clip(results.sizes["sample"] / PER_BIN, 5, BINS))
+            estimate = chance(results, name, bins=bins)
+            panels.append(partial(probability, estimate=estimate))
+    for key, column in results.data_vars.items():
+        if column.dims == ("sample",) and column.dtype.kind == "f" and column.notnull().any():
+            panels.append(partial(distribution, results=results, output=str(key)))
+        elif len(column.dims) == 2 and column.dtype.kind == "f" and column.notnull().any():
+            panels.append(partial(_largest, results=results, column=column))
+    shown = panels[:PANELS] or [Axes.set_axis_off]
+    columns = min(2, len(shown))
+    rows = -(-len(shown) // columns)
+    figure = Figure(figsize=(4.6 * columns, 3.2 * rows), layout="constrained")
+    places = figure.subplots(rows, columns, squeeze=False).ravel()
+    for axes, draw in zip(places, shown, strict=False):
+        draw(axes)
+    for axes in places[len(shown) :]:
+        axes.set_axis_off()
+    return figure
+
+
+def _largest(axes: Axes, results: xr.Dataset, column: xr.DataArray) -> Axes:
+    """Draw the entry of an output that is largest on average."""
+    dim = str(column.dims[1])
+    most = int(np.nanargmax(np.abs(np.nanmean(column.to_numpy(), axis=0))))
+    label = results[dim].to_numpy()[most] if dim in results.coords else most
+    labels: dict[str, Any] = {dim: label}
+    distribution(axes, results, str(column.name), **labels)
+    axes.set_xlabel(f"{axes.get_xlabel()} ({label})")
+    return axes
+
+
+def _few_ticks(axes: Axes) -> None:
+    axes.locator_params(axis="x", nbins=6)
+    axes.ticklabel_format(axis="x", scilimits=(-2, 4), useMathText=True)
 
 
 def _words(name: str) -> str:

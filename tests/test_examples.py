@@ -1,0 +1,38 @@
+"""Examples, run small."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
+import stiffness_uncertainty as example
+
+
+def test_stiffness_uncertainty(tmp_path):
+    results = example.squeal(64, tmp_path / "x.zarr")
+    indices = example.importance(16)
+    scene = ss.models.two_subsystems(
+        **{
+            "wall_stiffness": 1.8e6,
+            **{
+                name: tuple(example.STIFFNESSES[f"{name}_{k}"] for k in range(2))
+                for name in ("vertical_stiffness", "horizontal_stiffness", "ceiling_stiffness")
+            },
+        }
+    )
+    # The nominal values are those of the model.
+    assert (scene.stiffness != ss.models.two_subsystems().stiffness).nnz == 0
+    assert results.sizes["sample"] == 64
+    assert np.std(results.wall_stiffness) == pytest.approx(0.05 * 1.8e6, rel=0.3)
+    said = example.answer(results, indices)
+    assert f"P(unstable) = {(results.growth_rate > 0).mean().item():.3f}" in said
+    assert "hopf_point: total Sobol' indices" in said
+    figure = example.drawn(results, indices)
+    assert [axes.get_title() for axes in figure.axes] == [
+        "When does it squeal?", "At which frequency?", "How strongly?", "Which spring matters?",
+    ]  # fmt: skip
+    assert all(axes.has_data() for axes in figure.axes)
