@@ -36,6 +36,7 @@ def files(tmp_path_factory):
             np.diag([100.0, 1e4]),
             force=[0.0, -10.0],
             contacts=[ss.Contact(tangential=0, normal=1, friction=0.3)],
+            dofs=["tangential", "perpendicular"],
         ),
     }
     for name, scene in scenes.items():
@@ -127,6 +128,21 @@ def test_modes_move_until_they_are_paused_by_keyboard(opened):
     page.keyboard.press("Enter")
     assert page.locator("#motion").inner_text() == "Pause the motion"
     page.wait_for_function(f"{place} !== {still!r}")
+
+
+@pytest.mark.parametrize("name", ["standard", "ill-posed"])
+def test_names_of_dofs_stand_beside_each_other(opened, name):
+    page = opened(name, reduced_motion="reduce")
+    for card in page.locator("svg.motion").all():
+        boxes = [text.bounding_box() for text in card.locator("text").all()]
+        assert len(boxes) >= 2
+        for k, one in enumerate(boxes):
+            for other in boxes[k + 1 :]:
+                assert (
+                    one["x"] + one["width"] <= other["x"]
+                    or other["x"] + other["width"] <= one["x"]
+                    or abs(one["y"] - other["y"]) > 5
+                )
 
 
 def test_nothing_moves_for_those_who_do_not_want_it(opened):

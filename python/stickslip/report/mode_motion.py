@@ -15,6 +15,8 @@ from stickslip.scene import Scene
 
 #: Dofs beyond which a shape is drawn without names.
 NAMED = 24
+#: Width of a letter of these names, and the most letters of one that are shown.
+LETTER, LETTERS = 5.6, 12
 #: Length of the largest displacement in the drawing of all dofs, and in the plane.
 LONG, SHORT = 44.0, 24.0
 HEIGHT = 150.0
@@ -83,11 +85,15 @@ def dense(matrix: Any) -> Real:
 
 
 def _all_dofs(dofs: tuple[str, ...], shape: Complex) -> tuple[str, float]:
-    step = 26.0 if len(dofs) <= NAMED else max(3.0, 26.0 * NAMED / len(dofs))
+    names = [name if len(name) <= LETTERS else name[: LETTERS - 1] + "…" for name in dofs]
+    if len(dofs) <= NAMED:
+        step = max(26.0, LETTER * max(map(len, names)) + 6.0)
+    else:
+        step = max(3.0, 26.0 * NAMED / len(dofs))
     middle = 0.5 * HEIGHT
     width = step * (len(dofs) + 1)
     parts = [f'<line class="axis" x1="8" x2="{width - 8:.1f}" y1="{middle}" y2="{middle}"/>']
-    for k, (name, value) in enumerate(zip(dofs, shape, strict=True)):
+    for k, (name, value) in enumerate(zip(names, shape, strict=True)):
         x, reach = step * (k + 1), LONG * abs(value)
         ends = f'y1="{middle - reach:.2f}" y2="{middle + reach:.2f}"'
         parts.append(f'<line class="range" x1="{x:.1f}" x2="{x:.1f}" {ends}/>')

@@ -54,7 +54,7 @@ def transient_section(found: Findings) -> str:
                 drawing.svg(
                     history, "history", f"Displacements of {', '.join(dofs)} over {number(run.duration)} s"
                 ),
-                f"Displacement about its mean over time: {', '.join(dofs)}, which move most.",
+                f"Displacement about its mean over time: {', '.join(dofs)}; these move most.",
             )
         )
         if scene.contacts:
