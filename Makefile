@@ -60,6 +60,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py
+	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html
 	$(BIN)/python -m pytest tests/test_pages.py tests/test_readme.py
