@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-browser fuzz lint format bench docs gallery wheel clean
+.PHONY: help reproduce test test-browser fuzz lint format bench docs pages gallery wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -66,6 +66,9 @@ docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pa
 	$(BIN)/python -m pytest tests/test_pages.py tests/test_readme.py
 	$(BIN)/stickslip reproduce --out $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
+	$(MAKE) pages
+
+pages: $(VENV)/.extra-docs ## Write the pages to docs/_build/html; warnings are errors
 	$(BIN)/python -m sphinx --fail-on-warning --keep-going --quiet --builder html docs docs/_build/html
 
 # The wheel comes from the source distribution, unpacked; both share the compiled dependencies of the other verbs.
