@@ -18,6 +18,7 @@ from stickslip.modes import complex_modes
 from stickslip.path import Family, Model
 from stickslip.scene import Scene
 from stickslip.state import State, sliding_equilibrium
+from stickslip.units import parameter_units
 
 #: Periods of the slowest mode of sliding between two looks at a motion: some tens of periods of a cycle.
 STRETCH = 60.0
@@ -132,14 +133,14 @@ def bifurcation(
     for (kind, _, growth, _), message in found:
         kinds.append(kind if kind == "cycle" else described(kind, growth, message)[0])
         exponents.append(growth[0])
-    result = table(name, values, cycles)
+    result = _table(model, name, values, cycles)
     result["kind"] = (name, kinds)
     result["exponent"] = (name, np.array(exponents), {"units": "1/s"})
     result["restarted"] = (name, restarted)
     return result
 
 
-def table(name: str, values: Real, cycles: Sequence[Cycle | None]) -> xr.Dataset:
+def _table(model: Model, name: str, values: Real, cycles: Sequence[Cycle | None]) -> xr.Dataset:
     """Return cycles over a parameter as one dataset; nan, False or empty where there is none."""
     scene = next((cycle.scene for cycle in cycles if cycle is not None), None)
     dofs = [] if scene is None else list(scene.dofs)
@@ -163,14 +164,18 @@ def table(name: str, values: Real, cycles: Sequence[Cycle | None]) -> xr.Dataset
         "period_doubled": (name, column(lambda c: c.period_doubled, False)),
         "stable": (name, column(lambda c: c.stable, False)),
         "sequence": (name, column(lambda c: " ".join(c.combinations), "")),
-        "largest_multiplier": (name, column(largest, np.nan)),
-        "multiplier": ((name, "order"), column(padded, np.full(width, complex(np.nan, np.nan)))),
+        "largest_multiplier": (name, column(largest, np.nan), {"units": "1"}),
+        "multiplier": (
+            (name, "order"),
+            column(padded, np.full(width, complex(np.nan, np.nan))),
+            {"units": "1"},
+        ),
     }
     lowest = column(lambda c: c.core.minimum, nothing)
     highest = column(lambda c: c.core.maximum, nothing)
     for key, cells in (("minimum", lowest), ("maximum", highest), ("amplitude", 0.5 * (highest - lowest))):
         rows[key] = ((name, "dof"), cells, {"units": "m"})
-    coords = {name: values, "dof": dofs}
+    coords = {name: (name, values, parameter_units(model, name)), "dof": dofs}
     return xr.Dataset(rows, coords=coords, attrs={"cycles": tuple(cycles)})
 
 
@@ -211,12 +216,12 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
         orbits.append(orbit)
         before = (float(value), orbit)
     orbits += [None] * (values.size - len(orbits))
-    result = table(name, values, orbits)
+    result = _table(cycle.scene if model is None else model, name, values, orbits)
     result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
     return result
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BranchPoint:
     """A value of a parameter at which a periodic orbit changes.
 
@@ -242,6 +247,12 @@ class BranchPoint:
     contact: int | None
     event: str | None
     cycle: Cycle
+
+    def __repr__(self) -> str:
+        place = f"{self.kind} at {self.parameter} = {self.value:.12g}"
+        if self.contact is None:
+            return f"BranchPoint({place}, multiplier {self.multiplier:.6g}, {self.cycle.frequency:.6g} Hz)"
+        return f"BranchPoint({place}, contact {self.contact}: {self.event}, {self.cycle.frequency:.6g} Hz)"
 
 
 def branch_points(
@@ -509,7 +520,10 @@ def basins(
     return xr.DataArray(
         labels.reshape(first.size, second.size),
         dims=names,
-        coords={names[0]: first, names[1]: second},
+        coords={
+            names[0]: (names[0], first, {"units": "m" if kind_a == "position" else "m/s"}),
+            names[1]: (names[1], second, {"units": "m" if kind_b == "position" else "m/s"}),
+        },
         name="attractor",
         attrs={"attractors": tuple(attractors)},
     )

@@ -61,7 +61,11 @@ def orbit(
     motion = (np.exp(eigenvalue * times)[:, None] * shape[chosen]).real
     names = [modes.dofs[k] for k in chosen]
     return xr.DataArray(
-        motion, dims=("time", "dof"), coords={"time": times, "dof": names}, name="displacement"
+        motion,
+        dims=("time", "dof"),
+        coords={"time": ("time", times, {"units": "s"}), "dof": names},
+        name="displacement",
+        attrs={"units": "1"},
     )
 
 

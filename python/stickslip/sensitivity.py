@@ -23,6 +23,7 @@ from stickslip.modes import Modes, complex_modes
 from stickslip.path import Family, Model, contact_parameter
 from stickslip.reduction import reduce
 from stickslip.scene import Proportional, Scene
+from stickslip.units import parameter_units
 
 #: Largest relative error of a derivative, condition^2 times rounding, up to which it counts as defined.
 _DEFINED = 1e-6
@@ -94,10 +95,14 @@ def sensitivity(
             "eigenvalue": ("mode", modes.eigenvalues, {"units": "1/s"}),
             "defined": ("mode", defined),
             "partner": ("mode", partner),
-            "derivative": (("parameter", "mode"), derivative),
-            "mean_derivative": (("parameter", "mode"), means),
+            "derivative": (("parameter", "mode"), derivative, {"units": "1/s per unit"}),
+            "mean_derivative": (("parameter", "mode"), means, {"units": "1/s per unit"}),
         },
-        coords={"parameter": list(names), "mode": np.arange(modes.eigenvalues.size)},
+        coords={
+            "parameter": list(names),
+            "unit": ("parameter", [parameter_units(model, name).get("units", "") for name in names]),
+            "mode": np.arange(modes.eigenvalues.size),
+        },
     )
 
 
@@ -145,8 +150,13 @@ def entry_sensitivity(
         derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
     derivative[~defined] = complex(np.nan, np.nan)
     coords = {"mode": np.arange(value.size), "row": list(scene.dofs), "column": list(scene.dofs)}
+    unit = {"mass": "1/s/kg", "damping": "1/s/(N s/m)", "stiffness": "1/s/(N/m)"}[matrix]
     return xr.DataArray(
-        derivative, dims=("mode", "row", "column"), coords=coords, name=f"d eigenvalue / d {matrix}"
+        derivative,
+        dims=("mode", "row", "column"),
+        coords=coords,
+        name=f"d eigenvalue / d {matrix}",
+        attrs={"units": unit},
     )
 
 

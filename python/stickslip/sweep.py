@@ -15,6 +15,7 @@ from stickslip import _core
 from stickslip.arrays import Complex, Real, real_array, real_number
 from stickslip.errors import InputError
 from stickslip.path import Family, Model
+from stickslip.units import derivative_units, parameter_units
 
 #: Values handed to the core at once by a sweep that shows its progress.
 _CHUNK = 32
@@ -91,7 +92,7 @@ def sweep(
             if name != "meetings"
         }
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
-    return _dataset(axes, result)
+    return _dataset(family.model, axes, result)
 
 
 def _axis(name: str, value: Any) -> Real:
@@ -165,7 +166,7 @@ def _order(found: Complex, target: Complex | None) -> Any:
     return scipy.optimize.linear_sum_assignment(np.abs(target[:, None] - found[None, :]))[1]
 
 
-def _dataset(axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
+def _dataset(model: Model, axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
     dims = (*axes, "branch")
     eigenvalue = result["eigenvalue"]
     modulus = np.abs(eigenvalue)
@@ -176,18 +177,24 @@ def _dataset(axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
     variables: dict[str, Any] = {
         "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
         "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz", "long_name": "|eigenvalue| / 2 pi"}),
-        "damping_ratio": (dims, ratio),
+        "damping_ratio": (dims, ratio, {"units": "1"}),
         "unstable": (dims, unstable),
         "stable": (tuple(axes), ~unstable.any(axis=-1)),
-        "derivative": (dims, result["slope"], {"long_name": f"d eigenvalue / d {last}"}),
-        "condition": (dims, result["condition"]),
+        "derivative": (
+            dims,
+            result["slope"],
+            {"long_name": f"d eigenvalue / d {last}", **derivative_units("1/s", model, last)},
+        ),
+        "condition": (dims, result["condition"], {"units": "1"}),
     }
     if "right" in result:
         vector = (*axes, "coordinate", "branch")
         variables |= {
-            "right": (vector, result["right"]),
-            "left": (vector, result["left"]),
-            "a": (dims, result["a"]),
+            "right": (vector, result["right"], {"units": "1"}),
+            "left": (vector, result["left"], {"units": "1"}),
+            "a": (dims, result["a"], {"units": "kg/s"}),
         }
     attributes = {"meetings": np.sort(result["meetings"])}
-    return xr.Dataset(variables, coords={**axes, "branch": np.arange(eigenvalue.shape[-1])}, attrs=attributes)
+    coords = {name: (name, values, parameter_units(model, name)) for name, values in axes.items()}
+    branches = {"branch": np.arange(eigenvalue.shape[-1])}
+    return xr.Dataset(variables, coords=coords | branches, attrs=attributes)
