@@ -271,6 +271,22 @@ def _column(argument: str, parts: Sequence[Any], kind: type, field: str) -> Real
         if not isinstance(part, kind):
             raise InputError(f"{argument}[{i}]: expected a {kind.__name__}, got {part!r}")
         column[i] = real_number(f"{argument}[{i}].{field}", getattr(part, field))
+        if field == "inclination":
+            radians(f"{argument}[{i}].{field}", column[i])
         if not np.isfinite(column[i]):
             raise InputError(f"{argument}[{i}].{field}: must be finite, got {column[i]}")
     return column
+
+
+def radians(argument: str, angle: float) -> None:
+    """Refuse an angle beyond a full turn, which must be meant in degrees.
+
+    Raises
+    ------
+    InputError
+        If it is one; nan and infinity are left to the core.
+    """
+    if 2.0 * np.pi < abs(angle) < np.inf:
+        raise InputError(
+            f"{argument}: expected radians, got {angle:g}; {angle:g} degrees are {np.radians(angle):.6g}"
+        )

@@ -11,7 +11,7 @@ import xarray as xr
 from stickslip import _core
 from stickslip.arrays import Complex, Index, Real, real_array
 from stickslip.errors import InputError
-from stickslip.models import LABELS, two_subsystems
+from stickslip.models import LABELS, radians, two_subsystems
 from stickslip.path import Family, Model, contact_parameter
 from stickslip.scene import Scene
 
@@ -142,3 +142,5 @@ def _check(name: str, values: Real) -> None:
     if wrong.any():
         first = tuple(int(k) for k in np.argwhere(wrong)[0])
         raise InputError(f"{name}: must be {requirement}, got {float(values[first])!r} in sample {first[0]}")
+    if name == "inclination" and values.size:
+        radians(name, float(values.flat[np.abs(values).argmax()]))

@@ -1,0 +1,83 @@
+"""Common mistakes are told in words that say what to do."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+SCENE = ss.models.two_subsystems()
+START = ss.sliding_equilibrium(SCENE)
+MODEL = ss.models.two_subsystems
+
+
+def small(**changes):
+    parts = {
+        "mass": [1.0, 1.0],
+        "stiffness": 100.0 * np.eye(2),
+        "contacts": [ss.Contact(tangential=0, normal=1, friction=0.5)],
+    }
+    return ss.Scene(**parts | changes)
+
+
+@pytest.mark.parametrize(
+    ("mistake", "message"),
+    [
+        # degrees for radians
+        (lambda: MODEL(inclination=30), "inclination: expected radians, got 30; 30 degrees are 0.523599"),
+        (lambda: MODEL(inclination=(17.2, 0.7)), "expected radians, got 17.2"),
+        (lambda: ss.sweep(MODEL, inclination=[10.0, 20.0]), "expected radians, got 10"),
+        (lambda: ss.stability(MODEL, inclination=[0.1, -43.0]), "expected radians, got -43"),
+        # names
+        (lambda: START.perturbed(velocity={"X1": 1e-3}), "velocity: unknown dof 'X1'; nearest: x1"),
+        (lambda: ss.orbit(ss.complex_modes(SCENE), 0, ["x11"]), "unknown dof 'x11'; nearest: x1"),
+        (
+            lambda: small(contacts=[ss.Contact(tangential="y", normal=1, friction=0.5)]),
+            "contact 0: tangential: unknown dof 'y'; known: x1, x2",
+        ),
+        (lambda: SCENE.replace(frction=1.0), "unknown field 'frction'; nearest: .*friction"),
+        (lambda: ss.sweep(SCENE, friction_2=[1.0, 2.0]), "friction_2: .*nearest: friction, friction_0"),
+        (lambda: ss.sweep(MODEL, Friction=[1.0, 2.0]), "Friction: .*nearest: friction"),
+        (lambda: ss.bifurcation(SCENE, sliderspeed=[1.0]), "nearest: slider_speed"),
+        (lambda: ss.critical_points(SCENE, mu=(0.0, 3.0)), "mu: a scene has no such parameter; known: "),
+        # what is handed over
+        (lambda: ss.complex_modes(MODEL), "scene: expected a Scene, got <function.*; call it"),
+        (
+            lambda: ss.sliding_equilibrium(ss.Case(SCENE)),
+            "expected a Scene, got Case of .*; its scene is .scene",
+        ),
+        (lambda: ss.simulate(START, SCENE, 1.0), "scene: expected a Scene, got State"),
+        (lambda: ss.simulate(SCENE, np.zeros(8), 1.0), "start: expected a State"),
+        (lambda: ss.complex_modes(SCENE, ["+", "+"]), "as one text, got"),
+        (lambda: ss.reduce(SCENE, "+"), "one letter of .* per contact"),
+        (lambda: small(damping=1e-4), r"pass Proportional\(stiffness=beta\)"),
+        (lambda: small(contacts=ss.Contact(tangential=0, normal=1, friction=0.5)), "got a single Contact"),
+        (lambda: SCENE.replace(friction="1.5"), "friction: expected a number, or one per contact, got '1.5'"),
+        (lambda: ss.sweep(SCENE, friction=1.5), "expected one or two parameters with arrays of values"),
+        # shapes and numbers
+        (lambda: small(stiffness=np.eye(3)), r"stiffness: expected shape \(2, 2\), got \(3, 3\)"),
+        (lambda: small(force=[1.0, 2.0, 3.0]), r"force: expected shape \(2,\), got \(3,\)"),
+        (lambda: small(stiffness=[[1.0, 2.0], [3.0, 4.0]]), "stiffness: must be symmetric"),
+        (lambda: SCENE.replace(friction=-1), "contact 0: friction: must be >= 0, got -1"),
+        (lambda: SCENE.replace(friction=[1.0, 2.0, 3.0]), r"one value per contact \(2\), got 3"),
+        (lambda: ss.simulate(SCENE, START, "1 s"), "duration: expected a real number, got '1 s'"),
+        (lambda: ss.critical_points(SCENE, friction=(3.0, 0.0)), "expected finite lower < upper"),
+    ],
+)
+def test_message(mistake, message):
+    with pytest.raises(ss.InputError, match=message) as caught:
+        mistake()
+    assert "\n" not in str(caught.value)
+
+
+def test_a_full_turn_is_still_an_angle():
+    turned = MODEL(inclination=2.0 * np.pi + 0.0)
+    assert turned.size == 8
+
+
+def test_misspelt_names_of_the_package_have_suggestions():
+    with pytest.raises(AttributeError) as caught:
+        ss.simualte  # noqa: B018
+    # What the interpreter makes its suggestion from.
+    assert caught.value.name == "simualte"
+    assert caught.value.obj is ss
+    assert "simulate" in dir(ss)
