@@ -125,6 +125,6 @@ def test_a_pickled_scene_is_the_same_scene(drawn):
 def test_the_representation_says_what_it_is():
     text = repr(ss.models.two_subsystems())
     assert "8 dofs, 2 contacts" in text
-    assert "contact 1: friction 1.5, slider speed 0.025 m/s" in text
+    assert "contact 1 (x7 / x8): friction 1.5, slider speed 0.025 m/s" in text
     assert "'++'" in repr(ss.sliding_equilibrium(ss.models.two_subsystems()))
     assert "118.4" in repr(ss.complex_modes(ss.models.two_subsystems()))

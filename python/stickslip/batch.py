@@ -26,7 +26,7 @@ WINDOW = 16
 Pending = tuple[int, Scene, StickslipError | None]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Outcome:
     """One run of a batch: its motion, or what kept it from having one."""
 
@@ -37,6 +37,11 @@ class Outcome:
     run: Trajectory | None
     #: None where the run ended as asked
     error: StickslipError | None
+
+    def __repr__(self) -> str:
+        parts = [f"{type(self.error).__name__}: {self.error}"] if self.error else []
+        parts += [repr(self.run)] if self.run else []
+        return f"Outcome({self.index}: {', '.join(parts)})"
 
 
 def simulate_many(

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import difflib
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
 
 from stickslip.arrays import Real, real_array, real_number
 from stickslip.errors import InputError
@@ -16,7 +19,7 @@ from stickslip.errors import InputError
 ContactData = tuple[int | Real, int | Real, float, float, float, float, float]
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Contact:
     """One contact: two directions in the space of the displacements x, and its law.
 
@@ -51,6 +54,14 @@ class Contact:
     restitution: float = 0.0
     gap: float = 0.0
     name: str | None = None
+
+    def __repr__(self) -> str:
+        given = {
+            field.name: getattr(self, field.name)
+            for field in dataclasses.fields(self)
+            if field.default is dataclasses.MISSING or getattr(self, field.name) != field.default
+        }
+        return f"Contact({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
 
 #: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
@@ -107,6 +118,8 @@ def per_contact(argument: str, value: Any, count: int) -> list[Any]:
     InputError
         If the number of values is not `count`.
     """
+    if isinstance(value, str):
+        raise InputError(f"{argument}: expected a number, or one per contact, got {value!r}")
     try:
         values = list(value)
     except TypeError:
@@ -120,11 +133,22 @@ def per_contact(argument: str, value: Any, count: int) -> list[Any]:
 
 def nearest(word: str, known: Sequence[str]) -> str:
     """Return the end of an error message that offers what a word may have meant."""
-    close = difflib.get_close_matches(word, known, n=3, cutoff=0.6)
+    plain = {name.casefold(): name for name in reversed(known)}
+    close = difflib.get_close_matches(word.casefold(), plain, n=3, cutoff=0.6)
     if close:
-        return f"; nearest: {', '.join(sorted(close, key=known.index))}"
+        return f"; nearest: {', '.join(sorted((plain[name] for name in close), key=known.index))}"
     shown = ", ".join(known[:8])
     return f"; known: {shown}{', ...' if len(known) > 8 else ''}"
+
+
+def described_direction(direction: Any, dofs: Sequence[str]) -> str:
+    """Return a direction in the names of the dofs: ``x3``, or ``0.8 x1 + 0.6 x2``."""
+    if isinstance(direction, str):
+        return direction
+    if np.ndim(direction) == 0:
+        return dofs[operator.index(direction)]
+    terms = [f"{part:g} {dof}" for part, dof in zip(direction, dofs, strict=True) if part]
+    return " + ".join(terms if len(terms) <= 4 else [*terms[:3], "..."]).replace("+ -", "- ")
 
 
 def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real:

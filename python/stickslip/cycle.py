@@ -16,7 +16,7 @@ from stickslip.energy import Balance
 from stickslip.errors import InputError, NotPeriodicError
 from stickslip.harmonic_energy import harmonic_energy
 from stickslip.modes import Modes, complex_modes
-from stickslip.scene import Scene
+from stickslip.scene import Scene, checked
 from stickslip.state import State
 from stickslip.transient import Trajectory
 
@@ -341,9 +341,7 @@ class Cycle:
         InputError
             If the scene has other dofs or contacts.
         """
-        if not isinstance(scene, Scene):
-            raise InputError(f"scene: expected a Scene, got {scene!r}")
-        return Cycle(scene, self.core.continued(scene.core))
+        return Cycle(scene, self.core.continued(checked(scene).core))
 
     def is_followed(self) -> bool:
         """Whether a run from the orbit keeps to its sequence of events: its contact laws all hold."""
@@ -354,6 +352,11 @@ class Cycle:
         verdict = "stable" if self.stable else "unstable"
         lines = f"period {1e3 * self.period:.9g} ms, {self.frequency:.6g} Hz, {' '.join(self.combinations)}"
         return f"Cycle({lines}, {verdict}, largest multiplier {largest:.4g})"
+
+    def _repr_html_(self) -> str:
+        from stickslip.notebook import cycle_html
+
+        return cycle_html(self)
 
 
 def limit_cycle(run: Trajectory, further: float = 10.0) -> Cycle:

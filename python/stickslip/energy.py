@@ -99,8 +99,9 @@ class Balance:
         impacts = [self.contacts[name].to_numpy() for name in IMPACT_TERMS]
         return fsum(np.abs([*by_contact, self.external, self.damping, *np.concatenate(impacts)]))
 
-    def __repr__(self) -> str:
-        rows = [
+    def rows(self) -> list[tuple[str, float, str]]:
+        """Return the terms of the balance: name, value with the sign it enters with, J, and its parts."""
+        return [
             ("stored", self.stored, ""),
             ("contact", self.contact, ""),
             *self._by_contact(),
@@ -109,7 +110,14 @@ class Balance:
             ("impact", -self.impact, ""),
             ("residual", self.residual, ""),
         ]
-        lines = [f"  {name:<10} {value:+.6e} J{note}" for name, value, note in rows]
+
+    def _repr_html_(self) -> str:
+        from stickslip.notebook import balance_html
+
+        return balance_html(self)
+
+    def __repr__(self) -> str:
+        lines = [f"  {name:<10} {value + 0.0:+.6e} J{note}" for name, value, note in self.rows()]
         return "\n".join([f"Balance({self.start:g} s to {self.end:g} s)", *lines])
 
     def _by_contact(self) -> list[tuple[str, float, str]]:

@@ -31,6 +31,10 @@ class RunError(StickslipError, RuntimeError):
         super().__init__(message)
         self.partial = partial
 
+    # An exception is otherwise made again from its message alone.
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial)
+
 
 class RunInterrupted(KeyboardInterrupt):
     """A run that the user interrupted; `partial` is the motion computed so far, a `Trajectory`."""

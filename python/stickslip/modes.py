@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.arrays import Complex, Real
-from stickslip.scene import Scene
+from stickslip.scene import Scene, checked_combination
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,11 +105,26 @@ class Modes:
 
     def __repr__(self) -> str:
         lines = [f"Modes({self.combination!r})", "    frequency Hz  damping ratio"]
-        for value, hertz, ratio in zip(self.eigenvalues, self.frequencies, self.damping_ratios, strict=True):
-            if value.imag >= 0.0:
-                note = ("  real" if value.imag == 0.0 else "") + ("  unstable" if value.real > 0.0 else "")
-                lines.append(f"  {hertz:14.4f}  {ratio:+13.6f}{note}")
+        for k, (hertz, ratio) in enumerate(zip(self.frequencies, self.damping_ratios, strict=True)):
+            if self.eigenvalues[k].imag >= 0.0:
+                remark = self.remark(k)
+                lines.append(f"  {hertz:14.4f}  {ratio:+13.6f}{'  ' if remark else ''}{remark}")
         return "\n".join(lines)
+
+    def remark(self, mode: int) -> str:
+        """Return what is special about a mode, by its index: real, unstable, defective, or nothing."""
+        value = self.eigenvalues[mode]
+        known = {
+            "real": value.imag == 0.0,
+            "unstable": value.real > 0.0,
+            "defective": self.defective[mode],
+        }
+        return "  ".join(word for word, holds in known.items() if holds)
+
+    def _repr_html_(self) -> str:
+        from stickslip.notebook import modes_html
+
+        return modes_html(self)
 
 
 def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
@@ -132,7 +147,7 @@ def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
     Errors of the eigenvalues are `condition` times rounding times the norm of the problem; every pair's
     `residual` is checked by the core.
     """
-    chosen = "+" * len(scene.contacts) if combination is None else combination
+    chosen = checked_combination(scene, combination)
     core = scene.core.modes(chosen)
     return Modes(
         chosen,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from stickslip.arrays import Real
-from stickslip.scene import Scene
+from stickslip.scene import Scene, checked_combination
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -51,7 +51,7 @@ def reduce(scene: Scene, combination: str) -> Reduced:
     InputError
         If `combination` is not one of ``+ - s d`` per contact, or lets a frictionless contact stick.
     """
-    core = scene.core.reduced(combination)
+    core = scene.core.reduced(checked_combination(scene, combination))
     return Reduced(
         combination,
         core.mass,

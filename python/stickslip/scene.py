@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.arrays import Real, core_matrix, real_array, real_matrix, real_number
-from stickslip.contact import LAW, Contact, core_contact, nearest, per_contact
+from stickslip.contact import LAW, Contact, core_contact, described_direction, nearest, per_contact
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:
@@ -208,15 +208,85 @@ class Scene:
 
     def __repr__(self) -> str:
         lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts)"]
+        lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
+        lines.append(f"  damping: {described_damping(self.damping)}")
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
-            law = f"friction {contact.friction:g}, slider speed {contact.slider_speed:g} m/s"
-            lines.append(f"  contact {label}: {law}")
+            law = f"friction {contact.friction:g}"
+            if contact.static_friction not in (None, contact.friction):
+                law += f", static {contact.static_friction:g}"
+            law += f", slider speed {contact.slider_speed:g} m/s"
+            law += f", restitution {contact.restitution:g}" if contact.restitution else ""
+            law += f", gap {contact.gap:g} m" if contact.gap else ""
+            place = " / ".join(
+                described_direction(direction, self.dofs)
+                for direction in (contact.tangential, contact.normal)
+            )
+            lines.append(f"  contact {label} ({place}): {law}")
         return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        from stickslip.notebook import scene_html
+
+        return scene_html(self)
+
+
+def checked(scene: Any) -> Scene:
+    """Return what must be a scene.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    hint = "; call it to have its scene" if callable(scene) else ""
+    hint = "; its scene is .scene" if isinstance(getattr(scene, "scene", None), Scene) else hint
+    raise InputError(f"scene: expected a Scene, got {_shown(scene)}{hint}")
+
+
+def checked_combination(scene: Any, combination: Any) -> str:
+    """Return the combination asked for, by default all positive sliding; the core reads its letters.
+
+    Raises
+    ------
+    InputError
+        If `scene` is no scene, or `combination` no text.
+    """
+    count = len(checked(scene).contacts)
+    if combination is None:
+        return "+" * count
+    if isinstance(combination, str):
+        return combination
+    raise InputError(
+        f"combination: expected one letter of '+', '-', 's', 'd' per contact ({count} in all) as one text, "
+        f"got {combination!r}"
+    )
+
+
+def _shown(value: Any) -> str:
+    first, *more = repr(value).splitlines()
+    return first + (" ..." if more else "")
 
 
 def default_dofs(size: int) -> tuple[str, ...]:
     """Return the names dofs have unless told otherwise: x1, x2, ..."""
     return tuple(f"x{i + 1}" for i in range(size))
+
+
+def shortened(names: Sequence[str]) -> list[str]:
+    """Return names for a line of text: those in the middle are left out where they are many."""
+    return list(names) if len(names) <= 12 else [*names[:4], "...", names[-1]]
+
+
+def described_damping(damping: Proportional | Matrix | None) -> str:
+    """Return damping in words."""
+    if damping is None:
+        return "none"
+    if isinstance(damping, Proportional):
+        parts = [(damping.mass, "1/s times mass"), (damping.stiffness, "s times stiffness")]
+        return " + ".join(f"{factor:g} {what}" for factor, what in parts if factor) or "none"
+    return "matrix"
 
 
 def _dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
@@ -240,6 +310,11 @@ def _damping(damping: Any) -> Proportional | Matrix | None:
         return Proportional(
             mass=real_number("damping.mass", damping.mass),
             stiffness=real_number("damping.stiffness", damping.stiffness),
+        )
+    if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
+        raise InputError(
+            f"damping: expected a matrix, Proportional or None, got {damping!r}; for C = beta K pass "
+            "Proportional(stiffness=beta)"
         )
     return real_matrix("damping", damping)
 

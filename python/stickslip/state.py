@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from stickslip.arrays import Real, real_array, real_number
 from stickslip.contact import dof_index
 from stickslip.errors import InputError
-from stickslip.scene import Scene, default_dofs
+from stickslip.scene import Scene, checked, default_dofs
 
 #: Change of a state: dof name or index to amount, or one amount per dof.
 Change = Mapping[str | int, float] | ArrayLike
@@ -126,5 +126,5 @@ def sliding_equilibrium(scene: Scene) -> State:
     InputError
         If a slider speed is zero (no direction), a normal force is tensile, or the stiffness is singular.
     """
-    position, combination = scene.core.sliding_equilibrium()
+    position, combination = checked(scene).core.sliding_equilibrium()
     return State(position, np.zeros(position.size), combination, scene.dofs)

@@ -11,7 +11,7 @@ import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.modes import complex_modes
-from stickslip.scene import Scene
+from stickslip.scene import Scene, checked
 
 #: Combinations computed unasked: all of four contacts.
 _LARGEST = 256
@@ -77,7 +77,7 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
         If a combination does not fit the scene, or None stands for more than 256 of them.
     """
     if combinations is None:
-        count = len(scene.contacts)
+        count = len(checked(scene).contacts)
         if 4**count > _LARGEST:
             raise InputError(f"combinations: {4**count} are too many for one table, choose some")
         stuck = [
@@ -109,7 +109,7 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
             {
                 "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
                 "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz"}),
-                "damping_ratio": (dims, ratio),
+                "damping_ratio": (dims, ratio, {"units": "1"}),
                 "unstable": (dims, eigenvalue.real > 0.0),
             },
             coords={"combination": chosen, "mode": np.arange(1, eigenvalue.shape[1] + 1)},

@@ -13,7 +13,7 @@ from stickslip import _core
 from stickslip import energy as energetics
 from stickslip.arrays import Index, Names, Real, real_array, real_number
 from stickslip.errors import InputError, RunError, RunInterrupted
-from stickslip.scene import Scene
+from stickslip.scene import Scene, checked
 from stickslip.state import State
 
 if TYPE_CHECKING:
@@ -30,6 +30,9 @@ class Events:
 
     def __init__(self, core: _core.Trajectory) -> None:
         self._core = core
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in ("time", "contact", "kind", "combination")}
 
     @cached_property
     def time(self) -> Real:
@@ -56,7 +59,7 @@ class Events:
         return np.array(self._core.event_combination, dtype=np.str_)
 
     def __len__(self) -> int:
-        return self._core.event_count
+        return self.time.size
 
     def __repr__(self) -> str:
         rows = [
@@ -67,6 +70,11 @@ class Events:
         ]
         more = [f"  ... {len(self) - 10} more"] if len(self) > 10 else []
         return "\n".join([f"Events({len(self)})", *rows, *more])
+
+    def _repr_html_(self) -> str:
+        from stickslip.notebook import events_html
+
+        return events_html(self)
 
 
 class Grazing(NamedTuple):
@@ -400,6 +408,11 @@ class Trajectory:
         counted = f"{len(self.events)} events, {len(self.grazings)} grazings"
         return f"Trajectory({self.duration:g} s, {counted}, stopped by {self.stop_reason})"
 
+    def _repr_html_(self) -> str:
+        from stickslip.notebook import trajectory_html
+
+        return trajectory_html(self)
+
 
 def simulate(
     scene: Scene,
@@ -444,8 +457,7 @@ def simulate(
     RunInterrupted
         On Ctrl-C; a `KeyboardInterrupt` that holds the motion up to there.
     """
-    if not isinstance(scene, Scene):
-        raise InputError(f"scene: expected a Scene, got {scene!r}")
+    checked(scene)
     if not isinstance(start, State):
         raise InputError(f"start: expected a State, got {start!r}")
     settings = run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing)

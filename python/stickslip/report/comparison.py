@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import Counter
 
 from stickslip import paper
+from stickslip.markup import columns, figure, note, paragraph, section, subsection, table
 from stickslip.report import drawing
-from stickslip.report.markup import columns, figure, note, paragraph, section, subsection, table
 from stickslip.reproduce import Row, rows
 
 #: A verdict after a count.

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 from stickslip import energy_figures, portraits
 from stickslip.energy import STATUSES
 from stickslip.figures import NAMES
+from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.report import drawing
 from stickslip.report.findings import Findings
-from stickslip.report.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.transient import Trajectory
 
 #: Events and lines of tables, contacts of phase portraits.

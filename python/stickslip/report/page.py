@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.markup import facts, number, section
 from stickslip.report.comparison import comparison_section
 from stickslip.report.findings import Findings, findings
-from stickslip.report.markup import facts, number, section
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
 from stickslip.scene import Scene

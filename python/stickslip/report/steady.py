@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip import mode_figures
+from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.mode_shape import mode_power
 from stickslip.modes import Modes
 from stickslip.report import drawing, mode_motion
 from stickslip.report.findings import Findings
-from stickslip.report.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.scene import Proportional
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
