@@ -136,7 +136,12 @@ def test_convergence_ends_at_the_estimate_of_all_samples() -> None:
     assert width[-1] == pytest.approx(2 * stats.norm.ppf(0.975) * error, rel=1e-9)
     assert width[-1] < width[0]
     whole = ss.study.convergence(results)
-    assert whole.estimate.to_numpy()[-1] == ss.study.probability(results).probability.item()
+    all_samples = ss.study.probability(results)
+    assert whole.estimate.to_numpy()[-1] == all_samples.probability.item()
+    for end in ("lower", "upper"):
+        assert whole[end].to_numpy()[-1] == pytest.approx(all_samples[end].item(), rel=1e-12)
+    assert (whole.lower >= 0.0).all()
+    assert (whole.upper <= 1.0).all()
 
 
 def test_wrong_questions_are_named() -> None:

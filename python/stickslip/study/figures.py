@@ -16,6 +16,8 @@ from stickslip.errors import InputError
 from stickslip.study.statistics import BINS, sample_values
 from stickslip.study.statistics import probability as chance
 
+#: Distance of the labels of points, in parts of the highest.
+APART = 0.05
 DARK, LIGHT, ACCENT = "#222255", "#bbccee", "#cc3311"
 
 
@@ -72,14 +74,27 @@ def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
     """Draw the deviation of the elementary effects over their mean absolute value."""
     x, y = effects.absolute_effect.to_numpy(), effects.deviation.to_numpy()
     axes.errorbar(x, y, xerr=effects.band.to_numpy(), fmt="o", color=DARK, ecolor="#777777", elinewidth=0.8)
-    for name, at, height in zip(effects.parameter.to_numpy(), x, y, strict=True):
-        axes.annotate(_words(str(name)), (at, height), (4, 4), textcoords="offset points", fontsize="small")
+    # Effects of a linear output deviate by nothing.
+    top, lowest = y.max() or 1.0, -np.inf
+    for k in np.argsort(y, kind="stable"):
+        # Labels of points close together stand above each other.
+        lowest = max(y[k] / top, lowest + APART)
+        right = x[k] > 0.6 * x.max()
+        axes.annotate(
+            _words(str(effects.parameter.to_numpy()[k])),
+            (x[k], y[k]),
+            (x[k] + (-0.06 if right else 0.06) * x.max(), lowest * top),
+            fontsize="small",
+            horizontalalignment="right" if right else "left",
+            verticalalignment="center",
+            arrowprops={"arrowstyle": "-", "color": "#999999", "linewidth": 0.5},
+        )
     unit = effects.attrs["units"]
     axes.set(
         xlabel=_labelled(f"mean absolute effect on {effects.attrs['output']}", unit),
         ylabel=_labelled("deviation", unit),
-        xlim=(0.0, None),
-        ylim=(0.0, None),
+        xlim=(0.0, 1.1 * x.max() or None),
+        ylim=(0.0, 1.1 * max(1.0, lowest) * top),
     )
     return axes
 

@@ -326,8 +326,8 @@ def convergence(
     Returns
     -------
     xarray.Dataset
-        Over ``samples``: ``estimate``, ``lower`` and ``upper`` end of the band of independent samples, from
-        the normal distribution of means.
+        Over ``samples``: ``estimate``, ``lower`` and ``upper`` end of the band of independent samples: of a
+        mean from the normal distribution of means, of a probability Wilson's.
 
     Raises
     ------
@@ -348,13 +348,19 @@ def convergence(
     total, square = np.cumsum(values), np.cumsum(values**2)
     mean = total[counts - 1] / counts
     variance = np.maximum(square[counts - 1] / counts - mean**2, 0.0) * counts / np.maximum(counts - 1, 1)
-    half = norm.ppf(0.5 * (1.0 + confidence)) * np.sqrt(variance / counts)
+    z = norm.ppf(0.5 * (1.0 + confidence))
+    centre, half = mean, z * np.sqrt(variance / counts)
+    if output is None:
+        # Wilson's, which stays between 0 and 1.
+        shrunk = 1.0 + z**2 / counts
+        centre = (mean + 0.5 * z**2 / counts) / shrunk
+        half = z / shrunk * np.sqrt(mean * (1.0 - mean) / counts + 0.25 * (z / counts) ** 2)
     name = "probability" if output is None else output
     return xr.Dataset(
         {
             "estimate": ("samples", mean),
-            "lower": ("samples", mean - half),
-            "upper": ("samples", mean + half),
+            "lower": ("samples", centre - half),
+            "upper": ("samples", centre + half),
         },
         coords={"samples": counts},
         attrs={"output": name, "confidence": confidence, "units": _units(results, output, condition)},
