@@ -31,6 +31,12 @@ const REFINED_SIZE: usize = 60;
 /// Rounds of refinement with general damping: the slow modes of a scene with a fast dashpot keep few digits.
 const GENERAL_ROUNDS: usize = 2;
 
+/// Relative correction of an eigenvalue below which the next one, of about its square, is rounding. A larger one
+/// belongs to a mode much slower than the fastest, and vectors whose error is as large: they are refined first.
+const SETTLED: f64 = 1e-9;
+/// Rounds of refinement; each squares the error, so three take one digit to rounding.
+const ROUNDS: usize = 3;
+
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 const BACKWARD_STABLE: f64 = 3e-14;
 
@@ -165,6 +171,10 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
 struct HalfMode {
     kappa: Complex64,
     condition: f64,
+    /// Last correction of kappa, relative.
+    correction: f64,
+    /// `left' M right`
+    modal_mass: Complex64,
     right: Vec<Complex64>,
     left: Vec<Complex64>,
     /// M and K times the right vector, rounded once.
@@ -182,31 +192,47 @@ struct Problem<'a> {
 impl Problem<'_> {
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
     fn half_modes(&self, pairs: &[EigenPair], vectors: Vectors) -> Vec<HalfMode> {
-        let halves: Vec<HalfMode> = pairs
+        let mut halves: Vec<HalfMode> = pairs
             .iter()
             .map(|pair| {
                 let (right, left) = (self.factor.right(&pair.right), self.factor.left(&pair.left));
-                let mass = self.pencil.mass.product(&right);
-                let stiffness = self.pencil.stiffness.product(&right);
-                let condition = pair.condition();
-                let mut kappa = pair.value;
-                if condition <= WELL_CONDITIONED {
-                    let residual =
-                        mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-kappa)).value());
-                    let correction = project(&left, residual)
-                        / project(&left, mass.iter().map(|row| row.value()));
-                    kappa += if kappa.im == 0.0 { correction.re.into() } else { correction };
-                }
-                let (mass, stiffness) = (rounded(mass), rounded(stiffness));
-                HalfMode { kappa, condition, right, left, mass, stiffness }
+                self.corrected(pair.value, pair.condition(), right, left)
             })
             .collect();
-        match vectors {
-            Vectors::Refined if self.pencil.size <= REFINED_SIZE => self.refined(halves),
-            _ => halves,
+        let wanted = vectors == Vectors::Refined && self.pencil.size <= REFINED_SIZE;
+        for round in 0..ROUNDS {
+            if !(round == 0 && wanted) && halves.iter().all(|half| half.correction <= SETTLED) {
+                break;
+            }
+            halves = self.refined(halves);
         }
+        halves
     }
 
+    /// A value with its vectors, corrected by their Rayleigh quotient `y' K x / y' M x`.
+    fn corrected(
+        &self,
+        mut kappa: Complex64,
+        condition: f64,
+        right: Vec<Complex64>,
+        left: Vec<Complex64>,
+    ) -> HalfMode {
+        let mass = self.pencil.mass.product(&right);
+        let stiffness = self.pencil.stiffness.product(&right);
+        let modal_mass = project(&left, mass.iter().map(|row| row.value()));
+        let mut correction = 0.0;
+        if condition <= WELL_CONDITIONED {
+            let residual =
+                mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-kappa)).value());
+            let step = project(&left, residual) / modal_mass;
+            kappa += if kappa.im == 0.0 { step.re.into() } else { step };
+            correction = step.norm() / kappa.norm().max(f64::MIN_POSITIVE);
+        }
+        let (mass, stiffness) = (rounded(mass), rounded(stiffness));
+        HalfMode { kappa, condition, correction, modal_mass, right, left, mass, stiffness }
+    }
+
+    /// All vectors after one step of refinement, and values corrected by them.
     fn refined(&self, mut halves: Vec<HalfMode>) -> Vec<HalfMode> {
         let column = |half: &HalfMode, products: [Vec<DoubledComplex>; 2]| -> Vec<Complex64> {
             let [mass, stiffness] = products;
@@ -221,13 +247,7 @@ impl Problem<'_> {
             .iter()
             .map(|half| column(half, matrices.map(|matrix| matrix.left_product(&half.left))))
             .collect();
-        let scales: Vec<Complex64> = halves
-            .iter()
-            .map(|half| {
-                let mass = self.pencil.mass.product(&half.right);
-                project(&half.left, mass.iter().map(|row| row.value()))
-            })
-            .collect();
+        let scales: Vec<Complex64> = halves.iter().map(|half| half.modal_mass).collect();
         let values: Vec<Complex64> = halves.iter().map(|half| half.kappa).collect();
         let vectors: (Vec<_>, Vec<_>) = halves
             .iter_mut()
@@ -239,20 +259,19 @@ impl Problem<'_> {
         let refined_left = before.refined_left(&left, -1.0);
         let solved = vectors.0.into_iter().zip(vectors.1);
         let refined = refined_right.into_iter().zip(refined_left);
-        for ((half, solved), refined) in halves.iter_mut().zip(solved).zip(refined) {
-            // A value that was not corrected belongs to its vectors as they were solved.
-            let corrected = half.condition <= WELL_CONDITIONED;
-            (half.right, half.left) = if corrected { refined } else { solved };
-            half.mass = rounded(self.pencil.mass.product(&half.right));
-            half.stiffness = rounded(self.pencil.stiffness.product(&half.right));
-        }
-        halves
+        let each = halves.into_iter().zip(solved).zip(refined);
+        each.map(|((half, solved), refined)| {
+            // A value that is not corrected belongs to its vectors as they were solved.
+            let well = half.condition <= WELL_CONDITIONED;
+            let (right, left) = if well { refined } else { solved };
+            self.corrected(half.kappa, half.condition, right, left)
+        })
+        .collect()
     }
 
     fn proportional_modes(&self, half: &HalfMode, alpha: f64, beta: f64) -> Vec<Mode> {
-        let HalfMode { kappa, condition, right, left, mass, stiffness } = half;
-        let (kappa, condition) = (*kappa, *condition);
-        let modal_mass = project(left, mass.iter().copied());
+        let HalfMode { right, left, mass, stiffness, .. } = half;
+        let (kappa, condition, modal_mass) = (half.kappa, half.condition, half.modal_mass);
         let d = Complex64::from(alpha) + beta * kappa;
         roots_of_mode(kappa, d)
             .into_iter()
