@@ -58,6 +58,25 @@ impl Doubled {
         Self { high, low }
     }
 
+    /// `self * other`
+    pub fn by(self, other: Self) -> Self {
+        let (product, error) = two_product(self.high, other.high);
+        let (high, low) = two_sum(product, error + (self.high * other.low + self.low * other.high));
+        Self { high, low }
+    }
+
+    /// `self / other`, by long division.
+    pub fn over(self, other: Self) -> Self {
+        let mut rest = self;
+        let mut quotient = Self::default();
+        for _ in 0..3 {
+            let digit = rest.high / other.high;
+            quotient = quotient.add(digit.into());
+            rest = rest.add(other.times(-digit));
+        }
+        quotient
+    }
+
     pub fn value(self) -> f64 {
         self.high + self.low
     }

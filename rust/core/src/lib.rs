@@ -28,6 +28,7 @@ mod event;
 mod exceptional;
 mod family;
 mod flow;
+mod graded;
 mod harmonics;
 mod inverse_iteration;
 mod matrix;

@@ -123,6 +123,16 @@ impl DoubledRows {
         dense
     }
 
+    /// All entries, row-major.
+    pub fn to_doubled(&self) -> Vec<Doubled> {
+        let m = self.size();
+        let mut dense = vec![Doubled::default(); m * m];
+        for i in 0..m {
+            self.row(i).for_each(|(j, value)| dense[i * m + j] = value);
+        }
+        dense
+    }
+
     pub fn is_diagonal(&self) -> bool {
         (0..self.size()).all(|i| self.row(i).all(|(j, _)| j == i))
     }

@@ -12,6 +12,7 @@ use num_complex::Complex64;
 use crate::compensated::DoubledComplex;
 use crate::eigen::{self, EigenPair, norm};
 use crate::error::Error;
+use crate::graded;
 use crate::inverse_iteration::InverseIteration;
 use crate::pencil::{Damping, DoubledRows, Pencil};
 use crate::refinement::Eigenvectors;
@@ -36,6 +37,13 @@ const GENERAL_ROUNDS: usize = 2;
 const SETTLED: f64 = 1e-9;
 /// Rounds of refinement; each squares the error, so three take one digit to rounding.
 const ROUNDS: usize = 3;
+
+/// Relative correction from which the vectors may be wrong altogether, and refinement of no use.
+const LOST: f64 = 1e-5;
+/// An eigenvalue this small beside the largest one is zero, a rigid-body mode: doubled precision tells no more.
+const ZERO: f64 = 1e-28;
+/// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.
+const INVERTED_SIZE: usize = 400;
 
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 const BACKWARD_STABLE: f64 = 3e-14;
@@ -102,6 +110,24 @@ impl MassFactor {
         }
     }
 
+    /// `G' inverse G`, or `inverse M`: the inverse of the normalised stiffness, of that of the stiffness.
+    fn inverted(&self, m: usize, inverse: &[f64]) -> Vec<f64> {
+        let dense = |left: &dyn Fn(usize, usize) -> f64, right: &[f64]| -> Vec<f64> {
+            let entry = |k: usize| (0..m).map(|l| left(k / m, l) * right[l * m + k % m]).sum();
+            (0..m * m).map(entry).collect()
+        };
+        match self {
+            Self::Diagonal(root) => {
+                (0..m * m).map(|k| inverse[k] * root[k / m] * root[k % m]).collect()
+            }
+            Self::Cholesky(factor) => {
+                let half = dense(&|i, j| inverse[i * m + j], factor);
+                dense(&|i, j| factor[j * m + i], &half)
+            }
+            Self::General(mass) => dense(&|i, j| inverse[i * m + j], mass),
+        }
+    }
+
     fn right(&self, vector: &[Complex64]) -> Vec<Complex64> {
         match self {
             Self::Diagonal(root) => vector.iter().zip(root).map(|(z, g)| z / g).collect(),
@@ -140,7 +166,7 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => problem
-            .half_modes(&eigen::real_matrix(m, &stiffness), vectors)
+            .half_modes(eigen::real_matrix(m, &stiffness), vectors)
             .iter()
             .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
             .collect::<Vec<_>>(),
@@ -171,7 +197,7 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
 struct HalfMode {
     kappa: Complex64,
     condition: f64,
-    /// Last correction of kappa, relative.
+    /// Last correction of kappa.
     correction: f64,
     /// `left' M right`
     modal_mass: Complex64,
@@ -191,17 +217,33 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
-    fn half_modes(&self, pairs: &[EigenPair], vectors: Vectors) -> Vec<HalfMode> {
-        let mut halves: Vec<HalfMode> = pairs
-            .iter()
-            .map(|pair| {
+    fn half_modes(&self, pairs: Vec<EigenPair>, vectors: Vectors) -> Vec<HalfMode> {
+        let corrected = |pairs: &[EigenPair]| -> Vec<HalfMode> {
+            let map = |pair: &EigenPair| {
                 let (right, left) = (self.factor.right(&pair.right), self.factor.left(&pair.left));
                 self.corrected(pair.value, pair.condition(), right, left)
-            })
-            .collect();
-        let wanted = vectors == Vectors::Refined && self.pencil.size <= REFINED_SIZE;
+            };
+            pairs.iter().map(map).collect()
+        };
+        let mut halves = corrected(&pairs);
+        let largest = |halves: &[HalfMode]| {
+            halves.iter().map(|half| half.kappa.norm()).fold(0.0, f64::max)
+        };
+        let open = |halves: &[HalfMode], limit: f64| {
+            let zero = ZERO * largest(halves);
+            halves.iter().any(|half| half.correction > limit * half.kappa.norm().max(zero))
+        };
+        let m = self.pencil.size;
+        if open(&halves, LOST)
+            && m <= INVERTED_SIZE
+            && let Some(inverse) = graded::inverse(m, self.pencil.stiffness.to_doubled())
+        {
+            let inverted = eigen::real_matrix(m, &self.factor.inverted(m, &inverse));
+            halves = corrected(&graded::joined(pairs, inverted));
+        }
+        let wanted = vectors == Vectors::Refined && m <= REFINED_SIZE;
         for round in 0..ROUNDS {
-            if !(round == 0 && wanted) && halves.iter().all(|half| half.correction <= SETTLED) {
+            if !(round == 0 && wanted) && !open(&halves, SETTLED) {
                 break;
             }
             halves = self.refined(halves);
@@ -226,7 +268,7 @@ impl Problem<'_> {
                 mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-kappa)).value());
             let step = project(&left, residual) / modal_mass;
             kappa += if kappa.im == 0.0 { step.re.into() } else { step };
-            correction = step.norm() / kappa.norm().max(f64::MIN_POSITIVE);
+            correction = step.norm();
         }
         let (mass, stiffness) = (rounded(mass), rounded(stiffness));
         HalfMode { kappa, condition, correction, modal_mass, right, left, mass, stiffness }
