@@ -42,9 +42,9 @@ pub(crate) struct Node {
     pub slopes: Vec<Complex64>,
     /// `|a|` of each mode.
     sizes: Vec<f64>,
-    /// `M xi` and `C xi` of each mode.
-    mass: Vec<Vec<Complex64>>,
-    damping: Vec<Vec<Complex64>>,
+    /// `M xi` and `C xi`, one mode after the other.
+    mass: Vec<Complex64>,
+    damping: Vec<Complex64>,
 }
 
 /// An eigenvalue among all 2m: a mode of the node, or its conjugate.
@@ -72,24 +72,24 @@ impl Node {
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1))
         });
         modes = modes.into_iter().map(normalised).collect();
-        let products = |rows: &DoubledRows| -> Vec<Vec<Complex64>> {
-            modes.iter().map(|mode| rows.rounded_product(&mode.right)).collect()
+        let products = |rows: &DoubledRows| -> Vec<Complex64> {
+            let mut all = Vec::with_capacity(modes.len() * pencil.size);
+            modes.iter().for_each(|mode| all.extend(rows.rounded_product(&mode.right)));
+            all
         };
         let mass = products(&pencil.mass);
         let damping = match &pencil.damping {
             Damping::General(rows) => products(rows),
             Damping::Proportional { alpha, beta } => {
                 let mut stiffness = products(&pencil.stiffness);
-                for (k, m) in stiffness.iter_mut().flatten().zip(mass.iter().flatten()) {
-                    *k = alpha * m + beta * *k;
-                }
+                stiffness.iter_mut().zip(&mass).for_each(|(k, m)| *k = alpha * m + beta * *k);
                 stiffness
             }
         };
-        let derivative = path.derivative(value);
+        let moved = moved_entries(pencil.size, &path.derivative(value));
         Ok(Self {
             value,
-            slopes: modes.iter().map(|mode| slope(mode, &derivative)).collect(),
+            slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
             mass,
             damping,
@@ -130,12 +130,12 @@ impl Node {
     fn correlation(&self, r: usize, other: &Node, s: usize) -> f64 {
         let (here, there) = (&self.modes[r], &other.modes[s]);
         let sum = here.eigenvalue + there.eigenvalue;
-        let product: Complex64 = here
-            .left
-            .iter()
-            .zip(other.mass[s].iter().zip(&other.damping[s]))
-            .map(|(v, (m, c))| v * (sum * m + c))
-            .sum();
+        let column = s * there.right.len()..(s + 1) * there.right.len();
+        let (mass, damping) = (&other.mass[column.clone()], &other.damping[column]);
+        let mut product = Complex64::default();
+        for (v, (m, c)) in here.left.iter().zip(mass.iter().zip(damping)) {
+            product += v * (sum * m + c);
+        }
         product.norm_sqr() / (self.sizes[r] * other.sizes[s])
     }
 
@@ -242,22 +242,23 @@ impl Node {
     }
 }
 
+/// Row, column and the entries of M', C', K' where any of them differs from zero: most parameters move few.
+type Moved = (usize, usize, [f64; 3]);
+
+fn moved_entries(size: usize, [mass, damping, stiffness]: &[Vec<f64>; 3]) -> Vec<Moved> {
+    (0..size * size)
+        .filter(|&k| mass[k] != 0.0 || damping[k] != 0.0 || stiffness[k] != 0.0)
+        .map(|k| (k / size, k % size, [mass[k], damping[k], stiffness[k]]))
+        .collect()
+}
+
 /// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`
-fn slope(mode: &Mode, [mass, damping, stiffness]: &[Vec<f64>; 3]) -> Complex64 {
-    let m = mode.right.len();
+fn slope(mode: &Mode, moved: &[Moved]) -> Complex64 {
     let lambda = mode.eigenvalue;
     let square = lambda * lambda;
     let mut sum = Complex64::default();
-    for i in 0..m {
-        let mut row = Complex64::default();
-        for j in 0..m {
-            let k = i * m + j;
-            // Most parameters move few entries.
-            if mass[k] != 0.0 || damping[k] != 0.0 || stiffness[k] != 0.0 {
-                row += (square * mass[k] + lambda * damping[k] + stiffness[k]) * mode.right[j];
-            }
-        }
-        sum += mode.left[i] * row;
+    for &(i, j, [mass, damping, stiffness]) in moved {
+        sum += mode.left[i] * (square * mass + lambda * damping + stiffness) * mode.right[j];
     }
     -sum / mode.a
 }

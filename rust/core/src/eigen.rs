@@ -58,20 +58,15 @@ pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
         let beside = diagonal[k / size] * diagonal[k % size];
         if matrix[k].abs() > NEGLIGIBLE * beside { matrix[k] } else { 0.0 }
     };
-    let matrix: &[f64] = &(0..size * size).map(kept).collect::<Vec<_>>();
-    for block in connected_blocks(size, matrix) {
-        let entry = |i: usize, j: usize| matrix[block[i] * size + block[j]];
-        let symmetric = (0..block.len()).all(|i| (0..i).all(|j| entry(i, j) == entry(j, i)));
-        let solved = match block.len() {
-            1 => vec![EigenPair {
-                value: Complex64::from(entry(0, 0)),
-                right: vec![Complex64::from(1.0)],
-                left: vec![Complex64::from(1.0)],
-            }],
-            n if symmetric => symmetric_block(n, entry),
-            n => general_block(n, entry),
-        };
-        for pair in solved {
+    let matrix: Vec<f64> = (0..size * size).map(kept).collect();
+    let blocks = connected_blocks(size, &matrix);
+    if blocks.len() == 1 {
+        return connected(size, matrix);
+    }
+    for block in blocks {
+        let n = block.len();
+        let part = (0..n * n).map(|k| matrix[block[k / n] * size + block[k % n]]).collect();
+        for pair in connected(n, part) {
             let scatter = |part: &[Complex64]| {
                 let mut whole = vec![Complex64::from(0.0); size];
                 block.iter().zip(part).for_each(|(&k, &value)| whole[k] = value);
@@ -85,6 +80,16 @@ pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
         }
     }
     pairs
+}
+
+/// Eigenpairs of one block.
+fn connected(n: usize, matrix: Vec<f64>) -> Vec<EigenPair> {
+    if n == 1 {
+        let unit = vec![Complex64::from(1.0)];
+        return vec![EigenPair { value: matrix[0].into(), right: unit.clone(), left: unit }];
+    }
+    let symmetric = (0..n).all(|i| (0..i).all(|j| matrix[i * n + j] == matrix[j * n + i]));
+    if symmetric { symmetric_block(n, &matrix) } else { general_block(n, matrix) }
 }
 
 /// Index sets that no nonzero entry connects, each ascending.
@@ -115,8 +120,8 @@ fn connected_blocks(size: usize, matrix: &[f64]) -> Vec<Vec<usize>> {
     blocks
 }
 
-fn symmetric_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPair> {
-    let matrix = Mat::from_fn(n, n, &entry);
+fn symmetric_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
+    let matrix = row_major(n, n, matrix);
     let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
     let params: Spec<SelfAdjointEvdParams, f64> = Spec::new(Auto::<f64>::auto());
@@ -147,8 +152,7 @@ fn symmetric_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPa
 /// whose blocked algorithms win from there on (measured on 8 to 64 rows).
 pub(crate) const SMALL: usize = 32;
 
-fn general_block(n: usize, entry: impl Fn(usize, usize) -> f64) -> Vec<EigenPair> {
-    let mut matrix: Vec<f64> = (0..n * n).map(|k| entry(k / n, k % n)).collect();
+fn general_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
     let scale = balance(n, &mut matrix);
     let mut pairs = if n <= SMALL { small_block(n, matrix) } else { large_block(n, &matrix) };
     for pair in &mut pairs {
@@ -166,10 +170,13 @@ fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
     let size = matrix.iter().map(|a| a.abs()).fold(0.0, f64::max);
     let smallest = (f64::EPSILON * size).max(f64::MIN_POSITIVE);
     let whole = |vector: &[Complex64], from: usize, to: usize| -> Vec<Complex64> {
-        rotation
-            .chunks_exact(n)
-            .map(|row| row[from..to].iter().zip(&vector[from..to]).map(|(q, z)| q * z).sum())
-            .collect()
+        let part = &vector[from..to];
+        let rows = rotation.chunks_exact(n).map(|row| &row[from..to]);
+        if part.iter().all(|z| z.im == 0.0) {
+            let real = |row: &[f64]| row.iter().zip(part).map(|(q, z)| q * z.re).sum::<f64>();
+            return rows.map(|row| real(row).into()).collect();
+        }
+        rows.map(|row| row.iter().zip(part).map(|(q, z)| q * z).sum()).collect()
     };
     let mut pairs = Vec::with_capacity(n);
     let mut first = 0;

@@ -23,8 +23,14 @@ pub(crate) struct DoubledRows {
 impl DoubledRows {
     /// Keeps the nonzero entries.
     pub fn new(size: usize, entry: impl Fn(usize, usize) -> Doubled) -> Self {
-        let mut rows = Self { start: vec![0], columns: Vec::new(), entries: Vec::new() };
-        rows.start.reserve_exact(size);
+        // Rows of a mechanism are short; longer ones make the vectors grow.
+        let expected = size * size.min(8);
+        let mut rows = Self {
+            start: Vec::with_capacity(size + 1),
+            columns: Vec::with_capacity(expected),
+            entries: Vec::with_capacity(expected),
+        };
+        rows.start.push(0);
         for i in 0..size {
             for j in 0..size {
                 let value = entry(i, j);
@@ -97,10 +103,11 @@ impl DoubledRows {
     }
 
     /// The matrix times a vector, in working precision.
-    pub fn rounded_product(&self, vector: &[Complex64]) -> Vec<Complex64> {
-        (0..self.size())
-            .map(|i| self.row(i).map(|(j, value)| value.high * vector[j]).sum())
-            .collect()
+    pub fn rounded_product<'a>(
+        &'a self,
+        vector: &'a [Complex64],
+    ) -> impl Iterator<Item = Complex64> + 'a {
+        (0..self.size()).map(|i| self.row(i).map(|(j, value)| value.high * vector[j]).sum())
     }
 
     /// `vector' matrix`, in doubled precision.

@@ -18,7 +18,7 @@ pub(crate) fn hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
         q.fill(0.0);
         (0..n).for_each(|i| q[i * n + i] = 1.0);
     }
-    let mut vector = vec![0.0; n];
+    let (mut vector, mut factors) = (vec![0.0; n], vec![0.0; n]);
     for m in 1..n.saturating_sub(1) {
         let scale: f64 = (m..n).map(|i| h[i * n + m - 1].abs()).sum();
         if scale == 0.0 {
@@ -32,14 +32,24 @@ pub(crate) fn hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
         let length = if vector[m] > 0.0 { -square.sqrt() } else { square.sqrt() };
         let half_norm = square - vector[m] * length;
         vector[m] -= length;
-        for j in m..n {
-            let factor = (m..n).map(|i| vector[i] * h[i * n + j]).sum::<f64>() / half_norm;
-            (m..n).for_each(|i| h[i * n + j] -= factor * vector[i]);
+        // Row by row, as the matrix is stored: first all factors of the columns, then the rows.
+        factors.fill(0.0);
+        for i in m..n {
+            let entry = vector[i] / half_norm;
+            let row = &h[i * n + m..(i + 1) * n];
+            factors[m..].iter_mut().zip(row).for_each(|(factor, a)| *factor += entry * a);
+        }
+        for i in m..n {
+            let entry = vector[i];
+            let row = &mut h[i * n + m..(i + 1) * n];
+            row.iter_mut().zip(&factors[m..]).for_each(|(a, factor)| *a -= entry * factor);
         }
         let reflect_rows = |matrix: &mut [f64]| {
             for row in matrix.chunks_exact_mut(n) {
-                let factor = (m..n).map(|j| vector[j] * row[j]).sum::<f64>() / half_norm;
-                (m..n).for_each(|j| row[j] -= factor * vector[j]);
+                let (row, vector) = (&mut row[m..], &vector[m..]);
+                let dot: f64 = row.iter().zip(vector).map(|(a, v)| a * v).sum();
+                let factor = dot / half_norm;
+                row.iter_mut().zip(vector).for_each(|(a, v)| *a -= factor * v);
             }
         };
         reflect_rows(h);
@@ -237,23 +247,34 @@ fn sweep(
         p += length;
         let (u0, u1, u2) = (p / length, r / length, s / length);
         let (v1, v2) = (r / p, s / p);
-        for j in k..row_end {
-            let mut sum = h[at(k, j)] + v1 * h[at(k + 1, j)];
-            if three {
-                sum += v2 * h[at(k + 2, j)];
-                h[at(k + 2, j)] -= sum * u2;
+        let (above, rest) = h[k * n..].split_at_mut(n);
+        let (middle, below) = rest.split_at_mut(n);
+        let (above, middle) = (&mut above[k..row_end], &mut middle[k..row_end]);
+        if three {
+            for ((a, b), c) in above.iter_mut().zip(middle).zip(&mut below[k..row_end]) {
+                let sum = *a + v1 * *b + v2 * *c;
+                *a -= sum * u0;
+                *b -= sum * u1;
+                *c -= sum * u2;
             }
-            h[at(k, j)] -= sum * u0;
-            h[at(k + 1, j)] -= sum * u1;
+        } else {
+            for (a, b) in above.iter_mut().zip(middle) {
+                let sum = *a + v1 * *b;
+                *a -= sum * u0;
+                *b -= sum * u1;
+            }
         }
         let reflect_columns = |row: &mut [f64]| {
-            let mut sum = u0 * row[k] + u1 * row[k + 1];
-            if three {
-                sum += u2 * row[k + 2];
-                row[k + 2] -= sum * v2;
+            if three && let Some([a, b, c]) = row.get_mut(k..k + 3) {
+                let sum = u0 * *a + u1 * *b + u2 * *c;
+                *a -= sum;
+                *b -= sum * v1;
+                *c -= sum * v2;
+            } else if let Some([a, b]) = row.get_mut(k..k + 2) {
+                let sum = u0 * *a + u1 * *b;
+                *a -= sum;
+                *b -= sum * v1;
             }
-            row[k] -= sum;
-            row[k + 1] -= sum * v1;
         };
         let bottom = last.min(k + 3);
         h.chunks_exact_mut(n).take(bottom + 1).skip(column_start).for_each(reflect_columns);

@@ -39,7 +39,7 @@ const SETTLED: f64 = 1e-9;
 const ROUNDS: usize = 3;
 
 /// Relative correction from which the vectors may be wrong altogether, and refinement of no use.
-const LOST: f64 = 1e-5;
+const LOST: f64 = 1e-7;
 /// An eigenvalue this small beside the largest one is zero, a rigid-body mode: doubled precision tells no more.
 const ZERO: f64 = 1e-28;
 /// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.

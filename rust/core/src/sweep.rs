@@ -1,8 +1,9 @@
 //! Branches of eigenvalues at given values of a parameter.
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
-use crate::branches::{Member, Mesh, Node};
+use crate::branches::{Mesh, Node};
 use crate::error::Error;
 use crate::path::Path;
 
@@ -28,17 +29,20 @@ impl Sweep {
     /// At `values`, ascending and at least one; `vectors` asks for right and left ones.
     pub fn new(path: &Path, values: &[f64], vectors: bool) -> Result<Self, Error> {
         let mesh = Mesh::new(path, values, &|_, _, _| true)?;
-        let branches = mesh.nodes.first().map_or(0, |node| node.members().len());
-        let count = values.len() * branches;
+        let rows = rows(&mesh, values);
+        let branches = rows.first().map_or(0, |row| row.carriers.len());
+        let entries = if vectors { branches * path.size } else { 0 };
+        let zero = Complex64::default();
+        let table = || vec![zero; values.len() * branches];
         let mut sweep = Self {
             values: values.to_vec(),
             branches,
-            eigenvalues: Vec::with_capacity(count),
-            slopes: Vec::with_capacity(count),
-            condition: Vec::with_capacity(count),
-            a: Vec::with_capacity(count),
-            right: Vec::new(),
-            left: Vec::new(),
+            eigenvalues: table(),
+            slopes: table(),
+            condition: vec![0.0; values.len() * branches],
+            a: table(),
+            right: vec![zero; values.len() * entries],
+            left: vec![zero; values.len() * entries],
             meetings: mesh
                 .links
                 .iter()
@@ -47,47 +51,99 @@ impl Sweep {
                 .map(|(_, pair)| 0.5 * (pair[0].value + pair[1].value))
                 .collect(),
         };
-        let mut carriers: Vec<usize> = (0..branches).collect();
-        let mut wanted = values.iter().peekable();
-        let mut crossings = mesh.crossings.iter().peekable();
-        for (k, node) in mesh.nodes.iter().enumerate() {
-            if k > 0 {
-                let previous = &mesh.nodes[k - 1];
-                while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value)
-                {
-                    // The eigenvalues that cross here are equal, so the nearest ones are right.
-                    let next = previous.nearest(crossing);
-                    let there: Vec<usize> = carriers.iter().map(|&carrier| next[carrier]).collect();
-                    wanted.next();
-                    sweep.push(crossing, &there, vectors);
-                }
-                carriers.iter_mut().for_each(|branch| *branch = mesh.links[k - 1].next[*branch]);
-            }
-            if wanted.next_if(|&&value| value == node.value).is_some() {
-                sweep.push(node, &carriers, vectors);
-            }
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        let (branches, entries) = (branches.max(1), entries.max(1));
+        let mut chunks: Vec<Chunk<'_>> = rows
+            .into_iter()
+            .zip(sweep.eigenvalues.chunks_mut(branches))
+            .zip(sweep.slopes.chunks_mut(branches))
+            .zip(sweep.condition.chunks_mut(branches))
+            .zip(sweep.a.chunks_mut(branches))
+            .map(|((((row, eigenvalues), slopes), condition), a)| Chunk {
+                row,
+                eigenvalues,
+                slopes,
+                condition,
+                a,
+                vectors: None,
+            })
+            .collect();
+        if vectors {
+            let both = sweep.right.chunks_mut(entries).zip(sweep.left.chunks_mut(entries));
+            chunks.iter_mut().zip(both).for_each(|(chunk, both)| chunk.vectors = Some(both));
         }
+        chunks.into_par_iter().for_each(Chunk::fill);
+        // A mesh of many nodes takes its time to drop as well.
+        mesh.nodes.into_par_iter().for_each(drop);
         Ok(sweep)
     }
+}
 
-    fn push(&mut self, node: &Node, carriers: &[usize], vectors: bool) {
-        let all = node.members();
-        let members: Vec<Member> = carriers.iter().map(|&carrier| all[carrier]).collect();
-        let oriented = |z: Complex64, member: &Member| if member.conjugate { z.conj() } else { z };
-        for member in &members {
-            let mode = &node.modes[member.mode];
-            self.eigenvalues.push(node.eigenvalue(*member));
-            self.slopes.push(oriented(node.slopes[member.mode], member));
-            self.a.push(oriented(mode.a, member));
-            self.condition.push(mode.condition);
+/// A node at a wanted value, with the member that carries each branch.
+struct Row<'a> {
+    node: &'a Node,
+    carriers: Vec<usize>,
+}
+
+/// The node of every value.
+fn rows<'a>(mesh: &'a Mesh, values: &[f64]) -> Vec<Row<'a>> {
+    let branches = mesh.nodes.first().map_or(0, |node| node.members().len());
+    let mut carriers: Vec<usize> = (0..branches).collect();
+    let mut rows = Vec::with_capacity(values.len());
+    let mut wanted = values.iter().peekable();
+    let mut crossings = mesh.crossings.iter().peekable();
+    for (k, node) in mesh.nodes.iter().enumerate() {
+        if k > 0 {
+            let previous = &mesh.nodes[k - 1];
+            while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value) {
+                // The eigenvalues that cross here are equal, so the nearest ones are right.
+                let next = previous.nearest(crossing);
+                wanted.next();
+                let carriers = carriers.iter().map(|&carrier| next[carrier]).collect();
+                rows.push(Row { node: crossing, carriers });
+            }
+            carriers.iter_mut().for_each(|branch| *branch = mesh.links[k - 1].next[*branch]);
         }
-        let coordinates =
-            if vectors { node.modes.first().map_or(0, |mode| mode.right.len()) } else { 0 };
-        for i in 0..coordinates {
-            for member in &members {
-                let mode = &node.modes[member.mode];
-                self.right.push(oriented(mode.right[i], member));
-                self.left.push(oriented(mode.left[i], member));
+        if wanted.next_if(|&&value| value == node.value).is_some() {
+            rows.push(Row { node, carriers: carriers.clone() });
+        }
+    }
+    rows
+}
+
+/// The part of a sweep's arrays that belongs to one value.
+struct Chunk<'a> {
+    row: Row<'a>,
+    eigenvalues: &'a mut [Complex64],
+    slopes: &'a mut [Complex64],
+    condition: &'a mut [f64],
+    a: &'a mut [Complex64],
+    /// Right and left, over (coordinate, branch).
+    vectors: Option<(&'a mut [Complex64], &'a mut [Complex64])>,
+}
+
+impl Chunk<'_> {
+    fn fill(self) {
+        let Row { node, carriers } = self.row;
+        let members = node.members();
+        let branches = carriers.len();
+        let mut vectors = self.vectors;
+        for (branch, &carrier) in carriers.iter().enumerate() {
+            let member = members[carrier];
+            let mode = &node.modes[member.mode];
+            let sign = if member.conjugate { -1.0 } else { 1.0 };
+            let oriented = |z: Complex64| Complex64::new(z.re, sign * z.im);
+            self.eigenvalues[branch] = node.eigenvalue(member);
+            self.slopes[branch] = oriented(node.slopes[member.mode]);
+            self.a[branch] = oriented(mode.a);
+            self.condition[branch] = mode.condition;
+            if let Some((right, left)) = &mut vectors {
+                let into = |target: &mut [Complex64], vector: &[Complex64]| {
+                    let column = target[branch..].iter_mut().step_by(branches);
+                    column.zip(vector).for_each(|(entry, &z)| *entry = oriented(z));
+                };
+                into(right, &mode.right);
+                into(left, &mode.left);
             }
         }
     }
