@@ -120,6 +120,10 @@ def _along(
         path = family.path(name, float(ascending[0]), float(upper), **fixed, **other)
         found = _chunked(path, ascending, vectors, progress if not outer else False)
         order = _order(found["eigenvalue"][backwards[0]], None)
+        if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
+            # Nothing to put in order, and vectors are large.
+            sweeps.append(found)
+            continue
         sweeps.append(
             {key: part if key == "meetings" else part[backwards][..., order] for key, part in found.items()}
         )

@@ -101,6 +101,15 @@ impl DoubledComplex {
         }
     }
 
+    /// `self - factor other`, rounded.
+    pub fn less(&self, other: &Self, factor: Complex64) -> Complex64 {
+        if factor.im == 0.0 {
+            let part = |a: Doubled, b: Doubled| a.add(b.times(-factor.re)).value();
+            return Complex64::new(part(self.re, other.re), part(self.im, other.im));
+        }
+        self.add(other.times(-factor)).value()
+    }
+
     /// `sum_k weight_k z_k`
     pub fn dot(terms: impl Iterator<Item = (Doubled, Complex64)>) -> Self {
         terms.fold(Self::default(), |sum, (weight, z)| {

@@ -60,10 +60,11 @@ impl Modes {
             reduced,
         };
         for mode in half {
-            let mode = normalised(mode);
+            let mut mode = normalised(mode);
             modes.push(scene, &mode);
             if !mode.is_real() {
-                modes.push(scene, &conjugate(&mode));
+                mode.conjugate();
+                modes.push(scene, &mode);
             }
         }
         Ok(modes)
@@ -144,15 +145,4 @@ pub(crate) fn normalised(mut mode: Mode) -> Mode {
     mode.left.iter_mut().for_each(|z| *z /= left);
     mode.a /= right * left;
     mode
-}
-
-fn conjugate(mode: &Mode) -> Mode {
-    let all = |vector: &[Complex64]| vector.iter().map(Complex64::conj).collect();
-    Mode {
-        eigenvalue: mode.eigenvalue.conj(),
-        right: all(&mode.right),
-        left: all(&mode.left),
-        a: mode.a.conj(),
-        ..*mode
-    }
 }

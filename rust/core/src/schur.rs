@@ -12,8 +12,29 @@ const SWEEPS: usize = 60;
 /// A vector grown beyond this is scaled back, so that a chain of coalesced eigenvalues can't overflow.
 const GROWN: f64 = 1e100;
 
+/// Calls a function whose first argument is the number of rows, as a constant for the sizes that mechanisms of a few
+/// masses have: the compiler then drops most of the bookkeeping around their short loops.
+macro_rules! with_known_size {
+    ($function:ident($size:expr $(, $argument:expr)*)) => {
+        match $size {
+            4 => $function(4 $(, $argument)*),
+            5 => $function(5 $(, $argument)*),
+            6 => $function(6 $(, $argument)*),
+            7 => $function(7 $(, $argument)*),
+            8 => $function(8 $(, $argument)*),
+            n => $function(n $(, $argument)*),
+        }
+    };
+}
+
 /// Overwrites `h` with its upper Hessenberg form `Q' h Q`; Q is stored to `q` if given.
-pub(crate) fn hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
+pub(crate) fn hessenberg(n: usize, h: &mut [f64], q: Option<&mut [f64]>) {
+    with_known_size!(reduced_to_hessenberg(n, h, q));
+}
+
+#[inline(always)]
+fn reduced_to_hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
+    let h = &mut h[..n * n];
     if let Some(q) = q.as_deref_mut() {
         q.fill(0.0);
         (0..n).for_each(|i| q[i * n + i] = 1.0);
@@ -66,9 +87,15 @@ pub(crate) fn hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
 pub(crate) fn francis(
     n: usize,
     h: &mut [f64],
-    mut q: Option<&mut [f64]>,
+    q: Option<&mut [f64]>,
     values: &mut [Complex64],
 ) -> bool {
+    with_known_size!(iterated(n, h, q, values))
+}
+
+#[inline(always)]
+fn iterated(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>, values: &mut [Complex64]) -> bool {
+    let h = &mut h[..n * n];
     let norm: f64 = (0..n)
         .map(|i| h[i * n + i.saturating_sub(1)..(i + 1) * n].iter().map(|x| x.abs()).sum::<f64>())
         .sum();
@@ -113,6 +140,7 @@ pub(crate) fn francis(
 }
 
 /// Eigenvalues of the deflated 2 by 2 block that ends at `last`; a real pair is made triangular.
+#[inline(always)]
 fn split_pair(
     n: usize,
     h: &mut [f64],
@@ -167,6 +195,7 @@ fn split_pair(
 }
 
 /// One implicit double-shift sweep over the active rows `first..=last`.
+#[inline(always)]
 fn sweep(
     n: usize,
     h: &mut [f64],

@@ -66,6 +66,13 @@ impl Mode {
     pub fn is_real(&self) -> bool {
         self.eigenvalue.im == 0.0
     }
+
+    /// Turns it into the mode of the conjugate eigenvalue.
+    pub fn conjugate(&mut self) {
+        self.eigenvalue = self.eigenvalue.conj();
+        self.a = self.a.conj();
+        self.right.iter_mut().chain(&mut self.left).for_each(|z| z.im = -z.im);
+    }
 }
 
 /// The factor of the reduced mass that turns the pencil into a standard eigenproblem.
@@ -128,18 +135,21 @@ impl MassFactor {
         }
     }
 
-    fn right(&self, vector: &[Complex64]) -> Vec<Complex64> {
+    fn right(&self, mut vector: Vec<Complex64>) -> Vec<Complex64> {
         match self {
-            Self::Diagonal(root) => vector.iter().zip(root).map(|(z, g)| z / g).collect(),
-            Self::Cholesky(factor) => eigen::lower_transposed_solve(factor, vector),
-            Self::General(_) => vector.to_vec(),
+            Self::Diagonal(root) => {
+                vector.iter_mut().zip(root).for_each(|(z, g)| *z /= g);
+                vector
+            }
+            Self::Cholesky(factor) => eigen::lower_transposed_solve(factor, &vector),
+            Self::General(_) => vector,
         }
     }
 
-    fn left(&self, vector: &[Complex64]) -> Vec<Complex64> {
+    fn left(&self, vector: Vec<Complex64>) -> Vec<Complex64> {
         match self {
             Self::Diagonal(_) | Self::Cholesky(_) => self.right(vector),
-            Self::General(mass) => eigen::transposed_solve(mass, vector),
+            Self::General(mass) => eigen::transposed_solve(mass, &vector),
         }
     }
 }
@@ -166,9 +176,9 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => problem
-            .half_modes(eigen::real_matrix(m, &stiffness), vectors)
-            .iter()
-            .flat_map(|pair| problem.proportional_modes(pair, alpha, beta))
+            .half_modes(&stiffness, vectors)
+            .into_iter()
+            .flat_map(|half| problem.proportional_modes(half, alpha, beta))
             .collect::<Vec<_>>(),
         Damping::General(damping) => problem.general_modes(damping, &stiffness, vectors),
     };
@@ -203,9 +213,9 @@ struct HalfMode {
     modal_mass: Complex64,
     right: Vec<Complex64>,
     left: Vec<Complex64>,
-    /// M and K times the right vector, rounded once.
-    mass: Vec<Complex64>,
-    stiffness: Vec<Complex64>,
+    /// M and K times the right vector.
+    mass: Vec<DoubledComplex>,
+    stiffness: Vec<DoubledComplex>,
 }
 
 struct Problem<'a> {
@@ -217,29 +227,29 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
-    fn half_modes(&self, pairs: Vec<EigenPair>, vectors: Vectors) -> Vec<HalfMode> {
-        let corrected = |pairs: &[EigenPair]| -> Vec<HalfMode> {
-            let map = |pair: &EigenPair| {
-                let (right, left) = (self.factor.right(&pair.right), self.factor.left(&pair.left));
-                self.corrected(pair.value, pair.condition(), right, left)
+    fn half_modes(&self, stiffness: &[f64], vectors: Vectors) -> Vec<HalfMode> {
+        let m = self.pencil.size;
+        let corrected = |pairs: Vec<EigenPair>| -> Vec<HalfMode> {
+            let map = |pair: EigenPair| {
+                let condition = pair.condition();
+                let (right, left) = (self.factor.right(pair.right), self.factor.left(pair.left));
+                self.corrected(pair.value, condition, right, left)
             };
-            pairs.iter().map(map).collect()
+            pairs.into_iter().map(map).collect()
         };
-        let mut halves = corrected(&pairs);
-        let largest = |halves: &[HalfMode]| {
-            halves.iter().map(|half| half.kappa.norm()).fold(0.0, f64::max)
-        };
+        let mut halves = corrected(eigen::real_matrix(m, stiffness));
+        let largest =
+            |halves: &[HalfMode]| halves.iter().map(|half| half.kappa.norm()).fold(0.0, f64::max);
         let open = |halves: &[HalfMode], limit: f64| {
             let zero = ZERO * largest(halves);
             halves.iter().any(|half| half.correction > limit * half.kappa.norm().max(zero))
         };
-        let m = self.pencil.size;
         if open(&halves, LOST)
             && m <= INVERTED_SIZE
             && let Some(inverse) = graded::inverse(m, self.pencil.stiffness.to_doubled())
         {
             let inverted = eigen::real_matrix(m, &self.factor.inverted(m, &inverse));
-            halves = corrected(&graded::joined(pairs, inverted));
+            halves = corrected(graded::joined(eigen::real_matrix(m, stiffness), inverted));
         }
         let wanted = vectors == Vectors::Refined && m <= REFINED_SIZE;
         for round in 0..ROUNDS {
@@ -264,13 +274,11 @@ impl Problem<'_> {
         let modal_mass = project(&left, mass.iter().map(|row| row.value()));
         let mut correction = 0.0;
         if condition <= WELL_CONDITIONED {
-            let residual =
-                mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-kappa)).value());
+            let residual = mass.iter().zip(&stiffness).map(|(m, k)| k.less(m, kappa));
             let step = project(&left, residual) / modal_mass;
             kappa += if kappa.im == 0.0 { step.re.into() } else { step };
             correction = step.norm();
         }
-        let (mass, stiffness) = (rounded(mass), rounded(stiffness));
         HalfMode { kappa, condition, correction, modal_mass, right, left, mass, stiffness }
     }
 
@@ -278,7 +286,7 @@ impl Problem<'_> {
     fn refined(&self, mut halves: Vec<HalfMode>) -> Vec<HalfMode> {
         let column = |half: &HalfMode, products: [Vec<DoubledComplex>; 2]| -> Vec<Complex64> {
             let [mass, stiffness] = products;
-            mass.iter().zip(&stiffness).map(|(m, k)| k.add(m.times(-half.kappa)).value()).collect()
+            mass.iter().zip(&stiffness).map(|(m, k)| k.less(m, half.kappa)).collect()
         };
         let matrices = [&self.pencil.mass, &self.pencil.stiffness];
         let right: Vec<_> = halves
@@ -311,33 +319,40 @@ impl Problem<'_> {
         .collect()
     }
 
-    fn proportional_modes(&self, half: &HalfMode, alpha: f64, beta: f64) -> Vec<Mode> {
-        let HalfMode { right, left, mass, stiffness, .. } = half;
-        let (kappa, condition, modal_mass) = (half.kappa, half.condition, half.modal_mass);
-        let d = Complex64::from(alpha) + beta * kappa;
-        roots_of_mode(kappa, d)
-            .into_iter()
-            .map(|(lambda, other)| {
-                // State-space condition of the two-by-two block, right vector (omega, lambda), left (-other, omega), in
-                // the scale omega^2 = |lambda other| in which it is smallest: an overdamped mode is well conditioned.
-                let splitting = (lambda.norm() + other.norm()) / (lambda - other).norm();
-                // The products are exact to rounding; what cancels between them now is the residual itself.
-                let (by_mass, by_stiffness) = (lambda * (lambda + alpha), 1.0 + beta * lambda);
-                let rows = mass.iter().zip(stiffness).map(|(m, k)| by_mass * m + by_stiffness * k);
-                let residual = self.relative_residual(lambda, right, rows);
-                let conjugated = lambda.im < 0.0;
-                let orient = |z: Complex64| if conjugated { z.conj() } else { z };
-                Mode {
-                    eigenvalue: orient(lambda),
-                    right: right.iter().copied().map(orient).collect(),
-                    left: left.iter().copied().map(orient).collect(),
-                    a: orient((lambda - other) * modal_mass),
-                    condition: condition
-                        * if splitting.is_nan() { f64::INFINITY } else { splitting },
-                    residual,
-                }
-            })
-            .collect()
+    /// The modes of both roots lambda; of real kappa below critical damping only the one that is not a conjugate.
+    fn proportional_modes(
+        &self,
+        half: HalfMode,
+        alpha: f64,
+        beta: f64,
+    ) -> impl Iterator<Item = Mode> + use<> {
+        let (larger, smaller) = roots_of_mode(half.kappa, alpha + beta * half.kappa);
+        // Moduli of a conjugate pair are those of one mode.
+        let is_pair = half.kappa.im == 0.0 && larger.im != 0.0;
+        let HalfMode { condition, modal_mass, right, left, mass, stiffness, .. } = half;
+        let mode = |lambda: Complex64, other: Complex64, right: Vec<_>, left: Vec<_>| {
+            // State-space condition of the two-by-two block, right vector (omega, lambda), left (-other, omega), in
+            // the scale omega^2 = |lambda other| in which it is smallest: an overdamped mode is well conditioned.
+            let splitting = (lambda.norm() + other.norm()) / (lambda - other).norm();
+            // The products are exact to rounding; what cancels between them now is the residual itself.
+            let (by_mass, by_stiffness) = (lambda * (lambda + alpha), 1.0 + beta * lambda);
+            let rows = mass.iter().zip(&stiffness);
+            let rows = rows.map(|(m, k)| by_mass * m.value() + by_stiffness * k.value());
+            let mut mode = Mode {
+                eigenvalue: lambda,
+                a: (lambda - other) * modal_mass,
+                condition: condition * if splitting.is_nan() { f64::INFINITY } else { splitting },
+                residual: self.relative_residual(lambda, &right, rows),
+                right,
+                left,
+            };
+            if lambda.im < 0.0 {
+                mode.conjugate();
+            }
+            mode
+        };
+        let second = (!is_pair).then(|| mode(smaller, larger, right.clone(), left.clone()));
+        std::iter::once(mode(larger, smaller, right, left)).chain(second)
     }
 
     fn general_modes(
@@ -354,8 +369,8 @@ impl Problem<'_> {
                 let (upper, lower) = pair.right.split_at(m);
                 // Both blocks hold the shape; the larger one holds more of its digits.
                 let shape = if norm(upper) >= norm(lower) { upper } else { lower };
-                let right = self.factor.right(shape);
-                let left = self.factor.left(&pair.left[m..]);
+                let right = self.factor.right(shape.to_vec());
+                let left = self.factor.left(pair.left[m..].to_vec());
                 let condition = match pair.scaled_condition() {
                     condition if condition.is_nan() => f64::INFINITY,
                     condition => condition,
@@ -485,24 +500,20 @@ fn quadratic(
     terms.map(move |((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k))
 }
 
-fn rounded(product: Vec<DoubledComplex>) -> Vec<Complex64> {
-    product.into_iter().map(DoubledComplex::value).collect()
-}
-
 /// `left' column`
 fn project(left: &[Complex64], column: impl Iterator<Item = Complex64>) -> Complex64 {
     left.iter().zip(column).map(|(v, z)| v * z).sum()
 }
 
-/// The two roots of `lambda^2 + d lambda + kappa = 0`, each with the other one; of real kappa below
-/// critical damping only the one with positive imaginary part.
-fn roots_of_mode(kappa: Complex64, d: Complex64) -> Vec<(Complex64, Complex64)> {
+/// The two roots of `lambda^2 + d lambda + kappa = 0`, the larger one first; of a conjugate pair the one with positive
+/// imaginary part.
+fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Complex64) {
     let half = 0.5 * d;
     if kappa.im == 0.0 && d.im == 0.0 {
         let discriminant = half.re * half.re - kappa.re;
         if discriminant < 0.0 {
             let lambda = Complex64::new(-half.re, (-discriminant).sqrt());
-            return vec![(lambda, lambda.conj())];
+            return (lambda, lambda.conj());
         }
     }
     let root = (half * half - kappa).sqrt();
@@ -510,5 +521,5 @@ fn roots_of_mode(kappa: Complex64, d: Complex64) -> Vec<(Complex64, Complex64)> 
     let root = if (half.conj() * root).re >= 0.0 { root } else { -root };
     let larger = -(half + root);
     let smaller = if larger == Complex64::default() { larger } else { kappa / larger };
-    vec![(larger, smaller), (smaller, larger)]
+    (larger, smaller)
 }
