@@ -55,7 +55,8 @@ pub(crate) fn inverse(n: usize, mut matrix: Vec<Doubled>) -> Option<Vec<f64>> {
 /// their errors is smallest.
 pub(crate) fn joined(mut whole: Vec<EigenPair>, mut inverted: Vec<EigenPair>) -> Vec<EigenPair> {
     inverted.iter_mut().for_each(|pair| {
-        pair.value = pair.value.inv();
+        // A mode so fast that its inverse is lost is found in S.
+        pair.value = if pair.value.norm() > 0.0 { pair.value.inv() } else { f64::INFINITY.into() };
         if pair.value.im < 0.0 {
             *pair = conjugated(pair);
         }
@@ -69,8 +70,11 @@ pub(crate) fn joined(mut whole: Vec<EigenPair>, mut inverted: Vec<EigenPair>) ->
     };
     let total = count(&whole);
     let spread = |pairs: &[EigenPair]| match pairs {
-        [first, .., last] => size(last) / size(first),
-        _ => 1.0,
+        [first, .., last] if size(first) > 0.0 => size(last) / size(first),
+        [] => 1.0,
+        [only] if size(only) > 0.0 && size(only).is_finite() => 1.0,
+        // A mode lost altogether.
+        _ => f64::INFINITY,
     };
     let mut best = (spread(&whole), 0, 0);
     for slow in 1..=inverted.len() {
@@ -78,8 +82,7 @@ pub(crate) fn joined(mut whole: Vec<EigenPair>, mut inverted: Vec<EigenPair>) ->
             .find(|&fast| count(&inverted[..slow]) + count(&whole[fast..]) == total);
         if let Some(fast) = fast {
             let cost = spread(&inverted[..slow]).max(spread(&whole[fast..]));
-            // A comparison that takes anything for NaN, of a mode lost altogether.
-            if !(best.0 <= cost) {
+            if cost < best.0 {
                 best = (cost, slow, fast);
             }
         }
@@ -127,5 +130,21 @@ mod tests {
         let inverted = vec![pair(1e-21), pair(1e-15), pair(1.0)];
         let values: Vec<f64> = joined(whole, inverted).iter().map(|pair| pair.value.re).collect();
         assert_eq!(values, [1.0, 1e15, 1e20]);
+    }
+
+    #[test]
+    fn a_mode_lost_on_one_side_comes_from_the_other() {
+        let pair = |value: f64| EigenPair {
+            value: value.into(),
+            right: vec![1.0.into()],
+            left: vec![1.0.into()],
+        };
+        let values = |whole: [f64; 3], inverted: [f64; 3]| -> Vec<f64> {
+            let pairs = |values: [f64; 3]| values.map(pair).to_vec();
+            let found = joined(pairs(whole), pairs(inverted));
+            found.iter().map(|pair| pair.value.re).collect()
+        };
+        assert_eq!(values([1e20, 0.0, 1e15], [0.0, 1e-14, 1.0]), [1.0, 1e15, 1e20]);
+        assert_eq!(values([1e20, 2.0, 1e15], [0.0, 0.0, 1.0]), [1.0, 1e15, 1e20]);
     }
 }
