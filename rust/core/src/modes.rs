@@ -13,10 +13,6 @@ use crate::scene::Scene;
 use crate::spectrum::{Mode, Vectors, spectrum};
 use crate::status::Combination;
 
-/// Condition number above which an eigenvalue counts as defective: a defective pair splits by about
-/// the square root of rounding, which leaves a condition number of about its inverse, 7e7; less a margin of 20.
-const DEFECTIVE: f64 = 3.4e6;
-
 /// All 2m modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first.
 /// Matrices are column-major: one mode after the other.
 #[derive(Debug, Clone)]
@@ -72,7 +68,7 @@ impl Modes {
 
     fn push(&mut self, scene: &Scene, mode: &Mode) {
         let lambda = mode.eigenvalue;
-        let defective = !(mode.condition < DEFECTIVE);
+        let defective = mode.is_defective();
         let valid = |z: Complex64| {
             if defective { Complex64::new(f64::NAN, f64::NAN) } else { z }
         };

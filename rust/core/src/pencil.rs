@@ -89,10 +89,7 @@ impl DoubledRows {
     pub fn product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
         // Half the work, and most modes of a stable system are real.
         if vector.iter().all(|z| z.im == 0.0) {
-            let real = |i: usize| {
-                self.row(i)
-                    .fold(Doubled::default(), |sum, (j, value)| sum.add(value.times(vector[j].re)))
-            };
+            let real = |i: usize| Doubled::dot(self.row(i).map(|(j, value)| (value, vector[j].re)));
             return (0..self.size())
                 .map(|i| DoubledComplex { re: real(i), im: Doubled::default() })
                 .collect();

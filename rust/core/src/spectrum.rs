@@ -8,6 +8,7 @@
 //! with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::compensated::DoubledComplex;
 use crate::eigen::{self, EigenPair, norm};
@@ -45,8 +46,15 @@ const ZERO: f64 = 1e-28;
 /// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.
 const INVERTED_SIZE: usize = 400;
 
+/// Free coordinates from which single modes are worth a processor each.
+const SHARED_SIZE: usize = 100;
+
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 const BACKWARD_STABLE: f64 = 3e-14;
+
+/// Condition number above which an eigenvalue counts as defective: a defective pair splits by about
+/// the square root of rounding, which leaves a condition number of about its inverse, 7e7; less a margin of 20.
+const DEFECTIVE: f64 = 3.4e6;
 
 /// One mode, of each conjugate pair the one with positive imaginary part; vectors over the kept coordinates.
 #[derive(Debug, Clone)]
@@ -65,6 +73,12 @@ pub(crate) struct Mode {
 impl Mode {
     pub fn is_real(&self) -> bool {
         self.eigenvalue.im == 0.0
+    }
+
+    /// Whether it has no bi-orthogonal pair of vectors.
+    pub fn is_defective(&self) -> bool {
+        // A comparison that takes NaN as well.
+        !(self.condition < DEFECTIVE)
     }
 
     /// Turns it into the mode of the conjugate eigenvalue.
@@ -176,9 +190,11 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => problem
-            .half_modes(&stiffness, vectors)
+            .each(problem.half_modes(&stiffness, vectors), |half| {
+                problem.proportional_modes(half, alpha, beta).collect::<Vec<_>>()
+            })
             .into_iter()
-            .flat_map(|half| problem.proportional_modes(half, alpha, beta))
+            .flatten()
             .collect::<Vec<_>>(),
         Damping::General(damping) => problem.general_modes(damping, &stiffness, vectors),
     };
@@ -226,6 +242,14 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
+    /// Maps modes one by one, those of a large problem in parallel.
+    fn each<T: Send, U: Send>(&self, modes: Vec<T>, map: impl Fn(T) -> U + Sync + Send) -> Vec<U> {
+        match self.pencil.size < SHARED_SIZE {
+            true => modes.into_iter().map(map).collect(),
+            false => modes.into_par_iter().map(map).collect(),
+        }
+    }
+
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
     fn half_modes(&self, stiffness: &[f64], vectors: Vectors) -> Vec<HalfMode> {
         let m = self.pencil.size;
@@ -235,7 +259,7 @@ impl Problem<'_> {
                 let (right, left) = (self.factor.right(pair.right), self.factor.left(pair.left));
                 self.corrected(pair.value, condition, right, left)
             };
-            pairs.into_iter().map(map).collect()
+            self.each(pairs, map)
         };
         let mut halves = corrected(eigen::real_matrix(m, stiffness));
         let largest =
@@ -512,7 +536,7 @@ fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Complex64) {
     if kappa.im == 0.0 && d.im == 0.0 {
         let discriminant = half.re * half.re - kappa.re;
         if discriminant < 0.0 {
-            let lambda = Complex64::new(-half.re, (-discriminant).sqrt());
+            let lambda = Complex64::new(0.0 - half.re, (-discriminant).sqrt());
             return (lambda, lambda.conj());
         }
     }
@@ -520,6 +544,8 @@ fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Complex64) {
     // The sum without cancellation first, the other root from their product.
     let root = if (half.conj() * root).re >= 0.0 { root } else { -root };
     let larger = -(half + root);
-    let smaller = if larger == Complex64::default() { larger } else { kappa / larger };
-    (larger, smaller)
+    let zero = Complex64::default();
+    let smaller = if larger == zero { larger } else { kappa / larger };
+    // No zero keeps a minus.
+    (larger + zero, smaller + zero)
 }
