@@ -153,12 +153,34 @@ def test_a_sweep_in_chunks_is_the_sweep(capsys):
     scene = ss.models.two_subsystems()
     whole = ss.sweep(scene, friction=values, progress=False)
     chunked = ss.sweep(scene, friction=values, progress=True)
-    capsys.readouterr()
+    assert capsys.readouterr().out == ""
     before = values < 0.6
     assert (whole.eigenvalue.to_numpy()[before] == chunked.eigenvalue.to_numpy()[before]).all()
     assert np.sort_complex(whole.eigenvalue.to_numpy()) == pytest.approx(
         np.sort_complex(chunked.eigenvalue.to_numpy()), rel=1e-9
     )
+
+
+def test_a_map_shows_its_progress_beside_its_output(capsys):
+    axes = {"friction_0": [0.1, 0.5, 0.9], "friction_1": [0.2, 0.4]}
+    quiet = ss.sweep(ss.models.two_subsystems(), **axes, progress=False)
+    shown = ss.sweep(ss.models.two_subsystems(), **axes, progress=True)
+    assert capsys.readouterr().out == ""
+    assert shown.identical(quiet)
+
+
+def test_a_defective_point_is_flagged_and_has_no_left_vectors():
+    """An oscillator over its damping, critical in the middle of the range."""
+
+    def oscillator(dashpot: float) -> ss.Scene:
+        return ss.Scene(np.ones(1), np.ones((1, 1)), damping=np.array([[dashpot]]))
+
+    found = ss.sweep(oscillator, dashpot=[1.0, 2.0, 3.0], vectors=True)
+    assert found.defective.to_numpy().tolist() == [[False] * 2, [True] * 2, [False] * 2]
+    for name in ("left", "a", "derivative"):
+        undefined = np.isnan(found[name].to_numpy()).reshape(3, -1)
+        assert undefined.tolist() == [[False] * 2, [True] * 2, [False] * 2]
+    assert np.isfinite(found.right.to_numpy()).all()
 
 
 @pytest.mark.parametrize(

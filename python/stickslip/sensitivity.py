@@ -188,10 +188,15 @@ def _model_change(family: Family, point: dict[str, float], name: str) -> Change:
     raise refused
 
 
+def is_defined(condition: Real) -> Any:
+    """Return whether eigenvalues of some condition numbers have a derivative that is more than noise."""
+    with np.errstate(over="ignore"):
+        return condition**2 * np.finfo(float).eps <= _DEFINED
+
+
 def _partners(modes: Modes) -> tuple[Any, Any]:
     """Return the nearest other eigenvalue of every undefined one, and which are defined."""
-    with np.errstate(over="ignore"):
-        defined = modes.condition**2 * np.finfo(float).eps <= _DEFINED
+    defined = is_defined(modes.condition)
     distance = np.abs(modes.eigenvalues[:, None] - modes.eigenvalues[None, :])
     np.fill_diagonal(distance, np.inf)
     everyone = np.arange(defined.size)

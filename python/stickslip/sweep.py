@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Iterable, Iterator
+from typing import Any, TypeVar
 
 import numpy as np
 import scipy.optimize
 import xarray as xr
+from rich.console import Console
 from rich.progress import track
 
 from stickslip import _core
 from stickslip.arrays import Complex, Real, real_array, real_number
 from stickslip.errors import InputError
 from stickslip.path import Family, Model
+from stickslip.sensitivity import is_defined
 from stickslip.units import derivative_units, parameter_units
+
+_Part = TypeVar("_Part")
 
 #: Values handed to the core at once by a sweep that shows its progress.
 _CHUNK = 32
@@ -42,7 +46,7 @@ def sweep(
     vectors
         Whether to keep the left and right vectors of every point.
     progress
-        Whether to show a progress bar on standard error; None: when the sweep takes more than some seconds.
+        Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
     **parameters
         One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of
         its contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a
@@ -52,11 +56,12 @@ def sweep(
     -------
     xarray.Dataset
         Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2
-        pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter,
-        ``condition``; over the parameters ``stable``. With `vectors`, ``right`` and ``left`` (displacement
-        parts xi and v over ``coordinate``; state vectors are (xi, lambda xi) and (v, lambda v)) and ``a =
-        left' A right``. The attribute ``meetings`` lists parameter values at which branches meet, so that
-        their labels beyond are a convention.
+        pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter
+        (nan near a coalescence, where it is not defined), ``condition``, ``defective``; over the parameters
+        ``stable``. With `vectors`, ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
+        state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
+        defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
+        branches meet, so that their labels beyond are a convention.
 
     Raises
     ------
@@ -114,46 +119,51 @@ def _along(
     # A path needs some length; a single value is its lower end.
     upper = ascending[-1] if values.size > 1 else ascending[0] + max(abs(ascending[0]), 1.0) * 1e-6
     others = [{outer[0][0]: float(value)} for value in outer[0][1]] if outer else [{}]
-    bar = len(others) > 1 and progress is not False and _is_long(family, fixed, others[0], name, values)
-    sweeps = []
-    for other in track(others, "sweep", disable=not (bar or progress), transient=True):
+
+    def row(other: dict[str, float]) -> dict[str, Any]:
         path = family.path(name, float(ascending[0]), float(upper), **fixed, **other)
-        found = _chunked(path, ascending, vectors, progress if not outer else False)
+        found = _chunked(path, ascending, vectors, False if outer else progress)
         order = _order(found["eigenvalue"][backwards[0]], None)
         if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
             # Nothing to put in order, and vectors are large.
-            sweeps.append(found)
-            continue
-        sweeps.append(
-            {key: part if key == "meetings" else part[backwards][..., order] for key, part in found.items()}
-        )
-    return sweeps
+            return found
+        return {
+            key: part if key == "meetings" else part[backwards][..., order] for key, part in found.items()
+        }
 
-
-def _is_long(
-    family: Family, fixed: dict[str, float], other: dict[str, float], name: str, values: Real
-) -> bool:
+    if not outer:
+        return [row({})]
     begin = time.perf_counter()
-    family.scene(**fixed, **other, **{name: float(values[0])})
-    return (time.perf_counter() - begin) * values.size > _LONG
+    first = row(others[0])
+    expected = (time.perf_counter() - begin) * len(others)
+    return [first, *(row(other) for other in _shown(others[1:], progress, expected))]
+
+
+def _shown(parts: list[_Part], progress: bool | None, expected: float) -> Iterable[_Part]:
+    """Go through `parts`, with a bar on standard error if wanted, or if it takes long and someone looks."""
+    console = Console(stderr=True)
+    shown = progress or (progress is None and expected >= _LONG and console.is_terminal)
+    return track(parts, "sweep", console=console, transient=True, disable=not shown)
 
 
 def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | None) -> dict[str, Any]:
     """Sweep in one call, or in chunks that show progress and can be interrupted."""
-    begin = time.perf_counter()
-    first: dict[str, Any] = path.sweep(values[:2], vectors)
-    expected = 0.5 * (time.perf_counter() - begin) * values.size
-    if progress is False or (progress is None and expected < _LONG):
+    if progress is False:
         whole: dict[str, Any] = path.sweep(values, vectors)
         return whole
+    begin = time.perf_counter()
+    path.sweep(values[:2], vectors)
+    expected = 0.5 * (time.perf_counter() - begin) * values.size
+    if not progress and expected < _LONG:
+        return _chunked(path, values, vectors, False)
     chunks: list[dict[str, Any]] = []
-    for chunk in track(list(_overlapping(values)), "sweep", transient=True):
+    for chunk in _shown(list(_overlapping(values)), progress, expected):
         found = path.sweep(chunk, vectors)
         if chunks:
             order = _order(found["eigenvalue"][0], chunks[-1]["eigenvalue"][-1])
             found = {key: part if key == "meetings" else part[1:][..., order] for key, part in found.items()}
         chunks.append(found)
-    return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in first}
+    return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in chunks[0]}
 
 
 def _overlapping(values: Real) -> Iterator[Real]:
@@ -178,6 +188,7 @@ def _dataset(model: Model, axes: dict[str, Real], result: dict[str, Any]) -> xr.
         ratio = -eigenvalue.real / modulus
     unstable = eigenvalue.real > 0.0
     last = list(axes)[-1]
+    derivative = np.where(is_defined(result["condition"]), result["slope"], complex(np.nan, np.nan))
     variables: dict[str, Any] = {
         "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
         "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz", "long_name": "|eigenvalue| / 2 pi"}),
@@ -186,10 +197,11 @@ def _dataset(model: Model, axes: dict[str, Real], result: dict[str, Any]) -> xr.
         "stable": (tuple(axes), ~unstable.any(axis=-1)),
         "derivative": (
             dims,
-            result["slope"],
+            derivative,
             {"long_name": f"d eigenvalue / d {last}", **derivative_units("1/s", model, last)},
         ),
         "condition": (dims, result["condition"], {"units": "1"}),
+        "defective": (dims, result["defective"]),
     }
     if "right" in result:
         vector = (*axes, "coordinate", "branch")

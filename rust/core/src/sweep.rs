@@ -17,6 +17,8 @@ pub struct Sweep {
     /// `d lambda / d p`
     pub slopes: Vec<Complex64>,
     pub condition: Vec<f64>,
+    pub defective: Vec<bool>,
+    /// NaN, as the left vectors, where a mode is defective.
     pub a: Vec<Complex64>,
     /// Displacement parts xi and v of the right and left state vectors (xi, lambda xi), (v, lambda v).
     pub right: Vec<Complex64>,
@@ -40,6 +42,7 @@ impl Sweep {
             eigenvalues: table(),
             slopes: table(),
             condition: vec![0.0; values.len() * branches],
+            defective: vec![false; values.len() * branches],
             a: table(),
             right: vec![zero; values.len() * entries],
             left: vec![zero; values.len() * entries],
@@ -58,12 +61,14 @@ impl Sweep {
             .zip(sweep.eigenvalues.chunks_mut(branches))
             .zip(sweep.slopes.chunks_mut(branches))
             .zip(sweep.condition.chunks_mut(branches))
+            .zip(sweep.defective.chunks_mut(branches))
             .zip(sweep.a.chunks_mut(branches))
-            .map(|((((row, eigenvalues), slopes), condition), a)| Chunk {
+            .map(|(((((row, eigenvalues), slopes), condition), defective), a)| Chunk {
                 row,
                 eigenvalues,
                 slopes,
                 condition,
+                defective,
                 a,
                 vectors: None,
             })
@@ -117,6 +122,7 @@ struct Chunk<'a> {
     eigenvalues: &'a mut [Complex64],
     slopes: &'a mut [Complex64],
     condition: &'a mut [f64],
+    defective: &'a mut [bool],
     a: &'a mut [Complex64],
     /// Right and left, over (coordinate, branch).
     vectors: Option<(&'a mut [Complex64], &'a mut [Complex64])>,
@@ -135,8 +141,11 @@ impl Chunk<'_> {
             let oriented = |z: Complex64| Complex64::new(z.re, sign * z.im);
             self.eigenvalues[branch] = node.eigenvalue(member);
             self.slopes[branch] = oriented(node.slopes[member.mode]);
-            self.a[branch] = oriented(mode.a);
+            let defective = mode.is_defective();
+            let undefined = Complex64::new(f64::NAN, f64::NAN);
+            self.a[branch] = if defective { undefined } else { oriented(mode.a) };
             self.condition[branch] = mode.condition;
+            self.defective[branch] = defective;
             if let Some((right, left)) = &mut vectors {
                 let into = |target: &mut [Complex64], vector: &[Complex64]| {
                     let column = target[branch..].iter_mut().step_by(branches);
@@ -144,6 +153,12 @@ impl Chunk<'_> {
                 };
                 into(right, &mode.right);
                 into(left, &mode.left);
+                if defective {
+                    left[branch..]
+                        .iter_mut()
+                        .step_by(branches)
+                        .for_each(|entry| *entry = undefined);
+                }
             }
         }
     }

@@ -126,6 +126,7 @@ impl Path {
         dict.set_item("slope", table(sweep.slopes)?)?;
         dict.set_item("a", table(sweep.a)?)?;
         dict.set_item("condition", matrix(py, rows, branches, sweep.condition)?)?;
+        dict.set_item("defective", sweep.defective.into_pyarray(py).reshape([rows, branches])?)?;
         dict.set_item("meetings", sweep.meetings.into_pyarray(py))?;
         if vectors {
             let stack = |entries: Vec<Complex64>| -> PyResult<Bound<'py, PyArray3<Complex64>>> {
