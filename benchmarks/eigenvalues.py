@@ -27,6 +27,9 @@ DISTANCES = (1.0, *(10.0**-k for k in range(1, 15)))
 #: What the accuracy has to be: residual, error of a pair's mean, factor of the single eigenvalue's bound.
 RESIDUAL, MEAN, SINGLE = 1e-13, 1e-12, 1e-14
 
+#: A mean is judged relative to at least this part of its eigenvalues.
+CANCELLED = 1e-3
+
 
 def exact_eigenvalues(scene: ss.Scene) -> list[mpmath.mpc]:
     """All eigenvalues for positive sliding, from matrices formed and solved in 60 digits."""
@@ -102,8 +105,10 @@ def judge(scene: ss.Scene) -> dict[str, float]:
     # Where the bound exceeds half the distance to the neighbour, only the mean counts.
     single = bound <= 0.5 * distance.min(axis=1)
     coalescing = ~single | (distance.min(axis=1) <= 0.05 * np.abs(rounded))
+    # Opposite eigenvalues do not coalesce but cancel: their mean is no better than their own rounding.
     means = [
-        abs(mpmath.mpc(value[i]) - exact[i] + mpmath.mpc(value[j]) - exact[j]) / abs(exact[i] + exact[j])
+        abs(mpmath.mpc(value[i]) - exact[i] + mpmath.mpc(value[j]) - exact[j])
+        / max(abs(exact[i] + exact[j]), CANCELLED * abs(exact[i]))
         for i, j in enumerate(partner)
         if coalescing[i] and partner[j] == i
     ]
