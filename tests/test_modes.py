@@ -91,6 +91,46 @@ def test_eigenvalues_against_forty_digits(combination, friction):
         assert abs(value - nearest) <= 20 * EPS * condition * abs(value)
 
 
+@pytest.mark.parametrize("seed", range(6))
+def test_masses_and_stiffnesses_over_twelve_orders_of_magnitude(seed):
+    """Also the slowest mode, 1e-10 of the fastest and less, is right to its own rounding."""
+    rng = np.random.default_rng(seed)
+    wide = {
+        name: 10.0 ** rng.uniform(-6.0, 6.0, shape)
+        for name, shape in {
+            "upper_mass": 2,
+            "contact_mass": 2,
+            "vertical_stiffness": 2,
+            "horizontal_stiffness": 2,
+            "ceiling_stiffness": 2,
+        }.items()
+    }
+    scene = ss.models.two_subsystems(friction=(0.4, 0.9), inclination=(0.3, 0.75), damping=1e-5, **wide)
+    modes = ss.complex_modes(scene)
+    stiffness, kept = scene.stiffness, [0, 1, 2, 4, 5, 6]
+    dense = stiffness.toarray() if hasattr(stiffness, "toarray") else stiffness
+    with mpmath.workdps(60):
+        reduced = mpmath.matrix(6)
+        for i, row in enumerate(kept):
+            for j, column in enumerate(kept):
+                entry = mpmath.mpf(dense[row, column])
+                if row in (2, 6):
+                    friction = mpmath.mpf(scene.contacts[row // 4].friction)
+                    entry -= friction * mpmath.mpf(dense[row + 1, column])
+                reduced[i, j] = entry / mpmath.mpf(scene.mass[row])
+        exact = []
+        for kappa in mpmath.eig(reduced, left=False, right=False):
+            half = mpmath.mpf(scene.damping.stiffness) * kappa / 2
+            root = mpmath.sqrt(half * half - kappa)
+            exact += [complex(-half + root), complex(-half - root)]
+    assert modes.residual.max() <= 1e-13
+    for value, condition in zip(modes.eigenvalues, modes.condition, strict=True):
+        nearest = min(exact, key=lambda other: abs(other - value))
+        exact.remove(nearest)
+        # Rounding of the value itself, and of the Rayleigh quotient that corrects it.
+        assert abs(value - nearest) <= 4 * EPS * condition * abs(value)
+
+
 def test_a_real_positive_eigenvalue_is_static_divergence():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5), "+-")
     real = modes.eigenvalues.imag == 0.0
