@@ -66,7 +66,7 @@ def test_a_plastic_impact_with_tension_leaves_the_combination_and_is_an_event(li
 WORK = {
     ("standard", "auto"): {
         "phases": 313,
-        "panels": 729,
+        "panels": 728,
         "leaps": 7,
         "refinements": 546,
         "combinations": 5,
