@@ -277,7 +277,8 @@ impl Problem<'_> {
         }
         let wanted = vectors == Vectors::Refined && m <= REFINED_SIZE;
         for round in 0..ROUNDS {
-            if !(round == 0 && wanted) && !open(&halves, SETTLED) {
+            let first = round == 0 && wanted;
+            if !(first || open(&halves, SETTLED)) {
                 break;
             }
             halves = self.refined(halves);
