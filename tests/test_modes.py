@@ -172,3 +172,30 @@ def test_defective_points_are_flagged_and_left_without_vectors():
     assert np.isnan(modes.left[:, modes.defective]).all()
     assert np.isfinite(modes.left[:, ~modes.defective]).all()
     assert not ss.complex_modes(ss.models.two_subsystems(friction=0.60)).defective.any()
+
+
+def test_eigenvalues_where_the_plain_double_shift_wanders():
+    """Two complex pairs left in four rows: one such neighbour in nine took more than sixty sweeps."""
+    scene = ss.models.two_subsystems(
+        wall_stiffness=1954904.901123497,
+        vertical_stiffness=(440887.1349048497, 31167.156400843724),
+        horizontal_stiffness=(292926.8201629947, 2184313.0199112142),
+        ceiling_stiffness=(59768.17283453948, 178397.43240868003),
+        link_horizontal_stiffness=1518418.118600642,
+        link_vertical_stiffness=244488.14761098026,
+    )
+    for friction in 2.140625 * (1.0 + 1e-14 * np.arange(200)):
+        moved = scene.replace(friction=friction)
+        found = ss.complex_modes(moved).eigenvalues
+        reduced = ss.reduce(moved, "++")
+        inverse = np.linalg.inv(reduced.mass)
+        state = np.block(
+            [
+                [np.zeros((6, 6)), np.eye(6)],
+                [-inverse @ reduced.stiffness, -inverse @ reduced.damping],
+            ]
+        )
+        expected = np.linalg.eigvals(state)
+        # LAPACK's backward error over twelve rows, times a condition of some ten.
+        apart = np.abs(found[:, None] - expected).min(axis=1)
+        assert apart.max() < 1e-10 * np.abs(expected).max()

@@ -9,6 +9,10 @@ use num_complex::Complex64;
 
 /// QR sweeps per eigenvalue after which the iteration counts as failed; three is usual.
 const SWEEPS: usize = 60;
+/// Sweeps after which two real shifts become twice the one closer to the corner, as in LAPACK: there are
+/// four-rowed blocks with two complex pairs on which the plain pair of shifts wanders without end. Other
+/// matrices are deflated before.
+const LATE: usize = 10;
 /// A vector grown beyond this is scaled back, so that a chain of coalesced eigenvalues can't overflow.
 const GROWN: f64 = 1e100;
 
@@ -217,6 +221,14 @@ fn sweep(
         x = 0.75 * size;
         y = x;
         w = -0.4375 * size * size;
+    } else if sweeps >= LATE {
+        let half = 0.5 * (y - x);
+        let discriminant = half * half + w;
+        if discriminant >= 0.0 {
+            let root = half + discriminant.sqrt().copysign(half);
+            let closer = if root == 0.0 { x } else { x - w / root };
+            (x, y, w) = (closer, closer, 0.0);
+        }
     }
     let mut start = last - 2;
     let (mut p, mut r, mut s);
