@@ -309,18 +309,19 @@ impl Problem<'_> {
 
     /// All vectors after one step of refinement, and values corrected by them.
     fn refined(&self, mut halves: Vec<HalfMode>) -> Vec<HalfMode> {
-        let column = |half: &HalfMode, products: [Vec<DoubledComplex>; 2]| -> Vec<Complex64> {
-            let [mass, stiffness] = products;
-            mass.iter().zip(&stiffness).map(|(m, k)| k.less(m, half.kappa)).collect()
+        let residual = |kappa: Complex64, mass: &[DoubledComplex], stiffness: &[DoubledComplex]| {
+            mass.iter().zip(stiffness).map(|(m, k)| k.less(m, kappa)).collect::<Vec<_>>()
         };
-        let matrices = [&self.pencil.mass, &self.pencil.stiffness];
-        let right: Vec<_> = halves
-            .iter()
-            .map(|half| column(half, matrices.map(|matrix| matrix.product(&half.right))))
-            .collect();
+        let right: Vec<_> =
+            halves.iter().map(|half| residual(half.kappa, &half.mass, &half.stiffness)).collect();
+        let Pencil { mass, stiffness, .. } = self.pencil;
         let left: Vec<_> = halves
             .iter()
-            .map(|half| column(half, matrices.map(|matrix| matrix.left_product(&half.left))))
+            .map(|half| {
+                let (mass, stiffness) =
+                    (mass.left_product(&half.left), stiffness.left_product(&half.left));
+                residual(half.kappa, &mass, &stiffness)
+            })
             .collect();
         let scales: Vec<Complex64> = halves.iter().map(|half| half.modal_mass).collect();
         let values: Vec<Complex64> = halves.iter().map(|half| half.kappa).collect();
