@@ -29,6 +29,8 @@ MARKERS = "osD^v<>P"
 #: Samples of a curve.
 SAMPLES = 4001
 MICROMETRES = 1e6
+#: Smallest amplitude drawn, of the largest.
+FLOOR = 1e-6
 
 
 def displacement(
@@ -153,7 +155,7 @@ def spectrum(axes: Axes, lines: xr.Dataset, label: str | None = None) -> Axes:
     Parameters
     ----------
     axes
-        Where to draw; amplitudes are on a logarithmic scale.
+        Where to draw; amplitudes are on a logarithmic scale of six decades.
     lines
         From `Trajectory.spectrum` of one dof.
     label
@@ -162,13 +164,16 @@ def spectrum(axes: Axes, lines: xr.Dataset, label: str | None = None) -> Axes:
     frequency = lines.frequency.to_numpy()
     amplitude = MICROMETRES * lines.amplitude.to_numpy()
     moving = frequency > 0.0
+    floor = FLOOR * amplitude[moving].max()
+    seen = moving & (amplitude >= floor)
     if lines.attrs.get("method") == "exact":
-        floor = amplitude[moving].max() * 1e-6
-        axes.vlines(frequency[moving], floor, amplitude[moving], color=OVERLAY[0][0], linewidth=1.0)
+        axes.vlines(frequency[seen], floor, amplitude[seen], color=OVERLAY[0][0], linewidth=1.0)
         axes.plot(frequency[moving], amplitude[moving], "o", markersize=3, color=OVERLAY[0][0], label=label)
     else:
         axes.plot(frequency[moving], amplitude[moving], color=OVERLAY[1][0], linewidth=0.9, label=label)
     axes.set(xlabel="frequency, Hz", ylabel="amplitude, µm", yscale="log")
+    axes.set_xlim(0.0, 1.03 * frequency[seen].max())
+    axes.set_ylim(bottom=floor)
     return axes
 
 
