@@ -1,15 +1,13 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
 from stickslip import energy_figures, figures, mode_figures, models, paper, portraits, study
+from stickslip.arclength import trace_branch
+from stickslip.attractors import disturbed_sliding
+from stickslip.basins import basins
 from stickslip.batch import Outcome, simulate_many
-from stickslip.bifurcation import (
-    BranchPoint,
-    basins,
-    bifurcation,
-    branch_points,
-    disturbed_sliding,
-    follow_branch,
-)
+from stickslip.bifurcation import bifurcation
+from stickslip.branch import BranchPoint, follow_branch
+from stickslip.branch_points import branch_points
 from stickslip.case import Case, load_case, load_scene
 from stickslip.contact import Contact
 from stickslip.critical import CriticalPoint, critical_points, hopf_points
@@ -22,6 +20,7 @@ from stickslip.errors import (
     OrbitError,
     RunError,
     RunInterrupted,
+    SearchInterrupted,
     StickslipError,
     StoreError,
     StudyError,
@@ -67,6 +66,7 @@ __all__ = [
     "RunError",
     "RunInterrupted",
     "Scene",
+    "SearchInterrupted",
     "State",
     "StatusTable",
     "StickslipError",
@@ -108,6 +108,7 @@ __all__ = [
     "status_table",
     "study",
     "sweep",
+    "trace_branch",
     "write_dataset",
     "write_report",
 ]

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.arrays import Complex, Index, Real, SparseData
+from stickslip.attractors import Settled
 from stickslip.contact import ContactData
-from stickslip.cycle import Settled
 from stickslip.errors import StickslipError
 
 __all__ = [
@@ -20,6 +20,7 @@ __all__ = [
     "Cycle",
     "Family",
     "Modes",
+    "Orbit",
     "Path",
     "Reduced",
     "Scene",
@@ -183,7 +184,8 @@ class Trajectory:
     # status code (k, c) as ASCII of + - s d
     def modal_coordinates(self, times: Real) -> list[tuple[str, Index, Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
-    def attractor(self, limit: float) -> Settled: ...  # follows the motion for at most `limit` s more
+    # follows the motion for at most `limit` s more
+    def attractor(self, limit: float, method: Literal["auto", "modal", "taylor"]) -> Settled: ...
 
 @final
 class Works:
@@ -220,7 +222,11 @@ class Cycle:
     combinations: list[str]  # (K,)
     durations: Real  # (K,)
     multipliers: Complex  # (d,) descending in modulus
+    transverse: Complex  # (d - 1,) those of the return map
     structural_zeros: int
+    dimensions: list[int]  # (K,) of the admissible spaces
+    losses: list[int]  # (K,) directions that the event at the end of each phase forgets
+    events: list[tuple[int, str]]  # (K,) contact and kind
     is_stable: bool
     minimum: Real  # (n,)
     maximum: Real  # (n,)
@@ -230,14 +236,38 @@ class Cycle:
     # phase, contact, kind, lowest value, time, whether it is a local minimum
     def margins(self) -> list[tuple[int, int, str, float, float, bool]]: ...
     def is_followed(self) -> bool: ...
+    def orbit(self) -> Orbit: ...
     def continued(self, scene: Scene) -> Cycle: ...
+
+#: State at the section and parameter, in their units.
+_Direction = tuple[Real, float]
+
+@final
+class Orbit:
+    """`below` and `above` are scenes on either side, `width` units of the parameter apart."""
+
+    shortest: float  # duration of the shortest phase
+    # None: towards larger parameters
+    def tangent(self, below: Scene, above: Scene, width: float, before: _Direction | None) -> _Direction: ...
+    def predicted(
+        self, below: Scene, above: Scene, width: float, tangent: _Direction, length: float
+    ) -> Orbit: ...
+    # orbit, change of the parameter, largest relative change
+    def corrected(
+        self, scene: Scene, below: Scene, above: Scene, width: float, tangent: _Direction
+    ) -> tuple[Orbit, float, float]: ...
+    def cycle(self) -> Cycle: ...
 
 def settle_all(
     scenes: Sequence[Scene],
     starts: Sequence[tuple[Real, Real, str]],  # position, velocity, combination
     stretch: float,
     limit: float,
-) -> list[tuple[Settled, str]]: ...  # and why the last stretch ended
+    runs: bool,  # whether the last stretches of the motions come with them
+) -> tuple[
+    list[tuple[Settled, str] | None],  # and why the last stretch ended; None: not done
+    BaseException | None,  # what interrupted the search
+]: ...
 def chain(
     upper_mass: Real,  # (s,)
     contact_mass: Real,  # (s,)

@@ -4,33 +4,27 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import NamedTuple, TypeAlias
+from typing import Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from stickslip import _core
 from stickslip.arrays import Complex, Real
+from stickslip.attractors import described
 from stickslip.contact import dof_index
 from stickslip.energy import Balance
-from stickslip.errors import InputError, NotPeriodicError
+from stickslip.errors import InputError, NotPeriodicError, RunInterrupted
 from stickslip.harmonic_energy import harmonic_energy
 from stickslip.modes import Modes, complex_modes
 from stickslip.scene import Scene, checked
 from stickslip.state import State
 from stickslip.transient import Trajectory
 
-#: What the core says a motion settles to: kind, cycle, Lyapunov exponent and the time it was measured over,
-#: last stretch of the motion.
-Settled: TypeAlias = "tuple[str, _core.Cycle | None, tuple[float, float], _core.Trajectory | None]"
-
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
 #: Harmonics among which the main one is looked for.
 MAIN = 32
-#: Growth of neighbours, as a power of e, above which a motion is chaotic; below its
-#: negative it still settles.
-DECIDED = 2.0
 
 
 class CyclePhase(NamedTuple):
@@ -41,6 +35,14 @@ class CyclePhase(NamedTuple):
     start: float
     #: s
     duration: float
+    #: index of the contact of the event that ends it
+    contact: int
+    #: kind of that event
+    event: str
+    #: dimension of the admissible space: two per coordinate left free, one per sticking contact
+    dimension: int
+    #: directions of that space that the event forgets: the kernel of its saltation matrix
+    loss: int
 
 
 class Margin(NamedTuple):
@@ -88,8 +90,14 @@ class Cycle:
         """The phases of one period, in order."""
         durations = self.core.durations
         starts = np.concatenate([[0.0], np.cumsum(durations)[:-1]])
-        rows = zip(self.core.combinations, starts, durations, strict=True)
-        return tuple(CyclePhase(name, float(start), float(length)) for name, start, length in rows)
+        core = self.core
+        rows = zip(
+            core.combinations, starts, durations, core.events, core.dimensions, core.losses, strict=True
+        )
+        return tuple(
+            CyclePhase(name, float(start), float(length), contact, kind, dimension, loss)
+            for name, start, length, (contact, kind), dimension, loss in rows
+        )
 
     @property
     def combinations(self) -> tuple[str, ...]:
@@ -105,24 +113,33 @@ class Cycle:
     def multipliers(self) -> Complex:
         """Floquet multipliers on the admissible space at the section, complex, descending in modulus.
 
-        Two per coordinate left free and one per sticking contact. One equals 1: a shift along the motion.
+        As many as the space has dimensions (`CyclePhase.dimension` of the first phase). One equals 1: a shift
+        along the motion. The last `structural_zeros` are zero exactly.
         """
         return self.core.multipliers
 
     @property
     def structural_zeros(self) -> int:
-        """Number of multipliers that are zero exactly.
+        """Number of multipliers that are zero exactly, whatever the numbers of the scene.
 
-        The dimension of the admissible space at the section less the smallest one on the way: one for each
-        contact that slides at the section and sticks there, two for each that is open at the section and
-        closed there; or, where that is more, one for a plastic impact that leaves the contact open.
+        The derivative M of the flow over a period is a product over the phases. The saltation matrix of an
+        event forgets `CyclePhase.loss` directions: one where a contact goes over from sliding to sticking,
+        two where one that was open closes and stays (gap and its rate), one where a plastic impact lets go
+        at once, none where it bounces. What a later event releases does not bring them back: it opens
+        directions that the motion before it does not reach. M then has at most the rank
+        r = min(dimension - loss) over the phases, and so have all its powers, from any section: the section
+        with dimension d has d - r zeros. Losses don't add up beyond that where a release lies between them:
+        the directions that the second event forgets are in general none that the first one has left.
         """
         return self.core.structural_zeros
 
     @cached_property
     def transverse_multipliers(self) -> Complex:
-        """The multipliers without the one of the phase of the motion, which is 1."""
-        return np.delete(self.multipliers, np.argmin(np.abs(self.multipliers - 1.0)))
+        """The multipliers of the return map: all but the one of the phase of the motion, which is 1.
+
+        Computed by themselves: at a fold, where the multiplier 1 is defective, they keep their digits.
+        """
+        return self.core.transverse
 
     @property
     def stable(self) -> bool:
@@ -359,37 +376,23 @@ class Cycle:
         return cycle_html(self)
 
 
-def limit_cycle(run: Trajectory, further: float = 10.0) -> Cycle:
+def limit_cycle(
+    run: Trajectory, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+) -> Cycle:
     """Return the periodic orbit that a run settles to; see `Trajectory.limit_cycle`.
 
     Raises
     ------
     NotPeriodicError
         If it settles to none.
+    RunInterrupted
+        On Ctrl-C.
     """
-    kind, core, growth, last = run.core.attractor(further)
+    kind, core, growth, last = run.core.attractor(further, method)
     if core is not None:
         return Cycle(run.scene, core)
     ended = run if last is None else Trajectory(run.scene, run.state(run.duration), last)
+    if ended.stop_reason == "interrupted":
+        raise RunInterrupted(ended)
     label, message = described(kind, growth, ended.core.stop_message)
-    raise NotPeriodicError(message, ended, label, growth[0])
-
-
-def described(kind: str, growth: tuple[float, float], stop_message: str) -> tuple[str, str]:
-    """Return what a motion without limit cycle is, and that in a sentence; `growth` is exponent and time."""
-    if kind == "equilibrium":
-        return kind, "the motion settles to an equilibrium: every mode decays and no event can follow"
-    if kind == "unbounded":
-        return kind, "the motion grows without bound"
-    if kind == "stopped":
-        return kind, f"the run could not go on: {stop_message}"
-    exponent, time = growth
-    shown = f"largest Lyapunov exponent {exponent:.4g} 1/s over {time:g} s"
-    if exponent * time > DECIDED:
-        return "chaotic", f"the motion is chaotic: {shown}"
-    if exponent * time > -DECIDED:
-        return (
-            "quasi-periodic",
-            f"the motion does not recur, and its neighbours neither part nor meet: {shown}",
-        )
-    return "unsettled", f"the motion has not settled yet ({shown}); simulate longer"
+    raise NotPeriodicError(message, ended, label, growth[0], growth[1])

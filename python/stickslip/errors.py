@@ -47,6 +47,21 @@ class RunInterrupted(KeyboardInterrupt):
         return type(self), (self.partial,)
 
 
+class SearchInterrupted(KeyboardInterrupt):
+    """A search over many motions that the user interrupted.
+
+    Attributes
+    ----------
+    partial
+        What was found by then: the values done of a diagram, or a map of basins with -2 where nothing was
+        computed.
+    """
+
+    def __init__(self, partial: xr.Dataset | xr.DataArray, done: int, of: int) -> None:
+        super().__init__(f"interrupted after {done} of {of} motions")
+        self.partial = partial
+
+
 class OrbitError(RunError):
     """A periodic orbit that Newton's method does not find."""
 
@@ -57,16 +72,20 @@ class NotPeriodicError(RunError):
     Attributes
     ----------
     kind
-        What it is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled``, ``unbounded`` or
+        What it is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled`` (its neighbours
+        still meet), ``undecided`` (it does not recur, and whether they part is not sure), ``unbounded`` or
         ``stopped``.
-    exponent
-        Largest Lyapunov exponent across the flow, 1/s; nan where there is none to measure.
+    exponent, error
+        Largest Lyapunov exponent across the flow and its standard error, 1/s; nan where there is none.
     """
 
-    def __init__(self, message: str, partial: Trajectory | None, kind: str, exponent: float) -> None:
+    def __init__(
+        self, message: str, partial: Trajectory | None, kind: str, exponent: float, error: float
+    ) -> None:
         super().__init__(message, partial)
         self.kind = kind
         self.exponent = exponent
+        self.error = error
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (str(self), self.partial, self.kind, self.exponent)

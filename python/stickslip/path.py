@@ -17,13 +17,15 @@ import numpy as np
 import scipy.fft
 
 from stickslip import _core
-from stickslip.arrays import Real, real_number
+from stickslip.arrays import Real, real_array, real_number
 from stickslip.contact import LAW, nearest
 from stickslip.errors import InputError
 from stickslip.scene import Proportional, Scene
 
 #: A scene, or a function from named parameters to one.
 Model = Scene | Callable[..., Scene]
+#: The scene at a value of one parameter.
+SceneAt = Callable[[float], Scene]
 
 #: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.
 _POINTS = (3, 5, 9, 17, 33)
@@ -234,3 +236,23 @@ def interval(name: str, value: Any) -> tuple[float, float]:
     if not (np.isfinite(ends).all() and ends[0] < ends[1]):
         raise InputError(f"{name}: expected finite lower < upper, got {value!r}")
     return ends
+
+
+def along(model: Model, parameter: dict[str, Any]) -> tuple[str, Real, SceneAt]:
+    """Return name and values of the one parameter given as an array, and the scene at a value.
+
+    Raises
+    ------
+    InputError
+        If there is not exactly one array, or a value is not finite.
+    """
+    arrays = [name for name, value in parameter.items() if np.ndim(value) > 0]
+    if len(arrays) != 1:
+        raise InputError(f"parameter: expected exactly one with an array of values, got {arrays}")
+    name = arrays[0]
+    values = real_array(name, parameter[name], 1)
+    if values.size == 0 or not np.isfinite(values).all():
+        raise InputError(f"{name}: expected finite values, at least one, got {parameter[name]!r}")
+    fixed = {key: real_number(key, value) for key, value in parameter.items() if key != name}
+    family = Family(model)
+    return name, values, lambda value: family.scene(**fixed, **{name: float(value)})

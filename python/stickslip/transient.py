@@ -282,7 +282,9 @@ class Trajectory:
         end = self.duration if t1 is None else real_number("t1", t1)
         return energetics.balance(self.scene, self.core, real_number("t0", t0), end)
 
-    def limit_cycle(self, further: float = 10.0) -> Cycle:
+    def limit_cycle(
+        self, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+    ) -> Cycle:
         """Return the periodic orbit that the motion settles to, refined to rounding.
 
         Recurring events and states give a first orbit, Newton's method on the exact return map the rest. The
@@ -293,6 +295,8 @@ class Trajectory:
         further
             Where the motion computed does not show it yet: how much longer to follow it, s; 0 to look at this
             run only.
+        method
+            How phases are propagated, see `simulate`.
 
         Raises
         ------
@@ -300,14 +304,16 @@ class Trajectory:
             If the motion settles to no cycle; it says what it is instead, with the largest Lyapunov exponent
             where there is one.
         InputError
-            If `further` is negative or not finite.
+            If `further` is negative or not finite, or `method` is no known word.
+        RunInterrupted
+            On Ctrl-C; a `KeyboardInterrupt` that holds the last stretch of the motion.
         """
         from stickslip.cycle import limit_cycle
 
         limit = real_number("further", further)
         if not 0.0 <= limit < np.inf:
             raise InputError(f"further: expected a finite time >= 0, got {limit:g}")
-        return limit_cycle(self, limit)
+        return limit_cycle(self, limit, method)
 
     def spectrum(
         self,

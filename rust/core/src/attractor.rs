@@ -6,17 +6,18 @@ use num_complex::Complex64;
 
 use crate::eigen;
 use crate::error::Error;
-use crate::flow::Flow;
+use crate::lyapunov::{Lyapunov, Neighbour};
 use crate::modes::Modes;
 use crate::recurrence::Recurrence;
-use crate::saltation::passages;
 use crate::scene::{Scene, State};
 use crate::simulation::{Controls, Method, simulate};
 use crate::status::Status;
-use crate::trajectory::{EventKind, StopReason, Trajectory};
+use crate::trajectory::{StopReason, Trajectory};
 
 /// Growth of neighbours, as a power of e, over the later half of the motion that makes it chaotic.
 const CHAOS: f64 = 12.0;
+/// Standard errors of the growth rate by which it must exceed zero for that.
+const CERTAIN: f64 = 4.0;
 
 /// Where a motion ends up.
 #[derive(Debug)]
@@ -26,13 +27,7 @@ pub enum Attractor {
     /// A periodic orbit.
     Cycle(Box<Recurrence>),
     /// No recurrence within the motion looked at.
-    Aperiodic {
-        /// Largest Lyapunov exponent across the flow over the later half of the motion, 1/s: positive in chaos, zero on
-        /// a torus, negative while the motion still settles.
-        exponent: f64,
-        /// The time over which it was measured, s.
-        time: f64,
-    },
+    Aperiodic(Lyapunov),
     /// The motion grew beyond the range of numbers.
     Unbounded,
     /// The run could not go on, for the reason its trajectory states.
@@ -58,7 +53,7 @@ pub fn settle(
 ) -> Result<(Attractor, Trajectory), Error> {
     let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
     let mut elapsed = 0.0;
-    let mut growth: Vec<(f64, f64)> = Vec::new();
+    let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
     loop {
         let run = simulate(scene, &state, search.stretch, search.method, controls)?;
@@ -66,12 +61,12 @@ pub fn settle(
         if let Some(attractor) = run.attractor(search.method) {
             return Ok((attractor, run));
         }
-        growth.push((run.lyapunov_exponent(search.method)?, run.end));
-        let later = &growth[growth.len() / 2..];
-        let time: f64 = later.iter().map(|(_, time)| time).sum();
-        let exponent = later.iter().map(|(rate, time)| rate * time).sum::<f64>() / time;
-        if exponent * time > CHAOS || elapsed >= search.limit {
-            return Ok((Attractor::Aperiodic { exponent, time }, run));
+        let neighbour = neighbour.get_or_insert_with(|| Neighbour::new(&run));
+        neighbour.follow(&run, search.method)?;
+        let growth = neighbour.growth();
+        let Lyapunov { exponent, error, time } = growth;
+        if exponent * time > CHAOS && exponent > CERTAIN * error || elapsed >= search.limit {
+            return Ok((Attractor::Aperiodic(growth), run));
         }
         state = run.state(run.end)?;
     }
@@ -85,8 +80,9 @@ impl Trajectory {
             return Ok((attractor, None));
         }
         if !(search.limit > 0.0) {
-            let exponent = self.lyapunov_exponent(search.method)?;
-            return Ok((Attractor::Aperiodic { exponent, time: self.end }, None));
+            let mut neighbour = Neighbour::new(self);
+            neighbour.follow(self, search.method)?;
+            return Ok((Attractor::Aperiodic(neighbour.growth()), None));
         }
         let (attractor, run) = settle(&self.scene, &self.state(self.end)?, search)?;
         Ok((attractor, Some(run)))
@@ -168,48 +164,5 @@ impl Trajectory {
                 .sum();
             functional.value(&rest, &still) > reach
         })
-    }
-
-    /// Largest Lyapunov exponent across the flow, 1/s: the mean growth rate of a neighbour from event to
-    /// event, carried by the phases' transition matrices and the saltation of every event.
-    pub fn lyapunov_exponent(&self, method: Method) -> Result<f64, Error> {
-        let scene = &self.scene;
-        let n = scene.size;
-        let size = 2 * n;
-        let mut events: Vec<Vec<(usize, EventKind)>> = vec![Vec::new(); self.phases.len()];
-        for event in &self.events {
-            events[event.phase].push((event.contact, event.kind));
-        }
-        // Any direction has a part along the one that grows most.
-        let mut neighbour: Vec<f64> = (0..size).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect();
-        let (mut growth, mut time) = (0.0, 0.0);
-        for phase in 1..self.phases.len().saturating_sub(1) {
-            let basis = &self.phases[phase].basis;
-            let flow = Flow::new(scene, &basis.combination, method)?;
-            let start = &self.states[size * phase..size * (phase + 1)];
-            let duration = self.phase_duration(phase);
-            let end = flow.end(start, duration);
-            let arrived = &self.states[size * (phase + 1)..size * (phase + 2)];
-            let found = passages(scene, &basis.combination, &end, &events[phase + 1]);
-            let mut admissible = vec![0.0; size];
-            flow.free.iter().for_each(|&k| admissible[k] = neighbour[k]);
-            neighbour = admissible;
-            // Phi times the neighbour: the difference of two motions, which is exact (see `flow`).
-            let moved: Vec<f64> = start.iter().zip(&neighbour).map(|(y, dy)| y + dy).collect();
-            neighbour = flow.end(&moved, duration);
-            neighbour.iter_mut().zip(&end).for_each(|(dy, y)| *dy -= y);
-            if let Some(passage) = found.first() {
-                neighbour = passage.carried(scene, &flow, [start, &end, arrived], &neighbour);
-            }
-            let norm = neighbour.iter().map(|x| x * x).sum::<f64>().sqrt();
-            if norm == 0.0 {
-                return Ok(f64::NEG_INFINITY);
-            }
-            neighbour.iter_mut().for_each(|x| *x /= norm);
-            time += duration;
-            // The first phases turn the neighbour; what they add is a constant.
-            growth += if phase > 1 { norm.ln() } else { 0.0 };
-        }
-        Ok(if time > 0.0 { growth / time } else { f64::NAN })
     }
 }

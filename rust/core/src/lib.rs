@@ -7,6 +7,7 @@
 
 #![forbid(unsafe_code)]
 
+mod arclength;
 mod arithmetic;
 mod attractor;
 mod basis;
@@ -31,6 +32,7 @@ mod flow;
 mod graded;
 mod harmonics;
 mod inverse_iteration;
+mod lyapunov;
 mod matrix;
 pub mod models;
 mod modes;
@@ -47,6 +49,7 @@ mod roots;
 mod saltation;
 mod scene;
 mod schur;
+mod shooting;
 mod simulation;
 mod spectrum;
 mod stability;
@@ -59,6 +62,7 @@ mod transition;
 mod vector;
 mod work;
 
+pub use arclength::{Correction, Sides, Tangent};
 pub use arithmetic::arithmetic;
 pub use attractor::{Attractor, Search, settle};
 pub use batch::{Batch, Job, Outcome, RunSettings};
@@ -66,10 +70,11 @@ pub use contact::{Contact, ContactInput, Direction};
 pub use critical::{CriticalKind, CriticalPoint, critical_points};
 pub use cycle::{Cycle, Extremes, Margin};
 pub use energy::EnergySample;
-pub use ensemble::settle_all;
+pub use ensemble::{Settled, settle_all};
 pub use error::{Error, RunFailure};
 pub use family::{Chain, Family, Field, Slot, Template};
 pub use harmonics::Harmonics;
+pub use lyapunov::Lyapunov;
 pub use matrix::SparseMatrix;
 pub use modes::Modes;
 pub use orbit::{Multipliers, Orbit, OrbitFailure, Step};

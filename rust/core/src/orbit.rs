@@ -6,9 +6,7 @@
 //! y_{k+1} = g_k(phi_k(y_k, tau_k)),   h_k(phi_k(y_k, tau_k)) = 0,   y_K = y_0
 //! ```
 //!
-//! (multiple shooting, so that an unstable orbit is found as well as a stable one). Every passage gives
-//! its duration, which leaves `dy_{k+1} = P_k dy_k + r_k` with the return map's derivative P_k; chaining them
-//! leaves one linear system of the admissible space at the section y_0, just after an event.
+//! (multiple shooting, so that an unstable orbit is found as well as a stable one; see `shooting`).
 //!
 //! Floquet multipliers are the eigenvalues of the product of the `S_k Phi_k`. Sticking and contact leave fewer
 //! coordinates free, and the product has no larger rank than its narrowest place: it is formed
@@ -23,6 +21,7 @@ use crate::error::{Error, RunFailure};
 use crate::flow::Flow;
 use crate::saltation::{Linearised, Passage, product};
 use crate::scene::Scene;
+use crate::shooting::{Pass, Shooting};
 use crate::simulation::{Clock, Method};
 use crate::status::Combination;
 use crate::trajectory::EventKind;
@@ -45,6 +44,13 @@ pub struct Step {
     pub duration: f64,
     pub(crate) passage: Passage,
     pub kind: EventKind,
+}
+
+impl Step {
+    /// Of the event that ends it.
+    pub const fn contact(&self) -> usize {
+        self.passage.contact
+    }
 }
 
 /// Why no orbit was found.
@@ -82,12 +88,20 @@ pub struct Orbit {
 pub struct Multipliers {
     /// Descending in modulus, conjugates adjacent.
     pub values: Vec<Complex64>,
+    /// Those of the return map: without the one of the phase of the orbit, which is 1. At a fold, where that one
+    /// is defective, they keep their digits.
+    pub transverse: Vec<Complex64>,
     pub structural_zeros: usize,
+    /// Dimension of the admissible space of every phase.
+    pub dimensions: Vec<usize>,
+    /// Directions that the event at the end of every phase forgets.
+    pub losses: Vec<usize>,
 }
 
 /// Typical sizes of displacement changes and velocities along an orbit.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scales {
+    n: usize,
     pub length: f64,
     pub speed: f64,
 }
@@ -105,25 +119,29 @@ impl Scales {
         };
         let positive = |size: f64| if size > 0.0 { size } else { 1.0 };
         Self {
+            n,
             length: positive((0..n).map(range).fold(0.0, f64::max)),
             speed: positive((n..2 * n).map(range).fold(0.0, f64::max)),
         }
     }
 
+    /// Entries of (q, q').
+    pub const fn size(&self) -> usize {
+        2 * self.n
+    }
+
+    /// Unit of an entry of (q, q').
+    pub const fn unit(&self, k: usize) -> f64 {
+        if k < self.n { self.length } else { self.speed }
+    }
+
     pub fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
-        let n = a.len() / 2;
         a.iter()
             .zip(b)
             .enumerate()
-            .map(|(k, (a, b))| (a - b).abs() / if k < n { self.length } else { self.speed })
+            .map(|(k, (a, b))| (a - b).abs() / self.unit(k))
             .fold(0.0, |size, x| if x.is_nan() { x } else { size.max(x) })
     }
-}
-
-/// One pass along an orbit: where every phase ends, and all derivatives there.
-struct Pass {
-    arrived: Vec<Vec<f64>>,
-    linearised: Vec<Linearised>,
 }
 
 impl Orbit {
@@ -140,18 +158,16 @@ impl Orbit {
             steps: guess,
             residual: f64::INFINITY,
         };
-        // The guess may come from another scene: its contact laws, not its constraints, have changed.
-        for step in &mut orbit.steps {
-            step.passage =
-                Passage::new(scene, &step.combination, step.passage.contact, step.passage.trigger);
-        }
+        orbit.transfer();
         let flows = flows(scene, method, &orbit.steps)?;
         let mut last = f64::INFINITY;
         for count in 1..=STEPS {
             let pass = orbit.pass(&flows)?;
             let scales = orbit.scales();
             orbit.residual = orbit.mismatch(&pass, scales);
-            let change = orbit.newton_step(&flows, &pass, scales)?;
+            let shooting = Shooting::new(&orbit, &flows, &pass, scales);
+            let section = shooting.solution()?;
+            let change = orbit.moved(&flows, scales, shooting.changes(&section));
             if !(change <= LARGEST_STEP) {
                 return Err(OrbitFailure::Diverged { steps: count, change });
             }
@@ -165,6 +181,14 @@ impl Orbit {
         Err(OrbitFailure::Diverged { steps: STEPS, change: last })
     }
 
+    /// The events in the laws of the scene, where the steps come from another one.
+    pub(crate) fn transfer(&mut self) {
+        for step in &mut self.steps {
+            let Passage { contact, trigger, .. } = step.passage;
+            step.passage = Passage::new(&self.scene, &step.combination, contact, trigger);
+        }
+    }
+
     pub(crate) fn flows(&self) -> Result<Vec<Flow<'_>>, Error> {
         flows(&self.scene, self.method, &self.steps)
     }
@@ -173,180 +197,60 @@ impl Orbit {
         Scales::of(self.scene.size, self.steps.iter().map(|step| step.state.as_slice()))
     }
 
-    fn pass(&self, flows: &[Flow<'_>]) -> Result<Pass, OrbitFailure> {
-        let mut pass = Pass { arrived: Vec::new(), linearised: Vec::new() };
-        for (step, flow) in self.steps.iter().zip(flows) {
-            let end = flow.end(&step.state, step.duration);
-            let mut arrived = end.clone();
-            step.passage.jump(&self.scene, &step.combination, &mut arrived)?;
-            let transition = flow.transition(step.duration);
-            pass.linearised.push(step.passage.linearised(
-                &self.scene,
-                flow,
-                &transition,
-                [&step.state, &end, &arrived],
-            ));
-            pass.arrived.push(arrived);
-        }
-        Ok(pass)
-    }
-
-    fn mismatch(&self, pass: &Pass, scales: Scales) -> f64 {
-        let count = self.steps.len();
-        (0..count)
-            .map(|k| scales.distance(&pass.arrived[k], &self.steps[(k + 1) % count].state))
-            .fold(0.0, |size, x| if x.is_nan() { x } else { size.max(x) })
-    }
-
-    /// One step of Newton's method; its relative size.
-    fn newton_step(
-        &mut self,
-        flows: &[Flow<'_>],
-        pass: &Pass,
-        scales: Scales,
-    ) -> Result<f64, OrbitFailure> {
-        let (count, n) = (self.steps.len(), self.scene.size);
-        let size = 2 * n;
-        let mut whole = vec![0.0; size * size];
-        (0..size).for_each(|k| whole[k * size + k] = 1.0);
-        let mut maps = Vec::with_capacity(count);
-        let mut rests = Vec::with_capacity(count);
-        let mut rest_sum = vec![0.0; size];
-        let mut lateness = Vec::with_capacity(count);
-        for (k, linear) in pass.linearised.iter().enumerate() {
-            let map = linear.return_map();
-            let late = -linear.value / linear.speed;
-            let pushed = crate::saltation::apply(&linear.jump, &linear.field);
-            let next = &self.steps[(k + 1) % count].state;
-            let rest: Vec<f64> =
-                (0..size).map(|i| pass.arrived[k][i] + pushed[i] * late - next[i]).collect();
-            rest_sum = crate::saltation::apply(&map, &rest_sum);
-            rest_sum.iter_mut().zip(&rest).for_each(|(sum, rest)| *sum += rest);
-            whole = product(size, &map, &whole);
-            maps.push(map);
-            rests.push(rest);
-            lateness.push(late);
-        }
-        let free = &flows[0].free;
-        let unit = |k: usize| if k < n { scales.length } else { scales.speed };
-        let matrix: Vec<f64> = free
-            .iter()
-            .flat_map(|&i| {
-                let whole = &whole;
-                free.iter().map(move |&j| {
-                    f64::from(u8::from(i == j)) - whole[i * size + j] * unit(j) / unit(i)
-                })
-            })
-            .collect();
-        let load: Vec<f64> = free.iter().map(|&i| rest_sum[i] / unit(i)).collect();
-        let solution = eigen::solve(free.len(), &matrix, &load);
-        if solution.iter().any(|x| !x.is_finite()) {
-            return Err(OrbitFailure::Singular);
-        }
-        let mut change = vec![0.0; size];
-        free.iter().zip(&solution).for_each(|(&k, x)| change[k] = x * unit(k));
-        let mut largest = 0.0f64;
-        let mut next_changes = Vec::with_capacity(count);
-        for (k, linear) in pass.linearised.iter().enumerate() {
-            let timing: f64 = linear.timing.iter().zip(&change).map(|(a, x)| a * x).sum();
-            let delay = timing + lateness[k];
-            let mut next = crate::saltation::apply(&maps[k], &change);
-            next.iter_mut().zip(&rests[k]).for_each(|(next, rest)| *next += rest);
-            largest = largest.max((delay / self.period).abs());
-            next_changes.push((change, delay));
-            change = next;
-        }
-        for (k, (change, delay)) in next_changes.into_iter().enumerate() {
-            for &i in &flows[k].free {
-                self.steps[k].state[i] += change[i];
-                largest = largest.max((change[i] / unit(i)).abs());
-                if change[i].is_nan() {
-                    largest = f64::NAN;
-                }
-            }
-            self.constrain(k);
-            let step = &mut self.steps[k];
-            step.duration = match explicit_time(&self.scene, &flows[k], step) {
-                Some(duration) => duration,
-                None => step.duration + delay,
-            };
-        }
-        self.period = self.steps.iter().map(|step| step.duration).sum();
-        Ok(if self.period.is_finite() { largest } else { f64::NAN })
-    }
-
-    /// Sets what the combination of a step prescribes.
-    fn constrain(&mut self, k: usize) {
-        let n = self.scene.size;
-        let step = &mut self.steps[k];
-        for (law, &status) in self.scene.contacts.iter().zip(step.combination.statuses()) {
-            if status.is_closed() {
-                step.state[law.normal] = 0.0;
-                step.state[n + law.normal] = 0.0;
-            }
-            if status == crate::status::Status::Sticking {
-                step.state[n + law.tangential] = law.slider_speed;
-            }
-        }
-    }
-
     /// Derivative of the flow over one period between equal times, over all of (q, q') at the section, row-major:
     /// columns outside the admissible space are zero.
     pub fn monodromy(&self) -> Result<Vec<f64>, OrbitFailure> {
         let flows = self.flows()?;
-        let maps = self.fundamental_maps(&flows)?;
-        Ok(chained(2 * self.scene.size, &maps, 0))
+        let pass = self.pass(&flows)?;
+        Ok(chained(2 * self.scene.size, &self.fundamental_maps(&flows, &pass), 0))
     }
 
-    fn fundamental_maps(&self, flows: &[Flow<'_>]) -> Result<Vec<Vec<f64>>, OrbitFailure> {
-        let pass = self.pass(flows)?;
+    fn fundamental_maps(&self, flows: &[Flow<'_>], pass: &Pass) -> Vec<Vec<f64>> {
         let count = self.steps.len();
-        Ok((0..count)
+        (0..count)
             .map(|k| {
                 let next = (k + 1) % count;
                 pass.linearised[k].fundamental(&flows[next].field(&pass.arrived[k]))
             })
-            .collect())
+            .collect()
     }
 
     /// The Floquet multipliers.
+    ///
+    /// The product over a period has the rank of its narrowest factor at most, wherever it starts; the other
+    /// multipliers are zero. It is formed from the narrowest admissible space on.
     pub fn multipliers(&self) -> Result<Multipliers, OrbitFailure> {
         let flows = self.flows()?;
-        let maps = self.fundamental_maps(&flows)?;
-        let size = 2 * self.scene.size;
+        let pass = self.pass(&flows)?;
         let count = self.steps.len();
-        let narrowest = (0..count).min_by_key(|&k| flows[k].free.len()).unwrap_or_default();
-        let rank = (0..count)
+        let dimensions: Vec<usize> = flows.iter().map(|flow| flow.free.len()).collect();
+        let losses: Vec<usize> = (0..count)
             .map(|k| {
-                let next = (k + 1) % count;
-                let lost = self.steps[k].passage.forgotten(
-                    &self.scene,
-                    &self.steps[next].combination,
-                    &self.steps[next].state,
-                );
-                flows[k].free.len() - lost
+                let next_field = flows[(k + 1) % count].field(&pass.arrived[k]);
+                let jump = &pass.linearised[k].jump;
+                self.steps[k].passage.loss(&flows[k].free, jump, &next_field)
             })
-            .min()
-            .unwrap_or_default();
-        let whole = chained(size, &maps, narrowest);
+            .collect();
+        let rank = dimensions.iter().zip(&losses).map(|(d, lost)| d - lost).min().unwrap_or(0);
+        let narrowest = (0..count).min_by_key(|&k| dimensions[k]).unwrap_or_default();
+        let size = 2 * self.scene.size;
         let free = &flows[narrowest].free;
-        let admissible: Vec<f64> = free
-            .iter()
-            .flat_map(|&i| free.iter().map(|&j| whole[i * size + j]).collect::<Vec<_>>())
-            .collect();
-        let mut values: Vec<Complex64> = eigen::real_matrix(free.len(), &admissible)
-            .into_iter()
-            .flat_map(|pair| match pair.value.im == 0.0 {
-                true => vec![pair.value],
-                false => vec![pair.value, pair.value.conj()],
-            })
-            .collect();
-        values.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
-        values.truncate(rank);
-        let section = flows[0].free.len();
-        let structural_zeros = section - values.len();
-        values.resize(section, Complex64::default());
-        Ok(Multipliers { values, structural_zeros })
+        let eigenvalues = |maps: &[Vec<f64>], nonzero: usize, dimension: usize| {
+            let whole = chained(size, maps, narrowest);
+            let mut values = spectrum_within(size, &whole, free);
+            values.truncate(nonzero);
+            values.resize(dimension, Complex64::default());
+            values
+        };
+        let return_maps: Vec<Vec<f64>> =
+            pass.linearised.iter().map(Linearised::return_map).collect();
+        Ok(Multipliers {
+            values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, dimensions[0]),
+            transverse: eigenvalues(&return_maps, rank - 1, dimensions[0] - 1),
+            structural_zeros: dimensions[0] - rank,
+            dimensions,
+            losses,
+        })
     }
 
     /// Start times of the steps; the last entry is the end of the period.
@@ -359,12 +263,27 @@ impl Orbit {
     }
 }
 
-fn flows<'a>(
+pub(crate) fn flows<'a>(
     scene: &'a Arc<Scene>,
     method: Method,
     steps: &[Step],
 ) -> Result<Vec<Flow<'a>>, Error> {
     steps.iter().map(|step| Flow::new(scene, &step.combination, method)).collect()
+}
+
+/// Eigenvalues of a matrix on some of its coordinates, descending in modulus.
+fn spectrum_within(size: usize, matrix: &[f64], free: &[usize]) -> Vec<Complex64> {
+    let within: Vec<f64> =
+        free.iter().flat_map(|&i| free.iter().map(move |&j| matrix[i * size + j])).collect();
+    let mut values: Vec<Complex64> = eigen::real_matrix(free.len(), &within)
+        .into_iter()
+        .flat_map(|pair| match pair.value.im == 0.0 {
+            true => vec![pair.value],
+            false => vec![pair.value, pair.value.conj()],
+        })
+        .collect();
+    values.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.im.total_cmp(&a.im)));
+    values
 }
 
 /// The product of all maps, the one of `first` applied first.
@@ -374,14 +293,4 @@ fn chained(size: usize, maps: &[Vec<f64>], first: usize) -> Vec<f64> {
         whole = product(size, &maps[(first + k) % maps.len()], &whole);
     }
     whole
-}
-
-/// The duration of a phase that ends where a series of bounces comes to rest.
-fn explicit_time(scene: &Scene, flow: &Flow<'_>, step: &Step) -> Option<f64> {
-    if step.kind != EventKind::Accumulation {
-        return None;
-    }
-    let law = &scene.contacts[step.passage.contact];
-    let row = scene.size + law.normal;
-    Some(-2.0 * step.state[row] / (flow.field(&step.state)[row] * (1.0 - law.restitution)))
 }

@@ -97,7 +97,7 @@ impl Trajectory {
         }
         let cycle = Cycle::new(orbit.rotated()).ok()?;
         let stable = cycle.multipliers.is_stable();
-        let rate = cycle.multipliers.transverse().iter().map(|m| m.norm()).fold(0.0, f64::max);
+        let rate = cycle.multipliers.transverse.iter().map(|m| m.norm()).fold(0.0, f64::max);
         let expected = 0.5 * (1.0 + rate.powi(returns.min(i32::MAX as usize) as i32));
         let approached = now < ON || stable && now < expected * first;
         (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
@@ -146,23 +146,9 @@ fn repeats(labels: &[Label], period: usize) -> usize {
 }
 
 impl Multipliers {
-    /// Those besides the one of the phase of the orbit, which is 1.
-    pub fn transverse(&self) -> Vec<num_complex::Complex64> {
-        let mut values = self.values.clone();
-        let phase = values
-            .iter()
-            .enumerate()
-            .min_by(|a, b| (a.1 - 1.0).norm().total_cmp(&(b.1 - 1.0).norm()))
-            .map(|entry| entry.0);
-        if let Some(phase) = phase {
-            values.remove(phase);
-        }
-        values
-    }
-
     /// Whether every neighbour returns.
     pub fn is_stable(&self) -> bool {
-        self.transverse().iter().all(|value| value.norm() < 1.0)
+        self.transverse.iter().all(|value| value.norm() < 1.0)
     }
 }
 

@@ -17,7 +17,7 @@ use crate::error::RunFailure;
 use crate::event::{Functional, Trigger};
 use crate::flow::Flow;
 use crate::scene::Scene;
-use crate::status::{Combination, Status};
+use crate::status::Combination;
 use crate::trajectory::EventKind;
 use crate::transition;
 
@@ -214,16 +214,22 @@ impl Passage {
         matrix
     }
 
-    /// Directions with dh = 0 that the jump forgets: what a passage loses beyond the change of combination.
-    pub fn forgotten(&self, scene: &Scene, after: &Combination, arrived: &[f64]) -> usize {
-        let law = &scene.contacts[self.contact];
-        let detached = after.statuses()[self.contact] == Status::Detached;
-        if self.trigger != Trigger::GapClosed || !detached {
-            return 0;
+    /// Dimension of the directions that a passage forgets: the kernel of its saltation matrix.
+    ///
+    /// `S dy = 0` says `Dg w = f+ dt` with `w = dy + f- dt` and `grad h . w = 0`. Rows of zeros in Dg are what the
+    /// jump sets, whatever was before: as many directions w as rows have Dg w = 0. One more, `Dg w = f+ dt`, exists
+    /// if f+ leaves those entries alone; one less satisfies `grad h . w = 0`, as h is among what is set.
+    pub fn loss(&self, before: &[usize], jump: &[f64], next_field: &[f64]) -> usize {
+        let size = next_field.len();
+        let set: Vec<usize> = before
+            .iter()
+            .copied()
+            .filter(|&row| jump[row * size..(row + 1) * size].iter().all(|&entry| entry == 0.0))
+            .collect();
+        match set.iter().any(|&row| next_field[row] != 0.0) {
+            true => set.len() - 1,
+            false => set.len(),
         }
-        let stopped =
-            scene.impact_friction && arrived[scene.size + law.tangential] == law.slider_speed;
-        usize::from(law.restitution == 0.0) + usize::from(stopped)
     }
 }
 
@@ -247,6 +253,8 @@ fn coupled_impact(
     let impulse = eigen::solve(count, w, &change);
     let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
     let (mut conditions, mut given) = (vec![0.0; count * count], vec![0.0; count * count]);
+    // Velocities that do not depend on what they were.
+    let mut set = vec![false; count];
     for (i, law) in scene.contacts.iter().enumerate() {
         let (t, g) = (2 * i, 2 * i + 1);
         let touching = i == struck || before.statuses()[i].is_closed();
@@ -261,6 +269,7 @@ fn coupled_impact(
                 conditions[row * count + row] = 1.0;
             }
         }
+        (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
         if held && !sticking {
             conditions[t * count + g] = -law.friction * impulse[t].signum();
         }
@@ -270,6 +279,9 @@ fn coupled_impact(
     for (i, &row) in rows.iter().enumerate() {
         for (j, &column) in rows.iter().enumerate() {
             matrix[row * size + column] += velocity[i * count + j];
+        }
+        if set[i] {
+            matrix[row * size..(row + 1) * size].fill(0.0);
         }
     }
 }

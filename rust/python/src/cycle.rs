@@ -1,11 +1,16 @@
 //! Periodic orbits and what motions settle to.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
 use num_complex::Complex64;
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use stickslip_core as core;
 
-use crate::convert::matrix;
+use crate::convert::{matrix, vector};
 use crate::errors::{named, raise};
 use crate::scene::Scene;
 use crate::trajectory::Trajectory;
@@ -15,16 +20,21 @@ pub struct Cycle {
     inner: core::Cycle,
 }
 
-/// (kind, cycle, exponent and the time it was measured over, last stretch of the motion)
-pub type Settled = (&'static str, Option<Cycle>, (f64, f64), Option<Trajectory>);
+/// (Lyapunov exponent, its standard error, the time it was measured over)
+type Growth = (f64, f64, f64);
+
+/// (kind, cycle, growth, last stretch of the motion)
+pub type Settled = (&'static str, Option<Cycle>, Growth, Option<Trajectory>);
 
 pub fn settled(attractor: core::Attractor, run: Option<core::Trajectory>) -> Settled {
     let run = run.map(Trajectory::new);
-    let none = (f64::NAN, f64::NAN);
+    let none = (f64::NAN, f64::NAN, f64::NAN);
     match attractor {
         core::Attractor::Equilibrium => ("equilibrium", None, none, run),
         core::Attractor::Cycle(found) => ("cycle", Some(Cycle { inner: found.cycle }), none, run),
-        core::Attractor::Aperiodic { exponent, time } => ("aperiodic", None, (exponent, time), run),
+        core::Attractor::Aperiodic(core::Lyapunov { exponent, error, time }) => {
+            ("aperiodic", None, (exponent, error, time), run)
+        }
         core::Attractor::Unbounded => ("unbounded", None, none, run),
         core::Attractor::Stopped => ("stopped", None, none, run),
     }
@@ -71,8 +81,31 @@ impl Cycle {
     }
 
     #[getter]
+    fn transverse<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
+        self.inner.multipliers.transverse.clone().into_pyarray(py)
+    }
+
+    #[getter]
     fn structural_zeros(&self) -> usize {
         self.inner.multipliers.structural_zeros
+    }
+
+    /// Dimension of the admissible space of every phase.
+    #[getter]
+    fn dimensions(&self) -> Vec<usize> {
+        self.inner.multipliers.dimensions.clone()
+    }
+
+    /// Directions that the event at the end of every phase forgets.
+    #[getter]
+    fn losses(&self) -> Vec<usize> {
+        self.inner.multipliers.losses.clone()
+    }
+
+    /// (contact, kind) of the event at the end of every phase.
+    #[getter]
+    fn events(&self) -> Vec<(usize, &'static str)> {
+        self.inner.orbit.steps.iter().map(|step| (step.contact(), step.kind.name())).collect()
     }
 
     #[getter]
@@ -131,6 +164,10 @@ impl Cycle {
         py.detach(|| self.inner.orbit.is_followed())
     }
 
+    fn orbit(&self) -> Orbit {
+        Orbit { inner: self.inner.orbit.clone() }
+    }
+
     /// The orbit with the same event sequence in another scene.
     fn continued(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let cycle =
@@ -139,37 +176,154 @@ impl Cycle {
     }
 }
 
-/// What the motions of many scenes settle to.
+/// An orbit, or a guess of one, on its way along a branch.
+#[pyclass(frozen, module = "stickslip._core")]
+pub struct Orbit {
+    inner: core::Orbit,
+}
+
+/// State at the section and parameter, in their units.
+type Direction<'py> = (Real<'py>, f64);
+
+#[pymethods]
+impl Orbit {
+    /// The direction of the branch, on the side that `before` points to; None: towards larger parameters.
+    /// `below` and `above` are scenes on either side, `width` units of the parameter apart.
+    #[pyo3(signature = (below, above, width, before))]
+    fn tangent<'py>(
+        &self,
+        py: Python<'py>,
+        below: &Scene,
+        above: &Scene,
+        width: f64,
+        before: Option<(PyReadonlyArray1<'py, f64>, f64)>,
+    ) -> PyResult<Direction<'py>> {
+        let before = before.map(direction);
+        let sides = core::Sides { below: &below.inner, above: &above.inner, width };
+        let found = py.detach(|| self.inner.tangent(sides, before.as_ref()));
+        let found = found.map_err(|failure| failed(py, &failure))?;
+        Ok((found.state.into_pyarray(py), found.parameter))
+    }
+
+    /// The guess a length away.
+    fn predicted(
+        &self,
+        py: Python<'_>,
+        below: &Scene,
+        above: &Scene,
+        width: f64,
+        tangent: (PyReadonlyArray1<'_, f64>, f64),
+        length: f64,
+    ) -> PyResult<Self> {
+        let tangent = direction(tangent);
+        let sides = core::Sides { below: &below.inner, above: &above.inner, width };
+        let guess = py.detach(|| self.inner.predicted(sides, &tangent, length));
+        Ok(Self { inner: guess.map_err(|failure| failed(py, &failure))? })
+    }
+
+    /// One step of Newton's method across the tangent in `scene`: orbit, change of the parameter, and the largest
+    /// relative change.
+    fn corrected(
+        &self,
+        py: Python<'_>,
+        scene: &Scene,
+        below: &Scene,
+        above: &Scene,
+        width: f64,
+        tangent: (PyReadonlyArray1<'_, f64>, f64),
+    ) -> PyResult<(Self, f64, f64)> {
+        let tangent = direction(tangent);
+        let sides = core::Sides { below: &below.inner, above: &above.inner, width };
+        let step = py.detach(|| self.inner.corrected(&scene.inner, sides, &tangent));
+        let step = step.map_err(|failure| failed(py, &failure))?;
+        Ok((Self { inner: step.orbit }, step.parameter, step.size))
+    }
+
+    /// Duration of the shortest phase, s.
+    #[getter]
+    fn shortest(&self) -> f64 {
+        self.inner.steps.iter().map(|step| step.duration).fold(f64::INFINITY, f64::min)
+    }
+
+    fn cycle(&self, py: Python<'_>) -> PyResult<Cycle> {
+        let cycle = py.detach(|| core::Cycle::new(self.inner.clone()));
+        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
+    }
+}
+
+fn direction((state, parameter): (PyReadonlyArray1<'_, f64>, f64)) -> core::Tangent {
+    core::Tangent { state: vector(&state), parameter }
+}
+
+/// How often a search looks for Ctrl-C.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, String);
+/// What a motion settles to and why its last stretch ended.
+type Found = (Settled, String);
+
+/// What the motions of many scenes settle to, and the exception that interrupted the search, if one did: what
+/// was not done by then is None. The last stretches come with them if `runs`.
 #[pyfunction]
-#[allow(clippy::type_complexity, reason = "a list of the parts of states")]
 pub fn settle_all(
     py: Python<'_>,
     scenes: Vec<PyRef<'_, Scene>>,
-    starts: Vec<(numpy::PyReadonlyArray1<'_, f64>, numpy::PyReadonlyArray1<'_, f64>, String)>,
+    starts: Vec<Start<'_>>,
     stretch: f64,
     limit: f64,
-) -> PyResult<Vec<(Settled, String)>> {
+    runs: bool,
+) -> PyResult<(Vec<Option<Found>>, Option<PyErr>)> {
     let mut cases = Vec::with_capacity(scenes.len());
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
         let state = scene.start(py, position, velocity, combination)?;
         scene.inner.start_coordinates(&state).map_err(|error| raise(py, &error))?;
         cases.push((scene.inner.clone(), state));
     }
-    let interrupted = || Python::attach(|py| py.check_signals().is_err());
+    let (found, exception) = py.detach(|| until_interrupted(&cases, stretch, limit));
+    let found = found.into_iter().map(|result| {
+        result
+            .map(|result| {
+                let (attractor, run) = result.map_err(|error| raise(py, &error))?;
+                let message = crate::trajectory::stop_message(&run.stop_reason);
+                Ok((settled(attractor, runs.then_some(run)), message))
+            })
+            .transpose()
+    });
+    Ok((found.collect::<PyResult<_>>()?, exception))
+}
+
+/// Python hears signals on its main thread only: that one waits while others work.
+fn until_interrupted(
+    cases: &[(Arc<core::Scene>, core::State)],
+    stretch: f64,
+    limit: f64,
+) -> (Vec<Option<Result<core::Settled, core::Error>>>, Option<PyErr>) {
+    let stopped = AtomicBool::new(false);
+    let interrupted = || stopped.load(Ordering::Relaxed);
     let search = core::Search {
         stretch,
         limit,
         method: core::Method::Auto,
         interrupted: Some(&interrupted),
     };
-    let found = py.detach(|| core::settle_all(&cases, search));
-    py.check_signals()?;
-    found
-        .into_iter()
-        .map(|result| {
-            let (attractor, run) = result.map_err(|error| raise(py, &error))?;
-            let message = crate::trajectory::stop_message(&run.stop_reason);
-            Ok((settled(attractor, Some(run)), message))
-        })
-        .collect()
+    std::thread::scope(|scope| {
+        let (done, wait) = channel();
+        let work = scope.spawn(move || {
+            let found = core::settle_all(cases, search);
+            // Dropped instead, it ends the wait as well.
+            let _ = done.send(());
+            found
+        });
+        let mut exception = None;
+        while wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+            if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                stopped.store(true, Ordering::Relaxed);
+                exception = Some(raised);
+            }
+        }
+        match work.join() {
+            Ok(found) => (found, exception),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
 }

@@ -9,6 +9,7 @@ use stickslip_core as core;
 use crate::convert::{matrix, vector};
 use crate::cycle::{Settled, settled};
 use crate::errors::raise;
+use crate::scene::method_named;
 
 pub fn stop_message(reason: &core::StopReason) -> String {
     match reason {
@@ -86,13 +87,14 @@ impl Trajectory {
     }
 
     /// What the run has settled to, and the motion of `limit` seconds more if it takes that to say.
-    fn attractor(&self, py: Python<'_>, limit: f64) -> PyResult<Settled> {
+    fn attractor(&self, py: Python<'_>, limit: f64, method: &str) -> PyResult<Settled> {
+        let method = method_named(py, method)?;
         let interrupted = || Python::attach(|py| py.check_signals().is_err());
         let found = py.detach(|| {
             let search = core::Search {
                 stretch: self.inner.end,
                 limit,
-                method: core::Method::Auto,
+                method,
                 interrupted: Some(&interrupted),
             };
             self.inner.settled(search)

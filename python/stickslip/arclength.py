@@ -1,0 +1,221 @@
+"""Branches of periodic orbits followed along their own length, around folds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.optimize
+import xarray as xr
+
+from stickslip import _core
+from stickslip.arrays import Real, real_number
+from stickslip.bifurcation import table
+from stickslip.branch import BranchPoint, Placed
+from stickslip.cycle import Cycle
+from stickslip.errors import InputError, OrbitError
+from stickslip.path import Model, SceneAt, along
+
+#: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
+WIDTH = 1e-6
+#: Steps of Newton's method, a change that is rounding, one that may be the last if the next is no smaller.
+NEWTON, ROUNDING, NEARLY = 25, 1e-13, 1e-9
+#: A change larger than this, of the size of orbit or range, leads to another branch.
+FAR = 1.0
+#: Cosine of the angle between tangents of successive points: a sharper bend takes shorter steps.
+BEND = 0.8
+#: Growth of the step where the last one went well, and the shortest one before the branch counts as ended.
+GROWTH, SHORTEST = 1.5, 1e-7
+#: First step of a search for a fold, and steps until it is given up.
+FIRST, TRIED = 1e-3, 60
+
+Tangent = tuple[Real, float]
+
+
+@dataclass(frozen=True)
+class Place:
+    """A point of a branch, with its direction."""
+
+    orbit: _core.Orbit
+    value: float
+    tangent: Tangent
+
+
+@dataclass(frozen=True)
+class Branch:
+    """The scenes of a branch over a parameter of which `unit` is the range."""
+
+    scene_at: SceneAt
+    unit: float
+
+    def sides(self, value: float) -> tuple[_core.Scene, _core.Scene, float]:
+        """Return scenes on either side of a value, and their distance in units."""
+        half = WIDTH * self.unit
+        return self.scene_at(value - half).core, self.scene_at(value + half).core, 2.0 * WIDTH
+
+    def begin(self, orbit: _core.Orbit, value: float, towards: float) -> Place:
+        """Return the place of an orbit, with the direction in which the parameter grows, or falls."""
+        state, parameter = orbit.tangent(*self.sides(value), None)
+        return Place(orbit, value, (towards * state, towards * parameter))
+
+    def beyond(self, place: Place, length: float) -> Place:
+        """Return the place of the branch a length further, across the tangent there.
+
+        Raises
+        ------
+        OrbitError
+            If Newton's method does not find it, or the events of the sequence come in another order there.
+        """
+        guess = place.orbit.predicted(*self.sides(place.value), place.tangent, length)
+        value = place.value + self.unit * length * place.tangent[1]
+        last = np.inf
+        for _ in range(NEWTON):
+            scene = self.scene_at(value)
+            guess, change, size = guess.corrected(scene.core, *self.sides(value), place.tangent)
+            if not size <= FAR:
+                break
+            if size <= ROUNDING or (last <= NEARLY and size >= 0.5 * last):
+                if guess.shortest < 0.0:
+                    raise OrbitError("the phases of the orbit no longer follow each other")
+                return Place(guess, value, guess.tangent(*self.sides(value), place.tangent))
+            value += self.unit * change
+            last = size
+        raise OrbitError(f"Newton's method did not converge {length:g} further along the branch")
+
+    def fold(self, name: str, before: Place, length: float) -> BranchPoint:
+        """Return the fold between a place and the one a length further, where the parameter turns back."""
+
+        def forward(at: float) -> float:
+            return before.tangent[1] if at == 0.0 else self.beyond(before, at).tangent[1]
+
+        # The parameter differs from its extreme by the square of the distance: half the digits are enough.
+        at = scipy.optimize.brentq(forward, 0.0, length, xtol=1e-10 * length, rtol=1e-10)
+        place = self.beyond(before, float(at))
+        cycle = self.cycle(place)
+        critical = cycle.transverse_multipliers[int(np.argmin(np.abs(cycle.transverse_multipliers - 1.0)))]
+        return BranchPoint(name, place.value, "fold", complex(critical), None, None, cycle)
+
+    def cycle(self, place: Place) -> Cycle:
+        """Return the orbit at a place."""
+        return Cycle(self.scene_at(place.value), place.orbit.cycle())
+
+
+def bend(a: Tangent, b: Tangent) -> float:
+    """Return the cosine of the angle between two directions."""
+    return float(a[0] @ b[0] + a[1] * b[1]) if a[0].size == b[0].size else -1.0
+
+
+def trace_branch(
+    cycle: Cycle,
+    model: Model | None = None,
+    *,
+    step: float = 0.02,
+    points: int = 200,
+    **parameter: Any,
+) -> xr.Dataset:
+    """Return the branch of periodic orbits through a cycle, along its own length and around its folds.
+
+    Orbit, period and parameter are unknown together (pseudo-arclength, Keller 1977; the equations stand in
+    the core), so that the branch goes on where the parameter turns back.
+
+    Parameters
+    ----------
+    cycle
+        Where to begin.
+    model
+        A function from keywords to a `Scene`; None: the scene of the cycle.
+    step
+        Longest step, > 0: of the range of the parameter and of the size of the orbit, taken together. It is
+        shortened where the branch bends.
+    points
+        Points after which to stop, >= 1.
+    **parameter
+        (begin, end): the value of the cycle, and the one to go to. The branch is followed while the parameter
+        lies between both.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``point``, with the parameter as a coordinate: as `follow_branch`. The attribute ``folds`` holds
+        a `BranchPoint` for every fold, whose critical multiplier is 1 to 1e-8; ``end`` says why the trace
+        ends: ``range``, ``points``, or ``sequence`` where the sequence of events has no orbit any more.
+
+    Raises
+    ------
+    InputError
+        If the parameter is unknown or not a pair of two values, or an argument is ill-posed.
+    OrbitError
+        If Newton's method does not find the orbit at the first value.
+    """
+    if isinstance(points, bool) or not isinstance(points, int | np.integer) or points < 1:
+        raise InputError(f"points: expected an integer >= 1, got {points!r}")
+    longest = real_number("step", step)
+    if not 0.0 < longest <= 1.0:
+        raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
+    name, ends, scene_at = along(cycle.scene if model is None else model, parameter)
+    if ends.size != 2 or ends[0] == ends[1]:
+        raise InputError(f"{name}: expected (begin, end) of the branch, got {parameter[name]!r}")
+    begin, end = float(ends[0]), float(ends[1])
+    low, high = min(begin, end), max(begin, end)
+    branch = Branch(scene_at, high - low)
+    first = cycle.continued(scene_at(begin))
+    place = branch.begin(first.core.orbit(), begin, 1.0 if end > begin else -1.0)
+    placed: list[Placed] = [(begin, first)]
+    folds: list[BranchPoint] = []
+    length, why = longest, "points"
+    while len(placed) < points:
+        further = _further(branch, place, length)
+        if further is None:
+            why = "sequence"
+            break
+        after, length = further
+        if place.tangent[1] * after.tangent[1] < 0.0:
+            folds.append(branch.fold(name, place, length))
+        if not low <= after.value <= high:
+            why = "range"
+            break
+        place = after
+        placed.append((place.value, branch.cycle(place)))
+        length = min(GROWTH * length, longest)
+    values = np.array([value for value, _ in placed])
+    cycles = [orbit for _, orbit in placed]
+    result = table("point", np.arange(values.size, dtype=float), cycles).assign_coords(
+        {name: ("point", values)}
+    )
+    result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
+    result.attrs.update(folds=tuple(folds), end=why)
+    return result
+
+
+def _further(branch: Branch, place: Place, length: float) -> tuple[Place, float] | None:
+    """Return the next place and its distance, at most `length`; None where the branch ends."""
+    while length > SHORTEST:
+        try:
+            after = branch.beyond(place, length)
+        except OrbitError:
+            length *= 0.5
+            continue
+        if bend(place.tangent, after.tangent) >= BEND:
+            return after, length
+        length *= 0.5
+    return None
+
+
+def fold_near(
+    name: str, before: Placed, towards: float, unit: float, scene_at: SceneAt
+) -> BranchPoint | None:
+    """Return the fold that a branch comes to shortly after an orbit; None if it goes on."""
+    branch = Branch(scene_at, unit)
+    value, cycle = before
+    place = branch.begin(cycle.core.orbit(), value, towards)
+    length = FIRST
+    for _ in range(TRIED):
+        further = _further(branch, place, length)
+        if further is None:
+            return None
+        after, length = further
+        if place.tangent[1] * after.tangent[1] < 0.0:
+            return branch.fold(name, place, length)
+        place, length = after, GROWTH * length
+    return None

@@ -1,0 +1,109 @@
+"""Branches of periodic orbits over given values of a parameter, stable or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import xarray as xr
+
+from stickslip.bifurcation import table
+from stickslip.cycle import Cycle
+from stickslip.errors import OrbitError
+from stickslip.path import Model, SceneAt, along
+
+#: Halvings of a step along a branch before it counts as ended.
+HALVINGS = 10
+
+#: A value of the parameter and the orbit there.
+Placed = tuple[float, Cycle]
+
+Kind = Literal["period_doubling", "fold", "torus", "grazing", "switching"]
+
+
+@dataclass(frozen=True)
+class BranchPoint:
+    """A value of a parameter at which a periodic orbit changes.
+
+    Attributes
+    ----------
+    parameter, value
+        Name and value of the parameter.
+    kind
+        ``period_doubling`` (a multiplier at -1), ``fold`` (another one at 1), ``torus`` (a pair on the unit
+        circle), ``grazing`` (an event function touches zero within a phase), ``switching`` (two events meet).
+    multiplier
+        The critical multiplier; nan for a change of the sequence.
+    contact, event
+        What happens beyond, where the sequence changes; None otherwise.
+    cycle
+        The orbit at the point; where the branch ends there, the last one before it.
+    """
+
+    parameter: str
+    value: float
+    kind: Kind
+    multiplier: complex
+    contact: int | None
+    event: str | None
+    cycle: Cycle
+
+
+def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) -> xr.Dataset:
+    """Return the branch of periodic orbits through a cycle, stable or not.
+
+    The sequence of events stays that of the cycle; Newton's method solves its equations at each value from
+    the orbit at the value before, in steps halved where it fails.
+
+    Parameters
+    ----------
+    cycle
+        Where to begin; the first value should be near its own.
+    model
+        A function from keywords to a `Scene`; None: the scene of the cycle.
+    **parameter
+        One array (k,) of values, in the order of the branch.
+
+    Returns
+    -------
+    xarray.Dataset
+        As `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene hold all
+        along the orbit. nan beyond a fold, where the branch turns back (`trace_branch` goes around it).
+
+    Raises
+    ------
+    InputError
+        If the parameter is unknown or there is not exactly one array.
+    """
+    name, values, scene_at = along(cycle.scene if model is None else model, parameter)
+    orbits: list[Cycle | None] = []
+    before: tuple[float, Cycle] = (float(values[0]), cycle)
+    for value in values:
+        try:
+            orbit = continued(before, float(value), scene_at)
+        except OrbitError:
+            break
+        orbits.append(orbit)
+        before = (float(value), orbit)
+    orbits += [None] * (values.size - len(orbits))
+    result = table(name, values, orbits)
+    result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
+    return result
+
+
+def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:
+    """Return the orbit at a value of the parameter from one nearby, in halved steps where Newton's method fails.
+
+    Raises
+    ------
+    OrbitError
+        If it fails however short the steps are.
+    """
+    try:
+        return before[1].continued(scene_at(value))
+    except OrbitError:
+        if halvings == 0 or value == before[0]:
+            raise
+    middle = 0.5 * (before[0] + value)
+    half = continued(before, middle, scene_at, halvings - 1)
+    return continued((middle, half), value, scene_at, halvings - 1)
