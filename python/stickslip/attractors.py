@@ -21,9 +21,9 @@ Settled: TypeAlias = "tuple[str, _core.Cycle | None, Growth, _core.Trajectory | 
 #: That, and why the last stretch ended.
 Outcome: TypeAlias = tuple[Settled, str]
 
-#: Periods of the slowest mode of sliding between two looks at a motion: some tens of periods of a cycle.
+#: Periods of the slowest mode of sliding between first looks at a motion: some tens of periods of a cycle.
 STRETCH = 60.0
-#: Looks after which a motion counts as one that does not recur.
+#: First looks' time after which a motion counts as one that does not recur.
 LOOKS = 30
 #: Part of the slider speed at which the most unstable mode starts.
 DISTURBANCE = 0.5
@@ -70,7 +70,7 @@ def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
         return "chaotic", f"the motion is chaotic: {shown}"
     if exponent * time < -DECIDED and exponent < -CERTAIN * error:
         return "unsettled", f"the motion has not settled yet ({shown}); follow it longer"
-    if abs(exponent) * time <= DECIDED and error * time <= CERTAIN * DECIDED:
+    if abs(exponent) * time <= DECIDED and error * time <= DECIDED:
         return (
             "quasi-periodic",
             f"the motion does not recur, and its neighbours neither part nor meet: {shown}",

@@ -52,7 +52,8 @@ def bifurcation(
         hysteresis stays on. Where no state of it satisfies the new scene, `start` is used, and ``restarted``
         says so.
     stretch
-        Motion between two looks, s; None: 60 periods of the slowest mode of sliding at the first value.
+        Motion between the first looks, s, later ones take longer; None: 60 periods of the slowest mode of
+        sliding at the first value.
     limit
         Motion after which it counts as not recurring, s; None: 30 stretches.
     **parameter
@@ -63,8 +64,8 @@ def bifurcation(
     xarray.Dataset
         Over the parameter: ``kind`` (``cycle``, or what `NotPeriodicError` calls it); of cycles, else nan or
         empty: ``period`` s, ``main_frequency`` Hz, ``period_doubled``, ``stable``, ``sequence`` of
-        combinations, ``largest_multiplier`` (modulus, without the one that is 1), ``multiplier`` (parameter, order)
-        complex, ``amplitude``, ``minimum``, ``maximum`` (parameter, dof) m; of others ``exponent``
+        combinations, ``largest_multiplier`` (modulus, without the one that is 1), complex ``multiplier``
+        (parameter, order), ``amplitude``, ``minimum``, ``maximum`` (parameter, dof) m; of others ``exponent``
         and ``exponent_error``, the largest Lyapunov exponent across the flow and its standard error, 1/s;
         ``restarted``. The attribute ``cycles`` holds the
         `Cycle` of every value, or None.

@@ -92,7 +92,7 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
 
 
 def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:
-    """Return the orbit at a value of the parameter from one nearby, in halved steps where Newton's method fails.
+    """Return the orbit at a value from one nearby, in halved steps where Newton's method fails.
 
     Raises
     ------

@@ -23,6 +23,8 @@ from stickslip.transient import Trajectory
 
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
+#: Combinations that a representation shows.
+SHOWN = 24
 #: Harmonics among which the main one is looked for.
 MAIN = 32
 
@@ -367,7 +369,9 @@ class Cycle:
     def __repr__(self) -> str:
         largest = np.abs(self.transverse_multipliers).max(initial=0.0)
         verdict = "stable" if self.stable else "unstable"
-        lines = f"period {1e3 * self.period:.9g} ms, {self.frequency:.6g} Hz, {' '.join(self.combinations)}"
+        names = self.combinations
+        sequence = " ".join(names) if len(names) <= SHOWN else f"{' '.join(names[:SHOWN])} ... ({len(names)})"
+        lines = f"period {1e3 * self.period:.9g} ms, {self.frequency:.6g} Hz, {sequence}"
         return f"Cycle({lines}, {verdict}, largest multiplier {largest:.4g})"
 
     def _repr_html_(self) -> str:

@@ -16,6 +16,8 @@ use crate::trajectory::{StopReason, Trajectory};
 
 /// Growth of neighbours, as a power of e, over the later half of the motion that makes it chaotic.
 const CHAOS: f64 = 12.0;
+/// Length of a look at the motion, of what has been computed before.
+const LONGER: f64 = 0.5;
 /// Standard errors of the growth rate by which it must exceed zero for that.
 const CERTAIN: f64 = 4.0;
 
@@ -37,7 +39,7 @@ pub enum Attractor {
 /// How long to look.
 #[derive(Clone, Copy)]
 pub struct Search<'a> {
-    /// Motion computed between two looks, s.
+    /// Motion computed between two looks, s; later looks take longer.
     pub stretch: f64,
     /// Motion in all, s.
     pub limit: f64,
@@ -56,7 +58,9 @@ pub fn settle(
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
     loop {
-        let run = simulate(scene, &state, search.stretch, search.method, controls)?;
+        // A recurrence shows within one look only: long periods need long ones.
+        let look = search.stretch.max((LONGER * elapsed).min(search.limit - elapsed));
+        let run = simulate(scene, &state, look, search.method, controls)?;
         elapsed += run.end;
         if let Some(attractor) = run.attractor(search.method) {
             return Ok((attractor, run));
