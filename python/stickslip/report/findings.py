@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.bifurcation import disturbed_sliding
+from stickslip.attractors import disturbed_sliding
 from stickslip.critical import CriticalPoint, critical_points
 from stickslip.cycle import Cycle
 from stickslip.energy import Balance

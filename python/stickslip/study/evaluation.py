@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.arrays import Real
-from stickslip.cycle import described
+from stickslip.attractors import described
 from stickslip.errors import StickslipError
 from stickslip.scene import Scene
 from stickslip.state import State, change_vector
@@ -188,11 +188,12 @@ class Evaluation:
             sequences = answers["sequence"]
             answers["sequence"] = _words([" ".join(sequence) for sequence in sequences])
             answers["statuses"] = _words([" ".join(sorted(set(sequence))) for sequence in sequences])
-            growth = zip(answers["exponent"].tolist(), answers.pop("exponent_time").tolist(), strict=True)
+            rates = (answers["exponent"], answers.pop("exponent_error"), answers.pop("exponent_time"))
+            growth = zip(*(rate.tolist() for rate in rates), strict=True)
             answers["attractor"] = _words(
                 [
-                    described(kind, pair, "")[0] if kind == "aperiodic" else kind
-                    for kind, pair in zip(answers["attractor"], growth, strict=True)
+                    described(kind, rate, "")[0] if kind == "aperiodic" else kind
+                    for kind, rate in zip(answers["attractor"], growth, strict=True)
                 ]
             )
         kept = {name: answers[name] for name in (*self.outputs.named, "runs") if name in answers}

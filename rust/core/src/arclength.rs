@@ -95,8 +95,7 @@ impl Orbit {
         if before.state.len() != free {
             return Err(OrbitFailure::Singular);
         }
-        let (state, parameter) =
-            bordered(&shooting, &sensitivity, before, &vec![0.0; free], 1.0)?;
+        let (state, parameter) = bordered(&shooting, &sensitivity, before, &vec![0.0; free], 1.0)?;
         let length = (state.iter().map(|x| x * x).sum::<f64>() + parameter * parameter).sqrt();
         Ok(Tangent {
             state: state.iter().map(|x| x / length).collect(),
@@ -115,8 +114,7 @@ impl Orbit {
         let scales = self.scales();
         let shooting = Shooting::new(self, &flows, &self.pass(&flows)?, scales);
         let advance = self.sensitivity(sides)?.times(length * tangent.parameter);
-        let section: Vec<f64> =
-            shooting.state(&tangent.state).iter().map(|x| x * length).collect();
+        let section: Vec<f64> = shooting.state(&tangent.state).iter().map(|x| x * length).collect();
         let mut guess = self.clone();
         guess.moved(&flows, scales, shooting.carried(&section, &advance));
         Ok(guess)

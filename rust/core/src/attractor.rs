@@ -18,6 +18,11 @@ use crate::trajectory::{StopReason, Trajectory};
 const CHAOS: f64 = 12.0;
 /// Length of a look at the motion, of what has been computed before.
 const LONGER: f64 = 0.5;
+/// Longest look, of the first one: what is kept of a motion fits into memory.
+const LONGEST: f64 = 32.0;
+/// Rest of a series of bounces, of the first look, at which its limit is taken: down to one ulp of time their
+/// number would be that of roundings, and no sequence would recur. The limit is wrong by the square of it.
+const BOUNCES: f64 = 1e-9;
 /// Standard errors of the growth rate by which it must exceed zero for that.
 const CERTAIN: f64 = 4.0;
 
@@ -47,26 +52,41 @@ pub struct Search<'a> {
     pub interrupted: Option<&'a (dyn Fn() -> bool + Sync)>,
 }
 
+impl Search<'_> {
+    pub(crate) fn is_interrupted(&self) -> bool {
+        self.interrupted.is_some_and(|ask| ask())
+    }
+}
+
 /// Follows the motion from `start` until it is known what it settles to; with its last stretch.
 pub fn settle(
     scene: &Arc<Scene>,
     start: &State,
     search: Search<'_>,
 ) -> Result<(Attractor, Trajectory), Error> {
-    let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
+    let controls = Controls {
+        interrupted: search.interrupted,
+        accumulation_tolerance: BOUNCES * search.stretch,
+        ..Controls::default()
+    };
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
     loop {
         // A recurrence shows within one look only: long periods need long ones.
-        let look = search.stretch.max((LONGER * elapsed).min(search.limit - elapsed));
-        let run = simulate(scene, &state, look, search.method, controls)?;
+        let longer = (LONGER * elapsed).min(LONGEST * search.stretch);
+        let look = search.stretch.max(longer.min(search.limit - elapsed));
+        let mut run = simulate(scene, &state, look, search.method, controls)?;
         elapsed += run.end;
-        if let Some(attractor) = run.attractor(search.method) {
+        if let Some(attractor) = run.attractor(search) {
             return Ok((attractor, run));
         }
         let neighbour = neighbour.get_or_insert_with(|| Neighbour::new(&run));
-        neighbour.follow(&run, search.method)?;
+        neighbour.follow(&run, search.method, search.interrupted)?;
+        if search.is_interrupted() {
+            run.stop_reason = StopReason::Interrupted;
+            return Ok((Attractor::Stopped, run));
+        }
         let growth = neighbour.growth();
         let Lyapunov { exponent, error, time } = growth;
         if exponent * time > CHAOS && exponent > CERTAIN * error || elapsed >= search.limit {
@@ -80,12 +100,12 @@ impl Trajectory {
     /// What the run settles to: shown by its own end, or by the motion that follows, of which the last stretch
     /// comes with it.
     pub fn settled(&self, search: Search<'_>) -> Result<(Attractor, Option<Self>), Error> {
-        if let Some(attractor) = self.attractor(search.method) {
+        if let Some(attractor) = self.attractor(search) {
             return Ok((attractor, None));
         }
         if !(search.limit > 0.0) {
             let mut neighbour = Neighbour::new(self);
-            neighbour.follow(self, search.method)?;
+            neighbour.follow(self, search.method, None)?;
             return Ok((Attractor::Aperiodic(neighbour.growth()), None));
         }
         let (attractor, run) = settle(&self.scene, &self.state(self.end)?, search)?;
@@ -93,7 +113,7 @@ impl Trajectory {
     }
 
     /// What the run has settled to, if its end shows it.
-    pub fn attractor(&self, method: Method) -> Option<Attractor> {
+    pub fn attractor(&self, search: Search<'_>) -> Option<Attractor> {
         match self.stop_reason {
             StopReason::Unbounded => return Some(Attractor::Unbounded),
             StopReason::Failed(_) | StopReason::Chattering { .. } | StopReason::Interrupted => {
@@ -104,7 +124,7 @@ impl Trajectory {
         if self.comes_to_rest() {
             return Some(Attractor::Equilibrium);
         }
-        self.recurrence(method).map(|recurrence| Attractor::Cycle(Box::new(recurrence)))
+        self.recurrence(search).map(|recurrence| Attractor::Cycle(Box::new(recurrence)))
     }
 
     /// Whether no event can follow: with modal deviations z from the equilibrium of the last combination,

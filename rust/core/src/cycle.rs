@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::event::Trigger;
-use crate::orbit::{Multipliers, Orbit, OrbitFailure, Step};
+use crate::orbit::{Multipliers, Orbit, OrbitFailure};
 use crate::scene::Scene;
 use crate::simulation::Clock;
 use crate::trajectory::{Counters, Event, EventKind, Phase, StopReason, Trajectory};
@@ -105,21 +105,6 @@ impl Orbit {
             .into());
         }
         Self::solve(scene, self.method, self.steps.clone())
-    }
-
-    /// The orbit as if its period were twice as long: the guess of a doubled orbit, displaced along a
-    /// direction of the section by `amount` of the range of the orbit.
-    pub fn doubled(&self, direction: &[f64], amount: f64) -> Result<Self, OrbitFailure> {
-        let mut steps: Vec<Step> = self.steps.iter().chain(&self.steps).cloned().collect();
-        let scales = self.scales();
-        let n = self.scene.size;
-        let half = self.steps.len();
-        for (k, shift) in direction.iter().enumerate() {
-            let unit = if k < n { scales.length } else { scales.speed };
-            steps[0].state[k] += amount * unit * shift;
-            steps[half].state[k] -= amount * unit * shift;
-        }
-        Self::solve(&self.scene, self.method, steps)
     }
 
     fn grid(&self, duration: f64) -> usize {

@@ -70,7 +70,7 @@ pub use contact::{Contact, ContactInput, Direction};
 pub use critical::{CriticalKind, CriticalPoint, critical_points};
 pub use cycle::{Cycle, Extremes, Margin};
 pub use energy::EnergySample;
-pub use ensemble::{Settled, settle_all};
+pub use ensemble::{Found, settle_all};
 pub use error::{Error, RunFailure};
 pub use family::{Chain, Family, Field, Slot, Template};
 pub use harmonics::Harmonics;

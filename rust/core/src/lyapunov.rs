@@ -19,6 +19,10 @@ use crate::trajectory::{EventKind, Trajectory};
 
 /// Batches whose means give the error: its own relative error is about `1 / sqrt(2 BATCHES)`.
 const BATCHES: usize = 8;
+/// Entries kept of the history: many to a batch, however long the motion.
+const ENTRIES: usize = 1 << 16;
+/// Phases between two looks for an interrupt, about a millisecond.
+const PATIENCE: usize = 64;
 
 /// A mean growth rate of neighbours, 1/s.
 #[derive(Debug, Clone, Copy)]
@@ -55,8 +59,13 @@ impl Neighbour {
         }
     }
 
-    /// Carries the neighbour along a run that starts where the one before ended.
-    pub fn follow(&mut self, run: &Trajectory, method: Method) -> Result<(), Error> {
+    /// Carries the neighbour along a run that starts where the one before ended, unless interrupted.
+    pub fn follow(
+        &mut self,
+        run: &Trajectory,
+        method: Method,
+        interrupted: Option<&(dyn Fn() -> bool + Sync)>,
+    ) -> Result<(), Error> {
         let scene = &run.scene;
         let size = 2 * scene.size;
         let count = run.phases.len();
@@ -65,6 +74,9 @@ impl Neighbour {
             events[event.phase].push((event.contact, event.kind));
         }
         for phase in 0..count {
+            if phase % PATIENCE == 0 && interrupted.is_some_and(|ask| ask()) {
+                return Ok(());
+            }
             let basis = &run.phases[phase].basis;
             let flow = Flow::new(scene, &basis.combination, method)?;
             let start = &run.states[size * phase..size * (phase + 1)];
@@ -99,6 +111,14 @@ impl Neighbour {
             self.grown = f64::NEG_INFINITY;
         }
         self.history.push((self.time, self.grown));
+        if self.history.len() > ENTRIES {
+            // Every second one, from the first on.
+            let mut odd = false;
+            self.history.retain(|_| {
+                odd = !odd;
+                odd
+            });
+        }
     }
 
     /// The rate over the later half of the motion: until then the neighbour turns towards what grows most.

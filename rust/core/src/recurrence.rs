@@ -5,6 +5,7 @@
 //! stable and the run approaches it by at least half of what the multipliers say. A run that alternates around an unstable orbit goes on to 2p, and a
 //! multiplier near -1, whose alternation dies slowly, does not double the period.
 
+use crate::attractor::Search;
 use crate::cycle::Cycle;
 use crate::flow::Flow;
 use crate::orbit::{Multipliers, Orbit, Scales, Step};
@@ -37,15 +38,16 @@ type Label = (Vec<(usize, EventKind)>, Combination);
 
 impl Trajectory {
     /// The shortest periodic orbit that the end of the run is on or approaches.
-    pub fn recurrence(&self, method: Method) -> Option<Recurrence> {
+    pub fn recurrence(&self, search: Search<'_>) -> Option<Recurrence> {
         let labels = self.labels();
         let last = labels.len().checked_sub(1)?;
         (1..=last / REPEATS)
             .map(|period| (period, repeats(&labels, period)))
             .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
             .take(CANDIDATES)
+            .take_while(|_| !search.is_interrupted())
             .filter_map(|(period, returns)| {
-                self.candidate(method, &labels, period, returns / period)
+                self.candidate(search.method, &labels, period, returns / period)
             })
             // A stable orbit that the run does not yet approach is waited for, not passed over for its doubling.
             .next()
@@ -145,6 +147,13 @@ fn repeats(labels: &[Label], period: usize) -> usize {
         .count()
 }
 
+/// A sequence in which bounces, which leave the combination as it is, don't count: their number depends on
+/// when the limit of a series of them is taken.
+fn same_but_bounces(mut sequence: Vec<&Combination>) -> Vec<&Combination> {
+    sequence.dedup();
+    sequence
+}
+
 impl Multipliers {
     /// Whether every neighbour returns.
     pub fn is_stable(&self) -> bool {
@@ -191,7 +200,8 @@ impl Orbit {
             .collect();
         let Ok(end) = run.state(run.end) else { return false };
         let (q, u) = self.scene.to_coordinates(&end.position, &end.velocity);
-        expected == met && self.scales().distance(&[q, u].concat(), &middle) < SAME
+        same_but_bounces(expected) == same_but_bounces(met)
+            && self.scales().distance(&[q, u].concat(), &middle) < SAME
     }
 
     pub(crate) fn state_of(&self, state: &[f64], combination: &Combination) -> crate::scene::State {

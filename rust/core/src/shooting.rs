@@ -52,8 +52,9 @@ pub(crate) struct Change {
 impl Shooting {
     pub fn new(orbit: &Orbit, flows: &[Flow<'_>], pass: &Pass, scales: Scales) -> Self {
         let maps: Vec<Vec<f64>> = pass.linearised.iter().map(Linearised::return_map).collect();
-        let whole =
-            maps[1..].iter().fold(maps[0].clone(), |whole, map| product(scales.size(), map, &whole));
+        let whole = maps[1..]
+            .iter()
+            .fold(maps[0].clone(), |whole, map| product(scales.size(), map, &whole));
         Self {
             timings: pass.linearised.iter().map(|linear| linear.timing.clone()).collect(),
             maps,

@@ -16,6 +16,7 @@ use crate::critical::{CriticalKind, critical_points};
 use crate::cycle::Cycle;
 use crate::error::Error;
 use crate::family::{Family, Template};
+use crate::lyapunov::Lyapunov;
 use crate::modes::Modes;
 use crate::path::Path;
 use crate::scene::{Scene, State};
@@ -115,8 +116,8 @@ pub struct MotionAnswer {
 pub struct Settled {
     /// `equilibrium`, `cycle` or `aperiodic`.
     pub kind: &'static str,
-    /// Lyapunov exponent of an aperiodic motion, 1/s, and the time over which it was measured, s.
-    pub exponent: (f64, f64),
+    /// Of an aperiodic motion.
+    pub growth: Option<Lyapunov>,
     /// Combinations in order of one period, or of the last stretch, without repetition of neighbours.
     pub sequence: Vec<Combination>,
     /// Half the range of every displacement, m; zero at rest, empty where aperiodic.
@@ -381,7 +382,7 @@ fn settled(
     let last = later.as_ref().unwrap_or(run);
     let mut settled = Settled {
         kind: "cycle",
-        exponent: (f64::NAN, f64::NAN),
+        growth: None,
         sequence: Vec::new(),
         amplitude: Vec::new(),
         period: f64::NAN,
@@ -397,7 +398,7 @@ fn settled(
             let extremes = &cycle.extremes;
             let ranges = extremes.maximum.iter().zip(&extremes.minimum);
             settled.amplitude = ranges.map(|(high, low)| 0.5 * (high - low)).collect();
-            let transverse = cycle.multipliers.transverse();
+            let transverse = &cycle.multipliers.transverse;
             settled.multiplier = transverse.iter().map(|m| m.norm()).fold(0.0, f64::max);
             if questions.energy {
                 settled.energy = Some(cycle_energy(cycle)?);
@@ -408,9 +409,9 @@ fn settled(
             settled.sequence = last.combinations_in_order().pop().into_iter().collect();
             settled.amplitude = vec![0.0; last.scene.size];
         }
-        Attractor::Aperiodic { exponent, time } => {
+        Attractor::Aperiodic(growth) => {
             settled.kind = "aperiodic";
-            settled.exponent = (exponent, time);
+            settled.growth = Some(growth);
             settled.sequence = last.combinations_in_order();
         }
         Attractor::Unbounded | Attractor::Stopped => {

@@ -297,7 +297,7 @@ fn until_interrupted(
     cases: &[(Arc<core::Scene>, core::State)],
     stretch: f64,
     limit: f64,
-) -> (Vec<Option<Result<core::Settled, core::Error>>>, Option<PyErr>) {
+) -> (Vec<Option<Result<core::Found, core::Error>>>, Option<PyErr>) {
     let stopped = AtomicBool::new(false);
     let interrupted = || stopped.load(Ordering::Relaxed);
     let search = core::Search {

@@ -309,8 +309,14 @@ fn columns<'py>(
             let of = |f: fn(&core::Settled) -> f64| {
                 move |answer: &core::Answer| settled(answer).map_or(f64::NAN, f)
             };
-            real("exponent", &of(|s| s.exponent.0))?;
-            real("exponent_time", &of(|s| s.exponent.1))?;
+            let growth = |f: fn(core::Lyapunov) -> f64| {
+                move |answer: &core::Answer| {
+                    settled(answer).and_then(|s| s.growth).map_or(f64::NAN, f)
+                }
+            };
+            real("exponent", &growth(|growth| growth.exponent))?;
+            real("exponent_error", &growth(|growth| growth.error))?;
+            real("exponent_time", &growth(|growth| growth.time))?;
             real("period", &of(|s| s.period))?;
             real("cycle_frequency", &of(|s| 1.0 / s.period))?;
             real("largest_multiplier", &of(|s| s.multiplier))?;

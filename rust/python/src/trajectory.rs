@@ -1,5 +1,7 @@
 //! Computed motions.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -89,7 +91,14 @@ impl Trajectory {
     /// What the run has settled to, and the motion of `limit` seconds more if it takes that to say.
     fn attractor(&self, py: Python<'_>, limit: f64, method: &str) -> PyResult<Settled> {
         let method = method_named(py, method)?;
-        let interrupted = || Python::attach(|py| py.check_signals().is_err());
+        // A signal is reported once, and asked for at many places.
+        let stopped = AtomicBool::new(false);
+        let interrupted = || {
+            if Python::attach(|py| py.check_signals()).is_err() {
+                stopped.store(true, Ordering::Relaxed);
+            }
+            stopped.load(Ordering::Relaxed)
+        };
         let found = py.detach(|| {
             let search = core::Search {
                 stretch: self.inner.end,
