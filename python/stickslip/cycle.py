@@ -121,17 +121,44 @@ class Cycle:
         return self.core.multipliers
 
     @property
+    def entries(self) -> int:
+        """How often in one period a contact begins to stick, plus how often one begins to touch.
+
+        One that goes over from flight to sticking does both. A bounce does neither.
+        """
+        names = self.combinations
+        changes = ((a, b) for k, name in enumerate(names) for a, b in zip(names[k - 1], name, strict=True))
+        return sum((a != "s" == b) + (a == "d" != b) for a, b in changes)
+
+    @property
     def structural_zeros(self) -> int:
         """Number of multipliers that are zero exactly, whatever the numbers of the scene.
 
-        The derivative M of the flow over a period is a product over the phases. The saltation matrix of an
-        event forgets `CyclePhase.loss` directions: one where a contact goes over from sliding to sticking,
-        two where one that was open closes and stays (gap and its rate), one where a plastic impact lets go
-        at once, none where it bounces. What a later event releases does not bring them back: it opens
-        directions that the motion before it does not reach. M then has at most the rank
-        r = min(dimension - loss) over the phases, and so have all its powers, from any section: the section
-        with dimension d has d - r zeros. Losses don't add up beyond that where a release lies between them:
-        the directions that the second event forgets are in general none that the first one has left.
+        The derivative M of the flow over a period is a product over the phases, of ``exp(A tau)``, which is
+        regular, and the saltation matrix S of the event. With vector fields f- before and f+ after it,
+        ``S dy = Dg w - f+ dt`` where ``w = dy + f- dt`` lies on the surface of the event, ``grad h . w = 0``.
+        Directions that S forgets, its kernel, are `CyclePhase.loss`:
+
+        - sliding to sticking sets the slip velocity, h itself. ``Dg w = f+ dt`` has one solution, w along the
+          motion after the event (it leaves the slip velocity at zero): what arrives a moment earlier or later
+          at the same place sticks at the same state. Loss 1.
+        - closing of a contact that stays closed sets gap and rate, h is the gap. Solutions are a change of
+          the rate alone, and w along the motion after the event. Loss 2.
+        - closing and sticking at once loses 3, a plastic impact that lets go at once 1, a bounce none.
+
+        Departures forget nothing: their S maps the narrower space into the wider one without a kernel, and a
+        phase has two dimensions more after a release, one more after the end of sticking. What an entry
+        forgot does not come back by that: the new directions are not reached from before, and M has at most
+        the rank r = min(dimension - loss) over the phases, from any section on. A section of dimension d
+        has d - r zeros.
+
+        So there is one zero per entry into sticking, two per entry into contact, if along the period from the
+        section on all entries come before all departures. A departure before an entry makes up for it: the
+        later one then forgets only directions that the flow has turned into it, in general all different from
+        those that are missing already. In ``++ +d ++ s+ ss s+`` (12, 14, 12, 11, 10 and 11 dimensions, three
+        `entries`) the release comes first, and the flight that it opens ends in the impact: the section has
+        12 - 10 = 2 zeros, one within the flight 14 - 10 = 4. A single mass on a belt has two dimensions and
+        one zero however often it sticks in a period.
         """
         return self.core.structural_zeros
 

@@ -6,6 +6,9 @@
 //! column of Phi is therefore the exact difference of two motions, one of them from the origin, however
 //! the combination is propagated. Free to vary are q and q' of the coordinates left free, and the
 //! tangential displacement at which a sticking contact sticks: it loads the others for the whole phase.
+//!
+//! A phase far shorter than every mode is the sum of its Taylor series: what one of a series of bounces adds to
+//! a gap has all its digits there, and none beside the modes.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -19,6 +22,11 @@ use crate::scene::Scene;
 use crate::simulation::Method;
 use crate::status::{Combination, Status};
 
+/// Duration, in terms of the fastest rate of the scene, below which a phase is summed as a series, and its terms:
+/// the first one left out is below `SHORT^TERMS / (TERMS + 1)!` of the increment.
+const SHORT: f64 = 0.01;
+const TERMS: usize = 7;
+
 /// One combination of a scene as a flow on states (q, q') of 2n entries.
 #[derive(Debug)]
 pub(crate) struct Flow<'a> {
@@ -31,6 +39,8 @@ pub(crate) struct Flow<'a> {
     mass: Option<Vec<f64>>,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
+    /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
+    fastest: f64,
     /// Buffers of the motions.
     running: RefCell<Motion>,
 }
@@ -64,7 +74,8 @@ impl<'a> Flow<'a> {
         let still = vec![0.0; scene.size];
         let motion = Motion::new(scene, &basis, &still, &still);
         let running = RefCell::new(motion);
-        Ok(Self { scene, basis, kept, merges, sticking, mass, free, running })
+        let fastest = fastest(scene);
+        Ok(Self { scene, basis, kept, merges, sticking, mass, free, fastest, running })
     }
 
     pub fn combination(&self) -> &Combination {
@@ -73,6 +84,11 @@ impl<'a> Flow<'a> {
 
     /// The state a time `duration` after `start`.
     pub fn end(&self, start: &[f64], duration: f64) -> Vec<f64> {
+        if duration * self.fastest < SHORT
+            && let Some(end) = self.series(start, duration)
+        {
+            return end;
+        }
         let n = self.scene.size;
         let mut end = start.to_vec();
         let (q, u) = start.split_at(n);
@@ -86,6 +102,26 @@ impl<'a> Flow<'a> {
             end_u[k] = speed;
         }
         end
+    }
+
+    /// The same by its Taylor series, unless that has not converged.
+    fn series(&self, start: &[f64], duration: f64) -> Option<Vec<f64>> {
+        let mut end = start.to_vec();
+        let mut term: Vec<f64> = self.field(start).iter().map(|rate| duration * rate).collect();
+        let first = term.clone();
+        for order in 2..=TERMS + 1 {
+            end.iter_mut().zip(&term).for_each(|(end, term)| *end += term);
+            let factor = duration / order as f64;
+            term = self.rate(&term, 0.0).iter().map(|rate| factor * rate).collect();
+        }
+        let size = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let halves = |values: &[f64]| {
+            let (position, velocity) = values.split_at(self.scene.size);
+            (size(position), size(velocity))
+        };
+        let (left, whole) = (halves(&term), halves(&first));
+        let converged = |left: f64, whole: f64| left <= f64::EPSILON * whole;
+        (converged(left.0, whole.0) && converged(left.1, whole.1)).then_some(end)
     }
 
     /// Phi(duration) over all entries of (q, q'), row-major; columns outside `free` are zero.
@@ -107,10 +143,15 @@ impl<'a> Flow<'a> {
 
     /// `y' = (q', q'')`
     pub fn field(&self, state: &[f64]) -> Vec<f64> {
+        self.rate(state, 1.0)
+    }
+
+    /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
+    fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
         let scene = self.scene;
         let n = scene.size;
         let (q, u) = state.split_at(n);
-        let mut residual = scene.force.clone();
+        let mut residual: Vec<f64> = scene.force.iter().map(|force| load * force).collect();
         scene.stiffness.add_product(-1.0, q, &mut residual);
         scene.damping.add_product(-1.0, u, &mut residual);
         for merge in &self.merges {
@@ -132,8 +173,17 @@ impl<'a> Flow<'a> {
             field[n + k] = acceleration;
         }
         for &(k, speed) in &self.sticking {
-            field[k] = speed;
+            field[k] = load * speed;
         }
         field
     }
+}
+
+/// The fastest rate is at most the root of the trace of `M^-1 K`, or the trace of `M^-1 C`, where M is diagonal.
+fn fastest(scene: &Scene) -> f64 {
+    let (stiff, damped) = (0..scene.size).fold((0.0, 0.0), |(stiff, damped), k| {
+        let mass = scene.mass.get(k, k);
+        (stiff + scene.stiffness.get(k, k) / mass, damped + scene.damping.get(k, k) / mass)
+    });
+    f64::max(stiff.sqrt(), damped)
 }

@@ -10,7 +10,8 @@
 //! ```
 //!
 //! The end of a series of bounces has no event function of its own: its time `-2 g' / (g'' (1 - e))` after
-//! the last bounce (see `simulation`) gives dt instead.
+//! the last bounce (see `simulation`) gives dt instead. A neighbour that is dg away from that bounce at equal times
+//! gets there `dg / g'` later, and its limit comes `(1 + e) / (1 - e) dg / g'` later than at the same speed.
 
 use crate::eigen;
 use crate::error::RunFailure;
@@ -129,7 +130,9 @@ impl Passage {
                 let law = &scene.contacts[self.contact];
                 let acceleration = flow.field(start)[n + law.normal];
                 let mut timing = vec![0.0; size];
-                timing[n + law.normal] = -2.0 / (acceleration * (1.0 - law.restitution));
+                let lost = 1.0 - law.restitution;
+                timing[n + law.normal] = -2.0 / (acceleration * lost);
+                timing[law.normal] = (1.0 + law.restitution) / (lost * start[n + law.normal]);
                 (0.0, timing, 1.0)
             }
             _ => {
