@@ -227,6 +227,7 @@ class Cycle:
     dimensions: list[int]  # (K,) of the admissible spaces
     losses: list[int]  # (K,) directions that the event at the end of each phase forgets
     events: list[tuple[int, str]]  # (K,) contact and kind
+    is_corner: bool
     is_stable: bool
     minimum: Real  # (n,)
     maximum: Real  # (n,)

@@ -116,7 +116,7 @@ class Cycle:
         """Floquet multipliers on the admissible space at the section, complex, descending in modulus.
 
         As many as the space has dimensions (`CyclePhase.dimension` of the first phase). One equals 1: a shift
-        along the motion. The last `structural_zeros` are zero exactly.
+        along the motion. The last `structural_zeros` are zero exactly; at a `corner` the others are nan.
         """
         return self.core.multipliers
 
@@ -171,8 +171,18 @@ class Cycle:
         return self.core.transverse
 
     @property
+    def corner(self) -> bool:
+        """Whether events coincide in the orbit whose order matters to its neighbours.
+
+        The return map then has a derivative of its own for each order, and multipliers are nan where they are
+        not zero. Slip and its end change the acceleration of their own contact alone, so that their saltation
+        matrices commute; an impact changes the forces on others, and mass that couples contacts does.
+        """
+        return self.core.is_corner
+
+    @property
     def stable(self) -> bool:
-        """Whether all multipliers but the one of the phase lie inside the unit circle."""
+        """Whether all multipliers but that of the phase lie inside the unit circle; False at a `corner`."""
         return self.core.is_stable
 
     @property

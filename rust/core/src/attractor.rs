@@ -81,13 +81,17 @@ pub fn settle(
         if let Some(attractor) = run.attractor(search) {
             return Ok((attractor, run));
         }
-        let neighbour = neighbour.get_or_insert_with(|| Neighbour::new(&run));
-        neighbour.follow(&run, search.method, search.interrupted)?;
+        if neighbour.is_none() && run.meets_events() {
+            neighbour = Some(Neighbour::new(&run));
+        }
+        if let Some(neighbour) = &mut neighbour {
+            neighbour.follow(&run, search.method, search.interrupted)?;
+        }
         if search.is_interrupted() {
             run.stop_reason = StopReason::Interrupted;
             return Ok((Attractor::Stopped, run));
         }
-        let growth = neighbour.growth();
+        let growth = neighbour.as_ref().map_or(Lyapunov::UNKNOWN, Neighbour::growth);
         let Lyapunov { exponent, error, time } = growth;
         if exponent * time > CHAOS && exponent > CERTAIN * error || elapsed >= search.limit {
             return Ok((Attractor::Aperiodic(growth), run));
@@ -104,12 +108,21 @@ impl Trajectory {
             return Ok((attractor, None));
         }
         if !(search.limit > 0.0) {
+            if !self.meets_events() {
+                return Ok((Attractor::Aperiodic(Lyapunov::UNKNOWN), None));
+            }
             let mut neighbour = Neighbour::new(self);
             neighbour.follow(self, search.method, None)?;
             return Ok((Attractor::Aperiodic(neighbour.growth()), None));
         }
         let (attractor, run) = settle(&self.scene, &self.state(self.end)?, search)?;
         Ok((attractor, Some(run)))
+    }
+
+    /// Whether events begin in its first half: until then neighbours grow by the modes of one combination, which
+    /// says nothing of the attractor.
+    fn meets_events(&self) -> bool {
+        self.events.first().is_some_and(|event| event.time <= 0.5 * self.end)
     }
 
     /// What the run has settled to, if its end shows it.

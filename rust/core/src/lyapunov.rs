@@ -35,6 +35,11 @@ pub struct Lyapunov {
     pub time: f64,
 }
 
+impl Lyapunov {
+    /// A rate of which nothing is known: the neighbours of a motion that has not met an event grow by its modes.
+    pub const UNKNOWN: Self = Self { exponent: f64::NAN, error: f64::INFINITY, time: 0.0 };
+}
+
 /// An infinitesimal neighbour of a motion that is computed run after run.
 #[derive(Debug)]
 pub(crate) struct Neighbour {
@@ -90,8 +95,18 @@ impl Neighbour {
             if phase + 1 < count {
                 let arrived = &run.states[size * (phase + 1)..size * (phase + 2)];
                 let found = passages(scene, &basis.combination, &end, &events[phase + 1]);
-                if let Some(passage) = found.first() {
-                    apart = passage.carried(scene, &flow, [start, &end, arrived], &apart);
+                let after = run.phases[phase + 1].basis.combination.statuses();
+                let mut between = basis.combination.clone();
+                for (index, passage) in found.iter().enumerate() {
+                    // Events that coincide follow each other in no time.
+                    apart = match index {
+                        0 => passage.carried(scene, &flow, [start, &end, arrived], &apart),
+                        _ => {
+                            let flow = Flow::new(scene, &between, method)?;
+                            passage.carried(scene, &flow, [arrived; 3], &apart)
+                        }
+                    };
+                    between = between.with(passage.contact, after[passage.contact]);
                 }
             }
             self.apart = apart;

@@ -18,6 +18,7 @@ use num_complex::Complex64;
 
 use crate::eigen;
 use crate::error::{Error, RunFailure};
+use crate::event::Trigger;
 use crate::flow::Flow;
 use crate::saltation::{Linearised, Passage, product};
 use crate::scene::Scene;
@@ -32,6 +33,8 @@ const STEPS: usize = 25;
 const LARGEST_STEP: f64 = 3.0;
 /// A relative step below which the orbit is as good as rounding allows.
 const ROUNDING: f64 = 1e-13;
+/// Part of the period below which a phase between two events is none: they coincide.
+pub(crate) const INSTANT: f64 = 1e-11;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -86,7 +89,7 @@ pub struct Orbit {
 /// The multipliers at the section and how many of them are zero by structure.
 #[derive(Debug, Clone)]
 pub struct Multipliers {
-    /// Descending in modulus, conjugates adjacent.
+    /// Descending in modulus, conjugates adjacent. NaN at a corner of the return map (see `is_corner`).
     pub values: Vec<Complex64>,
     /// Those of the return map: without the one of the phase of the orbit, which is 1. At a fold, where that one
     /// is defective, they keep their digits.
@@ -235,7 +238,13 @@ impl Orbit {
         let narrowest = (0..count).min_by_key(|&k| dimensions[k]).unwrap_or_default();
         let size = 2 * self.scene.size;
         let free = &flows[narrowest].free;
+        let corner = self.is_corner();
         let eigenvalues = |maps: &[Vec<f64>], nonzero: usize, dimension: usize| {
+            if corner {
+                let mut values = vec![Complex64::new(f64::NAN, f64::NAN); nonzero];
+                values.resize(dimension, Complex64::default());
+                return values;
+            }
             let whole = chained(size, maps, narrowest);
             let mut values = spectrum_within(size, &whole, free);
             values.truncate(nonzero);
@@ -251,6 +260,29 @@ impl Orbit {
             dimensions,
             losses,
         })
+    }
+
+    /// Whether events coincide whose order matters to their neighbours: the return map has one derivative on either
+    /// side, and no multipliers.
+    ///
+    /// Slip and its end change the acceleration of their own contact alone and leave velocities as they are, so that
+    /// their saltation matrices commute, unless mass couples contacts. An impact changes the forces of others.
+    pub fn is_corner(&self) -> bool {
+        let count = self.steps.len();
+        let coupled = self.scene.coordinates.delassus.is_some();
+        let impact = |passage: &Passage| {
+            matches!(passage.trigger, Trigger::GapClosed | Trigger::Accumulated)
+        };
+        (0..count).filter(|&k| !self.lasts(k)).any(|k| {
+            let (first, second) =
+                (&self.steps[(k + count - 1) % count].passage, &self.steps[k].passage);
+            first.contact != second.contact && (coupled || impact(first) || impact(second))
+        })
+    }
+
+    /// Whether a phase is more than the instant between two events that coincide.
+    pub(crate) fn lasts(&self, step: usize) -> bool {
+        self.steps[step].duration > INSTANT * self.period
     }
 
     /// Start times of the steps; the last entry is the end of the period.

@@ -8,7 +8,7 @@
 use crate::attractor::Search;
 use crate::cycle::Cycle;
 use crate::flow::Flow;
-use crate::orbit::{Multipliers, Orbit, Scales, Step};
+use crate::orbit::{INSTANT, Multipliers, Orbit, Scales, Step};
 use crate::saltation::passages;
 use crate::simulation::{Controls, Method, simulate};
 use crate::status::Combination;
@@ -91,7 +91,7 @@ impl Trajectory {
         let distance =
             |phase: usize| scales.distance(self.whole_state(phase), &orbit.steps[0].state);
         let (now, first) = (distance(last), distance(last - returns * period));
-        if !(now < NEAR) || orbit.steps.iter().any(|step| step.duration < 0.0) {
+        if !(now < NEAR) || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period) {
             return None;
         }
         if orbit.repeats_itself() || !orbit.is_followed() {
@@ -188,14 +188,14 @@ impl Orbit {
         else {
             return false;
         };
-        let lasting = |k: &usize| self.steps[*k].duration > 0.0;
+        let lasting = |k: &usize| self.lasts(*k);
         let expected: Vec<&Combination> = (0..=self.steps.len())
             .map(|k| (longest + k) % self.steps.len())
             .filter(lasting)
             .map(|k| &self.steps[k].combination)
             .collect();
         let met: Vec<&Combination> = (0..run.phases.len())
-            .filter(|&k| run.phases.get(k + 1).is_none_or(|next| next.start > run.phases[k].start))
+            .filter(|&k| k + 1 == run.phases.len() || run.phase_duration(k) > INSTANT * self.period)
             .map(|k| &run.phases[k].basis.combination)
             .collect();
         let Ok(end) = run.state(run.end) else { return false };
@@ -220,7 +220,7 @@ impl Orbit {
             self.steps.iter().map(|step| step.combination.to_string()).collect();
         let rotation = |first: usize| (0..count).map(move |k| (first + k) % count);
         let best = (0..count)
-            .filter(|&k| self.steps[k].duration > 0.0)
+            .filter(|&k| self.lasts(k))
             .min_by(|&a, &b| {
                 let sequence = |first| rotation(first).map(|k| names[k].as_str());
                 sequence(a).cmp(sequence(b)).then_with(|| {

@@ -109,6 +109,11 @@ impl Cycle {
     }
 
     #[getter]
+    fn is_corner(&self) -> bool {
+        self.inner.orbit.is_corner()
+    }
+
+    #[getter]
     fn is_stable(&self) -> bool {
         self.inner.multipliers.is_stable()
     }
