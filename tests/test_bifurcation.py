@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from return_map import assert_multipliers
 
 EPSILON = np.finfo(float).eps
 
@@ -91,6 +92,70 @@ def test_a_chaotic_motion_says_so():
     assert growth == pytest.approx(error.value.exponent, rel=0.7)
 
 
+def two_blocks(stiffness=1e4, link=0.0, *, gap=None):
+    """Two blocks on belts of their own, tied to each other."""
+    matrix = np.diag([1e4, stiffness, 1e4, 1e4])
+    matrix[:2, :2] += link * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    laws = {"friction": 0.2, "static_friction": 0.5, "slider_speed": 0.1}
+    return ss.Scene(
+        [1.0] * 4,
+        matrix,
+        damping=ss.Proportional(stiffness=1e-4),
+        force=[0.0, 0.0, -100.0, -100.0],
+        contacts=[ss.Contact(tangential=k, normal=k + 2, **laws) for k in (0, 1)],
+    )
+
+
+def thrown(scene, first=-0.5, second=-0.5):
+    return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": first, "x2": second})
+
+
+def test_a_torus_says_so():
+    """Blocks with frequencies in no simple ratio, hardly tied: neither periodic nor chaotic."""
+    scene = two_blocks(137.0**2, 10.0)
+    with pytest.raises(ss.NotPeriodicError) as error:
+        ss.simulate(scene, thrown(scene), 1.0).limit_cycle()
+    assert error.value.kind == "quasi-periodic"
+    assert abs(error.value.exponent) <= 3.0 * error.value.error + 1e-2
+    assert error.value.error < 1.0
+
+
+def test_motion_that_does_not_settle_is_not_called_chaotic_at_once():
+    """Friction 3 at 0.046 m/s wanders for seconds: the verdict comes with the error of the rate."""
+    scene = ss.models.two_subsystems(friction=3.0, slider_speed=0.046)
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    with pytest.raises(ss.NotPeriodicError, match="follow it longer") as error:
+        run.limit_cycle(5.0)
+    assert error.value.kind in ("undecided", "unsettled")
+    # Within four standard errors the rate has no sign.
+    assert abs(error.value.exponent) <= 4.0 * error.value.error
+
+
+def test_growth_before_any_event_is_not_chaos():
+    scene = ss.models.two_subsystems()
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-12}), 0.3)
+    assert run.events.time.size == 0
+    with pytest.raises(ss.NotPeriodicError) as error:
+        run.limit_cycle(0.0)
+    assert error.value.kind == "undecided"
+    assert np.isnan(error.value.exponent)
+    assert run.limit_cycle().period == pytest.approx(8.908492605779e-3, rel=1e-12)
+
+
+def test_events_that_always_coincide():
+    """Equal blocks thrown alike slip and stick together; their orbit is that of one, twice."""
+    scene = two_blocks(link=2e3)
+    cycle = ss.simulate(scene, thrown(scene), 2.0).limit_cycle()
+    lasting = [phase.combination for phase in cycle.phases if phase.duration > 1e-9 * cycle.period]
+    assert lasting == ["++", "ss"]
+    alone = block()
+    single = ss.simulate(
+        alone, ss.sliding_equilibrium(alone).perturbed(velocity={"x1": -0.5}), 2.0
+    ).limit_cycle()
+    assert cycle.period == pytest.approx(single.period, rel=1e-9)
+    assert_multipliers(cycle, 1e-5)
+
+
 def test_stick_slip_in_closed_form():
     """Undamped: slip from T = mu_s N with the belt's speed until it is met again, then carried over 2 a."""
     stiffness, speed, omega = 1e4, 0.1, 100.0
@@ -122,6 +187,55 @@ def test_coexisting_attractors_and_their_basins():
     assert "equilibrium" in attractors
     rest = attractors.index("equilibrium")
     assert (found.to_numpy() == rest).tolist() == [[False, True, True], [False, True, True]]
+
+
+def loaded_block(speed=0.1):
+    """The block with a second mass on it: its stick-slip branch turns back at low speeds."""
+    stiffness = np.array([[7e4, -6e4, 0.0], [-6e4, 7e4, 0.0], [0.0, 0.0, 1e4]])
+    contact = ss.Contact(tangential=0, normal=2, friction=0.2, static_friction=0.5, slider_speed=speed)
+    return ss.Scene(
+        [1.0, 0.3, 1.0],
+        stiffness,
+        damping=ss.Proportional(stiffness=1e-4),
+        force=[0.0, 0.0, -100.0],
+        contacts=[contact],
+    )
+
+
+def test_a_fold_of_a_bi_stable_scene():
+    """Stick-slip beside stable sliding; the branch turns back at a fold and goes on unstable."""
+    scene = loaded_block()
+    assert ss.complex_modes(scene).eigenvalues.real.max() < 0.0
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5}), 2.0)
+    cycle = run.limit_cycle(3.0)
+    branch = ss.trace_branch(cycle, slider_speed=(0.1, 0.05), points=150)
+    (fold,) = branch.attrs["folds"]
+    assert fold.kind == "fold"
+    assert abs(fold.multiplier - 1.0) <= 1e-8
+    speeds, stable = branch.slider_speed.to_numpy(), branch.stable.to_numpy()
+    turn = int(np.argmin(speeds))
+    assert speeds[turn] == pytest.approx(fold.value, abs=1e-4)
+    assert speeds.min() >= fold.value
+    # Down to the fold and up again: stable before, unstable behind, motions of the scene on either side.
+    assert (np.diff(speeds[: turn + 1]) < 0.0).all()
+    assert (np.diff(speeds[turn + 1 : turn + 20]) > 0.0).all()
+    assert stable[: turn - 1].all()
+    assert not stable[turn + 2 : turn + 20].any()
+    assert branch.followed.to_numpy()[turn - 10 : turn + 10].all()
+    # Past the fold there is no such orbit; before it there are two, with multipliers on either side of 1.
+    with pytest.raises(ss.OrbitError):
+        fold.cycle.continued(loaded_block(fold.value - 1e-3))
+    above = fold.value + 2e-4
+    sides = [
+        int(np.argmin(np.abs(speeds[: turn + 1] - above))),
+        turn + 1 + int(np.argmin(np.abs(speeds[turn + 1 : turn + 20] - above))),
+    ]
+    largest = [branch.attrs["cycles"][k].transverse_multipliers.real.max() for k in sides]
+    assert largest[0] < 1.0 < largest[1]
+    # The same fold from the walk over values.
+    points = ss.branch_points(cycle, slider_speed=(0.1, 0.08), steps=10)
+    assert points[-1].kind == "fold"
+    assert points[-1].value == pytest.approx(fold.value, rel=1e-9)
 
 
 def test_hysteresis_over_slider_speed():

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from return_map import assert_multipliers
 
 EPSILON = np.finfo(float).eps
 
@@ -33,10 +34,8 @@ def test_period_and_sequence_of_the_standard_run(cycle):
 
 
 def test_multipliers_of_the_standard_run(cycle):
-    # Sliding, (12 dimensions), narrows to both contacts sticking, (10).
     assert cycle.multipliers.size == 12
-    assert cycle.structural_zeros == 2
-    assert np.count_nonzero(cycle.multipliers == 0.0) == 2
+    assert np.count_nonzero(cycle.multipliers == 0.0) == cycle.structural_zeros
     assert np.count_nonzero(np.abs(cycle.multipliers - 1.0) < 1e-10) == 1
     assert np.abs(cycle.transverse_multipliers).max() == pytest.approx(0.7837, abs=5e-5)
     assert cycle.stable
@@ -55,7 +54,7 @@ def test_a_run_from_the_orbit_stays_on_it(cycle):
     ("friction", "slider_speed", "period", "doubled", "largest"),
     [
         (3.0, 0.025, 17.7519e-3, True, None),
-        (2.2, 0.025, None, False, 0.9369),
+        (2.2, 0.025, 8.912734e-3, False, -0.9369),
         (2.2, 0.05, None, False, None),
         (2.2, 0.3, 18.397e-3, True, None),
         (2.2, 0.9, 17.871e-3, True, None),
@@ -67,7 +66,8 @@ def test_periods_over_friction_and_speed(friction, slider_speed, period, doubled
         assert cycle.period == pytest.approx(period, abs=1e-6 if slider_speed >= 0.3 else 1e-7)
     assert cycle.period_doubled == doubled
     if largest is not None:
-        assert np.abs(cycle.transverse_multipliers).max() == pytest.approx(largest, abs=5e-5)
+        outermost = max(cycle.transverse_multipliers, key=abs)
+        assert outermost == pytest.approx(largest, abs=5e-5)
         assert cycle.period < 9e-3
     if slider_speed == 0.025:
         # Published, to the unit.
@@ -86,7 +86,9 @@ def test_a_run_too_short_says_so():
     run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.12)
     with pytest.raises(ss.NotPeriodicError) as error:
         run.limit_cycle(further=0.0)
-    assert error.value.kind in ("unsettled", "quasi-periodic", "chaotic")
+    # Its only event comes near the end: what neighbours do on the attractor is not known.
+    assert error.value.kind == "undecided"
+    assert error.value.error == np.inf
     assert run.limit_cycle().period == pytest.approx(8.908492605779e-3, rel=1e-12)
 
 
@@ -97,14 +99,34 @@ def test_further_is_checked(further, cycle):
 
 
 @given(
-    dof=st.sampled_from(["x1", "x2", "x5", "x6"]),
-    speed=st.floats(1e-5, 2e-2),
-    sign=st.sampled_from([-1.0, 1.0]),
+    shape=st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12).filter(
+        lambda shape: max(map(abs, shape)) > 0.1
+    ),
+    size=st.floats(-6.0, 0.0).map(lambda power: 10.0**power),
 )
-def test_the_cycle_does_not_depend_on_the_perturbation(dof, speed, sign):
-    cycle = settled(velocity={dof: sign * speed})
+def test_the_cycle_does_not_depend_on_the_perturbation(shape, size):
+    """Any shape over all that sliding leaves free, over six decades up to where contacts still slide."""
+    scene = ss.models.two_subsystems()
+    free = ["x1", "x2", "x3", "x5", "x6", "x7"]
+    position = {dof: 1e-6 * size * x for dof, x in zip(free, shape[:6], strict=True)}
+    velocity = {dof: 1e-2 * size * x for dof, x in zip(free, shape[6:], strict=True)}
+    start = ss.sliding_equilibrium(scene).perturbed(position=position, velocity=velocity)
+    cycle = ss.simulate(scene, start, 0.6).limit_cycle()
     assert cycle.period == pytest.approx(8.908492605779e-3, rel=1e-12)
     assert cycle.combinations == ("++", "+d", "++", "s+", "ss", "s+")
+
+
+@pytest.mark.parametrize(
+    ("slider_speed", "statuses"),
+    [
+        # Table 3; where the record notes it, what the model gives in place of what the table prints.
+        (0.025, {"++", "s+", "ss"}),
+        (0.05, {"++", "+s", "s+", "ss", "sd", "+d"}),
+        (0.3, {"++", "d+", "+d", "s+", "ss", "sd", "dd"}),
+    ],
+)
+def test_statuses_on_the_attractor_over_slider_speed(slider_speed, statuses):
+    assert set(settled(2.2, slider_speed).combinations) == statuses
 
 
 def quadrature(cycle, count):
@@ -153,22 +175,4 @@ def test_fft_of_a_period_converges_at_its_aliasing_order(cycle):
 
 def test_multipliers_against_finite_differences(cycle):
     """The return map of perturbed starts, one period later, differenced: the same eigenvalues to 1e-6."""
-    scene, period = cycle.scene, cycle.period
-    middle = cycle.run.state(0.5 * cycle.durations[0])
-    assert middle.combination == "++"
-    # Both contacts slide: horizontal and normal coordinates of the contact masses are held.
-    free = [0, 1, 2, 4, 5, 6]
-    steps = [1e-10] * 6 + [1e-7] * 6  # of displacements, m, and velocities, m/s
-    columns = []
-    for index, step in enumerate(steps):
-        ends = []
-        for sign in (1.0, -1.0):
-            position, velocity = middle.position.copy(), middle.velocity.copy()
-            (position if index < 6 else velocity)[free[index % 6]] += sign * step
-            end = ss.simulate(scene, ss.State(position, velocity, "++"), period).state(period)
-            ends.append(np.concatenate([end.position[free], end.velocity[free]]))
-        columns.append((ends[0] - ends[1]) / (2.0 * step))
-    scale = np.array([1e-3] * 6 + [1.0] * 6)
-    differenced = np.linalg.eigvals(np.array(columns).T * scale / scale[:, None])
-    for multiplier in cycle.multipliers:
-        assert np.abs(differenced - multiplier).min() <= 1e-6
+    assert_multipliers(cycle, 1e-6)
