@@ -21,6 +21,9 @@ MULTIPLIER = 1e-8
 #: Relative distance to which the end of a branch is approached by halving; closer, Newton's method needs
 #: better starts.
 CLOSE = 1e-7
+#: Distance from 1 of a multiplier at that end up to which it may be that of a fold: it falls like the root of
+#: the distance.
+NEAR_ONE = 0.3
 
 
 def branch_points(
@@ -183,12 +186,11 @@ def _branch_end(name: str, before: Placed, beyond: float, scene_at: SceneAt) -> 
         except OrbitError:
             outside = middle
     value, cycle = places[-1]
-    # Towards a fold 1 - m falls like the root of the distance.
-    if np.abs(cycle.transverse_multipliers - 1.0).min(initial=np.inf) <= np.sqrt(CLOSE) * 1e2:
+    if np.abs(cycle.transverse_multipliers - 1.0).min(initial=np.inf) <= NEAR_ONE:
         fold = fold_near(name, (value, cycle), np.sign(beyond - before[0]), abs(beyond - before[0]), scene_at)
         if fold is not None:
             yield fold
-        return
+            return
     shortest = int(np.argmin(cycle.core.durations))
 
     def square(orbit: Cycle) -> float:
