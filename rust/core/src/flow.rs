@@ -108,20 +108,22 @@ impl<'a> Flow<'a> {
     fn series(&self, start: &[f64], duration: f64) -> Option<Vec<f64>> {
         let mut end = start.to_vec();
         let mut term: Vec<f64> = self.field(start).iter().map(|rate| duration * rate).collect();
-        let first = term.clone();
-        for order in 2..=TERMS + 1 {
-            end.iter_mut().zip(&term).for_each(|(end, term)| *end += term);
-            let factor = duration / order as f64;
-            term = self.rate(&term, 0.0).iter().map(|rate| factor * rate).collect();
-        }
         let size = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
         let halves = |values: &[f64]| {
             let (position, velocity) = values.split_at(self.scene.size);
             (size(position), size(velocity))
         };
-        let (left, whole) = (halves(&term), halves(&first));
-        let converged = |left: f64, whole: f64| left <= f64::EPSILON * whole;
-        (converged(left.0, whole.0) && converged(left.1, whole.1)).then_some(end)
+        let mut largest = (0.0f64, 0.0f64);
+        for order in 2..=TERMS + 1 {
+            end.iter_mut().zip(&term).for_each(|(end, term)| *end += term);
+            let (position, velocity) = halves(&term);
+            largest = (largest.0.max(position), largest.1.max(velocity));
+            let factor = duration / order as f64;
+            term = self.rate(&term, 0.0).iter().map(|rate| factor * rate).collect();
+        }
+        let (position, velocity) = halves(&term);
+        let converged = |left: f64, largest: f64| left <= f64::EPSILON * largest;
+        (converged(position, largest.0) && converged(velocity, largest.1)).then_some(end)
     }
 
     /// Phi(duration) over all entries of (q, q'), row-major; columns outside `free` are zero.
