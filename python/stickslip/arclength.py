@@ -16,6 +16,7 @@ from stickslip.branch import BranchPoint, Placed
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
 from stickslip.path import Model, SceneAt, along
+from stickslip.units import parameter_units
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
 WIDTH = 1e-6
@@ -153,7 +154,8 @@ def trace_branch(
     longest = real_number("step", step)
     if not 0.0 < longest <= 1.0:
         raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
-    name, ends, scene_at = along(cycle.scene if model is None else model, parameter)
+    source = cycle.scene if model is None else model
+    name, ends, scene_at = along(source, parameter)
     if ends.size != 2 or ends[0] == ends[1]:
         raise InputError(f"{name}: expected (begin, end) of the branch, got {parameter[name]!r}")
     begin, end = float(ends[0]), float(ends[1])
@@ -180,8 +182,8 @@ def trace_branch(
         length = min(GROWTH * length, longest)
     values = np.array([value for value, _ in placed])
     cycles = [orbit for _, orbit in placed]
-    result = table("point", np.arange(values.size, dtype=float), cycles).assign_coords(
-        {name: ("point", values)}
+    result = table("point", np.arange(values.size, dtype=float), cycles, {}).assign_coords(
+        {name: ("point", values, parameter_units(source, name))}
     )
     result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
     result.attrs.update(folds=tuple(folds), end=why)

@@ -86,7 +86,10 @@ def basins(
     labelled = xr.DataArray(
         labels.reshape(first.size, second.size),
         dims=names,
-        coords={names[0]: first, names[1]: second},
+        coords={
+            names[0]: (names[0], first, {"units": "m" if kind_a == "position" else "m/s"}),
+            names[1]: (names[1], second, {"units": "m" if kind_b == "position" else "m/s"}),
+        },
         name="attractor",
         attrs={"attractors": tuple(attractors)},
     )

@@ -24,6 +24,7 @@ from stickslip.errors import SearchInterrupted
 from stickslip.path import Model, along
 from stickslip.scene import Scene
 from stickslip.state import State
+from stickslip.units import parameter_units
 
 
 def bifurcation(
@@ -89,7 +90,7 @@ def bifurcation(
         found, interruption = settled(scenes, [starts(scene) for scene in scenes], length, end)
         restarted = np.zeros(values.size, dtype=bool)
     done = [k for k, outcome in enumerate(found) if outcome is not None]
-    result = _diagram(name, values[done], [scenes[k] for k in done], [found[k] for k in done])
+    result = _diagram(model, name, values[done], [scenes[k] for k in done], [found[k] for k in done])
     result["restarted"] = (name, restarted[done])
     if isinstance(interruption, KeyboardInterrupt):
         raise SearchInterrupted(result, len(done), values.size) from None
@@ -98,7 +99,9 @@ def bifurcation(
     return result
 
 
-def _diagram(name: str, values: Real, scenes: list[Scene], found: list[Outcome | None]) -> xr.Dataset:
+def _diagram(
+    model: Model, name: str, values: Real, scenes: list[Scene], found: list[Outcome | None]
+) -> xr.Dataset:
     cycles: list[Cycle | None] = []
     kinds, exponents, errors = [], [], []
     for scene, outcome in zip(scenes, found, strict=True):
@@ -108,7 +111,7 @@ def _diagram(name: str, values: Real, scenes: list[Scene], found: list[Outcome |
         kinds.append(kind if core is not None else described(kind, growth, message)[0])
         exponents.append(growth[0])
         errors.append(growth[1])
-    result = table(name, values, cycles)
+    result = table(name, values, cycles, parameter_units(model, name))
     result["kind"] = (name, np.array(kinds, dtype=str))
     result["exponent"] = (name, np.array(exponents), {"units": "1/s"})
     result["exponent_error"] = (name, np.array(errors), {"units": "1/s"})
@@ -140,7 +143,7 @@ def _followed(
     return found, restarted, None
 
 
-def table(name: str, values: Real, cycles: Sequence[Cycle | None]) -> xr.Dataset:
+def table(name: str, values: Real, cycles: Sequence[Cycle | None], units: dict[str, str]) -> xr.Dataset:
     """Return cycles over a parameter as one dataset; nan, False or empty where there is none."""
     scene = next((cycle.scene for cycle in cycles if cycle is not None), None)
     dofs = [] if scene is None else list(scene.dofs)
@@ -164,12 +167,16 @@ def table(name: str, values: Real, cycles: Sequence[Cycle | None]) -> xr.Dataset
         "period_doubled": (name, column(lambda c: c.period_doubled, False)),
         "stable": (name, column(lambda c: c.stable, False)),
         "sequence": (name, column(lambda c: " ".join(c.combinations), "")),
-        "largest_multiplier": (name, column(largest, np.nan)),
-        "multiplier": ((name, "order"), column(padded, np.full(width, complex(np.nan, np.nan)))),
+        "largest_multiplier": (name, column(largest, np.nan), {"units": "1"}),
+        "multiplier": (
+            (name, "order"),
+            column(padded, np.full(width, complex(np.nan, np.nan))),
+            {"units": "1"},
+        ),
     }
     lowest = column(lambda c: c.core.minimum, nothing)
     highest = column(lambda c: c.core.maximum, nothing)
     for key, cells in (("minimum", lowest), ("maximum", highest), ("amplitude", 0.5 * (highest - lowest))):
         rows[key] = ((name, "dof"), cells, {"units": "m"})
-    coords = {name: values, "dof": dofs}
+    coords = {name: (name, values, units), "dof": dofs}
     return xr.Dataset(rows, coords=coords, attrs={"cycles": tuple(cycles)})

@@ -11,6 +11,7 @@ from stickslip.bifurcation import table
 from stickslip.cycle import Cycle
 from stickslip.errors import OrbitError
 from stickslip.path import Model, SceneAt, along
+from stickslip.units import parameter_units
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
@@ -21,7 +22,7 @@ Placed = tuple[float, Cycle]
 Kind = Literal["period_doubling", "fold", "torus", "grazing", "switching"]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class BranchPoint:
     """A value of a parameter at which a periodic orbit changes.
 
@@ -47,6 +48,12 @@ class BranchPoint:
     contact: int | None
     event: str | None
     cycle: Cycle
+
+    def __repr__(self) -> str:
+        place = f"{self.kind} at {self.parameter} = {self.value:.12g}"
+        if self.contact is None:
+            return f"BranchPoint({place}, multiplier {self.multiplier:.6g}, {self.cycle.frequency:.6g} Hz)"
+        return f"BranchPoint({place}, contact {self.contact}: {self.event}, {self.cycle.frequency:.6g} Hz)"
 
 
 def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) -> xr.Dataset:
@@ -86,7 +93,7 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
         orbits.append(orbit)
         before = (float(value), orbit)
     orbits += [None] * (values.size - len(orbits))
-    result = table(name, values, orbits)
+    result = table(name, values, orbits, parameter_units(cycle.scene if model is None else model, name))
     result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
     return result
 
