@@ -413,6 +413,13 @@ class Trajectory:
 
         return trajectory_html(self)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.scene, self.start, self.core.record())
+
+
+def _restored(scene: Scene, start: State, record: dict[str, Any]) -> Trajectory:
+    return Trajectory(scene, start, scene.core.trajectory(record))
+
 
 def simulate(
     scene: Scene,

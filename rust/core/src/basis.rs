@@ -34,6 +34,8 @@ pub(crate) enum Propagator {
 #[derive(Debug)]
 pub(crate) struct CombinationBasis {
     pub combination: Combination,
+    /// What was asked for when it was made.
+    pub method: Method,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
 }
@@ -48,7 +50,7 @@ impl CombinationBasis {
             };
             let parts = scene.blocks().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
             let propagator = Propagator::Blocks(parts);
-            return Ok(Self { combination: combination.clone(), functions, propagator });
+            return Ok(Self { combination: combination.clone(), method, functions, propagator });
         }
         let taylor = || TaylorOperator::new(scene, combination, &functions).map(Box::new);
         let closed = combination.statuses().iter().filter(|status| status.is_closed()).count();
@@ -72,7 +74,7 @@ impl CombinationBasis {
                 }
             }
         };
-        Ok(Self { combination: combination.clone(), functions, propagator })
+        Ok(Self { combination: combination.clone(), method, functions, propagator })
     }
 
     pub fn is_modal(&self) -> bool {

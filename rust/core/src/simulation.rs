@@ -22,6 +22,16 @@ pub enum Method {
     Taylor,
 }
 
+impl Method {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::Auto => "auto",
+            Method::Modal => "modal",
+            Method::Taylor => "taylor",
+        }
+    }
+}
+
 /// What a run does besides following the motion for its duration.
 #[derive(Clone, Copy, Default)]
 pub struct Controls<'a> {

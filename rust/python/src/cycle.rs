@@ -1,14 +1,17 @@
 //! Periodic orbits and what motions settle to.
 
+use std::sync::Arc;
+
 use num_complex::Complex64;
-use numpy::{IntoPyArray, PyArray1, PyArray2};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::matrix;
+use crate::convert::{matrix, vector};
 use crate::errors::{named, raise};
-use crate::scene::Scene;
-use crate::trajectory::Trajectory;
+use crate::scene::{Scene, method_named};
+use crate::trajectory::{Trajectory, integers, kinds};
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Cycle {
@@ -95,6 +98,22 @@ impl Cycle {
         Ok(Trajectory::new(run))
     }
 
+    /// Everything but the scene, as numbers and names; `Scene.cycle` takes it.
+    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let record = self.inner.record();
+        let kinds: Vec<&str> = record.kinds.iter().map(|kind| kind.name()).collect();
+        let dict = PyDict::new(py);
+        dict.set_item("method", record.method.name())?;
+        dict.set_item("combinations", record.combinations)?;
+        dict.set_item("states", record.states.into_pyarray(py))?;
+        dict.set_item("durations", record.durations.into_pyarray(py))?;
+        dict.set_item("contacts", integers(py, &record.contacts))?;
+        dict.set_item("kinds", kinds)?;
+        dict.set_item("period", record.period)?;
+        dict.set_item("residual", record.residual)?;
+        Ok(dict)
+    }
+
     /// Derivative of the flow over a period, in contact coordinates.
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let monodromy = self.inner.orbit.monodromy().map_err(|failure| failed(py, &failure))?;
@@ -136,6 +155,37 @@ impl Cycle {
         let cycle =
             py.detach(|| self.inner.orbit.continued(&scene.inner).and_then(core::Cycle::new));
         Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
+    }
+}
+
+/// An orbit from its record.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Record<'py> {
+    method: String,
+    combinations: Vec<String>,
+    states: PyReadonlyArray1<'py, f64>,
+    durations: PyReadonlyArray1<'py, f64>,
+    contacts: Vec<usize>,
+    kinds: Vec<String>,
+    period: f64,
+    residual: f64,
+}
+
+impl Record<'_> {
+    pub fn cycle(self, py: Python<'_>, scene: &Arc<core::Scene>) -> PyResult<Cycle> {
+        let record = core::CycleRecord {
+            method: method_named(py, &self.method)?,
+            combinations: self.combinations,
+            states: vector(&self.states),
+            durations: vector(&self.durations),
+            contacts: self.contacts,
+            kinds: kinds(py, &self.kinds)?,
+            period: self.period,
+            residual: self.residual,
+        };
+        let cycle = py.detach(|| core::Cycle::from_record(scene, &record));
+        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }
 
