@@ -443,7 +443,8 @@ def simulate(
     duration
         > 0, s.
     method
-        How phases are propagated: in modal coordinates, by Taylor series, or whichever fits.
+        How phases are propagated: in modal coordinates, by Taylor series, or whichever is less work and
+        well-conditioned. The choice counts work and reads no clock: the same arguments give the same run.
     max_events
         Stop after that many events; None: no limit.
     time_limit

@@ -17,6 +17,7 @@ mod compensated;
 mod complementarity;
 mod contact;
 mod coordinates;
+mod cost;
 mod critical;
 mod cycle;
 mod eigen;

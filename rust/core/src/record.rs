@@ -19,8 +19,8 @@ use crate::trajectory::{
 /// A [`Trajectory`] without its scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrajectoryRecord {
-    /// The different combinations, and the method that each was set up for.
-    pub bases: Vec<(String, Method)>,
+    /// The different combinations, and the methods that each was set up for, one for each block of the scene.
+    pub bases: Vec<(String, Vec<Method>)>,
     /// Index into `bases` of every phase.
     pub phase_basis: Vec<usize>,
     pub phase_start: Vec<f64>,
@@ -57,6 +57,29 @@ pub struct CycleRecord {
 
 fn refused(reason: &'static str) -> Error {
     Error::Record { reason }
+}
+
+fn recorded_basis(
+    scene: &Scene,
+    name: &str,
+    methods: &[Method],
+) -> Result<Arc<CombinationBasis>, Error> {
+    let combination = Combination::parse(name, scene.contacts().len())?;
+    let basis = |scene: &Scene, combination: &Combination, method: Method| {
+        Ok(scene.basis(combination, method.for_repeated_use())?.0)
+    };
+    let blocks = scene.blocks();
+    if methods.len() != blocks.len().max(1) {
+        return Err(refused("bases that do not fit the scene"));
+    }
+    if blocks.is_empty() {
+        return basis(scene, &combination, methods[0]);
+    }
+    let parts = blocks.iter().zip(methods);
+    let parts: Vec<_> = parts
+        .map(|(block, &method)| basis(&block.scene, &block.statuses(&combination), method))
+        .collect::<Result<_, Error>>()?;
+    Ok(Arc::new(CombinationBasis::of_blocks(scene, combination, parts.into_iter())))
 }
 
 impl EventKind {
@@ -97,7 +120,7 @@ impl StopReason {
 impl Trajectory {
     /// What [`Trajectory::from_record`] takes.
     pub fn record(&self) -> TrajectoryRecord {
-        let mut bases: Vec<(String, Method)> = Vec::new();
+        let mut bases: Vec<(String, Vec<Method>)> = Vec::new();
         let mut seen: Vec<(&CombinationBasis, usize)> = Vec::new();
         let phase_basis = self
             .phases
@@ -109,7 +132,8 @@ impl Trajectory {
                 {
                     return index;
                 }
-                bases.push((basis.combination.to_string(), basis.method));
+                let methods = basis.wanted_by_block().into_iter().map(Method::of).collect();
+                bases.push((basis.combination.to_string(), methods));
                 seen.push((basis, bases.len() - 1));
                 bases.len() - 1
             })
@@ -158,10 +182,7 @@ impl Trajectory {
         let bases = record
             .bases
             .iter()
-            .map(|(name, method)| {
-                let combination = Combination::parse(name, contacts)?;
-                Ok(scene.basis(&combination, *method)?.0)
-            })
+            .map(|(name, methods)| recorded_basis(scene, name, methods))
             .collect::<Result<Vec<_>, Error>>()?;
         let numbers = record.phase_start.into_iter().zip(record.phase_rest);
         let phases = numbers

@@ -155,8 +155,11 @@ impl Trajectory {
             _ => None,
         };
         let dict = PyDict::new(py);
-        let bases: Vec<(String, &str)> =
-            record.bases.into_iter().map(|(name, method)| (name, method.name())).collect();
+        let names = |methods: Vec<core::Method>| -> Vec<&str> {
+            methods.into_iter().map(core::Method::name).collect()
+        };
+        let bases: Vec<(String, Vec<&str>)> =
+            record.bases.into_iter().map(|(name, methods)| (name, names(methods))).collect();
         dict.set_item("bases", bases)?;
         dict.set_item("phase_basis", integers(py, &record.phase_basis))?;
         dict.set_item("phase_start", record.phase_start.into_pyarray(py))?;
@@ -260,7 +263,7 @@ pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<core::EventKind>>
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub struct Record<'py> {
-    bases: Vec<(String, String)>,
+    bases: Vec<(String, Vec<String>)>,
     phase_basis: Vec<usize>,
     phase_start: PyReadonlyArray1<'py, f64>,
     phase_rest: PyReadonlyArray1<'py, f64>,
@@ -299,7 +302,10 @@ impl Record<'_> {
         let bases = self
             .bases
             .into_iter()
-            .map(|(name, method)| Ok((name, method_named(py, &method)?)))
+            .map(|(name, methods)| {
+                let methods = methods.iter().map(|method| method_named(py, method));
+                Ok((name, methods.collect::<PyResult<Vec<_>>>()?))
+            })
             .collect::<PyResult<Vec<_>>>()?;
         let record = core::TrajectoryRecord {
             bases,
