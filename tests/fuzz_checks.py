@@ -24,8 +24,8 @@ SPREAD = 10.0
 HORIZON = 1e-6
 #: Rounding of a state: some hundred ulp, the limit of the condition of modes, over some dozens of phases.
 SLACK = 3e-12
-#: Part of the energy of a state below which works are not balanced: it is rounded itself, by some ulp.
-BALANCED = 1e-5
+#: Part of the energy of a state below which works are not balanced: a state is known to some hundred ulp.
+BALANCED = 1e-4
 #: Quadrature: Gauss nodes, and the largest rate times span for which they leave less than 1e-12 of a power,
 #: which turns twice as fast as the motion.
 RULES = ((3, 0.05), (5, 0.5), (8, 2.3), (12, 6.0), (20, 16.0), (32, 34.0))

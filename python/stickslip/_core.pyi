@@ -66,6 +66,8 @@ class Scene:
         accumulation_tolerance: float,
         on_grazing: Literal["keep", "stop"],
     ) -> Trajectory: ...
+    def trajectory(self, record: dict[str, Any]) -> Trajectory: ...
+    def cycle(self, record: dict[str, Any]) -> Cycle: ...
 
 @final
 class Batch:
@@ -184,6 +186,7 @@ class Trajectory:
     # status code (k, c) as ASCII of + - s d
     def modal_coordinates(self, times: Real) -> list[tuple[str, Index, Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
+    def record(self) -> dict[str, Any]: ...  # what `Scene.trajectory` takes
     # follows the motion for at most `limit` s more
     def attractor(self, limit: float, method: Literal["auto", "modal", "taylor"]) -> Settled: ...
 
@@ -232,6 +235,7 @@ class Cycle:
     minimum: Real  # (n,)
     maximum: Real  # (n,)
     def trajectory(self) -> Trajectory: ...
+    def record(self) -> dict[str, Any]: ...  # what `Scene.cycle` takes
     def monodromy(self) -> Real: ...  # (2n, 2n), contact coordinates
     def harmonics(self, count: int) -> Complex: ...  # (count + 1, n)
     # phase, contact, kind, lowest value, time, whether it is a local minimum

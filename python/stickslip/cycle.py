@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -415,6 +415,13 @@ class Cycle:
         from stickslip.notebook import cycle_html
 
         return cycle_html(self)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.scene, self.core.record())
+
+
+def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
+    return Cycle(scene, scene.core.cycle(record))
 
 
 def limit_cycle(

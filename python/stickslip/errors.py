@@ -55,11 +55,18 @@ class SearchInterrupted(KeyboardInterrupt):
     partial
         What was found by then: the values done of a diagram, or a map of basins with -2 where nothing was
         computed.
+    done, of
+        How many motions were followed to their end, of how many.
     """
 
     def __init__(self, partial: xr.Dataset | xr.DataArray, done: int, of: int) -> None:
         super().__init__(f"interrupted after {done} of {of} motions")
         self.partial = partial
+        self.done = done
+        self.of = of
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.partial, self.done, self.of)
 
 
 class OrbitError(RunError):
@@ -88,7 +95,7 @@ class NotPeriodicError(RunError):
         self.error = error
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial, self.kind, self.exponent)
+        return type(self), (str(self), self.partial, self.kind, self.exponent, self.error)
 
 
 class StoreError(StickslipError, RuntimeError):

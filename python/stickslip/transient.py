@@ -419,6 +419,13 @@ class Trajectory:
 
         return trajectory_html(self)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.scene, self.start, self.core.record())
+
+
+def _restored(scene: Scene, start: State, record: dict[str, Any]) -> Trajectory:
+    return Trajectory(scene, start, scene.core.trajectory(record))
+
 
 def simulate(
     scene: Scene,
@@ -442,7 +449,8 @@ def simulate(
     duration
         > 0, s.
     method
-        How phases are propagated: in modal coordinates, by Taylor series, or whichever fits.
+        How phases are propagated: in modal coordinates, by Taylor series, or whichever is less work and
+        well-conditioned. The choice counts work and reads no clock: the same arguments give the same run.
     max_events
         Stop after that many events; None: no limit.
     time_limit

@@ -4,22 +4,31 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::blocks::Block;
+use crate::cost::LARGEST;
 use crate::error::Error;
 use crate::event::EventFunction;
 use crate::motion::{ModalBasis, TaylorOperator};
 use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
-use crate::simulation::Method;
 use crate::spectrum::{Vectors, spectrum};
-use crate::status::Combination;
+use crate::status::{Combination, Status};
 
 /// Modal superposition loses about this many ulp; above it the series is used instead.
 const CONDITION_LIMIT: f64 = 300.0;
-/// Above this many free coordinates a decomposition per combination costs more than the series it saves.
-const MODAL_SIZE: usize = 60;
-/// Combinations kept per scene, about 64 MB of modes at 20 dofs.
-const KEPT_COMBINATIONS: usize = 4096;
+/// Numbers in the combinations kept per scene: 4096 of 20 coordinates, about 64 MB of modes.
+const KEPT: usize = 4096 * 20 * 20;
+
+/// How a combination is to be propagated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Wanted {
+    /// By modes, or not at all.
+    Modes,
+    /// By modes unless they are ill-conditioned or too many.
+    SoundModes,
+    /// By Taylor series.
+    Series,
+}
 
 /// How a combination is propagated.
 #[derive(Debug)]
@@ -34,45 +43,74 @@ pub(crate) enum Propagator {
 #[derive(Debug)]
 pub(crate) struct CombinationBasis {
     pub combination: Combination,
+    pub wanted: Wanted,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
 }
 
 impl CombinationBasis {
-    fn new(scene: &Scene, combination: &Combination, method: Method) -> Result<Self, Error> {
+    fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
         let functions = scene.event_functions(combination);
         if !scene.blocks().is_empty() {
             let part = |block: &Arc<Block>| {
-                let (basis, _) = block.scene.basis(&block.statuses(combination), method)?;
+                let (basis, _) = block.scene.basis(&block.statuses(combination), wanted)?;
                 Ok((Arc::clone(block), basis))
             };
             let parts = scene.blocks().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
-            let propagator = Propagator::Blocks(parts);
-            return Ok(Self { combination: combination.clone(), functions, propagator });
+            return Ok(Self {
+                combination: combination.clone(),
+                wanted,
+                functions,
+                propagator: Propagator::Blocks(parts),
+            });
         }
-        let taylor = || TaylorOperator::new(scene, combination, &functions).map(Box::new);
-        let closed = combination.statuses().iter().filter(|status| status.is_closed()).count();
-        let propagator = match method {
-            Method::Taylor => Propagator::Taylor(taylor()?),
-            Method::Auto if scene.size - closed > MODAL_SIZE => Propagator::Taylor(taylor()?),
-            Method::Auto | Method::Modal => {
-                let reduced = Reduced::new(scene, combination)?;
-                let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
-                let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
-                if condition <= CONDITION_LIMIT {
-                    Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))
-                } else if method == Method::Auto {
-                    Propagator::Taylor(taylor()?)
-                } else {
-                    return Err(Error::DefectiveModes {
-                        method: "modal",
-                        combination: combination.clone(),
-                        condition,
-                    });
-                }
+        let series = || {
+            let operator = TaylorOperator::new(scene, combination, &functions)?;
+            Ok(Propagator::Taylor(Box::new(operator)))
+        };
+        let large = scene.free(combination) > LARGEST;
+        let propagator = if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
+            series()?
+        } else {
+            let reduced = Reduced::new(scene, combination)?;
+            let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
+            let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
+            if condition <= CONDITION_LIMIT {
+                Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))
+            } else if wanted == Wanted::SoundModes {
+                series()?
+            } else {
+                return Err(Error::DefectiveModes {
+                    method: "modal",
+                    combination: combination.clone(),
+                    condition,
+                });
             }
         };
-        Ok(Self { combination: combination.clone(), functions, propagator })
+        Ok(Self { combination: combination.clone(), wanted, functions, propagator })
+    }
+
+    /// Of a scene in blocks, from a basis for each.
+    pub fn of_blocks(
+        scene: &Scene,
+        combination: Combination,
+        bases: impl Iterator<Item = Arc<CombinationBasis>>,
+    ) -> Self {
+        Self {
+            functions: scene.event_functions(&combination),
+            // What the parts want is their own.
+            wanted: Wanted::SoundModes,
+            propagator: Propagator::Blocks(scene.blocks().iter().cloned().zip(bases).collect()),
+            combination,
+        }
+    }
+
+    /// What was wanted, by block if the scene is in blocks.
+    pub fn wanted_by_block(&self) -> Vec<Wanted> {
+        match &self.propagator {
+            Propagator::Blocks(parts) => parts.iter().map(|(_, basis)| basis.wanted).collect(),
+            Propagator::Modal(_) | Propagator::Taylor(_) => vec![self.wanted],
+        }
     }
 
     pub fn is_modal(&self) -> bool {
@@ -84,30 +122,42 @@ impl CombinationBasis {
     }
 }
 
-/// The combinations met so far, by method.
+/// The combinations met so far.
 #[derive(Debug, Default)]
 pub(crate) struct BasisCache {
-    known: HashMap<(Combination, Method), Arc<CombinationBasis>>,
+    known: HashMap<(Combination, Wanted), Arc<CombinationBasis>>,
+    /// Sum of the squares of their sizes.
+    numbers: usize,
 }
 
 impl Scene {
+    /// Coordinates that a combination leaves free.
+    pub(crate) fn free(&self, combination: &Combination) -> usize {
+        let held = |status: &Status| {
+            usize::from(status.is_closed()) + usize::from(*status == Status::Sticking)
+        };
+        self.size - combination.statuses().iter().map(held).sum::<usize>()
+    }
+
     /// The basis of a combination, and whether it had to be computed.
     pub(crate) fn basis(
         &self,
         combination: &Combination,
-        method: Method,
+        wanted: Wanted,
     ) -> Result<(Arc<CombinationBasis>, bool), Error> {
-        let key = (combination.clone(), method);
+        let key = (combination.clone(), wanted);
         // A poisoned lock only means that another thread stopped between two complete entries.
         let lock = || self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
         if let Some(basis) = lock().known.get(&key) {
             return Ok((Arc::clone(basis), false));
         }
-        let basis = Arc::new(CombinationBasis::new(self, combination, method)?);
+        let basis = Arc::new(CombinationBasis::new(self, combination, wanted)?);
         let mut cache = lock();
-        if cache.known.len() >= KEPT_COMBINATIONS {
-            cache.known.clear();
+        let numbers = if basis.is_modal() { self.size * self.size } else { self.size };
+        if cache.numbers + numbers > KEPT {
+            *cache = BasisCache::default();
         }
+        cache.numbers += numbers;
         cache.known.insert(key, Arc::clone(&basis));
         Ok((basis, true))
     }
@@ -119,6 +169,6 @@ impl Scene {
 
     /// Drops the combinations kept; motions computed from them keep their own.
     pub fn forget(&self) {
-        self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner()).known = HashMap::new();
+        *self.bases.lock().unwrap_or_else(|poisoned| poisoned.into_inner()) = BasisCache::default();
     }
 }

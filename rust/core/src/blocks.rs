@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::basis::CombinationBasis;
 use crate::coordinates::Coordinates;
 use crate::error::{Error, RunFailure};
 use crate::matrix::SparseMatrix;
@@ -273,7 +274,13 @@ fn put_together(
             block.scatter(&cursor.u, &mut u);
         }
         let phase = whole.phases.len();
-        let (basis, _) = scene.basis(&Combination::new(statuses.clone()), method)?;
+        let combination = Combination::new(statuses.clone());
+        let bases = blocks.iter().zip(&current).map(|((_, run), &index)| &run.phases[index].basis);
+        let basis = if bases.clone().all(|basis| basis.is_modal()) {
+            scene.basis(&combination, method.for_repeated_use())?.0
+        } else {
+            Arc::new(CombinationBasis::of_blocks(scene, combination, bases.cloned()))
+        };
         whole.phases.push(Phase { start: time, rest, basis });
         whole.states.extend_from_slice(&q);
         whole.states.extend_from_slice(&u);

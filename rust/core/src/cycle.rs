@@ -87,6 +87,8 @@ impl Orbit {
             }
         }
         trajectory.counters.phases = count + 1;
+        let taylor = |phase: &&Phase| !phase.basis.is_modal();
+        trajectory.counters.taylor_phases = trajectory.phases.iter().filter(taylor).count();
         Ok(trajectory)
     }
 

@@ -71,6 +71,8 @@ pub enum Error {
     CoupledImpacts,
     #[error("{argument}: {value} s lies outside the computed motion, 0 to {end} s")]
     TimeOutside { argument: &'static str, value: f64, end: f64 },
+    #[error("record: {reason}")]
+    Record { reason: &'static str },
 }
 
 /// Why a motion could not be continued; the part computed so far is kept beside it.
@@ -96,4 +98,7 @@ pub enum RunFailure {
         /// (tangential, normal) of each contact.
         reactions: Vec<f64>,
     },
+    /// Why a motion read back from its record could not be continued, in the words of then.
+    #[error("{0}")]
+    Recorded(String),
 }

@@ -51,7 +51,7 @@ impl<'a> Flow<'a> {
         combination: &Combination,
         method: Method,
     ) -> Result<Self, Error> {
-        let (basis, _) = scene.basis(combination, method)?;
+        let (basis, _) = scene.basis(combination, method.for_repeated_use())?;
         let (kept, merges) = Reduced::bases_of(scene, combination);
         let sticking: Vec<(usize, f64)> = scene
             .contacts

@@ -1,6 +1,7 @@
 //! The motion of one phase, as two kinds that answer the same question: on the next stretch of time,
 //! what polynomial is each event function, and how far can it be off?
 
+mod dense_rows;
 mod modal;
 mod modal_basis;
 pub(crate) mod phi;

@@ -9,8 +9,8 @@ use crate::trajectory::{Accumulation, Cursor, EventKind, Grazing, StopReason};
 use crate::transition::Departure;
 use crate::vector::VectorUnit;
 
-/// Panels between two questions whether the run is interrupted: about 20 us of small-scene work.
-const PANELS_PER_QUESTION: usize = 64;
+/// Coordinates times panels between two questions whether the run is interrupted: some 0.1 ms.
+const WORK_PER_QUESTION: usize = 512;
 /// A bounce slower than this, relative to the fastest coordinate, is rounding of the impact before it.
 const BOUNCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// A bounce is searched for within this many times its parabolic flight first.
@@ -23,6 +23,8 @@ pub(crate) enum PhaseEnd {
         after: f64,
     },
     Stop(StopReason),
+    /// All the panels that were allowed are used up.
+    TooLong,
 }
 
 /// Where a series of bounces ends, in the unit of the panel.
@@ -57,6 +59,7 @@ impl PhaseSearch {
         motion: &mut Motion,
         basis: &CombinationBasis,
         departures: Option<&[Departure]>,
+        mut panels: usize,
     ) -> PhaseEnd {
         let functions = &basis.functions[..];
         let remaining = run.duration - run.time.seconds;
@@ -122,6 +125,10 @@ impl PhaseSearch {
             if last {
                 let offset = (remaining - motion.start()).min(width);
                 return stop(run, motion, offset, StopReason::Duration);
+            }
+            panels -= 1;
+            if panels == 0 {
+                return PhaseEnd::TooLong;
             }
             motion.advance();
             self.multiplicity.fill(0);
@@ -295,7 +302,8 @@ impl PhaseSearch {
 }
 
 fn asked_to_stop(run: &Run<'_>) -> Option<StopReason> {
-    if !run.trajectory.counters.panels.is_multiple_of(PANELS_PER_QUESTION) {
+    let interval = (WORK_PER_QUESTION / run.scene.size).max(1);
+    if !run.trajectory.counters.panels.is_multiple_of(interval) {
         return None;
     }
     if run.controls.interrupted.is_some_and(|interrupted| interrupted()) {

@@ -1,10 +1,12 @@
 //! The event-driven run: phase, first event, settlement, next phase.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::basis::CombinationBasis;
+use crate::basis::{CombinationBasis, Wanted};
 use crate::blocks;
+use crate::cost::{AT_ONCE, Cost, Rental};
 use crate::error::{Error, RunFailure};
 use crate::motion::Motion;
 use crate::phase::{PhaseEnd, PhaseSearch};
@@ -16,10 +18,38 @@ use crate::transition::{Departure, Settlement, settle};
 /// How phases are propagated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// Modes where they are well conditioned and cheap, Taylor series elsewhere.
+    /// Modes where they are well conditioned and worth their cost (see `cost.rs`), Taylor series elsewhere.
     Auto,
     Modal,
     Taylor,
+}
+
+impl Method {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::Auto => "auto",
+            Method::Modal => "modal",
+            Method::Taylor => "taylor",
+        }
+    }
+
+    /// The method by which a basis is wanted.
+    pub(crate) const fn of(wanted: Wanted) -> Self {
+        match wanted {
+            Wanted::SoundModes => Method::Auto,
+            Wanted::Modes => Method::Modal,
+            Wanted::Series => Method::Taylor,
+        }
+    }
+
+    /// For a combination that is propagated again and again.
+    pub(crate) const fn for_repeated_use(self) -> Wanted {
+        match self {
+            Method::Auto => Wanted::SoundModes,
+            Method::Modal => Wanted::Modes,
+            Method::Taylor => Wanted::Series,
+        }
+    }
 }
 
 /// What a run does besides following the motion for its duration.
@@ -108,8 +138,14 @@ impl Clock {
     }
 }
 
-/// Combinations that a run looks up by comparing statuses; beyond these it asks the scene.
-const KNOWN: usize = 24;
+/// Combinations that a run looks up by comparing statuses; those met later by their hash.
+const COMPARED: usize = 24;
+
+/// A combination that a run has met.
+struct Known {
+    basis: Arc<CombinationBasis>,
+    rental: Option<Rental>,
+}
 
 /// A run in progress.
 pub(crate) struct Run<'a> {
@@ -119,7 +155,9 @@ pub(crate) struct Run<'a> {
     pub started: Instant,
     pub duration: f64,
     pub time: Clock,
-    known: Vec<Arc<CombinationBasis>>,
+    known: Vec<Known>,
+    /// Places of those from `COMPARED` on.
+    places: HashMap<Combination, usize>,
     pub q: Vec<f64>,
     pub u: Vec<f64>,
     pub trajectory: Trajectory,
@@ -127,6 +165,8 @@ pub(crate) struct Run<'a> {
 
 /// What a run carries from one phase to the next beside its state.
 pub(crate) struct Progress {
+    /// Place of the combination among those known.
+    current: usize,
     basis: Arc<CombinationBasis>,
     settlement: Settlement,
     motion: Motion,
@@ -151,6 +191,7 @@ impl<'a> Run<'a> {
             duration,
             time: Clock::default(),
             known: Vec::new(),
+            places: HashMap::new(),
             q,
             u,
             trajectory: Trajectory {
@@ -168,8 +209,10 @@ impl<'a> Run<'a> {
     }
 
     pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
-        let basis = self.basis(combination.statuses())?;
+        let current = self.meet(combination.statuses())?;
+        let basis = Arc::clone(&self.known[current].basis);
         Ok(Progress {
+            current,
             settlement: Settlement {
                 statuses: combination.statuses().to_vec(),
                 departures: self.scene.initial_departures(combination, &self.q, &self.u),
@@ -184,7 +227,7 @@ impl<'a> Run<'a> {
 
     /// Follows one phase and settles the event that ends it; the reason if the motion ends before.
     pub fn step(&mut self, progress: &mut Progress) -> Result<Option<StopReason>, Error> {
-        let Progress { basis, settlement, motion, search, at_this_instant } = progress;
+        let Progress { current, basis, settlement, motion, search, at_this_instant } = progress;
         let departing = settlement.departures.iter().any(|&d| d != Departure::None);
         self.trajectory.phases.push(Phase {
             start: self.time.seconds,
@@ -197,11 +240,41 @@ impl<'a> Run<'a> {
         if self.controls.max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
             return Ok(Some(StopReason::MaxEvents));
         }
-        self.trajectory.counters.taylor_phases += usize::from(!basis.is_modal());
         let departures = departing.then_some(&settlement.departures[..]);
-        let after = match search.follow(self, motion, basis, departures) {
-            PhaseEnd::Event { after } => after,
-            PhaseEnd::Stop(reason) => return Ok(Some(reason)),
+        let grazings = self.trajectory.grazings.len();
+        let after = loop {
+            let panels = self.trajectory.counters.panels;
+            let rental = self.known[*current].rental;
+            let allowed = rental.map_or(usize::MAX, |rental| rental.panels());
+            let end = search.follow(self, motion, basis, departures, allowed);
+            if let Some(rental) = &mut self.known[*current].rental {
+                rental.add(self.trajectory.counters.panels - panels);
+            }
+            let taylor = usize::from(!basis.is_modal());
+            match end {
+                PhaseEnd::Event { after } => {
+                    self.trajectory.counters.taylor_phases += taylor;
+                    break after;
+                }
+                PhaseEnd::Stop(reason) => {
+                    self.trajectory.counters.taylor_phases += taylor;
+                    return Ok(Some(reason));
+                }
+                // Once more from its start, by modes.
+                PhaseEnd::TooLong => {
+                    *basis = match self.meet(&settlement.statuses) {
+                        Ok(place) => Arc::clone(&self.known[place].basis),
+                        Err(error) => {
+                            return Ok(Some(StopReason::Failed(RunFailure::Input(error))));
+                        }
+                    };
+                    if let Some(phase) = self.trajectory.phases.last_mut() {
+                        phase.basis = Arc::clone(basis);
+                    }
+                    self.trajectory.grazings.truncate(grazings);
+                    motion.restart(basis, &self.q, &self.u);
+                }
+            }
         };
         let before = self.time.seconds;
         self.time = self.time.after(after);
@@ -230,28 +303,57 @@ impl<'a> Run<'a> {
             kind,
             phase,
         }));
-        if settlement.statuses != basis.combination.statuses() {
-            *basis = match self.basis(&settlement.statuses) {
-                Ok(basis) => basis,
+        let returns = settlement.statuses == basis.combination.statuses();
+        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over()) {
+            *current = match self.meet(&settlement.statuses) {
+                Ok(current) => current,
                 Err(error) => return Ok(Some(StopReason::Failed(RunFailure::Input(error)))),
             };
+            *basis = Arc::clone(&self.known[*current].basis);
         }
         motion.restart(basis, &self.q, &self.u);
         Ok(None)
     }
 
-    fn basis(&mut self, statuses: &[Status]) -> Result<Arc<CombinationBasis>, Error> {
-        if let Some(basis) =
-            self.known.iter().find(|basis| basis.combination.statuses() == statuses)
-        {
-            return Ok(Arc::clone(basis));
+    /// The place of a combination among those known, with the basis that the phase to come is to have.
+    fn meet(&mut self, statuses: &[Status]) -> Result<usize, Error> {
+        let compared = self.known.iter().take(COMPARED);
+        let place = compared
+            .map(|known| known.basis.combination.statuses())
+            .position(|known| known == statuses)
+            .or_else(|| match self.places.is_empty() {
+                true => None,
+                false => self.places.get(&Combination::new(statuses.to_vec())).copied(),
+            });
+        if let Some(place) = place {
+            if self.known[place].rental.is_some_and(|rental| rental.is_over()) {
+                let combination = self.known[place].basis.combination.clone();
+                let basis = self.find(&combination, Wanted::SoundModes)?;
+                self.known[place] = Known { basis, rental: None };
+            }
+            return Ok(place);
         }
         let combination = Combination::new(statuses.to_vec());
-        let (basis, computed) = self.scene.basis(&combination, self.method)?;
-        self.trajectory.counters.combinations += usize::from(computed);
-        if self.known.len() < KNOWN {
-            self.known.push(Arc::clone(&basis));
+        let free = self.scene.free(&combination);
+        let renting = self.method == Method::Auto && free > AT_ONCE;
+        let wanted = if renting { Wanted::Series } else { self.method.for_repeated_use() };
+        let basis = self.find(&combination, wanted)?;
+        let rental = renting.then(|| Rental::new(Cost::new(self.scene, free)));
+        let place = self.known.len();
+        self.known.push(Known { basis, rental });
+        if place >= COMPARED {
+            self.places.insert(combination, place);
         }
+        Ok(place)
+    }
+
+    fn find(
+        &mut self,
+        combination: &Combination,
+        wanted: Wanted,
+    ) -> Result<Arc<CombinationBasis>, Error> {
+        let (basis, computed) = self.scene.basis(combination, wanted)?;
+        self.trajectory.counters.combinations += usize::from(computed);
         Ok(basis)
     }
 }

@@ -8,12 +8,13 @@ use std::time::Duration;
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
 use crate::errors::{named, raise};
-use crate::scene::Scene;
-use crate::trajectory::Trajectory;
+use crate::scene::{Scene, method_named};
+use crate::trajectory::{Trajectory, integers, kinds};
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Cycle {
@@ -131,6 +132,22 @@ impl Cycle {
     fn trajectory(&self, py: Python<'_>) -> PyResult<Trajectory> {
         let run = self.inner.orbit.trajectory().map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
+    }
+
+    /// Everything but the scene, as numbers and names; `Scene.cycle` takes it.
+    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let record = self.inner.record();
+        let kinds: Vec<&str> = record.kinds.iter().map(|kind| kind.name()).collect();
+        let dict = PyDict::new(py);
+        dict.set_item("method", record.method.name())?;
+        dict.set_item("combinations", record.combinations)?;
+        dict.set_item("states", record.states.into_pyarray(py))?;
+        dict.set_item("durations", record.durations.into_pyarray(py))?;
+        dict.set_item("contacts", integers(py, &record.contacts))?;
+        dict.set_item("kinds", kinds)?;
+        dict.set_item("period", record.period)?;
+        dict.set_item("residual", record.residual)?;
+        Ok(dict)
     }
 
     /// Derivative of the flow over a period, in contact coordinates.
@@ -252,6 +269,37 @@ impl Orbit {
 
     fn cycle(&self, py: Python<'_>) -> PyResult<Cycle> {
         let cycle = py.detach(|| core::Cycle::new(self.inner.clone()));
+        Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
+    }
+}
+
+/// An orbit from its record.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Record<'py> {
+    method: String,
+    combinations: Vec<String>,
+    states: PyReadonlyArray1<'py, f64>,
+    durations: PyReadonlyArray1<'py, f64>,
+    contacts: Vec<usize>,
+    kinds: Vec<String>,
+    period: f64,
+    residual: f64,
+}
+
+impl Record<'_> {
+    pub fn cycle(self, py: Python<'_>, scene: &Arc<core::Scene>) -> PyResult<Cycle> {
+        let record = core::CycleRecord {
+            method: method_named(py, &self.method)?,
+            combinations: self.combinations,
+            states: vector(&self.states),
+            durations: vector(&self.durations),
+            contacts: self.contacts,
+            kinds: kinds(py, &self.kinds)?,
+            period: self.period,
+            residual: self.residual,
+        };
+        let cycle = py.detach(|| core::Cycle::from_record(scene, &record));
         Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }

@@ -7,6 +7,7 @@ use pyo3::prelude::*;
 use stickslip_core as core;
 
 use crate::convert::{MatrixInput, SparseParts, entries, sparse_parts, vector};
+use crate::cycle::Cycle;
 use crate::errors::{named, raise};
 use crate::modes::{Modes, Reduced};
 use crate::trajectory::Trajectory;
@@ -198,6 +199,20 @@ impl Scene {
             .detach(|| core::simulate(scene, &start, duration, method, controls))
             .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
+    }
+
+    /// The motion that a record was made of.
+    fn trajectory(
+        &self,
+        py: Python<'_>,
+        record: crate::trajectory::Record<'_>,
+    ) -> PyResult<Trajectory> {
+        record.trajectory(py, &self.inner)
+    }
+
+    /// The orbit that a record was made of.
+    fn cycle(&self, py: Python<'_>, record: crate::cycle::Record<'_>) -> PyResult<Cycle> {
+        record.cycle(py, &self.inner)
     }
 }
 

@@ -1,5 +1,6 @@
 //! Computed motions.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
@@ -154,6 +155,48 @@ impl Trajectory {
             .collect()
     }
 
+    /// Everything but the scene, as numbers and names; `Scene.trajectory` takes it.
+    fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let record = self.inner.record();
+        let counters = record.counters;
+        let contact = match record.stop_reason {
+            core::StopReason::Chattering { contact } => Some(contact),
+            _ => None,
+        };
+        let dict = PyDict::new(py);
+        let names = |methods: Vec<core::Method>| -> Vec<&str> {
+            methods.into_iter().map(core::Method::name).collect()
+        };
+        let bases: Vec<(String, Vec<&str>)> =
+            record.bases.into_iter().map(|(name, methods)| (name, names(methods))).collect();
+        dict.set_item("bases", bases)?;
+        dict.set_item("phase_basis", integers(py, &record.phase_basis))?;
+        dict.set_item("phase_start", record.phase_start.into_pyarray(py))?;
+        dict.set_item("phase_rest", record.phase_rest.into_pyarray(py))?;
+        dict.set_item("states", record.states.into_pyarray(py))?;
+        dict.set_item("event_time", record.event_time.into_pyarray(py))?;
+        dict.set_item("event_contact", integers(py, &record.event_contact))?;
+        dict.set_item("event_kind", self.event_kind())?;
+        dict.set_item("event_phase", integers(py, &record.event_phase))?;
+        dict.set_item("grazings", self.grazings())?;
+        dict.set_item("accumulations", self.accumulations())?;
+        dict.set_item(
+            "counters",
+            [
+                counters.phases,
+                counters.panels,
+                counters.leaps,
+                counters.refinements,
+                counters.combinations,
+                counters.taylor_phases,
+            ],
+        )?;
+        let reason = &record.stop_reason;
+        dict.set_item("stop", (reason.name(), stop_message(reason), contact))?;
+        dict.set_item("end", record.end)?;
+        Ok(dict)
+    }
+
     fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
         let state = self.inner.state(time).map_err(|error| raise(py, &error))?;
         Ok((
@@ -211,5 +254,93 @@ impl Trajectory {
                 ))
             })
             .collect()
+    }
+}
+
+pub fn integers<'py>(py: Python<'py>, values: &[usize]) -> Bound<'py, PyArray1<i64>> {
+    values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
+}
+
+pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<core::EventKind>> {
+    names
+        .iter()
+        .map(|name| core::EventKind::named(name).map_err(|error| raise(py, &error)))
+        .collect()
+}
+
+/// A motion from its record.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct Record<'py> {
+    bases: Vec<(String, Vec<String>)>,
+    phase_basis: Vec<usize>,
+    phase_start: PyReadonlyArray1<'py, f64>,
+    phase_rest: PyReadonlyArray1<'py, f64>,
+    states: PyReadonlyArray1<'py, f64>,
+    event_time: PyReadonlyArray1<'py, f64>,
+    event_contact: Vec<usize>,
+    event_kind: Vec<String>,
+    event_phase: Vec<usize>,
+    grazings: Vec<(f64, usize, String, f64, f64)>,
+    accumulations: Vec<(usize, usize, f64)>,
+    counters: [usize; 6],
+    stop: (String, String, Option<usize>),
+    end: f64,
+}
+
+impl Record<'_> {
+    pub fn trajectory(self, py: Python<'_>, scene: &Arc<core::Scene>) -> PyResult<Trajectory> {
+        let (reason, message, contact) = &self.stop;
+        let stop_reason = core::StopReason::named(reason, message, *contact)
+            .map_err(|error| raise(py, &error))?;
+        let grazings = self
+            .grazings
+            .into_iter()
+            .map(|(time, contact, kind, value, uncertainty)| {
+                let alternative =
+                    core::EventKind::named(&kind).map_err(|error| raise(py, &error))?;
+                Ok(core::Grazing { time, contact, alternative, value, uncertainty })
+            })
+            .collect::<PyResult<Vec<_>>>()?;
+        let accumulations = self
+            .accumulations
+            .into_iter()
+            .map(|(event, bounces, error)| core::Accumulation { event, bounces, error })
+            .collect();
+        let [phases, panels, leaps, refinements, combinations, taylor_phases] = self.counters;
+        let bases = self
+            .bases
+            .into_iter()
+            .map(|(name, methods)| {
+                let methods = methods.iter().map(|method| method_named(py, method));
+                Ok((name, methods.collect::<PyResult<Vec<_>>>()?))
+            })
+            .collect::<PyResult<Vec<_>>>()?;
+        let record = core::TrajectoryRecord {
+            bases,
+            phase_basis: self.phase_basis,
+            phase_start: vector(&self.phase_start),
+            phase_rest: vector(&self.phase_rest),
+            states: vector(&self.states),
+            event_time: vector(&self.event_time),
+            event_contact: self.event_contact,
+            event_kind: kinds(py, &self.event_kind)?,
+            event_phase: self.event_phase,
+            grazings,
+            accumulations,
+            counters: core::Counters {
+                phases,
+                panels,
+                leaps,
+                refinements,
+                combinations,
+                taylor_phases,
+            },
+            stop_reason,
+            end: self.end,
+        };
+        let inner =
+            core::Trajectory::from_record(scene, record).map_err(|error| raise(py, &error))?;
+        Ok(Trajectory::new(inner))
     }
 }

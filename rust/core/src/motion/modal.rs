@@ -238,7 +238,8 @@ impl ModalMotion {
     pub fn expand(&mut self, basis: &ModalBasis, remaining: f64, panel: &mut Panel) {
         panel.leaps += self.leap(basis, remaining) as usize;
         // A panel beyond the end of the phase would only spread its rounding over a longer line.
-        while self.panels % PANELS_PER_LEVEL == PANELS_PER_LEVEL - 1
+        let asked = basis.count == 0 || self.panels % PANELS_PER_LEVEL == PANELS_PER_LEVEL - 1;
+        while asked
             && self.level + 1 < LEVELS
             && self.start + basis.level(self.level).width < remaining
             && self.allows(basis, basis.level(self.level + 1))

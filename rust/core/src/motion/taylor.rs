@@ -7,10 +7,11 @@
 //! leaves out is at most `|X_D| rho / (1 - rho)` with `rho = sigma h / (D + 1)`. No eigenvector is
 //! needed, so nothing is lost at a defective point.
 
+use super::dense_rows::{DenseRows, Order};
 use super::{COEFFICIENTS, DEGREE, Panel};
 use crate::eigen;
 use crate::error::Error;
-use crate::event::EventFunction;
+use crate::event::{EventFunction, Functional};
 use crate::reduction::{Reduced, RowMerge};
 use crate::scene::Scene;
 use crate::status::Combination;
@@ -28,6 +29,8 @@ pub(crate) struct TaylorOperator {
     merges: Vec<RowMerge>,
     sticking: Vec<(usize, f64)>,
     mass: MassSolve,
+    /// The same equation in a form that is quicker for small scenes.
+    dense: Option<DenseRows>,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
     weight: Vec<f64>,
     /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
@@ -55,7 +58,7 @@ impl TaylorOperator {
     ) -> Result<Self, Error> {
         scene.check_combination(combination)?;
         let (kept, merges) = Reduced::bases_of(scene, combination);
-        let sticking = scene
+        let sticking: Vec<(usize, f64)> = scene
             .contacts
             .iter()
             .zip(combination.statuses())
@@ -76,11 +79,14 @@ impl TaylorOperator {
                 (0..m * m).map(|k| if k / m == k % m { 1.0 } else { 0.0 }).collect();
             MassSolve::Full(eigen::solve(m, &reduced.mass, &identity))
         };
+        let moving = kept.iter().copied().chain(sticking.iter().map(|&(k, _)| k));
+        let dense = DenseRows::new(scene, &kept, moving, &merges);
         let mut operator = Self {
             kept,
             merges,
             sticking,
             mass,
+            dense,
             weight,
             omega: 0.0,
             width: 0.0,
@@ -204,8 +210,12 @@ pub(crate) struct TaylorMotion {
     terms: Vec<f64>,
     residual: Vec<f64>,
     combined: Vec<f64>,
-    /// Lower bounds of the event functions on the panel.
-    lowest: Vec<f64>,
+    /// Of the dense product.
+    moved: Vec<f64>,
+    /// Absolute values of coefficients, of position and velocity: constant, linear, and the sum of the others.
+    sizes: [[Vec<f64>; 2]; 3],
+    /// Functions that the sizes alone can't exclude.
+    open: Vec<usize>,
 }
 
 impl TaylorMotion {
@@ -243,12 +253,27 @@ impl TaylorMotion {
         let h = operator.width;
         self.residual.resize(n, 0.0);
         self.combined.resize(n, 0.0);
-        let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
         for k in 0..DEGREE {
             let (known, next) = self.terms.split_at_mut((k + 2) * n);
             let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
             let next = &mut next[..n];
             let rate = (k + 1) as f64 / h;
+            let factor = h * h / ((k + 1) * (k + 2)) as f64;
+            if let Some(rows) = &operator.dense {
+                let moved = &mut self.moved;
+                DenseRows::advance(Order {
+                    rows,
+                    q,
+                    dq,
+                    rate,
+                    factor,
+                    forced: k == 0,
+                    moved,
+                    next,
+                });
+                continue;
+            }
+            let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
             if k == 0 {
                 residual.copy_from_slice(&scene.force);
             } else {
@@ -271,7 +296,6 @@ impl TaylorMotion {
                 }
             }
             operator.accelerate(residual, next);
-            let factor = h * h / ((k + 1) * (k + 2)) as f64;
             operator.kept.iter().for_each(|&i| next[i] *= factor);
         }
         self.width = h;
@@ -319,49 +343,76 @@ impl TaylorMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
-        let n = self.size;
         let h = self.width;
         panel.reset(h, functions.len());
         let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
-        panel.error.fill(0.0);
-        panel.curvature_error.fill(0.0);
-        self.lowest.clear();
-        self.lowest.resize(functions.len(), 0.0);
-        // Order by order, so that the terms of one order stay in the cache for all functions.
-        for k in 0..COEFFICIENTS {
-            let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
-            let rate = (k + 1) as f64 / h;
-            for (index, function) in functions.iter().enumerate() {
-                let functional = &function.functional;
-                let mut c = if k == 0 { functional.constant } else { 0.0 };
-                let mut magnitude = c.abs();
-                for &(i, weight) in &functional.position {
-                    let term = weight * q[i];
-                    c += term;
-                    magnitude += term.abs();
-                }
-                for &(i, weight) in &functional.velocity {
-                    let term = weight * rate * dq[i];
-                    c += term;
-                    magnitude += term.abs();
-                }
-                panel.row(index)[k] = c;
-                self.lowest[index] += if k == 0 { c } else { c.min(0.0) };
-                if k < 2 {
-                    panel.error[index] += magnitude;
-                } else {
-                    panel.curvature_error[index] += magnitude;
-                }
+        self.measure();
+        let [first, second, rest] = &self.sizes;
+        let sum = |functional: &Functional, [of_q, of_u]: &[Vec<f64>; 2]| -> f64 {
+            let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
+                terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
+            };
+            of(&functional.position, of_q) + of(&functional.velocity, of_u)
+        };
+        self.open.clear();
+        for (index, function) in functions.iter().enumerate() {
+            let functional = &function.functional;
+            let (higher, linear) = (sum(functional, rest), sum(functional, second));
+            let constant = functional.constant.abs() + sum(functional, first);
+            let curvature = rounding * higher + tail * operator.function_norms[index];
+            let error = rounding * (constant + linear) + curvature;
+            panel.error[index] = error;
+            panel.curvature_error[index] = curvature;
+            let start = self.coefficient(functional, 0);
+            panel.excluded[index] = start - linear - higher > error;
+            if !panel.excluded[index] {
+                panel.row(index)[0] = start;
+                self.open.push(index);
             }
         }
-        for index in 0..functions.len() {
-            let remainder = tail * operator.function_norms[index];
-            let curvature = rounding * panel.curvature_error[index] + remainder;
-            panel.error[index] = rounding * panel.error[index] + curvature;
-            panel.curvature_error[index] = curvature;
-            panel.excluded[index] = self.lowest[index] > panel.error[index];
+        // Order by order, so that the terms of one order stay in the cache for all functions.
+        for k in 1..COEFFICIENTS {
+            for &index in &self.open {
+                panel.row(index)[k] = self.coefficient(&functions[index].functional, k);
+            }
+        }
+        for &index in &self.open {
+            let (constant, others) = panel.row(index).split_at(1);
+            let lowest = others.iter().fold(constant[0], |sum, c| sum + c.min(0.0));
+            panel.excluded[index] = lowest > panel.error[index];
+        }
+    }
+
+    /// The coefficient of order k of a functional.
+    fn coefficient(&self, functional: &Functional, k: usize) -> f64 {
+        let n = self.size;
+        let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
+        let rate = (k + 1) as f64 / self.width;
+        let constant = if k == 0 { functional.constant } else { 0.0 };
+        let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
+        let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
+        velocity.fold(position.fold(constant, |sum, term| sum + term), |sum, term| sum + term)
+    }
+
+    /// Absolute values of the coefficients of every coordinate and velocity.
+    fn measure(&mut self) {
+        let n = self.size;
+        for sizes in self.sizes.iter_mut().flatten() {
+            sizes.clear();
+            sizes.resize(n, 0.0);
+        }
+        for k in 0..COEFFICIENTS {
+            let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
+            let rate = (k + 1) as f64 / self.width;
+            let [of_q, of_u] = &mut self.sizes[k.min(2)];
+            for (size, q) in of_q.iter_mut().zip(q) {
+                *size += q.abs();
+            }
+            for (size, dq) in of_u.iter_mut().zip(dq) {
+                *size += rate * dq.abs();
+            }
         }
     }
 

@@ -1,0 +1,101 @@
+"""`method="auto"` beside the two methods it chooses from, over the size of a chain.
+
+Three motions of the chains of `chain_scaling.py`, each followed for short and for long, since how often a
+combination comes back is what the choice depends on:
+
+* *cycles*: every contact sticks and slips; with many contacts no combination returns.
+* *one contact*: friction at the first contact only; a few combinations, again and again.
+* *quiet*: steady sliding, disturbed by less than it takes for an event; one phase.
+
+The work of `auto` is to stay within 1.5 of the better method.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import time
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from chain_scaling import on_cycles, scene_of, settled
+from report import Report, machine, versions
+
+import stickslip as ss
+
+SIZES = (10, 20, 30, 50, 100, 200, 300)
+Method = Literal["modal", "taylor", "auto"]
+METHODS: tuple[Method, ...] = ("modal", "taylor", "auto")
+#: Events of the motions that have some, and s of the quiet one.
+EVENTS = (20, 200, 2000)
+QUIET = (0.01, 0.1, 1.0)
+#: Repetitions, of which the quickest counts, while they take less than this in sum, s.
+REPEATS, PATIENCE = 3, 2.0
+#: s; a method that needs more is not waited for.
+LIMIT = 20.0
+
+
+def one_contact(count: int) -> tuple[ss.Scene, ss.State]:
+    """Return a chain in which friction acts on the first contact only."""
+    scene = scene_of(count).replace(friction=[1.5] + [0.5] * (count - 1))
+    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-2})
+
+
+def quiet(count: int) -> tuple[ss.Scene, ss.State]:
+    """Return a chain that slides, stable and barely disturbed."""
+    scene = scene_of(count).replace(friction=0.5)
+    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-6})
+
+
+def seconds(scene: ss.Scene, start: ss.State, method: Method, duration: float, events: int | None) -> float:
+    """Return the processor time of a run whose scene knows no combination; infinite if it fails."""
+    least, total = math.inf, 0.0
+    for _ in range(REPEATS):
+        fresh = scene.replace()
+        begin = time.process_time()
+        try:
+            run = ss.simulate(fresh, start, duration, method, max_events=events, time_limit=LIMIT)
+        except ss.StickslipError:
+            return math.inf
+        took = time.process_time() - begin
+        if run.stop_reason == "time_limit":
+            return math.inf
+        least, total = min(least, took), total + took
+        if total > PATIENCE:
+            break
+    return least
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="smaller chains")
+    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
+    options = parser.parse_args()
+    report = Report("method-choice")
+    cycle = settled()
+    rows, ratios = [], []
+    for count in SIZES[:3] if options.quick else SIZES:
+        cycles = scene_of(count), on_cycles(cycle, count)
+        cases = [("cycles", *cycles, 1e3, most) for most in EVENTS]
+        cases += [("one contact", *one_contact(count), 1e3, most) for most in EVENTS]
+        cases += [("quiet", *quiet(count), length, None) for length in QUIET]
+        for name, scene, start, duration, most in cases:
+            took = [seconds(scene, start, method, duration, most) for method in METHODS]
+            ratios.append(took[2] / min(took[:2]))
+            length = f"{most} events" if most else f"{duration:g} s"
+            cells = [f"{1e3 * t:.2f}" if math.isfinite(t) else "-" for t in took]
+            rows.append([str(count), name, length, *cells, f"{ratios[-1]:.2f}"])
+    times = [f"{method}, ms" for method in METHODS]
+    report.table(("subsystems", "motion", "length", *times, "auto / better"), rows)
+    report.text(
+        f"auto over the better of the two: largest {np.max(ratios):.2f}, median {np.median(ratios):.2f};",
+        f"at most 1.5 in {np.mean(np.array(ratios) <= 1.5):.0%}.",
+        f"A dash: more than {LIMIT:g} s, or a combination without sound modes.",
+    )
+    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
+    report.into(options.into)
+
+
+if __name__ == "__main__":
+    main()

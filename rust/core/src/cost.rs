@@ -1,0 +1,136 @@
+//! What a combination costs by modes and by Taylor series: the rule by which `Method::Auto` chooses.
+//!
+//! Modes must be computed first. How often a combination will return is not known beforehand, so Taylor series,
+//! which need nothing, begin; when what they have taken beyond what modes would have is a part of what the modes
+//! cost, the modes are computed (the ski rental rule). With half of it, work is at most 1.5 times that of modes
+//! from the start where these are better, and 3 times that of Taylor series, if the run ends just then. Work is
+//! counted and not measured, so a run is the same on every machine.
+
+use crate::motion::COEFFICIENTS;
+use crate::scene::Scene;
+
+/// Free coordinates up to which modes are computed at once: a small scene meets few combinations, and each often.
+pub(crate) const AT_ONCE: usize = 8;
+/// Free coordinates up to which modes are refined.
+const REFINED: usize = 60;
+/// Free coordinates up to which modes are thought of at all: nothing interrupts an eigenproblem, and a larger one
+/// would keep Ctrl-C waiting for more than a tenth of a second.
+pub(crate) const LARGEST: usize = 200;
+
+/// The part: less helps long runs, and harms those that end early.
+const SHARE: f64 = 0.5;
+
+/// Work on one combination, in multiplications of a sparse product.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cost {
+    /// Computing the modes.
+    pub modes: f64,
+    /// One panel by Taylor series.
+    panel: f64,
+    /// A phase by modes. They pass over quiet stretches as a whole, so it depends little on its length.
+    phase: f64,
+}
+
+impl Cost {
+    /// The work on a combination with `free` coordinates. The factors were measured with chains of 1 to 80 subsystems.
+    pub fn new(scene: &Scene, free: usize) -> Self {
+        let m = free as f64;
+        let modes = if free <= REFINED {
+            600.0 * m.powi(2) + 8.0 * m.powi(3)
+        } else if free <= LARGEST {
+            350.0 * m.powi(2) + 2.0 * m.powi(3)
+        } else {
+            f64::INFINITY
+        };
+        let panel = (COEFFICIENTS * scene.stiffness.entries()) as f64;
+        Self { modes, panel, phase: 7.0 * m.powi(2) }
+    }
+}
+
+/// A combination that goes by Taylor series as long as its modes are not worth their price.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rental {
+    cost: Cost,
+    /// What Taylor series took beyond what modes would have.
+    excess: f64,
+}
+
+impl Rental {
+    pub fn new(cost: Cost) -> Self {
+        Self { cost, excess: 0.0 }
+    }
+
+    /// Counts a phase of so many panels.
+    pub fn add(&mut self, panels: usize) {
+        self.excess += panels as f64 * self.cost.panel - self.cost.phase;
+    }
+
+    /// Whether modes are worth their cost by now.
+    pub fn is_over(&self) -> bool {
+        self.excess >= SHARE * self.cost.modes
+    }
+
+    /// Panels of one phase after which they are.
+    pub fn panels(&self) -> usize {
+        let left = SHARE * self.cost.modes - self.excess + self.cost.phase;
+        // Large numbers are cut off at the largest integer.
+        ((left / self.cost.panel).ceil() as usize).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rental() -> Rental {
+        Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0 })
+    }
+
+    /// Whatever the number of phases after which the combination is left for ever.
+    #[test]
+    fn work_stays_within_the_bounds_of_the_rule() {
+        let Cost { modes, panel, phase } = rental().cost;
+        for panels in 2..300 {
+            let by_series = panels as f64 * panel;
+            let mut rental = rental();
+            let mut work = 0.0;
+            for phases in 1..2000 {
+                if rental.is_over() {
+                    work += phase;
+                } else {
+                    let used = panels.min(rental.panels());
+                    rental.add(used);
+                    work += used as f64 * panel;
+                    if rental.is_over() {
+                        work += modes + phase;
+                    }
+                }
+                let (by_modes, by_series) =
+                    (modes + f64::from(phases) * phase, f64::from(phases) * by_series);
+                // A panel is not cut.
+                assert!(work <= (1.0 + SHARE) * by_modes + panel + phase);
+                assert!(work <= (1.0 + 1.0 / SHARE) * by_series + phase);
+            }
+        }
+    }
+
+    #[test]
+    fn the_panels_allowed_are_those_after_which_modes_are_worth_it() {
+        for begun in [1, 5, 20] {
+            let mut rental = rental();
+            rental.add(begun);
+            let mut one_less = rental;
+            one_less.add(rental.panels() - 1);
+            assert!(!one_less.is_over());
+            rental.add(rental.panels());
+            assert!(rental.is_over());
+        }
+    }
+
+    #[test]
+    fn what_modes_do_quicker_than_a_panel_never_pays() {
+        let mut rental = Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0 });
+        (0..100_000).for_each(|_| rental.add(1));
+        assert!(!rental.is_over());
+    }
+}

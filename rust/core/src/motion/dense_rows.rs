@@ -1,0 +1,168 @@
+//! The equation of motion of a small combination, `q'' = m^-1 (F - L'K q - L'C q')`, for the vector unit.
+//!
+//! The rows of `L'K` stand in groups of [`ROWS`], and in a group column after column, so that one coordinate is
+//! multiplied with all rows of a group at once. Coordinates that are held have rows of zeros.
+
+use pulp::cast;
+
+use crate::matrix::SparseMatrix;
+use crate::reduction::RowMerge;
+use crate::scene::Scene;
+use crate::vector::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
+
+/// Two groups: with the two sums that `product` keeps, enough to hide the latency of additions.
+const ROWS: usize = 2 * GROUP;
+/// Dense products that take no longer than one of a sparse row, whose sum is one chain of additions.
+const PER_ENTRY: usize = 8;
+
+/// A column of a group of rows.
+type Column = [Group; 2];
+
+/// A small combination with lumped masses.
+#[derive(Debug)]
+pub(crate) struct DenseRows {
+    unit: VectorUnit,
+    /// Coordinates that can be other than zero.
+    moving: Vec<usize>,
+    stiffness: Vec<Column>,
+    /// Where damping is not proportional to stiffness alone.
+    damping: Option<Vec<Column>>,
+    /// C = beta K otherwise.
+    beta: f64,
+    force: Vec<f64>,
+    /// 1 / m of the coordinates left free, 0 of the others.
+    inverse_mass: Vec<f64>,
+}
+
+/// One order of the series: q'' from its coefficients.
+pub(crate) struct Order<'a> {
+    pub rows: &'a DenseRows,
+    /// Coefficients of q of this order and of the next.
+    pub q: &'a [f64],
+    pub dq: &'a [f64],
+    /// From a coefficient of q of the next order to one of q' of this order.
+    pub rate: f64,
+    /// From a coefficient of q'' of this order to one of q two orders up.
+    pub factor: f64,
+    /// Whether the constant force acts in this order.
+    pub forced: bool,
+    /// A buffer.
+    pub moved: &'a mut Vec<f64>,
+    pub next: &'a mut [f64],
+}
+
+impl DenseRows {
+    /// The rows of a combination with lumped masses, unless it is so large and sparse that they would take longer.
+    pub fn new(
+        scene: &Scene,
+        kept: &[usize],
+        moving: impl Iterator<Item = usize>,
+        merges: &[RowMerge],
+    ) -> Option<Self> {
+        let n = scene.size;
+        if !scene.lumped || n * n > PER_ENTRY * scene.stiffness.entries() {
+            return None;
+        }
+        let mut moving: Vec<usize> = moving.collect();
+        moving.sort_unstable();
+        let mut column = vec![None; n];
+        moving.iter().enumerate().for_each(|(j, &k)| column[k] = Some(j));
+        let count = moving.len();
+        let rows = n.next_multiple_of(ROWS);
+        let merged = |matrix: &SparseMatrix| -> Vec<Column> {
+            let mut columns = vec![[0.0; ROWS]; rows / ROWS * count];
+            let mut add = |row: usize, source: usize, factor: f64| {
+                for (k, value) in matrix.row(source) {
+                    if let Some(j) = column[k] {
+                        columns[row / ROWS * count + j][row % ROWS] += factor * value;
+                    }
+                }
+            };
+            kept.iter().for_each(|&row| add(row, row, 1.0));
+            merges.iter().for_each(|merge| add(kept[merge.position], merge.normal, merge.factor));
+            columns.into_iter().map(cast).collect()
+        };
+        let mut force = vec![0.0; rows];
+        let mut inverse_mass = vec![0.0; rows];
+        for &k in kept {
+            force[k] = scene.force[k];
+            inverse_mass[k] = 1.0 / scene.mass.get(k, k);
+        }
+        for merge in merges {
+            force[kept[merge.position]] += merge.factor * scene.force[merge.normal];
+        }
+        let beta = scene.proportional.filter(|&(alpha, _)| alpha == 0.0).map(|(_, beta)| beta);
+        Some(Self {
+            unit: VectorUnit::default(),
+            stiffness: merged(&scene.stiffness),
+            damping: beta.is_none().then(|| merged(&scene.damping)),
+            beta: beta.unwrap_or(0.0),
+            moving,
+            force,
+            inverse_mass,
+        })
+    }
+
+    /// Fills one order of the series.
+    pub fn advance(order: Order<'_>) {
+        order.rows.unit.run(order);
+    }
+}
+
+impl Kernel for Order<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        let Self { rows, q, dq, rate, factor, forced, moved, next } = self;
+        let count = rows.moving.len();
+        moved.resize(2 * count, 0.0);
+        let (x, slope) = moved.split_at_mut(count);
+        for (j, &k) in rows.moving.iter().enumerate() {
+            slope[j] = rate * dq[k];
+            x[j] = q[k] + rows.beta * slope[j];
+        }
+        let forced = if forced { 1.0 } else { 0.0 };
+        for (g, next) in next.chunks_mut(ROWS).enumerate() {
+            let range = g * count..(g + 1) * count;
+            let mut sum = product(simd, &rows.stiffness[range.clone()], x);
+            if let Some(damping) = &rows.damping {
+                sum = added(simd, sum, product(simd, &damping[range], slope));
+            }
+            let sum: [f64; ROWS] = cast(sum);
+            let (force, inverse) = (&rows.force[g * ROWS..], &rows.inverse_mass[g * ROWS..]);
+            for row in 0..next.len() {
+                let acceleration = inverse[row] * (forced * force[row] - sum[row]);
+                // What is held stays at zero, even where the rest is beyond the range of numbers.
+                next[row] = if inverse[row] == 0.0 { 0.0 } else { factor * acceleration };
+            }
+        }
+    }
+}
+
+/// A group of rows times a vector over the moving coordinates.
+#[inline(always)]
+fn product<S: Lanes>(simd: S, columns: &[Column], x: &[f64]) -> Column {
+    let columns = &columns[..x.len()];
+    let even = x.len() & !1;
+    let (mut first, mut second) = ([ZEROS; 2], [ZEROS; 2]);
+    for j in (0..even).step_by(2) {
+        first = with_product(simd, first, &columns[j], x[j]);
+        second = with_product(simd, second, &columns[j + 1], x[j + 1]);
+    }
+    if even < x.len() {
+        first = with_product(simd, first, &columns[even], x[even]);
+    }
+    added(simd, first, second)
+}
+
+#[inline(always)]
+fn with_product<S: Lanes>(simd: S, sum: Column, column: &Column, x: f64) -> Column {
+    let x = group([x; GROUP]);
+    [simd.mul_add_f64s(column[0], x, sum[0]), simd.mul_add_f64s(column[1], x, sum[1])]
+}
+
+#[inline(always)]
+fn added<S: Lanes>(simd: S, a: Column, b: Column) -> Column {
+    [simd.add_f64s(a[0], b[0]), simd.add_f64s(a[1], b[1])]
+}

@@ -1,0 +1,314 @@
+"""What holds of every public class: it says what it is, notebooks show it, it survives pickle and copy."""
+
+import copy
+import inspect
+import pickle
+import re
+from functools import cache
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+import xarray as xr
+from scipy.linalg import block_diag
+
+import stickslip as ss
+
+
+@cache
+def examples():
+    scene = ss.models.two_subsystems()
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    cycle = run.limit_cycle()
+    bouncing = ss.Scene(
+        [1.0, 1.0],
+        np.diag([100.0, 1.0]),
+        force=[0.0, -10.0],
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, restitution=0.5, name="ball")],
+    )
+    drop = ss.simulate(bouncing, ss.State([0.0, 0.1], [0.0, 0.0], "d"), 3.0)
+    grazing = ss.Grazing(0.1, 0, "impact", 1e-20, 1e-18)
+    unstable = ss.BranchPoint("friction", 2.5464, "period_doubling", -1.0 + 0j, None, None, cycle)
+    return {
+        "Scene": scene,
+        "Contact": bouncing.contacts[0],
+        "Proportional": scene.damping,
+        "State": run.start,
+        "Case": ss.Case(scene, run={"duration": 0.6}),
+        "Modes": ss.complex_modes(scene),
+        "Reduced": ss.reduce(scene, "+s"),
+        "StatusTable": ss.status_table(scene, ["++", "ss"]),
+        "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
+        "Trajectory": run,
+        "Events": run.events,
+        "Grazing": grazing,
+        "Accumulation": drop.accumulations[0],
+        "Outcome": next(ss.simulate_many([scene], duration=0.2, velocity={"x1": 1e-3})),
+        "Cycle": cycle,
+        "CyclePhase": cycle.phases[0],
+        "Margin": cycle.margins()[0],
+        "BranchPoint": unstable,
+        "Balance": cycle.balance(),
+        "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
+        "StickslipError": ss.StickslipError("something"),
+        "InputError": ss.InputError("friction: must be >= 0, got -1"),
+        "RunError": ss.RunError("cannot go on", drop),
+        "RunInterrupted": ss.RunInterrupted(drop),
+        "SearchInterrupted": ss.SearchInterrupted(xr.Dataset({"x": 1.0}), 3, 10),
+        "OrbitError": ss.OrbitError("no orbit", None),
+        "NotPeriodicError": ss.NotPeriodicError("chaotic", drop, "chaotic", 3.0, 0.5),
+        "StoreError": ss.StoreError("another study"),
+        "StudyError": ss.StudyError("cannot go on", xr.Dataset({"x": 1.0})),
+        "StudyInterrupted": ss.StudyInterrupted("interrupted", xr.Dataset({"x": 1.0})),
+        "Study": ss.Study(scene, {"friction": [0.5, 1.0, 1.5, 2.0]}, outputs=["growth_rate"]),
+    }
+
+
+NAMES = [
+    "Accumulation", "Balance", "BranchPoint", "Case", "Contact", "CriticalPoint", "Cycle", "CyclePhase",
+    "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "NotPeriodicError", "OrbitError",
+    "Outcome", "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
+    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
+]  # fmt: skip
+
+
+def same(a, b):
+    """Whether two values are equal to the last bit, all the way down."""
+    if type(a) is not type(b):
+        return False
+    if isinstance(a, np.ndarray):
+        return a.dtype == b.dtype and a.shape == b.shape and a.tobytes() == b.tobytes()
+    if isinstance(a, xr.Dataset | xr.DataArray):
+        return a.identical(b)
+    if isinstance(a, list | tuple):
+        return len(a) == len(b) and all(map(same, a, b))
+    if isinstance(a, dict):
+        return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
+    if isinstance(a, ss.Events):
+        return same(vars_of(a, "time", "contact", "kind", "combination"), vars_of(b, *EVENTS))
+    if isinstance(a, ss.Trajectory | ss.Cycle):
+        return same(a.scene, b.scene) and same(a.core.record(), b.core.record())
+    if isinstance(a, ss.Scene):
+        return same(a.__reduce__()[1], b.__reduce__()[1])
+    if isinstance(a, ss.Study):
+        return same(a.identity, b.identity)
+    if hasattr(a, "data") and hasattr(a, "indptr"):
+        return same([a.data, a.indices, a.indptr], [b.data, b.indices, b.indptr])
+    if isinstance(a, BaseException):
+        return same(a.args, b.args) and same(vars(a), vars(b))
+    if type(a).__module__.startswith("stickslip") and hasattr(a, "__dict__"):
+        return same(public(a), public(b))
+    if isinstance(a, float | complex):
+        return np.array(a).tobytes() == np.array(b).tobytes()
+    return a == b or repr(a) == repr(b)
+
+
+EVENTS = ("time", "contact", "kind", "combination")
+
+
+def vars_of(value, *names):
+    return [getattr(value, name) for name in names]
+
+
+def public(value):
+    return {name: part for name, part in vars(value).items() if not name.startswith("_")}
+
+
+def test_every_public_class_is_here():
+    classes = [name for name in ss.__all__ if inspect.isclass(getattr(ss, name))]
+    assert sorted(classes) == NAMES == sorted(examples())
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("way", ["pickle", "copy", "deepcopy"])
+def test_copies_are_the_same_to_the_last_bit(name, way):
+    value = examples()[name]
+    ways = {
+        "pickle": lambda x: pickle.loads(pickle.dumps(x)),
+        "copy": copy.copy,
+        "deepcopy": copy.deepcopy,
+    }
+    assert same(ways[way](value), value)
+
+
+def test_a_difference_would_be_seen():
+    run = examples()["Trajectory"]
+    other = ss.simulate(run.scene, run.start.perturbed(velocity={"x2": 1e-17}), 0.6)
+    assert not same(other, run)
+    assert not same(examples()["Scene"].replace(friction=1.6), examples()["Scene"])
+
+
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+def test_a_motion_read_back_goes_on_as_before(method):
+    scene = ss.models.two_subsystems(friction=2.2, slider_speed=0.05)
+    run = ss.simulate(
+        scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.3, method=method
+    )
+    again = pickle.loads(pickle.dumps(run))
+    times = np.linspace(0.0, 0.3, 997)
+    assert again.sample(times).identical(run.sample(times))
+    assert again.energy(times).identical(run.energy(times))
+    assert same(again.balance(0.1, 0.2), run.balance(0.1, 0.2))
+    assert again.counters == run.counters
+    first, second = again.limit_cycle(), run.limit_cycle()
+    assert first.period == second.period
+    assert first.multipliers.tobytes() == second.multipliers.tobytes()
+
+
+def test_parts_that_run_by_themselves_survive():
+    one = ss.models.two_subsystems(friction=2.2)
+    pair = ss.Scene(
+        np.concatenate([one.mass, [1.0]]),
+        block_diag(one.stiffness.toarray(), 100.0),
+        one.damping,
+        np.concatenate([one.force, [0.0]]),
+        one.contacts,
+    )
+    run = ss.simulate(pair, ss.sliding_equilibrium(pair).perturbed(velocity={"x1": 1e-3, "x9": 1.0}), 0.3)
+    again = pickle.loads(pickle.dumps(run))
+    times = np.linspace(0.0, 0.3, 101)
+    assert len(run.events) > 50
+    assert again.sample(times).identical(run.sample(times))
+
+
+def test_a_cycle_read_back_can_be_asked_everything():
+    cycle = examples()["Cycle"]
+    again = pickle.loads(pickle.dumps(cycle))
+    assert again.harmonics().identical(cycle.harmonics())
+    assert again.margins() == cycle.margins()
+    assert again.multipliers.tobytes() == cycle.multipliers.tobytes()
+    assert same(again.run, cycle.run)
+    near = cycle.scene.replace(friction=1.51)
+    assert again.continued(near).period == cycle.continued(near).period
+
+
+def test_motions_that_stopped_early_survive():
+    scene = examples()["Scene"]
+    start = examples()["State"]
+    stopped = ss.simulate(scene, start, 10.0, max_events=5)
+    assert pickle.loads(pickle.dumps(stopped)).stop_reason == "max_events"
+    # Painleve: no status is consistent.
+    reason = examples()["Trajectory"].core.record() | {"stop": ("failed", "no status is consistent", None)}
+    failed = scene.core.trajectory(reason)
+    assert (failed.stop_reason, failed.stop_message) == ("failed", "no status is consistent")
+    chattering = scene.core.trajectory(reason | {"stop": ("chattering", "", 1)})
+    assert chattering.stop_message == "contact 1 changes status without end at one instant"
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"states": np.zeros(3)},
+        {"phase_basis": []},
+        {"phase_basis": [99] * 313},
+        {"bases": [("+", ["auto"])]},
+        {"bases": [("++", ["auto", "taylor"])] * 5},
+        {"event_contact": [7] * 312},
+        {"event_kind": ["bang"] * 312},
+        {"event_phase": [5000] * 312},
+        {"stop": ("bored", "", None)},
+        {"stop": ("chattering", "", None)},
+    ],
+)
+def test_a_damaged_record_is_refused(change):
+    run = examples()["Trajectory"]
+    assert len(run.events) == 312
+    with pytest.raises(ss.InputError, match=r"record|combination"):
+        run.scene.core.trajectory(run.core.record() | change)
+    whole = examples()["Cycle"].core.record()
+    with pytest.raises(ss.InputError, match="record"):
+        run.scene.core.cycle(whole | {"states": whole["states"][1:]})
+
+
+class Tables(HTMLParser):
+    """Tags that are open, and the text in cells."""
+
+    def __init__(self):
+        super().__init__()
+        self.open, self.cells = [], []
+
+    def handle_starttag(self, tag, attrs):
+        self.open.append(tag)
+        if tag in ("td", "th", "dd", "dt", "caption"):
+            self.cells.append("")
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] in ("td", "th", "dd", "dt", "caption"):
+            self.cells[-1] += data
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("Scene", ["x3", "x4", "1.5", "0.025", "slider speed, m/s", "0.0001 s times stiffness"]),
+        ("Modes", ["119.3580", "unstable", "49.8657"]),
+        ("Trajectory", ["ss", "312", "0 to 0.6 s, stopped by duration", "slip+"]),
+        ("Events", ["312 events, the first 12", "0.116427801920", "velocity"]),
+        ("Cycle", ["8.90849261 ms", "112.252 Hz", "stable", "+d", "2.37965"]),
+        ("Balance", ["stored", "damping", "work, J", "−0.00213284"]),
+        ("StatusTable", ["113.14", "ss"]),
+    ],
+)
+def test_notebooks_show(name, expected):
+    parser = Tables()
+    parser.feed(examples()[name]._repr_html_())
+    assert parser.open == []
+    for text in expected:
+        assert text in parser.cells, parser.cells
+
+
+def test_names_cannot_break_a_notebook():
+    scene = examples()["Scene"].replace(dofs=["<script>", *"bcdefgh"])
+    assert "<script>" not in scene._repr_html_()
+
+
+@pytest.mark.parametrize(
+    ("name", "pattern"),
+    [
+        ("Scene", r"8 dofs, 2 contacts(.|\n)*contact 0 \(x3 / x4\): friction 1.5, slider speed 0.025 m/s"),
+        (
+            "Contact",
+            r"^Contact\(tangential=0, normal=1, friction=0.5, restitution=0.5, name='ball'\)$",
+        ),
+        ("State", r"\+\+.*8 dofs"),
+        ("Modes", r"119\.3580 +-0\.066492  unstable"),
+        ("Reduced", r"'\+s', 5 of 8 coordinates free"),
+        ("Trajectory", r"0\.6 s, 312 events, 0 grazings, stopped by duration"),
+        ("Events", r"Events\(312\)(.|\n)*302 more"),
+        ("Cycle", r"period 8\.90849261 ms, 112\.252 Hz, \+\+ \+d .* stable"),
+        ("Balance", r"damping +-2\.13283\de-03 J"),
+        ("CriticalPoint", r"hopf at friction = 0\.7015671730\d+, .* Hz, destabilising"),
+        ("BranchPoint", r"period_doubling at friction = 2\.5464, multiplier -1\+0j, 112\.252 Hz"),
+        ("Outcome", r"^Outcome\(0: Trajectory\(0\.2 s, \d+ events"),
+        ("Case", r"Case of Scene(.|\n)*run: duration = 0\.6"),
+        ("StatusTable", r"ss +113\.14"),
+        ("ModeSelection", r"119\.358 +49\.866"),
+        ("Study", r"4 samples.*friction -> growth_rate"),
+    ],
+)
+def test_repr_tells(name, pattern):
+    text = repr(examples()[name])
+    assert re.search(pattern, text), text
+    assert " at 0x" not in text
+
+
+def test_repr_of_other_contacts():
+    contact = ss.Contact(
+        tangential=[0.8, 0.6],
+        normal=[-0.6, 0.8],
+        friction=0.3,
+        static_friction=0.4,
+        restitution=0.2,
+        gap=1e-3,
+    )
+    scene = ss.Scene([1.0, 1.0], np.eye(2), np.eye(2), contacts=[contact])
+    assert repr(scene) == (
+        "Scene(2 dofs, 1 contacts)\n  dofs: x1, x2\n  damping: matrix\n"
+        "  contact 0 (0.8 x1 + 0.6 x2 / -0.6 x1 + 0.8 x2): friction 0.3, static 0.4, slider speed 0 m/s, "
+        "restitution 0.2, gap 0.001 m"
+    )
+    failed = next(ss.simulate_many([scene.replace(slider_speed=0.0)], duration=0.1))
+    assert "InputError: contact 0: slider_speed is 0" in repr(failed)
