@@ -4,6 +4,7 @@ The fast profile draws the same examples every time; `pytest --hypothesis-profil
 """
 
 import json
+import signal
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +15,9 @@ from hypothesis import HealthCheck, settings
 import stickslip as ss
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
+# A shell that starts this in the background has Ctrl-C ignored; tests send it to themselves.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 settings.register_profile(
     "slow", max_examples=500, deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
