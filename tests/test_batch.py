@@ -94,6 +94,14 @@ def test_scenes_are_drawn_as_they_are_needed():
     assert drawn == 200
 
 
+def interrupted_after(runs, count):
+    """Hand on the runs; Ctrl-C when that many are done."""
+    for done, outcome in enumerate(runs, 1):
+        yield outcome
+        if done == count:
+            threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+
+
 def test_interruption_hands_out_what_is_done_and_stops_the_rest():
     quick = [ss.models.two_subsystems(friction=0.3)] * 8  # stable: at rest
     endless = ss.models.two_subsystems()
@@ -103,10 +111,7 @@ def test_interruption_hands_out_what_is_done_and_stops_the_rest():
     begin = time.monotonic()
     runs = ss.simulate_many([*quick, *[endless] * 8], starts, duration=3600.0, threads=2)
     with pytest.raises(KeyboardInterrupt):
-        for outcome in runs:
-            outcomes.append(outcome)
-            if len(outcomes) == len(quick):
-                threading.Timer(0.1, os.kill, (os.getpid(), signal.SIGINT)).start()
+        outcomes.extend(interrupted_after(runs, len(quick)))
     # An hour of motion takes seconds.
     assert time.monotonic() - begin < 60.0
     assert [outcome.index for outcome in outcomes] == list(range(8))
