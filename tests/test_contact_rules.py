@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from equal_chain import equal_chain
 from test_closed_forms import MASS
 from test_peer_solve_ivp import assert_same_motion
 
@@ -44,18 +45,7 @@ def test_an_impact_with_friction_drives_slip_towards_zero(tangential, normal, re
 
 def symmetric_scene(**changes):
     """Two equal subsystems between two equal walls."""
-    part = ss.models.Subsystem(
-        upper_mass=0.3,
-        contact_mass=0.5,
-        inclination=0.4,
-        vertical_stiffness=3e5,
-        horizontal_stiffness=6e5,
-        ceiling_stiffness=1e5,
-        preload_displacement=1e-3,
-    )
-    link = ss.models.Link(horizontal_stiffness=4e5, vertical_stiffness=1e5)
-    arguments = {"friction": 1.6, "slider_speed": 0.05, "damping": 2e-5, **changes}
-    scene = ss.models.chain([part, part], [link], wall_stiffness=1e6, **arguments)
+    scene = equal_chain(2, **{"friction": 1.6, "damping": 2e-5, **changes})
     stiffness = scene.stiffness.toarray()
     stiffness[4, 4] += 1e6
     return scene.replace(stiffness=stiffness)

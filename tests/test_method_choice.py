@@ -3,6 +3,7 @@
 import numpy as np
 
 import stickslip as ss
+from equal_chain import equal_chain
 from test_run_limits import long_chain
 
 EPS = np.finfo(float).eps
@@ -10,18 +11,7 @@ EPS = np.finfo(float).eps
 
 def chain(count, **changes):
     """Equal subsystems, which slide stably at friction 0.3."""
-    part = ss.models.Subsystem(
-        upper_mass=0.3,
-        contact_mass=0.5,
-        inclination=0.4,
-        vertical_stiffness=3e5,
-        horizontal_stiffness=6e5,
-        ceiling_stiffness=1e5,
-        preload_displacement=1e-3,
-    )
-    link = ss.models.Link(horizontal_stiffness=4e5, vertical_stiffness=1e5)
-    arguments = {"friction": 0.3, "slider_speed": 0.05, "damping": 2e-5, **changes}
-    return ss.models.chain([part] * count, [link] * (count - 1), wall_stiffness=1e6, **arguments)
+    return equal_chain(count, **{"friction": 0.3, "damping": 2e-5, **changes})
 
 
 def test_a_long_quiet_phase_goes_over_to_modes():

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from equal_chain import equal_chain
 from test_closed_forms import oscillator
 
 #: s; a run that reaches it did not stop
@@ -24,19 +25,7 @@ def chattering_belt(**changes):
 
 def long_chain(count=1000):
     """4000 coordinates, so that a panel takes milliseconds: masses that fall on their sliders one by one."""
-    part = ss.models.Subsystem(
-        upper_mass=0.3,
-        contact_mass=0.5,
-        inclination=0.4,
-        vertical_stiffness=3e5,
-        horizontal_stiffness=6e5,
-        ceiling_stiffness=1e5,
-        preload_displacement=1e-3,
-    )
-    link = ss.models.Link(horizontal_stiffness=4e5, vertical_stiffness=1e5)
-    scene = ss.models.chain(
-        [part] * count, [link] * (count - 1), wall_stiffness=1e6, friction=0.5, slider_speed=0.05
-    )
+    scene = equal_chain(count, friction=0.5)
     position = np.zeros(4 * count)
     position[3::4] = np.linspace(1e-5, 1e-4, count)
     return scene, ss.State(position, np.zeros(4 * count), "d" * count)

@@ -273,19 +273,14 @@ def settle_all(
     list[tuple[Settled, str] | None],  # and why the last stretch ended; None: not done
     BaseException | None,  # what interrupted the search
 ]: ...
-def chain(
-    upper_mass: Real,  # (s,)
-    contact_mass: Real,  # (s,)
-    inclination: Real,  # (s,) rad
-    vertical_stiffness: Real,  # (s,) upper mass to vertical of the contact mass
-    horizontal_stiffness: Real,  # (s,) upper mass to horizontal of the contact mass
-    ceiling_stiffness: Real,  # (s,)
-    preload_displacement: Real,  # (s,) m
-    external_force: Real,  # (s,) N, positive presses down
-    link_horizontal: Real,  # (s - 1,)
-    link_vertical: Real,  # (s - 1,)
-    wall_stiffness: float,
-) -> tuple[Real, SparseData, Real]: ...  # mass (4s,), stiffness (4s, 4s), force (4s,)
+
+#: of a chain of s subsystems, (s,): upper_mass, contact_mass, inclination (rad), vertical_stiffness (upper
+#: mass to vertical of the contact mass), horizontal_stiffness, ceiling_stiffness, preload_displacement (m),
+#: external_force (N, positive presses down); (s - 1,): link_horizontal, link_vertical
+_ChainColumns = dict[str, Real]
+
+# mass (4s,), stiffness (4s, 4s), force (4s,)
+def chain(columns: _ChainColumns, wall_stiffness: float) -> tuple[Real, SparseData, Real]: ...
 
 #: field and place (None: everywhere) of every parameter
 _Slots = Sequence[tuple[str, int | None]]
@@ -298,16 +293,7 @@ class Family:
     def of_scene(scene: Scene, slots: _Slots, following: Sequence[bool]) -> Family: ...
     @staticmethod
     def of_chain(
-        upper_mass: Real,  # as for `chain`
-        contact_mass: Real,
-        inclination: Real,
-        vertical_stiffness: Real,
-        horizontal_stiffness: Real,
-        ceiling_stiffness: Real,
-        preload_displacement: Real,
-        external_force: Real,
-        link_horizontal: Real,
-        link_vertical: Real,
+        columns: _ChainColumns,
         wall_stiffness: float,
         damping: float,
         contacts: Sequence[ContactData],

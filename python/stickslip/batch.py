@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from itertools import repeat
 from typing import Any, Literal
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import Progress
 
 from stickslip import _core
 from stickslip.arrays import Real
 from stickslip.errors import InputError, RunError, StickslipError
+from stickslip.progress import progress_bar
 from stickslip.scene import Scene
 from stickslip.state import Change, State, change_vector
 from stickslip.transient import Trajectory, count, run_settings
@@ -93,7 +93,7 @@ def simulate_many(
         *run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing),
         count("threads", threads, least=1),
     )
-    bar = _bar(progress)
+    bar = progress_bar(progress)
     total = len(scenes) if isinstance(scenes, Sized) else len(starts) if isinstance(starts, Sized) else None
     return _outcomes(batch, _jobs(scenes, starts), position, velocity, bar, total)
 
@@ -203,16 +203,3 @@ def _checked(jobs: Iterable[tuple[Any, Any]]) -> Iterator[tuple[Scene, State | N
 
 def _core_start(start: State | None) -> tuple[Real, Real, str] | None:
     return None if start is None else (start.position, start.velocity, start.combination)
-
-
-def _bar(progress: bool | None) -> Progress:
-    console = Console(stderr=True)
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeRemainingColumn(),
-        console=console,
-        transient=True,
-        disable=not (console.is_terminal if progress is None else progress),
-    )

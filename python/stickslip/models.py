@@ -105,7 +105,7 @@ def chain(
     if len(ties) != len(parts) - 1:
         raise InputError(f"links: expected {len(parts) - 1} between {len(parts)} subsystems, got {len(ties)}")
     mass, (data, indices, indptr), force = _core.chain(
-        **chain_columns(parts, ties), wall_stiffness=real_number("wall_stiffness", wall_stiffness)
+        chain_columns(parts, ties), real_number("wall_stiffness", wall_stiffness)
     )
     size = mass.size
     count = len(parts)

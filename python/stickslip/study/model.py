@@ -118,7 +118,7 @@ class SampledModel:
         scene = self.template
         columns = models.chain_columns(chain["subsystems"], chain["links"])
         return _core.Family.of_chain(
-            **columns,
+            columns,
             wall_stiffness=real_number("wall_stiffness", chain["wall_stiffness"]),
             damping=real_number("damping", chain.get("damping", 1e-4)),
             contacts=[core_contact(contact, k, scene.dofs) for k, contact in enumerate(scene.contacts)],

@@ -10,20 +10,11 @@ from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
-from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.text import Text
 
 from stickslip.arrays import Real, real_array, real_number
 from stickslip.errors import InputError, StudyError, StudyInterrupted
 from stickslip.path import Model, interval
+from stickslip.progress import Rate, progress_bar
 from stickslip.scene import Scene
 from stickslip.study import identity, runners
 from stickslip.study.evaluation import Evaluation, Labels, Settings
@@ -299,7 +290,7 @@ class Study:
         default = MOTIONS if self.outputs.moves or self.outputs.asks("hopf") else VERDICTS
         length = min(default if chunk is None else _count("chunk", chunk, 1), self.size)
         runner = _runner(threads, executor, client)
-        with opened(store, self._layout(), length) as results, _bar(progress) as bar:
+        with opened(store, self._layout(), length) as results, progress_bar(progress, Rate()) as bar:
             pending = results.pending()
             done = self.size - sum(len(self._rows(results, k)) for k in pending)
             task = bar.add_task("samples", total=self.size, completed=done)
@@ -417,25 +408,3 @@ def _positive(argument: str, value: Any) -> float:
     if not 0.0 < number < np.inf:
         raise InputError(f"{argument}: expected a positive finite time, got {number!r}")
     return number
-
-
-class _Rate(ProgressColumn):
-    """Samples per second."""
-
-    def render(self, task: Any) -> Text:
-        speed = task.finished_speed or task.speed
-        return Text("" if speed is None else f"{speed:,.0f}/s")
-
-
-def _bar(progress: bool | None) -> Progress:
-    console = Console(stderr=True)
-    return Progress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        _Rate(),
-        TimeRemainingColumn(),
-        console=console,
-        transient=True,
-        disable=not (console.is_terminal if progress is None else progress),
-    )

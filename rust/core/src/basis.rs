@@ -11,6 +11,7 @@ use crate::motion::{ModalBasis, TaylorOperator};
 use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
+use crate::simulation::Method;
 use crate::spectrum::{Vectors, spectrum};
 use crate::status::{Combination, Status};
 
@@ -43,27 +44,19 @@ pub(crate) enum Propagator {
 #[derive(Debug)]
 pub(crate) struct CombinationBasis {
     pub combination: Combination,
-    pub wanted: Wanted,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
 }
 
 impl CombinationBasis {
     fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
-        let functions = scene.event_functions(combination);
         if !scene.blocks().is_empty() {
-            let part = |block: &Arc<Block>| {
-                let (basis, _) = block.scene.basis(&block.statuses(combination), wanted)?;
-                Ok((Arc::clone(block), basis))
-            };
-            let parts = scene.blocks().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
-            return Ok(Self {
-                combination: combination.clone(),
-                wanted,
-                functions,
-                propagator: Propagator::Blocks(parts),
-            });
+            let part = |block: &Arc<Block>| block.scene.basis(&block.statuses(combination), wanted);
+            let bases = scene.blocks().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
+            let bases = bases.into_iter().map(|(basis, _)| basis);
+            return Ok(Self::of_blocks(scene, combination.clone(), bases));
         }
+        let functions = scene.event_functions(combination);
         let series = || {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
@@ -87,7 +80,7 @@ impl CombinationBasis {
                 });
             }
         };
-        Ok(Self { combination: combination.clone(), wanted, functions, propagator })
+        Ok(Self { combination: combination.clone(), functions, propagator })
     }
 
     /// Of a scene in blocks, from a basis for each.
@@ -98,18 +91,19 @@ impl CombinationBasis {
     ) -> Self {
         Self {
             functions: scene.event_functions(&combination),
-            // What the parts want is their own.
-            wanted: Wanted::SoundModes,
             propagator: Propagator::Blocks(scene.blocks().iter().cloned().zip(bases).collect()),
             combination,
         }
     }
 
-    /// What was wanted, by block if the scene is in blocks.
-    pub fn wanted_by_block(&self) -> Vec<Wanted> {
+    /// By what it is propagated, block by block if the scene is in blocks.
+    pub fn methods(&self) -> Vec<Method> {
         match &self.propagator {
-            Propagator::Blocks(parts) => parts.iter().map(|(_, basis)| basis.wanted).collect(),
-            Propagator::Modal(_) | Propagator::Taylor(_) => vec![self.wanted],
+            Propagator::Modal(_) => vec![Method::Modal],
+            Propagator::Taylor(_) => vec![Method::Taylor],
+            Propagator::Blocks(parts) => {
+                parts.iter().flat_map(|(_, part)| part.methods()).collect()
+            }
         }
     }
 

@@ -240,22 +240,14 @@ fn put_together(
             instants.entry((phase.start.to_bits(), before)).or_default().push((b, index));
         }
     }
-    let mut whole = Trajectory {
-        scene: Arc::clone(scene),
-        phases: Vec::with_capacity(instants.len()),
-        states: Vec::with_capacity(2 * scene.size * instants.len()),
-        events: Vec::new(),
-        grazings: Vec::new(),
-        accumulations: Vec::new(),
-        counters: Counters::default(),
-        stop_reason: StopReason::Duration,
-        end,
-    };
+    let mut whole = Trajectory::new(scene);
+    whole.end = end;
+    whole.phases.reserve_exact(instants.len());
+    whole.states.reserve_exact(2 * scene.size * instants.len());
     let mut cursors: Vec<Cursor<'_>> = blocks.iter().map(|(_, run)| Cursor::new(run)).collect();
     let mut current = vec![0; blocks.len()];
     let mut statuses = vec![Status::Detached; scene.contacts.len()];
     let (mut q, mut u) = (vec![0.0; scene.size], vec![0.0; scene.size]);
-    let mut accumulated = Vec::new();
     for ((time, _), begun) in instants {
         let time = f64::from_bits(time);
         let mut rest = 0.0;
@@ -289,19 +281,21 @@ fn put_together(
             let (block, run) = &blocks[b];
             let first = run.events.partition_point(|event| event.phase < index);
             for (k, event) in run.events_at(index).enumerate() {
-                let limit = run.accumulations.iter().find(|limit| limit.event == first + k);
+                let limit =
+                    run.accumulations.binary_search_by_key(&(first + k), |limit| limit.event);
                 let contact = block.contacts[event.contact];
-                events.push((Event { contact, phase, ..event.clone() }, limit.copied()));
+                let limit = limit.ok().map(|limit| run.accumulations[limit]);
+                events.push((Event { contact, phase, ..event.clone() }, limit));
             }
         }
         events.sort_by_key(|(event, _)| event.contact);
         for (event, limit) in events {
-            accumulated
+            whole
+                .accumulations
                 .extend(limit.map(|limit| Accumulation { event: whole.events.len(), ..limit }));
             whole.events.push(event);
         }
     }
-    whole.accumulations = accumulated;
     for (block, run) in blocks {
         let in_time = run.grazings.iter().filter(|touch| touch.time <= end);
         whole.grazings.extend(

@@ -7,7 +7,7 @@ use crate::event::Trigger;
 use crate::orbit::{Multipliers, Orbit, OrbitFailure};
 use crate::scene::Scene;
 use crate::simulation::Clock;
-use crate::trajectory::{Counters, Event, EventKind, Phase, StopReason, Trajectory};
+use crate::trajectory::{Event, EventKind, Phase, Trajectory};
 
 /// Instants per phase at which an extreme is looked for, and per period besides; between two of
 /// them a velocity has changed sign once.
@@ -58,18 +58,9 @@ impl Orbit {
     pub fn trajectory(&self) -> Result<Trajectory, Error> {
         let times = self.times();
         let flows = self.flows()?;
-        let mut trajectory = Trajectory {
-            scene: Arc::clone(&self.scene),
-            phases: Vec::new(),
-            states: Vec::new(),
-            events: Vec::new(),
-            grazings: Vec::new(),
-            accumulations: Vec::new(),
-            counters: Counters::default(),
-            stop_reason: StopReason::Duration,
-            end: times[self.steps.len()].seconds,
-        };
+        let mut trajectory = Trajectory::new(&self.scene);
         let count = self.steps.len();
+        trajectory.end = times[count].seconds;
         for k in 0..=count {
             let step = &self.steps[k % count];
             let basis = Arc::clone(&flows[k % count].basis);

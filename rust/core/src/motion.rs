@@ -156,7 +156,7 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.advance(modal),
             Propagator::Taylor(operator) => self.taylor.advance(&self.scene, operator),
-            Propagator::Blocks(_) => self.blocks.iter_mut().for_each(|part| part.motion.advance()),
+            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
         }
     }
 
@@ -165,7 +165,7 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.state(modal, offset, q, u),
             Propagator::Taylor(operator) => self.taylor.state(operator, offset, q, u),
-            Propagator::Blocks(_) => self.seek(self.start() + offset, q, u),
+            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
         }
     }
 

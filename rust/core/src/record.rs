@@ -19,7 +19,7 @@ use crate::trajectory::{
 /// A [`Trajectory`] without its scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TrajectoryRecord {
-    /// The different combinations, and the methods that each was set up for, one for each block of the scene.
+    /// The different combinations, and by what each is propagated, for each block of the scene.
     pub bases: Vec<(String, Vec<Method>)>,
     /// Index into `bases` of every phase.
     pub phase_basis: Vec<usize>,
@@ -132,8 +132,7 @@ impl Trajectory {
                 {
                     return index;
                 }
-                let methods = basis.wanted_by_block().into_iter().map(Method::of).collect();
-                bases.push((basis.combination.to_string(), methods));
+                bases.push((basis.combination.to_string(), basis.methods()));
                 seen.push((basis, bases.len() - 1));
                 bases.len() - 1
             })

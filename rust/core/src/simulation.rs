@@ -12,7 +12,7 @@ use crate::motion::Motion;
 use crate::phase::{PhaseEnd, PhaseSearch};
 use crate::scene::{Scene, State};
 use crate::status::{Combination, Status};
-use crate::trajectory::{Counters, Event, Phase, StopReason, Trajectory};
+use crate::trajectory::{Event, Phase, StopReason, Trajectory};
 use crate::transition::{Departure, Settlement, settle};
 
 /// How phases are propagated.
@@ -30,15 +30,6 @@ impl Method {
             Method::Auto => "auto",
             Method::Modal => "modal",
             Method::Taylor => "taylor",
-        }
-    }
-
-    /// The method by which a basis is wanted.
-    pub(crate) const fn of(wanted: Wanted) -> Self {
-        match wanted {
-            Wanted::SoundModes => Method::Auto,
-            Wanted::Modes => Method::Modal,
-            Wanted::Series => Method::Taylor,
         }
     }
 
@@ -194,17 +185,7 @@ impl<'a> Run<'a> {
             places: HashMap::new(),
             q,
             u,
-            trajectory: Trajectory {
-                scene: Arc::clone(scene),
-                phases: Vec::new(),
-                states: Vec::new(),
-                events: Vec::new(),
-                grazings: Vec::new(),
-                accumulations: Vec::new(),
-                counters: Counters::default(),
-                stop_reason: StopReason::Duration,
-                end: 0.0,
-            },
+            trajectory: Trajectory::new(scene),
         }
     }
 

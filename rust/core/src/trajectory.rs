@@ -167,6 +167,21 @@ pub struct Sample {
 type CoupledForces = (Combination, Vec<(Functional, Functional)>);
 
 impl Trajectory {
+    /// A motion of which nothing is known yet.
+    pub(crate) fn new(scene: &Arc<Scene>) -> Self {
+        Self {
+            scene: Arc::clone(scene),
+            phases: Vec::new(),
+            states: Vec::new(),
+            events: Vec::new(),
+            grazings: Vec::new(),
+            accumulations: Vec::new(),
+            counters: Counters::default(),
+            stop_reason: StopReason::Duration,
+            end: 0.0,
+        }
+    }
+
     /// The combination after an event.
     pub fn combination(&self, event: &Event) -> &Combination {
         &self.phases[event.phase].basis.combination

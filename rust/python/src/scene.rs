@@ -240,60 +240,10 @@ pub fn stops_at_grazing(py: Python<'_>, name: &str) -> PyResult<bool> {
     }
 }
 
-type Named<'py> = (&'static str, PyReadonlyArray1<'py, f64>);
-
-/// The subsystems and links of a chain from columns in the order of their fields.
-pub fn chain_parts(
-    subsystems: [Named<'_>; 8],
-    links: [Named<'_>; 2],
-    py: Python<'_>,
-) -> PyResult<(Vec<core::models::Subsystem>, Vec<core::models::Link>)> {
-    let fields = subsystems.map(|(name, values)| (name, vector(&values)));
-    let links = links.map(|(name, values)| (name, vector(&values)));
-    let count = fields[0].1.len();
-    let expected = fields
-        .iter()
-        .map(|field| (field, count))
-        .chain(links.iter().map(|field| (field, count.saturating_sub(1))));
-    for ((name, values), length) in expected {
-        if values.len() != length {
-            let message = format!("{name}: expected shape ({length},), got ({},)", values.len());
-            return Err(named(py, "InputError", &message));
-        }
-    }
-    let [upper, contact, inclination, vertical, horizontal, ceiling, preload, external] =
-        fields.map(|field| field.1);
-    let subsystems: Vec<core::models::Subsystem> = (0..count)
-        .map(|i| core::models::Subsystem {
-            upper_mass: upper[i],
-            contact_mass: contact[i],
-            inclination: inclination[i],
-            vertical_stiffness: vertical[i],
-            horizontal_stiffness: horizontal[i],
-            ceiling_stiffness: ceiling[i],
-            preload_displacement: preload[i],
-            external_force: external[i],
-        })
-        .collect();
-    let [link_horizontal, link_vertical] = links.map(|field| field.1);
-    let links: Vec<core::models::Link> = link_horizontal
-        .into_iter()
-        .zip(link_vertical)
-        .map(|(horizontal_stiffness, vertical_stiffness)| core::models::Link {
-            horizontal_stiffness,
-            vertical_stiffness,
-        })
-        .collect();
-    Ok((subsystems, links))
-}
-
-type ChainParts<'py> = (Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>);
-
-/// (mass, stiffness as compressed rows, force) of a chain of subsystems.
-#[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
-pub fn chain<'py>(
-    py: Python<'py>,
+/// The subsystems and links of a chain as columns, one for each of their fields.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub struct ChainColumns<'py> {
     upper_mass: PyReadonlyArray1<'py, f64>,
     contact_mass: PyReadonlyArray1<'py, f64>,
     inclination: PyReadonlyArray1<'py, f64>,
@@ -304,22 +254,61 @@ pub fn chain<'py>(
     external_force: PyReadonlyArray1<'py, f64>,
     link_horizontal: PyReadonlyArray1<'py, f64>,
     link_vertical: PyReadonlyArray1<'py, f64>,
+}
+
+impl ChainColumns<'_> {
+    pub fn parts(
+        &self,
+        py: Python<'_>,
+    ) -> PyResult<(Vec<core::models::Subsystem>, Vec<core::models::Link>)> {
+        let upper = vector(&self.upper_mass);
+        let count = upper.len();
+        let column = |name: &str, values: &PyReadonlyArray1<'_, f64>, length: usize| {
+            let values = vector(values);
+            if values.len() == length {
+                return Ok(values);
+            }
+            let message = format!("{name}: expected shape ({length},), got ({},)", values.len());
+            Err(named(py, "InputError", &message))
+        };
+        let contact = column("contact_mass", &self.contact_mass, count)?;
+        let inclination = column("inclination", &self.inclination, count)?;
+        let vertical = column("vertical_stiffness", &self.vertical_stiffness, count)?;
+        let horizontal = column("horizontal_stiffness", &self.horizontal_stiffness, count)?;
+        let ceiling = column("ceiling_stiffness", &self.ceiling_stiffness, count)?;
+        let preload = column("preload_displacement", &self.preload_displacement, count)?;
+        let external = column("external_force", &self.external_force, count)?;
+        let between = count.saturating_sub(1);
+        let link_horizontal = column("link_horizontal", &self.link_horizontal, between)?;
+        let link_vertical = column("link_vertical", &self.link_vertical, between)?;
+        let subsystems = (0..count).map(|i| core::models::Subsystem {
+            upper_mass: upper[i],
+            contact_mass: contact[i],
+            inclination: inclination[i],
+            vertical_stiffness: vertical[i],
+            horizontal_stiffness: horizontal[i],
+            ceiling_stiffness: ceiling[i],
+            preload_displacement: preload[i],
+            external_force: external[i],
+        });
+        let links = (0..between).map(|i| core::models::Link {
+            horizontal_stiffness: link_horizontal[i],
+            vertical_stiffness: link_vertical[i],
+        });
+        Ok((subsystems.collect(), links.collect()))
+    }
+}
+
+type ChainParts<'py> = (Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>);
+
+/// (mass, stiffness as compressed rows, force) of a chain of subsystems.
+#[pyfunction]
+pub fn chain<'py>(
+    py: Python<'py>,
+    columns: ChainColumns<'py>,
     wall_stiffness: f64,
 ) -> PyResult<ChainParts<'py>> {
-    let (subsystems, links) = chain_parts(
-        [
-            ("upper_mass", upper_mass),
-            ("contact_mass", contact_mass),
-            ("inclination", inclination),
-            ("vertical_stiffness", vertical_stiffness),
-            ("horizontal_stiffness", horizontal_stiffness),
-            ("ceiling_stiffness", ceiling_stiffness),
-            ("preload_displacement", preload_displacement),
-            ("external_force", external_force),
-        ],
-        [("link_horizontal", link_horizontal), ("link_vertical", link_vertical)],
-        py,
-    )?;
+    let (subsystems, links) = columns.parts(py)?;
     let (mass, stiffness, force) = core::models::chain(&subsystems, &links, wall_stiffness);
     Ok((mass.into_pyarray(py), sparse_parts(py, &stiffness), force.into_pyarray(py)))
 }

@@ -13,7 +13,7 @@ use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
 use crate::errors::named;
-use crate::scene::{ContactData, Scene, chain_parts, contact_inputs, method_named};
+use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs, method_named};
 use crate::trajectory::Trajectory;
 
 /// How often a wait looks for Ctrl-C.
@@ -68,16 +68,7 @@ impl Family {
     #[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
     fn of_chain(
         py: Python<'_>,
-        upper_mass: PyReadonlyArray1<'_, f64>,
-        contact_mass: PyReadonlyArray1<'_, f64>,
-        inclination: PyReadonlyArray1<'_, f64>,
-        vertical_stiffness: PyReadonlyArray1<'_, f64>,
-        horizontal_stiffness: PyReadonlyArray1<'_, f64>,
-        ceiling_stiffness: PyReadonlyArray1<'_, f64>,
-        preload_displacement: PyReadonlyArray1<'_, f64>,
-        external_force: PyReadonlyArray1<'_, f64>,
-        link_horizontal: PyReadonlyArray1<'_, f64>,
-        link_vertical: PyReadonlyArray1<'_, f64>,
+        columns: ChainColumns<'_>,
         wall_stiffness: f64,
         damping: f64,
         contacts: Vec<ContactData<'_>>,
@@ -85,20 +76,7 @@ impl Family {
         slots: Slots,
         following: Vec<bool>,
     ) -> PyResult<Self> {
-        let (subsystems, links) = chain_parts(
-            [
-                ("upper_mass", upper_mass),
-                ("contact_mass", contact_mass),
-                ("inclination", inclination),
-                ("vertical_stiffness", vertical_stiffness),
-                ("horizontal_stiffness", horizontal_stiffness),
-                ("ceiling_stiffness", ceiling_stiffness),
-                ("preload_displacement", preload_displacement),
-                ("external_force", external_force),
-            ],
-            [("link_horizontal", link_horizontal), ("link_vertical", link_vertical)],
-            py,
-        )?;
+        let (subsystems, links) = columns.parts(py)?;
         let chain = core::Chain {
             subsystems,
             links,
