@@ -19,7 +19,6 @@ __all__ = [
     "Batch",
     "Cycle",
     "Family",
-    "Modes",
     "Orbit",
     "Path",
     "Reduced",
@@ -51,7 +50,8 @@ class Scene:
     @property
     def size(self) -> int: ...
     def reduced(self, combination: str) -> Reduced: ...
-    def modes(self, combination: str) -> Modes: ...
+    # what `Modes` has, by the names of its fields; right, left and shapes Fortran-contiguous
+    def modes(self, combination: str) -> dict[str, Any]: ...
     def sliding_equilibrium(self) -> tuple[Real, str]: ...  # position, combination
     def check_state(self, position: Real, velocity: Real, combination: str) -> None: ...
     def simulate(
@@ -105,20 +105,6 @@ class Reduced:
     force_linear: Real  # (m,) F1
     right_basis: Real  # (n, m) R
     left_basis: Real  # (n, m) L
-
-@final
-class Modes:
-    eigenvalues: Complex  # (2m,)
-    right: Complex  # (2m, 2m) columns (xi, lambda xi)
-    left: Complex  # (2m, 2m)
-    a: Complex  # (2m,)
-    b: Complex  # (2m,)
-    shapes: Complex  # (n, 2m)
-    condition: Real  # (2m,)
-    defective: NDArray[np.bool_]  # (2m,)
-    residual: Real  # (2m,)
-    state_a: Real  # (2m, 2m) A of A y' + B y = Q
-    state_b: Real  # (2m, 2m) B
 
 _CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing"]
 #: (lower, upper, mass, damping, stiffness) on one interval: Chebyshev coefficients (k, m, m); proportional

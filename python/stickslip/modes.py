@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -19,9 +20,10 @@ if TYPE_CHECKING:
 class Modes:
     """Eigenvalues and vectors of ``A y' + B y = 0``, y = (q, q'), for one status combination.
 
-    ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors ``lambda A xi = -B xi``, left
-    vectors ``lambda v' A = -v' B`` (plain transpose). m eigenvalues, sorted by modulus, the two of a
-    conjugate pair adjacent, positive imaginary part first; real ones occur.
+    ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors r = (xi, lambda xi) with
+    ``lambda A r = -B r``, left vectors l = (v, lambda v) with ``lambda l' A = -l' B`` (plain transpose). m
+    eigenvalues, sorted by modulus, the two of a conjugate pair adjacent, positive imaginary part first; real
+    ones occur.
 
     Attributes
     ----------
@@ -29,9 +31,8 @@ class Modes:
         The status combination.
     eigenvalues
         lambda, (m,), 1/s; a positive real part grows.
-    right, left
-        Columns xi and v, (m, m): ``left.T @ A @ right = diag(a)``, ``left.T @ B @ right = diag(b)``. The
-        largest displacement of a right vector is 1.
+    right_displacement, left_displacement
+        Columns xi and v, (m / 2, m); the largest entry of each xi is 1, v is nan where a mode is defective.
     a, b
         (m,), ``lambda = -b / a``; nan where a mode is defective and has no bi-orthogonal pair.
     shapes
@@ -42,23 +43,48 @@ class Modes:
         Whether an eigenvalue has too few eigenvectors, (m,).
     residual
         Relative residual of each right pair, (m,).
-    state_a, state_b
-        A and B, (m, m).
+    mass, damping, stiffness
+        M_s, C_s and K_s, (m / 2, m / 2).
     """
 
     combination: str
     eigenvalues: Complex
-    right: Complex
-    left: Complex
+    right_displacement: Complex
+    left_displacement: Complex
     a: Complex
     b: Complex
     shapes: Complex
     condition: Real
     defective: NDArray[np.bool_]
     residual: Real
-    state_a: Real
-    state_b: Real
+    mass: Real
+    damping: Real
+    stiffness: Real
     dofs: tuple[str, ...]
+
+    @cached_property
+    def right(self) -> Complex:
+        """Columns (xi, lambda xi), (m, m).
+
+        ``left.T @ A @ right = diag(a)``, ``left.T @ B @ right = diag(b)``.
+        """
+        return np.concatenate([self.right_displacement, self.right_displacement * self.eigenvalues])
+
+    @cached_property
+    def left(self) -> Complex:
+        """Columns (v, lambda v), (m, m)."""
+        return np.concatenate([self.left_displacement, self.left_displacement * self.eigenvalues])
+
+    @cached_property
+    def state_a(self) -> Real:
+        """A, (m, m)."""
+        return np.block([[self.damping, self.mass], [self.mass, np.zeros_like(self.mass)]])
+
+    @cached_property
+    def state_b(self) -> Real:
+        """B, (m, m)."""
+        zero = np.zeros_like(self.mass)
+        return np.block([[self.stiffness, zero], [zero, -self.mass]])
 
     @property
     def frequencies(self) -> Real:
@@ -148,19 +174,4 @@ def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
     `residual` is checked by the core.
     """
     chosen = checked_combination(scene, combination)
-    core = scene.core.modes(chosen)
-    return Modes(
-        chosen,
-        core.eigenvalues,
-        core.right,
-        core.left,
-        core.a,
-        core.b,
-        core.shapes,
-        core.condition,
-        core.defective,
-        core.residual,
-        core.state_a,
-        core.state_b,
-        scene.dofs,
-    )
+    return Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))

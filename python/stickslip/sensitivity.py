@@ -133,7 +133,6 @@ def entry_sensitivity(
     """
     modes = complex_modes(scene, combination)
     reduced = reduce(scene, modes.combination)
-    m = modes.eigenvalues.size // 2
     _, defined = _partners(modes)
     value = modes.eigenvalues
     law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
@@ -144,8 +143,8 @@ def entry_sensitivity(
     }
     if matrix not in factors:
         raise InputError(f"matrix: expected one of {list(factors)}, got {matrix!r}")
-    right = reduced.right_basis @ modes.right[:m]
-    left = reduced.left_basis @ modes.left[:m]
+    right = reduced.right_basis @ modes.right_displacement
+    left = reduced.left_basis @ modes.left_displacement
     with np.errstate(invalid="ignore"):
         derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
     derivative[~defined] = complex(np.nan, np.nan)
@@ -205,8 +204,7 @@ def _partners(modes: Modes) -> tuple[Any, Any]:
 
 def _derivative(modes: Modes, change: Change) -> Complex:
     mass, damping, stiffness = change
-    m = mass.shape[0]
-    value, right, left = modes.eigenvalues, modes.right[:m], modes.left[:m]
+    value, right, left = modes.eigenvalues, modes.right_displacement, modes.left_displacement
     moved = value**2 * (mass @ right) + value * (damping @ right) + stiffness @ right
     # a is nan for a defective mode, and so is its derivative.
     with np.errstate(invalid="ignore"):

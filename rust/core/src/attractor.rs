@@ -178,24 +178,25 @@ impl Trajectory {
             .map(|&k| q[k] - rest[k])
             .chain(reduced.kept.iter().map(|&k| u[k]))
             .collect();
-        let z = modes.coordinates(&modes.state_matrices().0, &deviation);
+        let z = modes.coordinates(&deviation);
         let still = vec![0.0; scene.size];
         phase.basis.functions.iter().all(|function| {
             let functional = &function.functional;
             let reach: f64 = z
                 .iter()
-                .zip(modes.right.chunks_exact(2 * m))
-                .map(|(z, right)| {
-                    let part = |terms: &[(usize, f64)], offset: usize| -> Complex64 {
+                .zip(modes.right.chunks_exact(m))
+                .zip(&modes.eigenvalues)
+                .map(|((z, right), lambda)| {
+                    let part = |terms: &[(usize, f64)]| -> Complex64 {
                         terms
                             .iter()
                             .filter_map(|&(k, weight)| {
                                 let j = reduced.kept.iter().position(|&kept| kept == k)?;
-                                Some(weight * right[offset + j])
+                                Some(weight * right[j])
                             })
                             .sum()
                     };
-                    (part(&functional.position, 0) + part(&functional.velocity, m)).norm()
+                    (part(&functional.position) + lambda * part(&functional.velocity)).norm()
                         * z.norm()
                 })
                 .sum();

@@ -12,6 +12,7 @@ use faer::prelude::Solve;
 use faer::{Auto, Mat, Par, Spec};
 use num_complex::Complex64;
 
+use crate::banded::Banded;
 use crate::schur;
 
 /// One eigenvalue with its right and left vector: `S x = value x`, `y' S = value y'` (plain transpose).
@@ -219,7 +220,11 @@ pub(crate) fn values(n: usize, matrix: &[f64]) -> Vec<Complex64> {
         return values;
     }
     balance(n, &mut matrix);
-    let matrix = row_major(n, n, &matrix);
+    large_values(n, &matrix)
+}
+
+fn large_values(n: usize, matrix: &[f64]) -> Vec<Complex64> {
+    let matrix = row_major(n, n, matrix);
     let (mut re, mut im) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
     let params: Spec<EvdParams, f64> = Spec::new(Auto::<f64>::auto());
     let none = ComputeEigenvectors::No;
@@ -233,6 +238,11 @@ pub(crate) fn values(n: usize, matrix: &[f64]) -> Vec<Complex64> {
 }
 
 fn large_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
+    if let Some(banded) = Banded::new(n, matrix)
+        && let Some(pairs) = banded.pairs(&large_values(n, matrix))
+    {
+        return pairs;
+    }
     let matrix = row_major(n, n, matrix);
     let mut re = Diag::<f64>::zeros(n);
     let mut im = Diag::<f64>::zeros(n);

@@ -60,14 +60,13 @@ impl Orbit {
                     .map(|&k| field[k])
                     .chain(kept.iter().map(|&k| field[n + k]))
                     .collect();
-                let a = modes.state_matrices().0;
                 // z'' = lambda z' + left' F1 / a, and z' are the coordinates of y'.
                 let w: Vec<Complex64> = modes
-                    .coordinates(&a, &rate)
+                    .coordinates(&rate)
                     .into_iter()
                     .enumerate()
                     .map(|(r, dz)| {
-                        let left = &modes.left[2 * m * r..2 * m * r + m];
+                        let left = &modes.left[m * r..m * (r + 1)];
                         let ramp: Complex64 =
                             left.iter().zip(&modes.reduced.force_linear).map(|(l, f)| l * f).sum();
                         modes.eigenvalues[r] * dz + ramp / modes.a[r]
@@ -81,7 +80,7 @@ impl Orbit {
                         let phi1 = exponential_and_phi(exponent * step.duration).1;
                         let factor = shift * step.duration * phi1 * w;
                         for (j, &coordinate) in kept.iter().enumerate() {
-                            sums[k * n + coordinate] += factor * modes.right[2 * m * r + j];
+                            sums[k * n + coordinate] += factor * modes.right[m * r + j];
                         }
                     }
                 }

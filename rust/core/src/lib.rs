@@ -10,6 +10,7 @@
 mod arclength;
 mod arithmetic;
 mod attractor;
+mod banded;
 mod basis;
 mod batch;
 mod blocks;

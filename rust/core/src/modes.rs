@@ -5,6 +5,7 @@
 //! bi-orthogonal: `L' A R = diag(a)`, `L' B R = diag(b)`, `lambda = -b / a`.
 
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::pencil::Pencil;
@@ -13,19 +14,24 @@ use crate::scene::Scene;
 use crate::spectrum::{Mode, Vectors, spectrum};
 use crate::status::Combination;
 
+/// Modes that are worth a processor of their own.
+const SHARED: usize = 64;
+/// Of what a defective mode has not.
+const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
 /// All 2m modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first.
-/// Matrices are column-major: one mode after the other.
+/// Matrices are column-major: one mode after the other. Of the vectors the displacement parts are kept.
 #[derive(Debug, Clone)]
 pub struct Modes {
     pub reduced: Reduced,
     pub eigenvalues: Vec<Complex64>,
-    /// 2m entries per mode; the displacement part's largest entry is 1.
+    /// xi, m entries per mode; the largest one is 1.
     pub right: Vec<Complex64>,
-    /// 2m entries per mode, NaN where the mode is defective.
+    /// v, m entries per mode, NaN where the mode is defective.
     pub left: Vec<Complex64>,
     pub a: Vec<Complex64>,
     pub b: Vec<Complex64>,
-    /// n entries per mode: the displacement part over all dofs of the scene.
+    /// xi over all dofs of the scene, n entries per mode.
     pub shapes: Vec<Complex64>,
     pub condition: Vec<f64>,
     pub defective: Vec<bool>,
@@ -42,89 +48,88 @@ impl Modes {
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         });
-        let count = 2 * reduced.size();
+        let half: Vec<Mode> = half.into_par_iter().with_min_len(SHARED).map(normalised).collect();
+        let whole: Vec<(&Mode, bool)> = half
+            .iter()
+            .flat_map(|mode| {
+                std::iter::once((mode, false)).chain((!mode.is_real()).then_some((mode, true)))
+            })
+            .collect();
+        let each = |value: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
+            whole.iter().map(|&(mode, conjugate)| turned(value(mode), conjugate)).collect()
+        };
+        let valid = |mode: &Mode, z| if mode.is_defective() { UNDEFINED } else { z };
+        let (m, n) = (reduced.size(), scene.size);
+        let zero = Complex64::default();
         let mut modes = Self {
-            eigenvalues: Vec::with_capacity(count),
-            right: Vec::with_capacity(count * count),
-            left: Vec::with_capacity(count * count),
-            a: Vec::with_capacity(count),
-            b: Vec::with_capacity(count),
-            shapes: Vec::with_capacity(count * scene.size),
-            condition: Vec::with_capacity(count),
-            defective: Vec::with_capacity(count),
-            residual: Vec::with_capacity(count),
+            eigenvalues: each(&|mode| mode.eigenvalue),
+            right: vec![zero; whole.len() * m],
+            left: vec![zero; whole.len() * m],
+            a: each(&|mode| valid(mode, mode.a)),
+            b: each(&|mode| valid(mode, -mode.eigenvalue * mode.a)),
+            shapes: vec![zero; whole.len() * n],
+            condition: whole.iter().map(|(mode, _)| mode.condition).collect(),
+            defective: whole.iter().map(|(mode, _)| mode.is_defective()).collect(),
+            residual: whole.iter().map(|(mode, _)| mode.residual).collect(),
             reduced,
         };
-        for mode in half {
-            let mut mode = normalised(mode);
-            modes.push(scene, &mode);
-            if !mode.is_real() {
-                mode.conjugate();
-                modes.push(scene, &mode);
-            }
-        }
+        let kept = &modes.reduced.kept;
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        modes
+            .right
+            .par_chunks_mut(m.max(1))
+            .zip(modes.left.par_chunks_mut(m.max(1)))
+            .zip(modes.shapes.par_chunks_mut(n.max(1)))
+            .zip(&whole)
+            .with_min_len(SHARED)
+            .for_each(|(((right, left), shape), &(mode, conjugate))| {
+                let fill = |target: &mut [Complex64], source: &[Complex64]| {
+                    let entries = target.iter_mut().zip(source);
+                    entries.for_each(|(entry, &z)| *entry = turned(z, conjugate));
+                };
+                fill(right, &mode.right);
+                match mode.is_defective() {
+                    true => left.fill(UNDEFINED),
+                    false => fill(left, &mode.left),
+                }
+                let part = |part: fn(&Complex64) -> f64| {
+                    let mut q = vec![0.0; n];
+                    kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                    scene.velocities(&q)
+                };
+                let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));
+                shape.iter_mut().zip(parts).for_each(|(z, (re, im))| *z = Complex64::new(re, im));
+            });
         Ok(modes)
     }
 
-    fn push(&mut self, scene: &Scene, mode: &Mode) {
-        let lambda = mode.eigenvalue;
-        let defective = mode.is_defective();
-        let valid = |z: Complex64| {
-            if defective { Complex64::new(f64::NAN, f64::NAN) } else { z }
+    /// `left' A y / a` of a reduced state y, left = (v, lambda v): `v' (C x + M x' + lambda M x) / a`.
+    pub(crate) fn coordinates(&self, y: &[f64]) -> Vec<Complex64> {
+        let m = self.reduced.size();
+        let (x, velocity) = y.split_at(m);
+        let product = |matrix: &[f64], vector: &[f64]| -> Vec<f64> {
+            let rows = matrix.chunks_exact(m.max(1));
+            rows.map(|row| row.iter().zip(vector).map(|(a, x)| a * x).sum()).collect()
         };
-        self.eigenvalues.push(lambda);
-        self.right.extend(mode.right.iter().copied());
-        self.right.extend(mode.right.iter().map(|z| lambda * z));
-        self.left.extend(mode.left.iter().map(|&z| valid(z)));
-        self.left.extend(mode.left.iter().map(|&z| valid(lambda * z)));
-        self.a.push(valid(mode.a));
-        self.b.push(valid(-lambda * mode.a));
-        let part = |f: fn(&Complex64) -> f64| {
-            let mut q = vec![0.0; scene.size];
-            for (&k, z) in self.reduced.kept.iter().zip(&mode.right) {
-                q[k] = f(z);
-            }
-            scene.velocities(&q)
-        };
-        let (re, im) = (part(|z| z.re), part(|z| z.im));
-        self.shapes.extend(re.into_iter().zip(im).map(|(re, im)| Complex64::new(re, im)));
-        self.condition.push(mode.condition);
-        self.defective.push(defective);
-        self.residual.push(mode.residual);
-    }
-
-    /// `left' A y / a` of a reduced state y, given A.
-    pub(crate) fn coordinates(&self, state_a: &[f64], y: &[f64]) -> Vec<Complex64> {
-        let n = y.len();
-        let momentum: Vec<f64> = state_a
-            .chunks_exact(n.max(1))
-            .map(|row| row.iter().zip(y).map(|(a, y)| a * y).sum())
-            .collect();
-        self.left
-            .chunks_exact(n.max(1))
+        let Reduced { mass, damping, .. } = &self.reduced;
+        let (momentum, inertia) = (product(mass, velocity), product(mass, x));
+        let momentum: Vec<f64> =
+            product(damping, x).into_iter().zip(momentum).map(|(c, p)| c + p).collect();
+        let lefts = self.left.chunks_exact(m.max(1));
+        lefts
+            .zip(&self.eigenvalues)
             .zip(&self.a)
-            .map(|(left, a)| left.iter().zip(&momentum).map(|(l, p)| l * p).sum::<Complex64>() / a)
+            .map(|((left, lambda), a)| {
+                let terms = left.iter().zip(&momentum).zip(&inertia);
+                terms.map(|((v, p), s)| v * (p + lambda * s)).sum::<Complex64>() / a
+            })
             .collect()
     }
+}
 
-    /// (A, B) of `A y' + B y = Q`, row-major 2m by 2m.
-    pub fn state_matrices(&self) -> (Vec<f64>, Vec<f64>) {
-        let m = self.reduced.size();
-        let n = 2 * m;
-        let mut a = vec![0.0; n * n];
-        let mut b = vec![0.0; n * n];
-        for i in 0..m {
-            for j in 0..m {
-                let mass = self.reduced.mass[i * m + j];
-                a[i * n + j] = self.reduced.damping[i * m + j];
-                a[i * n + m + j] = mass;
-                a[(m + i) * n + j] = mass;
-                b[i * n + j] = self.reduced.stiffness[i * m + j];
-                b[(m + i) * n + m + j] = -mass;
-            }
-        }
-        (a, b)
-    }
+/// z, or its conjugate.
+fn turned(z: Complex64, conjugate: bool) -> Complex64 {
+    if conjugate { z.conj() } else { z }
 }
 
 /// Scales both vectors so that their largest entries are 1; `a` follows.

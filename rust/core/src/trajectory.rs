@@ -261,20 +261,18 @@ impl Trajectory {
     pub fn modal_coordinates(&self, times: &[f64]) -> Result<Vec<ModalRun>, Error> {
         let mut cursor = Cursor::new(self);
         let mut runs: Vec<ModalRun> = Vec::new();
-        let mut known: Vec<(Combination, Modes, Vec<f64>)> = Vec::new();
+        let mut known: Vec<(Combination, Modes)> = Vec::new();
         for (index, &time) in times.iter().enumerate() {
             cursor.seek("times", time)?;
             let combination = &self.phases[cursor.phase].basis.combination;
             let position = match known.iter().position(|entry| entry.0 == *combination) {
                 Some(position) => position,
                 None => {
-                    let modes = Modes::new(&self.scene, combination)?;
-                    let a = modes.state_matrices().0;
-                    known.push((combination.clone(), modes, a));
+                    known.push((combination.clone(), Modes::new(&self.scene, combination)?));
                     known.len() - 1
                 }
             };
-            let (_, modes, a) = &known[position];
+            let (_, modes) = &known[position];
             let kept = &modes.reduced.kept;
             let y: Vec<f64> = kept
                 .iter()
@@ -290,7 +288,7 @@ impl Trajectory {
             }
             if let Some(run) = runs.last_mut() {
                 run.indices.push(index);
-                run.coordinates.extend(modes.coordinates(a, &y));
+                run.coordinates.extend(modes.coordinates(&y));
             }
         }
         Ok(runs)

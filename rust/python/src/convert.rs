@@ -1,6 +1,7 @@
 //! Arrays in and out.
 
 use num_complex::Complex64;
+use numpy::npyffi::NPY_ORDER;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArrayDyn, PyUntypedArrayMethods,
@@ -82,24 +83,12 @@ pub fn matrix<'py>(
     entries.into_pyarray(py).reshape([rows, columns])
 }
 
-/// Column-major entries as a matrix.
+/// Column-major entries as a matrix, which stays in this order.
 pub fn columns<'py>(
     py: Python<'py>,
-    rows: usize,
     columns: usize,
-    entries: &[Complex64],
+    entries: Vec<Complex64>,
 ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
-    // By square tiles, which stay in the cache.
-    const TILE: usize = 16;
-    let mut row_major = vec![Complex64::default(); entries.len()];
-    for from in (0..rows).step_by(TILE) {
-        for start in (0..columns).step_by(TILE) {
-            for i in from..rows.min(from + TILE) {
-                for j in start..columns.min(start + TILE) {
-                    row_major[i * columns + j] = entries[j * rows + i];
-                }
-            }
-        }
-    }
-    row_major.into_pyarray(py).reshape([rows, columns])
+    let rows = entries.len() / columns.max(1);
+    entries.into_pyarray(py).reshape_with_order([rows, columns], NPY_ORDER::NPY_FORTRANORDER)
 }

@@ -23,7 +23,7 @@ mod _core {
     #[pymodule_export]
     use crate::energy::{Works, energy, works};
     #[pymodule_export]
-    use crate::modes::{Modes, Reduced};
+    use crate::modes::Reduced;
     #[pymodule_export]
     use crate::path::{Path, chain_growth, scene_growth};
     #[pymodule_export]

@@ -1,8 +1,8 @@
 //! Reduced matrices and complex modes.
 
-use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{columns, matrix};
@@ -64,76 +64,22 @@ impl Reduced {
     }
 }
 
-#[pyclass(frozen, module = "stickslip._core")]
-pub struct Modes {
-    inner: core::Modes,
-    dofs: usize,
-}
-
-impl Modes {
-    pub fn new(scene: &core::Scene, inner: core::Modes) -> Self {
-        Self { inner, dofs: scene.size() }
-    }
-
-    fn count(&self) -> usize {
-        self.inner.eigenvalues.len()
-    }
-}
-
-#[pymethods]
-impl Modes {
-    #[getter]
-    fn eigenvalues<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
-        self.inner.eigenvalues.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn right<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
-        columns(py, self.count(), self.count(), &self.inner.right)
-    }
-
-    #[getter]
-    fn left<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
-        columns(py, self.count(), self.count(), &self.inner.left)
-    }
-
-    #[getter]
-    fn a<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
-        self.inner.a.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn b<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<Complex64>> {
-        self.inner.b.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn shapes<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
-        columns(py, self.dofs, self.count(), &self.inner.shapes)
-    }
-
-    #[getter]
-    fn condition<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.condition.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn defective<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<bool>> {
-        self.inner.defective.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn residual<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        self.inner.residual.clone().into_pyarray(py)
-    }
-
-    #[getter]
-    fn state_a<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, self.count(), self.count(), self.inner.state_matrices().0)
-    }
-
-    #[getter]
-    fn state_b<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, self.count(), self.count(), self.inner.state_matrices().1)
-    }
+/// Of modes: everything by its name, and the reduced matrices that they belong to.
+pub fn modes<'py>(py: Python<'py>, modes: core::Modes) -> PyResult<Bound<'py, PyDict>> {
+    let count = modes.eigenvalues.len();
+    let square = |entries: Vec<f64>| matrix(py, count / 2, count / 2, entries);
+    let dict = PyDict::new(py);
+    dict.set_item("eigenvalues", modes.eigenvalues.into_pyarray(py))?;
+    dict.set_item("right_displacement", columns(py, count, modes.right)?)?;
+    dict.set_item("left_displacement", columns(py, count, modes.left)?)?;
+    dict.set_item("a", modes.a.into_pyarray(py))?;
+    dict.set_item("b", modes.b.into_pyarray(py))?;
+    dict.set_item("shapes", columns(py, count, modes.shapes)?)?;
+    dict.set_item("condition", modes.condition.into_pyarray(py))?;
+    dict.set_item("defective", modes.defective.into_pyarray(py))?;
+    dict.set_item("residual", modes.residual.into_pyarray(py))?;
+    dict.set_item("mass", square(modes.reduced.mass)?)?;
+    dict.set_item("damping", square(modes.reduced.damping)?)?;
+    dict.set_item("stiffness", square(modes.reduced.stiffness)?)?;
+    Ok(dict)
 }

@@ -4,12 +4,13 @@ use std::sync::Arc;
 
 use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
 use pyo3::prelude::*;
+use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{MatrixInput, SparseParts, entries, sparse_parts, vector};
 use crate::cycle::Cycle;
 use crate::errors::{named, raise};
-use crate::modes::{Modes, Reduced};
+use crate::modes::{self, Reduced};
 use crate::trajectory::Trajectory;
 
 #[derive(FromPyObject)]
@@ -140,12 +141,12 @@ impl Scene {
         Ok(Reduced::new(&self.inner, reduced))
     }
 
-    fn modes(&self, py: Python<'_>, combination: &str) -> PyResult<Modes> {
+    fn modes<'py>(&self, py: Python<'py>, combination: &str) -> PyResult<Bound<'py, PyDict>> {
         let combination = self.combination(py, combination)?;
-        let modes = py
+        let found = py
             .detach(|| core::Modes::new(&self.inner, &combination))
             .map_err(|error| raise(py, &error))?;
-        Ok(Modes::new(&self.inner, modes))
+        modes::modes(py, found)
     }
 
     fn sliding_equilibrium<'py>(
