@@ -45,6 +45,8 @@ pub(crate) struct Node {
     /// `M xi` and `C xi`, one mode after the other.
     mass: Vec<Complex64>,
     damping: Vec<Complex64>,
+    /// Whether both vectors of a mode are real, as long as no two modes have locked in.
+    real: Vec<bool>,
 }
 
 /// An eigenvalue among all 2m: a mode of the node, or its conjugate.
@@ -91,6 +93,7 @@ impl Node {
             value,
             slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
+            real: modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect(),
             mass,
             damping,
             modes,
@@ -132,10 +135,17 @@ impl Node {
         let sum = here.eigenvalue + there.eigenvalue;
         let column = s * there.right.len()..(s + 1) * there.right.len();
         let (mass, damping) = (&other.mass[column.clone()], &other.damping[column]);
-        let mut product = Complex64::default();
-        for (v, (m, c)) in here.left.iter().zip(mass.iter().zip(damping)) {
-            product += v * (sum * m + c);
-        }
+        let terms = here.left.iter().zip(mass.iter().zip(damping));
+        let product = if self.real[r] && other.real[s] {
+            let (mut by_mass, mut by_damping) = (0.0, 0.0);
+            terms.for_each(|(v, (m, c))| {
+                by_mass += v.re * m.re;
+                by_damping += v.re * c.re;
+            });
+            sum * by_mass + by_damping
+        } else {
+            terms.map(|(v, (m, c))| v * (sum * m + c)).sum::<Complex64>()
+        };
         product.norm_sqr() / (self.sizes[r] * other.sizes[s])
     }
 
@@ -240,6 +250,10 @@ impl Node {
         }
         next
     }
+}
+
+fn is_real(vector: &[Complex64]) -> bool {
+    vector.iter().all(|z| z.im == 0.0)
 }
 
 /// Row, column and the entries of M', C', K' where any of them differs from zero: most parameters move few.

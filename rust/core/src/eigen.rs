@@ -13,7 +13,7 @@ use faer::{Auto, Mat, Par, Spec};
 use num_complex::Complex64;
 
 use crate::banded::Banded;
-use crate::schur;
+use crate::schur::{self, SMALL};
 
 /// One eigenvalue with its right and left vector: `S x = value x`, `y' S = value y'` (plain transpose).
 #[derive(Debug, Clone)]
@@ -55,11 +55,15 @@ const NEGLIGIBLE: f64 = 1e-2 * f64::EPSILON;
 pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
     let mut pairs = Vec::with_capacity(size);
     let diagonal: Vec<f64> = (0..size).map(|i| matrix[i * size + i].abs().sqrt()).collect();
-    let kept = |k: usize| {
-        let beside = diagonal[k / size] * diagonal[k % size];
-        if matrix[k].abs() > NEGLIGIBLE * beside { matrix[k] } else { 0.0 }
-    };
-    let matrix: Vec<f64> = (0..size * size).map(kept).collect();
+    let mut kept = matrix.to_vec();
+    for (row, own) in kept.chunks_exact_mut(size.max(1)).zip(&diagonal) {
+        for (entry, other) in row.iter_mut().zip(&diagonal) {
+            if !(entry.abs() > NEGLIGIBLE * (own * other)) {
+                *entry = 0.0;
+            }
+        }
+    }
+    let matrix = kept;
     let blocks = connected_blocks(size, &matrix);
     if blocks.len() == 1 {
         return connected(size, matrix);
@@ -149,10 +153,6 @@ fn symmetric_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
         .collect()
 }
 
-/// Matrices up to this size are solved by the QR iteration of this crate, larger ones by the library,
-/// whose blocked algorithms win from there on (measured on 8 to 64 rows).
-pub(crate) const SMALL: usize = 32;
-
 fn general_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
     let scale = balance(n, &mut matrix);
     let mut pairs = if n <= SMALL { small_block(n, matrix) } else { large_block(n, &matrix) };
@@ -171,32 +171,32 @@ fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
     let size = matrix.iter().map(|a| a.abs()).fold(0.0, f64::max);
     let smallest = (f64::EPSILON * size).max(f64::MIN_POSITIVE);
     let whole = |vector: &[Complex64], from: usize, to: usize| -> Vec<Complex64> {
-        let part = &vector[from..to];
-        let rows = rotation.chunks_exact(n).map(|row| &row[from..to]);
-        if part.iter().all(|z| z.im == 0.0) {
-            let real = |row: &[f64]| row.iter().zip(part).map(|(q, z)| q * z.re).sum::<f64>();
-            return rows.map(|row| real(row).into()).collect();
+        let mut whole = vec![Complex64::default(); n];
+        for (row, z) in rotation.chunks_exact(n).zip(vector).take(to).skip(from) {
+            if z.im == 0.0 {
+                whole.iter_mut().zip(row).for_each(|(sum, q)| sum.re += q * z.re);
+            } else {
+                whole.iter_mut().zip(row).for_each(|(sum, q)| *sum += q * z);
+            }
         }
-        rows.map(|row| row.iter().zip(part).map(|(q, z)| q * z).sum()).collect()
+        whole
     };
     let mut pairs = Vec::with_capacity(n);
+    let mut vector = vec![Complex64::default(); n];
     let mut first = 0;
     while first < n {
         let is_pair = values[first].im != 0.0;
         let last = if is_pair { first + 1 } else { first };
         let value = if converged { values[first] } else { f64::NAN.into() };
         let t = |i: usize, j: usize| matrix[i * n + j];
-        let right = schur::quasi_triangular_vector(n, t, value, last, is_pair, smallest);
+        schur::quasi_triangular_vector(t, value, last, is_pair, smallest, &mut vector);
+        let right = whole(&vector, 0, last + 1);
         // The transposed matrix with both orders reversed is upper quasi-triangular as well.
         let flipped = |i: usize, j: usize| matrix[(n - 1 - j) * n + n - 1 - i];
-        let mut left =
-            schur::quasi_triangular_vector(n, flipped, value, n - 1 - first, is_pair, smallest);
-        left.reverse();
-        pairs.push(EigenPair {
-            value,
-            right: whole(&right, 0, last + 1),
-            left: whole(&left, first, n),
-        });
+        let corner = n - 1 - first;
+        schur::quasi_triangular_vector(flipped, value, corner, is_pair, smallest, &mut vector);
+        vector.reverse();
+        pairs.push(EigenPair { value, right, left: whole(&vector, first, n) });
         first = last + 1;
     }
     pairs

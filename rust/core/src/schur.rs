@@ -5,8 +5,13 @@
 //! a matrix of a dozen rows costs altogether, and sweeps and studies solve millions of those.
 //! Matrices are row-major slices of `n * n`.
 
+use std::ops::Range;
+
 use num_complex::Complex64;
 
+/// Matrices up to this size are solved here, larger ones by the library, whose blocked algorithms win from there on
+/// (measured on 8 to 64 rows).
+pub(crate) const SMALL: usize = 32;
 /// QR sweeps per eigenvalue after which the iteration counts as failed; three is usual.
 const SWEEPS: usize = 60;
 /// Sweeps after which two real shifts become twice the one closer to the corner, as in LAPACK: there are
@@ -31,7 +36,7 @@ macro_rules! with_known_size {
     };
 }
 
-/// Overwrites `h` with its upper Hessenberg form `Q' h Q`; Q is stored to `q` if given.
+/// Overwrites `h` with its upper Hessenberg form `Q' h Q`; Q' is stored to `q` if given.
 pub(crate) fn hessenberg(n: usize, h: &mut [f64], q: Option<&mut [f64]>) {
     with_known_size!(reduced_to_hessenberg(n, h, q));
 }
@@ -43,7 +48,8 @@ fn reduced_to_hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
         q.fill(0.0);
         (0..n).for_each(|i| q[i * n + i] = 1.0);
     }
-    let (mut vector, mut factors) = (vec![0.0; n], vec![0.0; n]);
+    let (mut vector, mut factors) = ([0.0; SMALL], [0.0; SMALL]);
+    let (vector, factors) = (&mut vector[..n], &mut factors[..n]);
     for m in 1..n.saturating_sub(1) {
         let scale: f64 = (m..n).map(|i| h[i * n + m - 1].abs()).sum();
         if scale == 0.0 {
@@ -69,17 +75,19 @@ fn reduced_to_hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
             let row = &mut h[i * n + m..(i + 1) * n];
             row.iter_mut().zip(&factors[m..]).for_each(|(a, factor)| *a -= entry * factor);
         }
-        let reflect_rows = |matrix: &mut [f64]| {
-            for row in matrix.chunks_exact_mut(n) {
-                let (row, vector) = (&mut row[m..], &vector[m..]);
-                let dot: f64 = row.iter().zip(vector).map(|(a, v)| a * v).sum();
-                let factor = dot / half_norm;
-                row.iter_mut().zip(vector).for_each(|(a, v)| *a -= factor * v);
-            }
-        };
-        reflect_rows(h);
+        for row in h.chunks_exact_mut(n) {
+            let (row, vector) = (&mut row[m..], &vector[m..]);
+            let dot: f64 = row.iter().zip(vector).map(|(a, v)| a * v).sum();
+            let factor = dot / half_norm;
+            row.iter_mut().zip(vector).for_each(|(a, v)| *a -= factor * v);
+        }
         if let Some(q) = q.as_deref_mut() {
-            reflect_rows(q);
+            factors.fill(0.0);
+            let rows = q.chunks_exact(n).zip(&*vector).skip(m);
+            rows.for_each(|(row, v)| factors.iter_mut().zip(row).for_each(|(f, a)| *f += a * v));
+            factors.iter_mut().for_each(|factor| *factor /= half_norm);
+            let rows = q.chunks_exact_mut(n).zip(&*vector).skip(m);
+            rows.for_each(|(row, v)| row.iter_mut().zip(&*factors).for_each(|(a, f)| *a -= f * v));
         }
         h[m * n + m - 1] = scale * length;
         (m + 1..n).for_each(|i| h[i * n + m - 1] = 0.0);
@@ -87,7 +95,7 @@ fn reduced_to_hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
 }
 
 /// Eigenvalues of the upper Hessenberg matrix `h`, conjugates adjacent, +Im first; false if the
-/// iteration failed. With `q`, `h` becomes quasi-triangular and `q` accumulates the rotations.
+/// iteration failed. With `q`, `h` becomes quasi-triangular and `q`, transposed, accumulates the rotations.
 pub(crate) fn francis(
     n: usize,
     h: &mut [f64],
@@ -184,15 +192,16 @@ fn split_pair(
         h[upper * n + j] = cosine * x + sine * y;
         h[last * n + j] = cosine * y - sine * x;
     }
-    let rotate_columns = |matrix: &mut [f64], rows: usize| {
-        for row in matrix.chunks_exact_mut(n).take(rows) {
-            let (x, y) = (row[upper], row[last]);
-            row[upper] = cosine * x + sine * y;
-            row[last] = cosine * y - sine * x;
-        }
-    };
-    rotate_columns(h, last + 1);
-    rotate_columns(q, n);
+    for row in h.chunks_exact_mut(n).take(last + 1) {
+        let (x, y) = (row[upper], row[last]);
+        row[upper] = cosine * x + sine * y;
+        row[last] = cosine * y - sine * x;
+    }
+    for j in 0..n {
+        let (x, y) = (q[upper * n + j], q[last * n + j]);
+        q[upper * n + j] = cosine * x + sine * y;
+        q[last * n + j] = cosine * y - sine * x;
+    }
     h[last * n + upper] = 0.0;
     h[upper * n + upper] = values[upper].re;
     h[last * n + last] = values[last].re;
@@ -288,23 +297,8 @@ fn sweep(
         p += length;
         let (u0, u1, u2) = (p / length, r / length, s / length);
         let (v1, v2) = (r / p, s / p);
-        let (above, rest) = h[k * n..].split_at_mut(n);
-        let (middle, below) = rest.split_at_mut(n);
-        let (above, middle) = (&mut above[k..row_end], &mut middle[k..row_end]);
-        if three {
-            for ((a, b), c) in above.iter_mut().zip(middle).zip(&mut below[k..row_end]) {
-                let sum = *a + v1 * *b + v2 * *c;
-                *a -= sum * u0;
-                *b -= sum * u1;
-                *c -= sum * u2;
-            }
-        } else {
-            for (a, b) in above.iter_mut().zip(middle) {
-                let sum = *a + v1 * *b;
-                *a -= sum * u0;
-                *b -= sum * u1;
-            }
-        }
+        let (u, v) = ([u0, u1, u2], [1.0, v1, v2]);
+        reflect_rows(n, &mut h[k * n..], k..row_end, three, u, v);
         let reflect_columns = |row: &mut [f64]| {
             if three && let Some([a, b, c]) = row.get_mut(k..k + 3) {
                 let sum = u0 * *a + u1 * *b + u2 * *c;
@@ -320,7 +314,36 @@ fn sweep(
         let bottom = last.min(k + 3);
         h.chunks_exact_mut(n).take(bottom + 1).skip(column_start).for_each(reflect_columns);
         if let Some(q) = q.as_deref_mut() {
-            q.chunks_exact_mut(n).for_each(reflect_columns);
+            reflect_rows(n, &mut q[k * n..], 0..n, three, v, u);
+        }
+    }
+}
+
+/// `row_i -= u_i (v' rows)` over some columns of the first three rows, or two.
+#[inline(always)]
+fn reflect_rows(
+    n: usize,
+    rows: &mut [f64],
+    columns: Range<usize>,
+    three: bool,
+    u: [f64; 3],
+    v: [f64; 3],
+) {
+    let (above, rest) = rows.split_at_mut(n);
+    let (middle, below) = rest.split_at_mut(n);
+    let (above, middle) = (&mut above[columns.clone()], &mut middle[columns.clone()]);
+    if three {
+        for ((a, b), c) in above.iter_mut().zip(middle).zip(&mut below[columns]) {
+            let sum = v[0] * *a + v[1] * *b + v[2] * *c;
+            *a -= sum * u[0];
+            *b -= sum * u[1];
+            *c -= sum * u[2];
+        }
+    } else {
+        for (a, b) in above.iter_mut().zip(middle) {
+            let sum = v[0] * *a + v[1] * *b;
+            *a -= sum * u[0];
+            *b -= sum * u[1];
         }
     }
 }
@@ -328,14 +351,14 @@ fn sweep(
 /// The eigenvector of an upper quasi-triangular matrix `t(i, j)` that belongs to the diagonal block whose
 /// last row is `last` (`pair`: of two rows), by back substitution. Rows below the block are zero.
 pub(crate) fn quasi_triangular_vector(
-    n: usize,
     t: impl Fn(usize, usize) -> f64,
     value: Complex64,
     last: usize,
     pair: bool,
     smallest: f64,
-) -> Vec<Complex64> {
-    let mut vector = vec![Complex64::default(); n];
+    vector: &mut [Complex64],
+) {
+    vector.fill(Complex64::default());
     let mut top = last;
     vector[last] = 1.0.into();
     if pair {
@@ -355,10 +378,10 @@ pub(crate) fn quasi_triangular_vector(
         let load = |row: usize, vector: &[Complex64]| -> Complex64 {
             (top..=last).map(|j| t(row, j) * vector[j]).sum()
         };
-        let rhs = -load(i, &vector);
+        let rhs = -load(i, vector);
         let step;
         if i > 0 && t(i, i - 1) != 0.0 {
-            let upper = -load(i - 1, &vector);
+            let upper = -load(i - 1, vector);
             let (a, b) = (t(i - 1, i - 1) - value, t(i - 1, i));
             let (c, d) = (t(i, i - 1), t(i, i) - value);
             let determinant = away_from_zero(a * d - b * c, smallest * smallest);
@@ -375,5 +398,4 @@ pub(crate) fn quasi_triangular_vector(
         }
         top -= step;
     }
-    vector
 }

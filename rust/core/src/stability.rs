@@ -13,6 +13,7 @@ use crate::path::Path;
 use crate::pencil::{Damping, Pencil};
 use crate::reduction::Reduced;
 use crate::scene::Scene;
+use crate::schur::SMALL;
 use crate::spectrum::MassFactor;
 use crate::status::Combination;
 
@@ -162,7 +163,7 @@ impl ChainSamples<'_> {
 
 /// Eigenvalues of `matrix`, which is overwritten; NaN where the iteration failed.
 fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
-    if m <= eigen::SMALL {
+    if m <= SMALL {
         if eigen::small_values(m, matrix, values).is_none() {
             values.fill(f64::NAN.into());
         }
