@@ -11,7 +11,11 @@ mod scene;
 mod study;
 mod trajectory;
 
+use mimalloc::MiMalloc;
 use pyo3::prelude::*;
+
+#[global_allocator]
+static ALLOCATOR: MiMalloc = MiMalloc;
 
 /// The compiled core of stickslip.
 #[pymodule(gil_used = false)]
