@@ -1,10 +1,13 @@
 import mpmath
 import numpy as np
 import pytest
+import scipy.linalg
+import scipy.optimize
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from equal_chain import equal_chain
 from random_scenes import drawn_scenes
 
 EPS = np.finfo(float).eps
@@ -199,3 +202,32 @@ def test_eigenvalues_where_the_plain_double_shift_wanders():
         # LAPACK's backward error over twelve rows, times a condition of some ten.
         apart = np.abs(found[:, None] - expected).min(axis=1)
         assert apart.max() < 1e-10 * np.abs(expected).max()
+
+
+@pytest.mark.parametrize("damping", [2e-5, "general"])
+@pytest.mark.parametrize("friction", [0.4, 1.5])
+def test_long_chains_of_equals_against_lapack(friction, damping):
+    """Narrow bands, eigenvalues in clusters at the edges of the bands of frequencies, and flutter."""
+    count = 60
+    scene = equal_chain(count, friction=friction)
+    if damping == "general":
+        scene = scene.replace(damping=5.0 * np.eye(scene.size) + 1e-5 * scene.stiffness.toarray())
+    else:
+        scene = scene.replace(damping=ss.Proportional(stiffness=damping))
+    modes = ss.complex_modes(scene)
+    a, b, value = modes.state_a, modes.state_b, modes.eigenvalues
+    assert value.size == 6 * count
+    # Time in units of the fastest mode, for LAPACK's sake.
+    rate = np.abs(value).max()
+    scale = np.concatenate([np.ones(3 * count), np.full(3 * count, rate)])
+    units = np.outer(scale, scale) / rate
+    expected = rate * scipy.linalg.eigvals(-b * units / rate, a * units)
+    rows, columns = scipy.optimize.linear_sum_assignment(np.abs(value[:, None] - expected))
+    error = np.abs(value[rows] - expected[columns])
+    assert (error <= 1e-13 * rate * np.maximum(modes.condition[rows], 1.0)).all()
+    assert modes.residual.max() <= 1e-15
+    well = modes.condition < 1e5
+    assert well.sum() > 5 * count
+    size = np.sqrt(np.abs(modes.a))
+    product = (modes.left.T @ a @ modes.right - np.diag(modes.a)) / np.outer(size, size)
+    assert np.abs(product[np.ix_(well, well)]).max() <= 1e-9

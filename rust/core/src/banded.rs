@@ -90,10 +90,15 @@ impl Banded {
         Some(Self { size, below, above, rows, norm, start })
     }
 
-    /// The pairs of all `values`, one of each conjugate pair; None where some can't be parted or found.
+    /// The pairs of all eigenvalues, one of each conjugate pair; None where some are missing, can't be parted or have
+    /// no vector of a small residual.
     pub fn pairs(&self, values: &[Complex64]) -> Option<Vec<EigenPair>> {
         let mut values: Vec<Complex64> =
             values.iter().copied().filter(|value| value.im >= 0.0).collect();
+        let count: usize = values.iter().map(|value| if value.im == 0.0 { 1 } else { 2 }).sum();
+        if count != self.size {
+            return None;
+        }
         values.sort_by(|p, q| p.re.total_cmp(&q.re));
         let least = PARTED * f64::EPSILON * self.norm;
         for (k, value) in values.iter().enumerate() {
@@ -137,9 +142,9 @@ impl Banded {
 
 /// `P (A - shift) = L U`, by partial pivoting within the band.
 struct Factors<T> {
-    width: usize,
-    /// Row k of U from its diagonal on, over the place of what was eliminated.
     below: usize,
+    /// Row k of U from its diagonal on in row k of this width, behind what was eliminated.
+    width: usize,
     upper: Vec<T>,
     /// Column k of L below its diagonal, `below` entries each.
     lower: Vec<T>,
@@ -156,7 +161,7 @@ impl<T: Number> Factors<T> {
         rows.iter_mut().skip(below).step_by(width).for_each(|diagonal| *diagonal -= shift);
         let mut lower = vec![T::default(); size * below];
         let (mut inverse, mut pivots) = (Vec::with_capacity(size), Vec::with_capacity(size));
-        let smallest = T::from((f64::EPSILON * matrix.norm).max(f64::MIN_POSITIVE));
+        let smallest = (f64::EPSILON * matrix.norm).max(f64::MIN_POSITIVE);
         for k in 0..size {
             let (head, tail) = rows.split_at_mut((k + 1) * width);
             let upper = &mut head[k * width + below..];
@@ -174,8 +179,8 @@ impl<T: Number> Factors<T> {
                 let start = (pivot - k - 1) * width + below + k - pivot;
                 upper.swap_with_slice(&mut tail[start..start + width - below]);
             }
-            if largest == 0.0 {
-                upper[0] = smallest;
+            if largest < smallest {
+                upper[0] = T::from(smallest);
             }
             let inverted = T::from(1.0) / upper[0];
             inverse.push(inverted);
@@ -292,14 +297,17 @@ mod tests {
     #[test]
     fn equal_eigenvalues_and_wide_bands_are_left_to_others() {
         let mut entries = matrix(64, 1, 1, 1);
-        assert!(
-            Banded::new(64, &entries)
-                .is_some_and(|banded| banded.pairs(&[1.0.into(), 2.0.into()]).is_none())
-        );
+        let banded = Banded::new(64, &entries);
+        // Numbers that are no eigenvalues.
+        let wrong: Vec<Complex64> = (0..64).map(|k| f64::from(k).into()).collect();
+        assert!(banded.is_some_and(|banded| {
+            banded.pairs(&wrong).is_none() && banded.pairs(&wrong[1..]).is_none()
+        }));
         let unit: Vec<f64> =
             (0..64 * 64).map(|k| if k / 64 == k % 64 { 1.0 } else { 0.0 }).collect();
         let ones = vec![Complex64::from(1.0); 64];
-        assert!(Banded::new(64, &unit).is_some_and(|banded| banded.pairs(&ones).is_none()));
+        let banded = Banded::new(64, &unit);
+        assert!(banded.is_some_and(|banded| banded.pairs(&ones).is_none()));
         entries[63] = 1.0;
         assert!(Banded::new(64, &entries).is_none());
     }
