@@ -269,9 +269,9 @@ def chain_times(subsystems: int) -> tuple[float, float, float]:
     half = ss.reduce(scene, "+" * subsystems)
     normalised = half.stiffness / np.diag(half.mass)[:, None]
     return (
-        best_of(5, lambda: ss.complex_modes(scene)),
-        best_of(1, lambda: scipy.linalg.eig(-b, a, left=True, right=True)),
-        best_of(5, lambda: scipy.linalg.eig(normalised, left=True, right=True)),
+        best_of(3, lambda: ss.complex_modes(scene)),
+        best_of(3, lambda: scipy.linalg.eig(-b, a, left=True, right=True)),
+        best_of(3, lambda: scipy.linalg.eig(normalised, left=True, right=True)),
     )
 
 

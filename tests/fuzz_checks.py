@@ -98,7 +98,7 @@ class EventList:
 
 
 def nearby(state: ss.State, direction: int = 0) -> ss.State:
-    """Return the state moved by `NUDGE`; what closed and sticking contacts hold stays so."""
+    """Return the state moved by `NUDGE` and `NOISE`; what closed and sticking contacts hold stays so."""
     pattern = np.cos((1 + direction) * np.arange(state.velocity.size))
     status = list(enumerate(state.combination))
     closed = [4 * i + 3 for i, letter in status if letter != "d"]
@@ -351,7 +351,9 @@ def impact_law(sampled: Sampled) -> str:
 
 
 def energy_residual(sampled: Sampled) -> float:
-    """Return the residual of the energy balance over the sum of absolute work terms, or `BALANCED` energy.
+    """Return the residual of the energy balance over the sum of absolute work terms.
+
+    Or over a part of the energy, `BALANCED` and more of it the more phases there are.
 
     The change of ``1/2 u' M u + 1/2 x' K x``, less what impacts change it by, against the Gauss quadrature of
     contact, external and damping power.

@@ -14,6 +14,7 @@ from stickslip.arrays import Complex, Index, Real, SparseData
 from stickslip.attractors import Settled
 from stickslip.contact import ContactData
 from stickslip.errors import StickslipError
+from stickslip.modes import ModesData
 
 __all__ = [
     "Batch",
@@ -50,8 +51,7 @@ class Scene:
     @property
     def size(self) -> int: ...
     def reduced(self, combination: str) -> Reduced: ...
-    # what `Modes` has, by the names of its fields; right, left and shapes Fortran-contiguous
-    def modes(self, combination: str) -> dict[str, Any]: ...
+    def modes(self, combination: str) -> ModesData: ...
     def sliding_equilibrium(self) -> tuple[Real, str]: ...  # position, combination
     def check_state(self, position: Real, velocity: Real, combination: str) -> None: ...
     def simulate(

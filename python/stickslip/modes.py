@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +14,23 @@ from stickslip.scene import Scene, checked_combination
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+class ModesData(TypedDict):
+    """2m modes of the core; matrices of complex numbers are Fortran-contiguous."""
+
+    eigenvalues: Complex  # (2m,)
+    right_displacement: Complex  # (m, 2m)
+    left_displacement: Complex  # (m, 2m)
+    a: Complex  # (2m,)
+    b: Complex  # (2m,)
+    shapes: Complex  # (n, 2m)
+    condition: Real  # (2m,)
+    defective: NDArray[np.bool_]  # (2m,)
+    residual: Real  # (2m,)
+    mass: Real  # (m, m)
+    damping: Real  # (m, m)
+    stiffness: Real  # (m, m)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -26,7 +26,7 @@ class Rate(ProgressColumn):
 
 
 def progress_bar(progress: bool | None, *columns: ProgressColumn) -> Progress:
-    """Return a bar on standard error: jobs done, `columns`, time left; None: where someone looks."""
+    """Return a bar on standard error: jobs done, `columns`, time left; None: on a terminal."""
     console = Console(stderr=True)
     return Progress(
         TextColumn("{task.description}"),

@@ -184,7 +184,7 @@ impl Trajectory {
             let functional = &function.functional;
             let reach: f64 = z
                 .iter()
-                .zip(modes.right.chunks_exact(m))
+                .zip(modes.right.chunks_exact(m.max(1)))
                 .zip(&modes.eigenvalues)
                 .map(|((z, right), lambda)| {
                     let part = |terms: &[(usize, f64)]| -> Complex64 {

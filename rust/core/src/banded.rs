@@ -4,21 +4,29 @@
 //! dense triangle takes `O(n^3)` there and more time than the eigenvalues themselves; a solution with the band of
 //! `A - lambda` takes `O(n)`. A computed eigenvalue is one of `A + E` with |E| a few ulp of |A|, so `A - lambda` is
 //! singular to rounding and two solutions leave a residual of rounding, for left vectors by the same factors (Wilkinson
-//! 1965, chapter 9; Ipsen 1997). What this can't part are eigenvalues equal to rounding.
+//! 1965, chapter 9; Ipsen 1997). Vectors that are solved one by one hold `ulp |A| / (lambda - mu)` of each other: where
+//! eigenvalues are near each other they are made bi-orthogonal. What can't be parted are eigenvalues equal to rounding.
 
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::eigen::{EigenPair, norm};
+use crate::eigenpair::{EigenPair, norm};
+use crate::spectrum::SHARED_SIZE;
 
 /// Rows of the matrix over the width of its factors from which a band is worth it.
 const NARROW: usize = 8;
-/// Distance of two eigenvalues, in ulp of the matrix, at which two solutions leave 1e-8 of one vector in the other.
+/// Distance of two eigenvalues, in ulp of the matrix, at which two solutions leave 1e-8 of the start in a vector that
+/// is not its own.
 const PARTED: f64 = 1e4;
 /// Largest residual of a vector, in ulp of the matrix and per row.
 const RESIDUAL: f64 = 10.0;
+/// Distance of two eigenvalues, of the norm of the matrix, beyond which their vectors are orthogonal to some 1e-14.
+const NEAR: f64 = 1e-2;
+/// Largest part of another vector that is taken out in one step: its square is what stays.
+const MIXED: f64 = 1e-7;
+/// Golden section: its multiples keep apart modulo 1.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 trait Number:
@@ -58,7 +66,7 @@ pub(crate) struct Banded {
     rows: Vec<f64>,
     /// Its largest row sum.
     norm: f64,
-    /// Numbers between 1/2 and 3/2 without a pattern, so that no vector is orthogonal to them.
+    /// Numbers between 1/2 and 3/2 without a pattern, which hold some of nearly any vector.
     start: Vec<f64>,
 }
 
@@ -109,13 +117,68 @@ impl Banded {
                 return None;
             }
         }
-        values
-            .into_par_iter()
-            .map(|value| match value.im == 0.0 {
-                true => self.pair(value, value.re),
-                false => self.pair(value, value),
-            })
-            .collect()
+        let pair = |value: Complex64| match value.im == 0.0 {
+            true => self.pair(value, value.re),
+            false => self.pair(value, value),
+        };
+        let pairs: Option<Vec<EigenPair>> = match self.size < SHARED_SIZE {
+            true => values.into_iter().map(pair).collect(),
+            false => values.into_par_iter().map(pair).collect(),
+        };
+        self.orthogonal(pairs?)
+    }
+
+    /// Pairs sorted by the real parts of their eigenvalues, with `y_i' x_j` taken out of the right vectors, by
+    /// `x_j -= x_i y_i' x_j / y_i' x_i` over all i near j and their conjugates. It adds to the residual of x_j as little
+    /// as they differ in eigenvalue; what is left is of second order.
+    fn orthogonal(&self, mut pairs: Vec<EigenPair>) -> Option<Vec<EigenPair>> {
+        let near = NEAR * self.norm;
+        let residual = RESIDUAL * f64::EPSILON * self.norm * self.size as f64;
+        let own: Vec<Complex64> = pairs
+            .iter()
+            .map(|pair| pair.left.iter().zip(&pair.right).map(|(y, x)| y * x).sum())
+            .collect();
+        let corrected = |j: usize| -> Option<Vec<Complex64>> {
+            let EigenPair { value, right, .. } = &pairs[j];
+            let mut x = right.clone();
+            let first = pairs.partition_point(|other| other.value.re < value.re - near);
+            let others = pairs.iter().zip(&own).enumerate().skip(first);
+            for (i, (other, own)) in others.take_while(|o| o.1.0.value.re <= value.re + near) {
+                // Of real eigenvalues both vectors are real.
+                let real = value.im == 0.0 && other.value.im == 0.0;
+                for conjugate in [false, true] {
+                    let turned = |z: Complex64| if conjugate { z.conj() } else { z };
+                    let distance = (turned(other.value) - value).norm();
+                    let is_own = !conjugate && i == j;
+                    let is_twice = conjugate && other.value.im == 0.0;
+                    if is_own || is_twice || distance > near {
+                        continue;
+                    }
+                    let terms = other.left.iter().zip(right);
+                    let product: Complex64 = match real {
+                        true => terms.map(|(y, x)| y.re * x.re).sum::<f64>().into(),
+                        false => terms.map(|(y, &x)| turned(*y) * x).sum(),
+                    };
+                    let factor = product / turned(*own);
+                    // A comparison that refuses NaN as well.
+                    if !(factor.norm() <= MIXED && factor.norm() * distance <= residual) {
+                        return None;
+                    }
+                    let entries = x.iter_mut().zip(&other.right);
+                    match real {
+                        true => entries.for_each(|(x, other)| x.re -= factor.re * other.re),
+                        false => entries.for_each(|(x, &other)| *x -= factor * turned(other)),
+                    }
+                }
+            }
+            Some(x)
+        };
+        let right: Option<Vec<Vec<Complex64>>> = match self.size < SHARED_SIZE {
+            true => (0..pairs.len()).map(corrected).collect(),
+            false => (0..pairs.len()).into_par_iter().map(corrected).collect(),
+        };
+        pairs.iter_mut().zip(right?).for_each(|(pair, right)| pair.right = right);
+        Some(pairs)
     }
 
     fn pair<T: Number>(&self, value: Complex64, shift: T) -> Option<EigenPair> {
@@ -269,7 +332,7 @@ mod tests {
     proptest::proptest! {
         #[test]
         fn pairs_have_residuals_of_rounding_on_both_sides(
-            size in 70usize..100, below in 0usize..3, above in 0usize..4, seed in 0u64..1000,
+            size in 80usize..110, below in 0usize..4, above in 0usize..4, seed in 0u64..1000,
         ) {
             let entries = matrix(size, below, above, seed);
             let banded = Banded::new(size, &entries).expect("a narrow band");
@@ -288,7 +351,21 @@ mod tests {
                             (0..size).map(|j| entry(j) * vector[j]).sum::<Complex64>() - value * vector[i]
                         })
                         .collect();
-                    proptest::prop_assert!(norm(&residual) <= 1e-12 * norm(vector));
+                    // What is accepted, in the largest entry.
+                    let bound = 2.0 * RESIDUAL * f64::EPSILON * banded.norm * size as f64;
+                    proptest::prop_assert!(norm(&residual) <= bound * norm(vector) * (size as f64).sqrt());
+                }
+            }
+            // What was taken out of each other leaves its square, and its own rounding.
+            for (i, one) in pairs.iter().enumerate() {
+                for (j, other) in pairs.iter().enumerate().filter(|&(j, _)| j != i) {
+                    if (one.value - other.value).norm() > NEAR * banded.norm {
+                        continue;
+                    }
+                    let product: Complex64 =
+                        one.left.iter().zip(&other.right).map(|(y, x)| y * x).sum();
+                    let limit = 1e-12 * norm(&one.left) * norm(&other.right);
+                    proptest::prop_assert!(product.norm() <= limit, "{i} {j} {product}");
                 }
             }
         }

@@ -45,7 +45,7 @@ pub(crate) struct Node {
     /// `M xi` and `C xi`, one mode after the other.
     mass: Vec<Complex64>,
     damping: Vec<Complex64>,
-    /// Whether both vectors of a mode are real, as long as no two modes have locked in.
+    /// Whether both vectors of a mode are real: of proportional damping they are, until two modes lock in.
     real: Vec<bool>,
 }
 

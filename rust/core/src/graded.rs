@@ -8,7 +8,7 @@
 use num_complex::Complex64;
 
 use crate::compensated::Doubled;
-use crate::eigen::EigenPair;
+use crate::eigenpair::EigenPair;
 
 /// Pivot, of the largest entry of its row, below which a matrix is singular in doubled precision.
 const SINGULAR: f64 = 1e-28;

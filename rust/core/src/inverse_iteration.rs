@@ -8,7 +8,8 @@
 use num_complex::Complex64;
 
 use crate::compensated::DoubledComplex;
-use crate::eigen::{ComplexFactors, norm};
+use crate::eigen::ComplexFactors;
+use crate::eigenpair::norm;
 use crate::pencil::{Damping, Pencil};
 use crate::spectrum::Mode;
 

@@ -23,6 +23,7 @@ mod cost;
 mod critical;
 mod cycle;
 mod eigen;
+mod eigenpair;
 mod energy;
 mod ensemble;
 mod equilibrium;

@@ -11,12 +11,10 @@ use crate::error::Error;
 use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
-use crate::spectrum::{Mode, Vectors, spectrum};
+use crate::spectrum::{Mode, SHARED_SIZE, Vectors, spectrum};
 use crate::status::Combination;
 
-/// Modes that are worth a processor of their own.
-const SHARED: usize = 64;
-/// Of what a defective mode has not.
+/// A left vector of a defective mode, and what is divided by its product with the right one.
 const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// All 2m modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first.
@@ -48,7 +46,11 @@ impl Modes {
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         });
-        let half: Vec<Mode> = half.into_par_iter().with_min_len(SHARED).map(normalised).collect();
+        let shared = reduced.size() >= SHARED_SIZE;
+        let half: Vec<Mode> = match shared {
+            true => half.into_par_iter().map(normalised).collect(),
+            false => half.into_iter().map(normalised).collect(),
+        };
         let whole: Vec<(&Mode, bool)> = half
             .iter()
             .flat_map(|mode| {
@@ -60,47 +62,55 @@ impl Modes {
         };
         let valid = |mode: &Mode, z| if mode.is_defective() { UNDEFINED } else { z };
         let (m, n) = (reduced.size(), scene.size);
-        let zero = Complex64::default();
-        let mut modes = Self {
+        let zeros = |length: usize| vec![Complex64::default(); whole.len() * length];
+        let (mut right, mut left, mut shapes) = (zeros(m), zeros(m), zeros(n));
+        type Columns<'a> = ((&'a mut [Complex64], &'a mut [Complex64]), &'a mut [Complex64]);
+        let fill = |(((right, left), shape), &(mode, conjugate)): (Columns<'_>, &(&Mode, bool))| {
+            let copy = |target: &mut [Complex64], source: &[Complex64]| {
+                let entries = target.iter_mut().zip(source);
+                entries.for_each(|(entry, &z)| *entry = turned(z, conjugate));
+            };
+            copy(right, &mode.right);
+            match mode.is_defective() {
+                true => left.fill(UNDEFINED),
+                false => copy(left, &mode.left),
+            }
+            let over_dofs = |part: fn(&Complex64) -> f64| {
+                let mut q = vec![0.0; n];
+                reduced.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                scene.velocities(&q)
+            };
+            let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));
+            shape.iter_mut().zip(parts).for_each(|(z, (re, im))| *z = Complex64::new(re, im));
+        };
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        let (m, n) = (m.max(1), n.max(1));
+        match shared {
+            true => right
+                .par_chunks_mut(m)
+                .zip(left.par_chunks_mut(m))
+                .zip(shapes.par_chunks_mut(n))
+                .zip(&whole)
+                .for_each(fill),
+            false => right
+                .chunks_mut(m)
+                .zip(left.chunks_mut(m))
+                .zip(shapes.chunks_mut(n))
+                .zip(&whole)
+                .for_each(fill),
+        }
+        Ok(Self {
             eigenvalues: each(&|mode| mode.eigenvalue),
-            right: vec![zero; whole.len() * m],
-            left: vec![zero; whole.len() * m],
+            right,
+            left,
             a: each(&|mode| valid(mode, mode.a)),
             b: each(&|mode| valid(mode, -mode.eigenvalue * mode.a)),
-            shapes: vec![zero; whole.len() * n],
+            shapes,
             condition: whole.iter().map(|(mode, _)| mode.condition).collect(),
             defective: whole.iter().map(|(mode, _)| mode.is_defective()).collect(),
             residual: whole.iter().map(|(mode, _)| mode.residual).collect(),
             reduced,
-        };
-        let kept = &modes.reduced.kept;
-        // Chunks of length zero are not allowed, and there is nothing in them.
-        modes
-            .right
-            .par_chunks_mut(m.max(1))
-            .zip(modes.left.par_chunks_mut(m.max(1)))
-            .zip(modes.shapes.par_chunks_mut(n.max(1)))
-            .zip(&whole)
-            .with_min_len(SHARED)
-            .for_each(|(((right, left), shape), &(mode, conjugate))| {
-                let fill = |target: &mut [Complex64], source: &[Complex64]| {
-                    let entries = target.iter_mut().zip(source);
-                    entries.for_each(|(entry, &z)| *entry = turned(z, conjugate));
-                };
-                fill(right, &mode.right);
-                match mode.is_defective() {
-                    true => left.fill(UNDEFINED),
-                    false => fill(left, &mode.left),
-                }
-                let part = |part: fn(&Complex64) -> f64| {
-                    let mut q = vec![0.0; n];
-                    kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
-                    scene.velocities(&q)
-                };
-                let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));
-                shape.iter_mut().zip(parts).for_each(|(z, (re, im))| *z = Complex64::new(re, im));
-            });
-        Ok(modes)
+        })
     }
 
     /// `left' A y / a` of a reduced state y, left = (v, lambda v): `v' (C x + M x' + lambda M x) / a`.

@@ -11,7 +11,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::compensated::DoubledComplex;
-use crate::eigen::{self, EigenPair, norm};
+use crate::eigen;
+use crate::eigenpair::{EigenPair, norm};
 use crate::error::Error;
 use crate::graded;
 use crate::inverse_iteration::InverseIteration;
@@ -26,8 +27,7 @@ const CONVERGED: f64 = 1e-10;
 /// by about the condition number times rounding away from the value its vector belongs to, so a larger limit
 /// would show in the residual; the eigenvalue itself is within its condition times rounding in any case.
 const WELL_CONDITIONED: f64 = 300.0;
-/// Free coordinates up to which vectors are refined: beyond, no transient is propagated by modes, and the refinement
-/// would cost more than the solution.
+/// Free coordinates up to which vectors are refined: beyond, that would cost more than the solution.
 const REFINED_SIZE: usize = 60;
 
 /// Rounds of refinement with general damping: the slow modes of a scene with a fast dashpot keep few digits.
@@ -46,8 +46,9 @@ const ZERO: f64 = 1e-28;
 /// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.
 const INVERTED_SIZE: usize = 400;
 
-/// Free coordinates from which single modes are worth a processor each.
-const SHARED_SIZE: usize = 100;
+/// Free coordinates from which single modes are worth a processor each. Below, no other thread is started: a process
+/// that has some can't be forked.
+pub(crate) const SHARED_SIZE: usize = 100;
 
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 const BACKWARD_STABLE: f64 = 3e-14;

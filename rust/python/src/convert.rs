@@ -86,9 +86,9 @@ pub fn matrix<'py>(
 /// Column-major entries as a matrix, which stays in this order.
 pub fn columns<'py>(
     py: Python<'py>,
+    rows: usize,
     columns: usize,
     entries: Vec<Complex64>,
 ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
-    let rows = entries.len() / columns.max(1);
     entries.into_pyarray(py).reshape_with_order([rows, columns], NPY_ORDER::NPY_FORTRANORDER)
 }

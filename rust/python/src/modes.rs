@@ -65,16 +65,20 @@ impl Reduced {
 }
 
 /// Of modes: everything by its name, and the reduced matrices that they belong to.
-pub fn modes<'py>(py: Python<'py>, modes: core::Modes) -> PyResult<Bound<'py, PyDict>> {
-    let count = modes.eigenvalues.len();
-    let square = |entries: Vec<f64>| matrix(py, count / 2, count / 2, entries);
+pub fn modes<'py>(
+    py: Python<'py>,
+    dofs: usize,
+    modes: core::Modes,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (free, count) = (modes.reduced.size(), modes.eigenvalues.len());
+    let square = |entries: Vec<f64>| matrix(py, free, free, entries);
     let dict = PyDict::new(py);
     dict.set_item("eigenvalues", modes.eigenvalues.into_pyarray(py))?;
-    dict.set_item("right_displacement", columns(py, count, modes.right)?)?;
-    dict.set_item("left_displacement", columns(py, count, modes.left)?)?;
+    dict.set_item("right_displacement", columns(py, free, count, modes.right)?)?;
+    dict.set_item("left_displacement", columns(py, free, count, modes.left)?)?;
     dict.set_item("a", modes.a.into_pyarray(py))?;
     dict.set_item("b", modes.b.into_pyarray(py))?;
-    dict.set_item("shapes", columns(py, count, modes.shapes)?)?;
+    dict.set_item("shapes", columns(py, dofs, count, modes.shapes)?)?;
     dict.set_item("condition", modes.condition.into_pyarray(py))?;
     dict.set_item("defective", modes.defective.into_pyarray(py))?;
     dict.set_item("residual", modes.residual.into_pyarray(py))?;

@@ -146,7 +146,7 @@ impl Scene {
         let found = py
             .detach(|| core::Modes::new(&self.inner, &combination))
             .map_err(|error| raise(py, &error))?;
-        modes::modes(py, found)
+        modes::modes(py, self.inner.size(), found)
     }
 
     fn sliding_equilibrium<'py>(
