@@ -10,10 +10,9 @@
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
-use crate::eigenpair::{EigenPair, norm};
-use crate::spectrum::SHARED_SIZE;
+use crate::eigenpair::{EigenPair, norm, turned};
+use crate::sharing::each;
 
 /// Rows of the matrix over the width of its factors from which a band is worth it.
 const NARROW: usize = 8;
@@ -121,10 +120,7 @@ impl Banded {
             true => self.pair(value, value.re),
             false => self.pair(value, value),
         };
-        let pairs: Option<Vec<EigenPair>> = match self.size < SHARED_SIZE {
-            true => values.into_iter().map(pair).collect(),
-            false => values.into_par_iter().map(pair).collect(),
-        };
+        let pairs: Option<Vec<EigenPair>> = each(self.size, values, pair).into_iter().collect();
         self.orthogonal(pairs?)
     }
 
@@ -133,11 +129,8 @@ impl Banded {
     /// as they differ in eigenvalue; what is left is of second order.
     fn orthogonal(&self, mut pairs: Vec<EigenPair>) -> Option<Vec<EigenPair>> {
         let near = NEAR * self.norm;
-        let residual = RESIDUAL * f64::EPSILON * self.norm * self.size as f64;
-        let own: Vec<Complex64> = pairs
-            .iter()
-            .map(|pair| pair.left.iter().zip(&pair.right).map(|(y, x)| y * x).sum())
-            .collect();
+        let residual = self.largest_residual();
+        let own: Vec<Complex64> = pairs.iter().map(EigenPair::product).collect();
         let corrected = |j: usize| -> Option<Vec<Complex64>> {
             let EigenPair { value, right, .. } = &pairs[j];
             let mut x = right.clone();
@@ -147,7 +140,7 @@ impl Banded {
                 // Of real eigenvalues both vectors are real.
                 let real = value.im == 0.0 && other.value.im == 0.0;
                 for conjugate in [false, true] {
-                    let turned = |z: Complex64| if conjugate { z.conj() } else { z };
+                    let turned = |z| turned(z, conjugate);
                     let distance = (turned(other.value) - value).norm();
                     let is_own = !conjugate && i == j;
                     let is_twice = conjugate && other.value.im == 0.0;
@@ -173,12 +166,16 @@ impl Banded {
             }
             Some(x)
         };
-        let right: Option<Vec<Vec<Complex64>>> = match self.size < SHARED_SIZE {
-            true => (0..pairs.len()).map(corrected).collect(),
-            false => (0..pairs.len()).into_par_iter().map(corrected).collect(),
-        };
+        let indices = (0..pairs.len()).collect();
+        let right: Option<Vec<Vec<Complex64>>> =
+            each(self.size, indices, corrected).into_iter().collect();
         pairs.iter_mut().zip(right?).for_each(|(pair, right)| pair.right = right);
         Some(pairs)
+    }
+
+    /// Of a vector whose largest entry is 1.
+    fn largest_residual(&self) -> f64 {
+        RESIDUAL * f64::EPSILON * self.norm * self.size as f64
     }
 
     fn pair<T: Number>(&self, value: Complex64, shift: T) -> Option<EigenPair> {
@@ -193,9 +190,8 @@ impl Banded {
             let growth = largest(&x);
             let scale = T::from(1.0 / growth);
             let x: Vec<Complex64> = x.into_iter().map(|z| (z * scale).into()).collect();
-            let residual = RESIDUAL * f64::EPSILON * self.norm * self.size as f64;
             // A comparison that refuses NaN as well.
-            (growth * residual >= 1.0 && norm(&x).is_finite()).then_some(x)
+            (growth * self.largest_residual() >= 1.0 && norm(&x).is_finite()).then_some(x)
         };
         let right = vector(&|x| factors.solve(x))?;
         let left = vector(&|x| factors.solve_transposed(x))?;
@@ -352,7 +348,7 @@ mod tests {
                         })
                         .collect();
                     // What is accepted, in the largest entry.
-                    let bound = 2.0 * RESIDUAL * f64::EPSILON * banded.norm * size as f64;
+                    let bound = 2.0 * banded.largest_residual();
                     proptest::prop_assert!(norm(&residual) <= bound * norm(vector) * (size as f64).sqrt());
                 }
             }

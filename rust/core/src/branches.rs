@@ -11,6 +11,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::eigenpair::turned;
 use crate::error::Error;
 use crate::modes::normalised;
 use crate::path::Path;
@@ -113,8 +114,7 @@ impl Node {
     }
 
     pub fn eigenvalue(&self, member: Member) -> Complex64 {
-        let value = self.modes[member.mode].eigenvalue;
-        if member.conjugate { value.conj() } else { value }
+        turned(self.modes[member.mode].eigenvalue, member.conjugate)
     }
 
     /// Whether two modes have one eigenvalue but different vectors, which are then not determined.
@@ -221,7 +221,7 @@ impl Node {
         let mut candidates: Vec<(f64, usize, usize)> = Vec::with_capacity(here.len() * there.len());
         for (i, &r) in here.iter().enumerate() {
             let shift = self.slopes[r.mode] * (other.value - self.value);
-            let shift = if r.conjugate { shift.conj() } else { shift };
+            let shift = turned(shift, r.conjugate);
             // A defective mode has no slope.
             let predicted = self.eigenvalue(r) + if shift.is_finite() { shift } else { 0.0.into() };
             for (j, &s) in there.iter().enumerate() {

@@ -25,15 +25,14 @@ const NEGLIGIBLE: f64 = 1e-2 * f64::EPSILON;
 pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
     let mut pairs = Vec::with_capacity(size);
     let diagonal: Vec<f64> = (0..size).map(|i| matrix[i * size + i].abs().sqrt()).collect();
-    let mut kept = matrix.to_vec();
-    for (row, own) in kept.chunks_exact_mut(size.max(1)).zip(&diagonal) {
+    let mut matrix = matrix.to_vec();
+    for (row, own) in matrix.chunks_exact_mut(size.max(1)).zip(&diagonal) {
         for (entry, other) in row.iter_mut().zip(&diagonal) {
             if !(entry.abs() > NEGLIGIBLE * (own * other)) {
                 *entry = 0.0;
             }
         }
     }
-    let matrix = kept;
     let blocks = connected_blocks(size, &matrix);
     if blocks.len() == 1 {
         return connected(size, matrix);

@@ -53,6 +53,7 @@ mod roots;
 mod saltation;
 mod scene;
 mod schur;
+mod sharing;
 mod shooting;
 mod simulation;
 mod spectrum;

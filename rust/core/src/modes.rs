@@ -5,13 +5,14 @@
 //! bi-orthogonal: `L' A R = diag(a)`, `L' B R = diag(b)`, `lambda = -b / a`.
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
+use crate::eigenpair::turned;
 use crate::error::Error;
 use crate::pencil::Pencil;
 use crate::reduction::Reduced;
 use crate::scene::Scene;
-use crate::spectrum::{Mode, SHARED_SIZE, Vectors, spectrum};
+use crate::sharing::each;
+use crate::spectrum::{Mode, Vectors, spectrum};
 use crate::status::Combination;
 
 /// A left vector of a defective mode, and what is divided by its product with the right one.
@@ -46,26 +47,27 @@ impl Modes {
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         });
-        let shared = reduced.size() >= SHARED_SIZE;
-        let half: Vec<Mode> = match shared {
-            true => half.into_par_iter().map(normalised).collect(),
-            false => half.into_iter().map(normalised).collect(),
-        };
+        let (m, n) = (reduced.size(), scene.size);
+        let half = each(m, half, normalised);
         let whole: Vec<(&Mode, bool)> = half
             .iter()
             .flat_map(|mode| {
                 std::iter::once((mode, false)).chain((!mode.is_real()).then_some((mode, true)))
             })
             .collect();
-        let each = |value: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
+        let values = |value: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
             whole.iter().map(|&(mode, conjugate)| turned(value(mode), conjugate)).collect()
         };
         let valid = |mode: &Mode, z| if mode.is_defective() { UNDEFINED } else { z };
-        let (m, n) = (reduced.size(), scene.size);
         let zeros = |length: usize| vec![Complex64::default(); whole.len() * length];
         let (mut right, mut left, mut shapes) = (zeros(m), zeros(m), zeros(n));
-        type Columns<'a> = ((&'a mut [Complex64], &'a mut [Complex64]), &'a mut [Complex64]);
-        let fill = |(((right, left), shape), &(mode, conjugate)): (Columns<'_>, &(&Mode, bool))| {
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        let columns = right
+            .chunks_mut(m.max(1))
+            .zip(left.chunks_mut(m.max(1)))
+            .zip(shapes.chunks_mut(n.max(1)))
+            .zip(&whole);
+        each(m, columns.collect(), |(((right, left), shape), &(mode, conjugate))| {
             let copy = |target: &mut [Complex64], source: &[Complex64]| {
                 let entries = target.iter_mut().zip(source);
                 entries.for_each(|(entry, &z)| *entry = turned(z, conjugate));
@@ -82,29 +84,13 @@ impl Modes {
             };
             let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));
             shape.iter_mut().zip(parts).for_each(|(z, (re, im))| *z = Complex64::new(re, im));
-        };
-        // Chunks of length zero are not allowed, and there is nothing in them.
-        let (m, n) = (m.max(1), n.max(1));
-        match shared {
-            true => right
-                .par_chunks_mut(m)
-                .zip(left.par_chunks_mut(m))
-                .zip(shapes.par_chunks_mut(n))
-                .zip(&whole)
-                .for_each(fill),
-            false => right
-                .chunks_mut(m)
-                .zip(left.chunks_mut(m))
-                .zip(shapes.chunks_mut(n))
-                .zip(&whole)
-                .for_each(fill),
-        }
+        });
         Ok(Self {
-            eigenvalues: each(&|mode| mode.eigenvalue),
+            eigenvalues: values(&|mode| mode.eigenvalue),
             right,
             left,
-            a: each(&|mode| valid(mode, mode.a)),
-            b: each(&|mode| valid(mode, -mode.eigenvalue * mode.a)),
+            a: values(&|mode| valid(mode, mode.a)),
+            b: values(&|mode| valid(mode, -mode.eigenvalue * mode.a)),
             shapes,
             condition: whole.iter().map(|(mode, _)| mode.condition).collect(),
             defective: whole.iter().map(|(mode, _)| mode.is_defective()).collect(),
@@ -135,11 +121,6 @@ impl Modes {
             })
             .collect()
     }
-}
-
-/// z, or its conjugate.
-fn turned(z: Complex64, conjugate: bool) -> Complex64 {
-    if conjugate { z.conj() } else { z }
 }
 
 /// Scales both vectors so that their largest entries are 1; `a` follows.

@@ -8,7 +8,6 @@
 //! with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use crate::compensated::DoubledComplex;
 use crate::eigen;
@@ -18,6 +17,7 @@ use crate::graded;
 use crate::inverse_iteration::InverseIteration;
 use crate::pencil::{Damping, DoubledRows, Pencil};
 use crate::refinement::Eigenvectors;
+use crate::sharing::each;
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.
 /// A backward-stable solver leaves some 1e-15; the margin only has to tell noise from failure.
@@ -45,10 +45,6 @@ const LOST: f64 = 1e-7;
 const ZERO: f64 = 1e-28;
 /// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.
 const INVERTED_SIZE: usize = 400;
-
-/// Free coordinates from which single modes are worth a processor each. Below, no other thread is started: a process
-/// that has some can't be forked.
-pub(crate) const SHARED_SIZE: usize = 100;
 
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 const BACKWARD_STABLE: f64 = 3e-14;
@@ -190,13 +186,14 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     let stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
-        &Damping::Proportional { alpha, beta } => problem
-            .each(problem.half_modes(&stiffness, vectors), |half| {
+        &Damping::Proportional { alpha, beta } => {
+            each(m, problem.half_modes(&stiffness, vectors), |half| {
                 problem.proportional_modes(half, alpha, beta).collect::<Vec<_>>()
             })
             .into_iter()
             .flatten()
-            .collect::<Vec<_>>(),
+            .collect::<Vec<_>>()
+        }
         Damping::General(damping) => problem.general_modes(damping, &stiffness, vectors),
     };
     let modes = match modes.iter().any(|mode| mode.residual > BACKWARD_STABLE) {
@@ -243,14 +240,6 @@ struct Problem<'a> {
 }
 
 impl Problem<'_> {
-    /// Maps modes one by one, those of a large problem in parallel.
-    fn each<T: Send, U: Send>(&self, modes: Vec<T>, map: impl Fn(T) -> U + Sync + Send) -> Vec<U> {
-        match self.pencil.size < SHARED_SIZE {
-            true => modes.into_iter().map(map).collect(),
-            false => modes.into_par_iter().map(map).collect(),
-        }
-    }
-
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
     fn half_modes(&self, stiffness: &[f64], vectors: Vectors) -> Vec<HalfMode> {
         let m = self.pencil.size;
@@ -260,7 +249,7 @@ impl Problem<'_> {
                 let (right, left) = (self.factor.right(pair.right), self.factor.left(pair.left));
                 self.corrected(pair.value, condition, right, left)
             };
-            self.each(pairs, map)
+            each(m, pairs, map)
         };
         let mut halves = corrected(eigen::real_matrix(m, stiffness));
         let largest =

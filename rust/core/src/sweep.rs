@@ -4,6 +4,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::branches::{Mesh, Node};
+use crate::eigenpair::turned;
 use crate::error::Error;
 use crate::path::Path;
 
@@ -137,8 +138,7 @@ impl Chunk<'_> {
         for (branch, &carrier) in carriers.iter().enumerate() {
             let member = members[carrier];
             let mode = &node.modes[member.mode];
-            let sign = if member.conjugate { -1.0 } else { 1.0 };
-            let oriented = |z: Complex64| Complex64::new(z.re, sign * z.im);
+            let oriented = |z| turned(z, member.conjugate);
             self.eigenvalues[branch] = node.eigenvalue(member);
             self.slopes[branch] = oriented(node.slopes[member.mode]);
             let defective = mode.is_defective();

@@ -1,9 +1,7 @@
 //! Periodic orbits and what motions settle to.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::sync::atomic::Ordering;
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
@@ -13,6 +11,7 @@ use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
 use crate::errors::{named, raise};
+use crate::interrupt::until_interrupted;
 use crate::scene::{Scene, method_named};
 use crate::trajectory::{Trajectory, integers, kinds};
 
@@ -308,9 +307,6 @@ fn direction((state, parameter): (PyReadonlyArray1<'_, f64>, f64)) -> core::Tang
     core::Tangent { state: vector(&state), parameter }
 }
 
-/// How often a search looks for Ctrl-C.
-const PATIENCE: Duration = Duration::from_millis(20);
-
 type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, String);
 /// What a motion settles to and why its last stretch ended.
 type Found = (Settled, String);
@@ -332,7 +328,18 @@ pub fn settle_all(
         scene.inner.start_coordinates(&state).map_err(|error| raise(py, &error))?;
         cases.push((scene.inner.clone(), state));
     }
-    let (found, exception) = py.detach(|| until_interrupted(&cases, stretch, limit));
+    let (found, exception) = py.detach(|| {
+        until_interrupted(|stopped| {
+            let interrupted = || stopped.load(Ordering::Relaxed);
+            let search = core::Search {
+                stretch,
+                limit,
+                method: core::Method::Auto,
+                interrupted: Some(&interrupted),
+            };
+            core::settle_all(&cases, search)
+        })
+    });
     let found = found.into_iter().map(|result| {
         result
             .map(|result| {
@@ -343,40 +350,4 @@ pub fn settle_all(
             .transpose()
     });
     Ok((found.collect::<PyResult<_>>()?, exception))
-}
-
-/// Python hears signals on its main thread only: that one waits while others work.
-fn until_interrupted(
-    cases: &[(Arc<core::Scene>, core::State)],
-    stretch: f64,
-    limit: f64,
-) -> (Vec<Option<Result<core::Found, core::Error>>>, Option<PyErr>) {
-    let stopped = AtomicBool::new(false);
-    let interrupted = || stopped.load(Ordering::Relaxed);
-    let search = core::Search {
-        stretch,
-        limit,
-        method: core::Method::Auto,
-        interrupted: Some(&interrupted),
-    };
-    std::thread::scope(|scope| {
-        let (done, wait) = channel();
-        let work = scope.spawn(move || {
-            let found = core::settle_all(cases, search);
-            // Dropped instead, it ends the wait as well.
-            let _ = done.send(());
-            found
-        });
-        let mut exception = None;
-        while wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
-            if let Err(raised) = Python::attach(|py| py.check_signals()) {
-                stopped.store(true, Ordering::Relaxed);
-                exception = Some(raised);
-            }
-        }
-        match work.join() {
-            Ok(found) => (found, exception),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
-    })
 }

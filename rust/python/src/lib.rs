@@ -5,6 +5,7 @@ mod convert;
 mod cycle;
 mod energy;
 mod errors;
+mod interrupt;
 mod modes;
 mod path;
 mod scene;

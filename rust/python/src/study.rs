@@ -1,9 +1,7 @@
 //! The samples of a study.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::sync::atomic::AtomicBool;
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -13,11 +11,9 @@ use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
 use crate::errors::named;
+use crate::interrupt::until_interrupted;
 use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs, method_named};
 use crate::trajectory::Trajectory;
-
-/// How often a wait looks for Ctrl-C.
-const PATIENCE: Duration = Duration::from_millis(20);
 
 /// Field and place of every parameter.
 type Slots = Vec<(String, Option<usize>)>;
@@ -175,36 +171,13 @@ fn interruptible<T: Send>(
     let pool = threads
         .map(|count| core::pool(count).map_err(|error| named(py, "InputError", &error)))
         .transpose()?;
-    let stopped = AtomicBool::new(false);
-    py.detach(|| {
-        std::thread::scope(|scope| {
-            let (sender, receiver) = channel();
-            let (stopped, compute, pool) = (&stopped, &compute, &pool);
-            scope.spawn(move || {
-                let computed = match pool {
-                    Some(pool) => pool.install(|| compute(stopped)),
-                    None => compute(stopped),
-                };
-                // The receiver waits for it.
-                let _ = sender.send(computed);
-            });
-            let mut interrupted = None;
-            loop {
-                match receiver.recv_timeout(PATIENCE) {
-                    Ok(computed) => return interrupted.map_or(Ok(computed), Err),
-                    Err(RecvTimeoutError::Timeout) => {
-                        if let Err(error) = Python::attach(|py| py.check_signals()) {
-                            stopped.store(true, Ordering::Relaxed);
-                            interrupted = Some(error);
-                        }
-                    }
-                    Err(RecvTimeoutError::Disconnected) => {
-                        unreachable!("the answers are sent, or the panic ends this scope")
-                    }
-                }
-            }
+    let (computed, interrupted) = py.detach(|| {
+        until_interrupted(|stopped| match &pool {
+            Some(pool) => pool.install(|| compute(stopped)),
+            None => compute(stopped),
         })
-    })
+    });
+    interrupted.map_or(Ok(computed), Err)
 }
 
 fn columns<'py>(

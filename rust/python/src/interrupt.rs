@@ -1,0 +1,39 @@
+//! Work that Ctrl-C stops.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+use pyo3::prelude::*;
+
+/// Between two looks for Ctrl-C.
+const PATIENCE: Duration = Duration::from_millis(20);
+
+/// What `compute` returns, and what interrupted it; it is told by its argument, and waited for in any case. Call it
+/// detached: Python hears signals on its main thread only, which waits here while another works.
+pub fn until_interrupted<T: Send>(
+    compute: impl FnOnce(&AtomicBool) -> T + Send,
+) -> (T, Option<PyErr>) {
+    let stopped = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let (done, wait) = channel();
+        let stopped = &stopped;
+        let work = scope.spawn(move || {
+            let found = compute(stopped);
+            // Dropped by a panic instead, it ends the wait as well.
+            let _ = done.send(());
+            found
+        });
+        let mut exception = None;
+        while wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+            if let Err(raised) = Python::attach(|py| py.check_signals()) {
+                stopped.store(true, Ordering::Relaxed);
+                exception = Some(raised);
+            }
+        }
+        match work.join() {
+            Ok(found) => (found, exception),
+            Err(panic) => std::panic::resume_unwind(panic),
+        }
+    })
+}
