@@ -10,12 +10,12 @@ import scipy.optimize
 import xarray as xr
 
 from stickslip import _core
-from stickslip.arrays import Real, real_number
+from stickslip.arrays import Real, real_number, whole_number
 from stickslip.bifurcation import table
 from stickslip.branch import BranchPoint, Placed
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
-from stickslip.path import Model, SceneAt, along
+from stickslip.path import Model, SceneAt, between
 from stickslip.units import parameter_units
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
@@ -149,16 +149,12 @@ def trace_branch(
     OrbitError
         If Newton's method does not find the orbit at the first value.
     """
-    if isinstance(points, bool) or not isinstance(points, int | np.integer) or points < 1:
-        raise InputError(f"points: expected an integer >= 1, got {points!r}")
+    points = whole_number("points", points, 1)
     longest = real_number("step", step)
     if not 0.0 < longest <= 1.0:
         raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
     source = cycle.scene if model is None else model
-    name, ends, scene_at = along(source, parameter)
-    if ends.size != 2 or ends[0] == ends[1]:
-        raise InputError(f"{name}: expected (begin, end) of the branch, got {parameter[name]!r}")
-    begin, end = float(ends[0]), float(ends[1])
+    name, begin, end, scene_at = between(source, parameter)
     low, high = min(begin, end), max(begin, end)
     branch = Branch(scene_at, high - low)
     first = cycle.continued(scene_at(begin))

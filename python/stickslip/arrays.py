@@ -63,6 +63,19 @@ def real_number(argument: str, value: Any) -> float:
     raise InputError(f"{argument}: expected a real number, got {value!r}")
 
 
+def whole_number(argument: str, value: Any, least: int) -> int:
+    """Return `value` as an int.
+
+    Raises
+    ------
+    InputError
+        If `value` is no integer or less than `least`.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InputError(f"{argument}: expected an integer >= {least}, got {value!r}")
+    return int(value)
+
+
 def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
     """Return `value` as a read-only square-to-be matrix, kept sparse (compressed rows) if it came so.
 

@@ -12,7 +12,7 @@ from stickslip.arclength import fold_near
 from stickslip.branch import BranchPoint, Kind, Placed, continued
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
-from stickslip.path import Model, SceneAt, along
+from stickslip.path import Model, SceneAt, between
 
 #: Steps of a search for branch points: between two of them at most one of each kind is expected.
 STEPS = 60
@@ -58,10 +58,8 @@ def branch_points(
     """
     if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
         raise InputError(f"steps: expected an integer >= 1, got {steps!r}")
-    name, ends, scene_at = along(cycle.scene if model is None else model, parameter)
-    if ends.size != 2 or ends[0] == ends[1]:
-        raise InputError(f"{name}: expected (begin, end) of the branch, got {parameter[name]!r}")
-    values = np.linspace(ends[0], ends[1], steps + 1)
+    name, begin, end, scene_at = between(cycle.scene if model is None else model, parameter)
+    values = np.linspace(begin, end, steps + 1)
     points: list[BranchPoint] = []
     before = (float(values[0]), cycle.continued(scene_at(float(values[0]))))
     for value in values[1:]:

@@ -10,11 +10,11 @@ import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.arrays import Complex, Real
+from stickslip.arrays import Complex, Real, whole_number
 from stickslip.attractors import described
 from stickslip.contact import dof_index
 from stickslip.energy import Balance
-from stickslip.errors import InputError, NotPeriodicError, RunInterrupted
+from stickslip.errors import NotPeriodicError, RunInterrupted
 from stickslip.harmonic_energy import harmonic_energy
 from stickslip.modes import Modes, complex_modes
 from stickslip.scene import Scene, checked
@@ -302,9 +302,7 @@ class Cycle:
         InputError
             If `count` is no integer >= 1.
         """
-        if isinstance(count, bool) or not isinstance(count, int | np.integer) or count < 1:
-            raise InputError(f"count: expected an integer >= 1, got {count!r}")
-        coefficients = self.core.harmonics(int(count))
+        coefficients = self.core.harmonics(whole_number("count", count, 1))
         amplitude = np.abs(coefficients) * np.where(np.arange(count + 1) == 0, 1.0, 2.0)[:, None]
         order = np.arange(count + 1)
         return xr.Dataset(

@@ -8,7 +8,7 @@ import numpy as np
 import scipy.signal
 import xarray as xr
 
-from stickslip.arrays import real_number
+from stickslip.arrays import real_number, whole_number
 from stickslip.contact import dof_index
 from stickslip.errors import InputError
 from stickslip.transient import Trajectory
@@ -42,8 +42,7 @@ def sampled_spectrum(
         raise InputError(
             f"begin, end: expected 0 <= begin < end <= {run.duration:g} s, got {first:g} and {last:g}"
         )
-    if isinstance(samples, bool) or not isinstance(samples, int | np.integer) or samples < FEWEST:
-        raise InputError(f"samples: expected an integer >= {FEWEST}, got {samples!r}")
+    samples = whole_number("samples", samples, FEWEST)
     if detrend not in ("constant", "linear", None):
         raise InputError(f"detrend: expected 'constant', 'linear' or None, got {detrend!r}")
     try:

@@ -256,3 +256,17 @@ def along(model: Model, parameter: dict[str, Any]) -> tuple[str, Real, SceneAt]:
     fixed = {key: real_number(key, value) for key, value in parameter.items() if key != name}
     family = Family(model)
     return name, values, lambda value: family.scene(**fixed, **{name: float(value)})
+
+
+def between(model: Model, parameter: dict[str, Any]) -> tuple[str, float, float, SceneAt]:
+    """Return name, begin and end of the one parameter to follow a branch along, and the scene at a value.
+
+    Raises
+    ------
+    InputError
+        If there is not exactly one pair of two finite values.
+    """
+    name, ends, scene_at = along(model, parameter)
+    if ends.size != 2 or ends[0] == ends[1]:
+        raise InputError(f"{name}: expected (begin, end) of the branch, got {parameter[name]!r}")
+    return name, float(ends[0]), float(ends[1]), scene_at

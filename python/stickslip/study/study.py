@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.arrays import Real, real_array, real_number
+from stickslip.arrays import Real, real_array, real_number, whole_number
 from stickslip.errors import InputError, StudyError, StudyInterrupted
 from stickslip.path import Model, interval
 from stickslip.progress import Rate, progress_bar
@@ -122,7 +122,7 @@ class Study:
         self.parameters = listed_parameters(parameters)
         self.outputs = listed_outputs(outputs)
         self.source = _source(model, self.parameters.names, fixed)
-        self.seed = _count("seed", seed, 0)
+        self.seed = whole_number("seed", seed, 0)
         self.sampler_options = dict(sampler_options or {})
         self.samples: int | None = None
         if isinstance(sampler, str | None):
@@ -146,7 +146,7 @@ class Study:
             if samples is not None:
                 raise InputError(f"samples: a grid has all combinations of its values, got {samples!r}")
             return self.parameters.grid()
-        self.samples = _count("samples", samples, 1)
+        self.samples = whole_number("samples", samples, 1)
         if self.sampler in ("saltelli", "morris") and self.parameters.dependent:
             raise InputError(f"sampler: {self.sampler!r} takes independent parameters only")
         width = len(self.parameters.names)
@@ -201,7 +201,7 @@ class Study:
         if method not in ("auto", "modal", "taylor"):
             raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
         start = None if position is None and velocity is None else (position, velocity)
-        limit = None if max_events is None else _count("max_events", max_events, 0)
+        limit = None if max_events is None else whole_number("max_events", max_events, 0)
         settings = Settings(combination, moved, length, longer, method, limit, start)
         scene = self.scene
         Labels.of(scene, combination)
@@ -288,7 +288,7 @@ class Study:
             On Ctrl-C, a ``KeyboardInterrupt``; what is complete is in its `partial`.
         """
         default = MOTIONS if self.outputs.moves or self.outputs.asks("hopf") else VERDICTS
-        length = min(default if chunk is None else _count("chunk", chunk, 1), self.size)
+        length = min(default if chunk is None else whole_number("chunk", chunk, 1), self.size)
         runner = _runner(threads, executor, client)
         with opened(store, self._layout(), length) as results, progress_bar(progress, Rate()) as bar:
             pending = results.pending()
@@ -394,13 +394,7 @@ def _runner(count: int | None, executor: Executor | None, client: Any) -> runner
         return runners.executor(executor)
     if client is not None:
         return runners.dask(client)
-    return runners.threads(None if count is None else _count("threads", count, 1))
-
-
-def _count(argument: str, value: Any, least: int) -> int:
-    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
-        raise InputError(f"{argument}: expected an integer >= {least}, got {value!r}")
-    return int(value)
+    return runners.threads(None if count is None else whole_number("threads", count, 1))
 
 
 def _positive(argument: str, value: Any) -> float:
