@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-browser fuzz lint format bench docs pages gallery wheel clean
+.PHONY: help reproduce test test-browser fuzz verify lint format bench docs pages gallery wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -31,6 +31,10 @@ N ?= 1000
 SEED ?= 1
 fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; resumable
 	$(BIN)/python tests/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl
+
+# Python finds the cases in tests/verification; the tests compare the page with what they compute.
+verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
+	PYTHONPATH=tests $(BIN)/python -m verification.manual
 
 lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows no Python
 	cargo fmt --all --check

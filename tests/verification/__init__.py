@@ -1,0 +1,27 @@
+"""Cases of the verification manual, in the order of its page."""
+
+from verification import (
+    belt,
+    bounces,
+    collision,
+    damped_belt,
+    inclined_plane,
+    mode_coupling,
+    resting_slider,
+    two_masses,
+    two_subsystems,
+)
+
+#: A new file of cases is listed here.
+FAMILIES = (
+    inclined_plane,
+    resting_slider,
+    two_masses,
+    belt,
+    damped_belt,
+    bounces,
+    collision,
+    mode_coupling,
+    two_subsystems,
+)
+CASES = [case for family in FAMILIES for case in family.CASES]
