@@ -37,15 +37,27 @@ class Drawn:
             else:
                 return start.perturbed(velocity=velocity)
 
+    def lifted(self, strength=1.0):
+        """The sliding equilibrium with every contact lifted by micrometres, and the free dofs in motion."""
+        scene, rng = self.scene, self.rng
+        position = self.equilibrium.copy()
+        for i in range(len(scene.contacts)):
+            normal = scene.normal_direction(i)
+            position += rng.uniform(1e-6, 1e-5) * normal
+        velocity = np.zeros(scene.size)
+        free = scene.size - 2 * len(scene.contacts)
+        velocity[-free:] = strength * rng.uniform(-0.5, 0.5, free)
+        return ss.State(position, velocity, "d" * len(scene.contacts))
+
 
 @st.composite
-def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0):
+def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max_friction=1.5):
     """Spring networks of a few masses, some of them on sliders; contact planes rotated or along dofs."""
     count = draw(st.integers(1, max_contacts), label="contacts")
     free = draw(st.integers(1, 3), label="free dofs")
     rotated = draw(st.booleans(), label="rotated contact planes")
     full_matrices = draw(st.booleans(), label="full mass and damping matrices")
-    frictions = [draw(st.floats(min_friction, 1.5), label="friction") for _ in range(count)]
+    frictions = [draw(st.floats(min_friction, max_friction), label="friction") for _ in range(count)]
     ratios = [draw(st.floats(1.0, 1.5), label="static over kinetic friction") for _ in range(count)]
     speeds = [
         draw(st.floats(0.01, 0.3), label="speed") * draw(st.sampled_from([-1, 1])) for _ in range(count)

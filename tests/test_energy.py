@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
@@ -15,13 +15,7 @@ RESTITUTION = (0.0, 0.3, 0.8, 1.0)
 
 def motion(scene, drawn, strength, duration, **options):
     """A run from the kicked equilibrium, where the kick leaves all contacts pressed."""
-    try:
-        start = drawn.kicked(strength)
-        return ss.simulate(scene, start, duration, **options)
-    except ss.InputError as error:
-        if "normal force" not in str(error):
-            raise
-        assume(False)
+    return ss.simulate(scene, drawn.kicked(strength), duration, **options)
 
 
 def closed(balance):
@@ -74,14 +68,10 @@ def test_rate_of_energy_and_powers_agree_at_any_time(drawn, strength):
     assert (flow.friction_heat >= -4 * EPS * np.abs(flow.slider_power)).all()
 
 
-@given(drawn_scenes(restitution=(0.0, 0.5, 1.0)), st.floats(0.5, 6.0))
+@given(drawn_scenes(restitution=(0.0, 0.5, 1.0), max_friction=0.0), st.floats(0.5, 6.0))
 def test_without_damping_and_friction_only_impacts_take_energy(drawn, strength):
-    scene = drawn.scene.replace(friction=0.0, static_friction=0.0)
-    scene = ss.Scene(scene.mass, scene.stiffness, force=scene.force, contacts=scene.contacts)
-    try:
-        start = ss.sliding_equilibrium(scene)
-    except ss.InputError:
-        assume(False)
+    scene = drawn.scene.replace(damping=None)
+    start = ss.sliding_equilibrium(scene)
     velocity = np.zeros(scene.size)
     velocity[-1] = 0.2 * strength
     # The start of every phase is rounded to an ulp of its energy, the same one in a series of bounces:
@@ -101,9 +91,11 @@ def test_without_damping_and_friction_only_impacts_take_energy(drawn, strength):
 def test_what_an_impact_takes(drawn, strength, impact_friction):
     """Normal: 1/2 m (1 - e^2) g'^2; tangential impulse: slider work p_t v, heat -p_t (s+ + s-) / 2."""
     scene = drawn.scene.replace(impact_friction=impact_friction)
-    run = motion(scene, drawn, strength, 0.05, max_events=100)
+    run = ss.simulate(scene, drawn.lifted(strength), 0.05, max_events=100)
     mechanics = Mechanics(scene)
-    for contact, time, before, after in single_impacts(run):
+    impacts = list(single_impacts(run))
+    assert impacts
+    for contact, time, before, after in impacts:
         law = scene.contacts[contact]
         taken = run.balance(np.nextafter(time, 0.0), time).contacts.isel(contact=contact)
         normal, tangential = mechanics.normal[contact], mechanics.tangential[contact]
@@ -146,7 +138,7 @@ def test_balances_of_adjoining_intervals_add_up(drawn, strength, data):
 def test_both_kinds_of_motion_give_the_same_works(drawn, strength):
     modal = motion(drawn.scene, drawn, strength, 0.03, max_events=60)
     taylor = ss.simulate(drawn.scene, modal.start, 0.03, method="taylor", max_events=60)
-    assume(np.array_equal(modal.events.kind, taylor.events.kind))
+    assert modal.events.kind.tolist() == taylor.events.kind.tolist()
     a, b = modal.balance(), taylor.balance()
     for name in ("stored", "contact", "external", "damping", "impact"):
         # Event times of either differ by rounding times the condition of their roots: below 1e-9.

@@ -74,13 +74,15 @@ def test_power_balance_along_phases(drawn, data):
 @given(drawn_scenes(restitution=(0.0, 0.4, 0.8)), st.data())
 def test_an_impact_takes_its_share_of_the_normal_energy(drawn, data):
     scene = drawn.scene
-    start = drawn.kicked(data.draw(st.floats(1.0, 6.0), label="strength"))
+    start = drawn.lifted(data.draw(st.floats(1.0, 6.0), label="strength"))
     run = ss.simulate(scene, start, 0.05, max_events=400)
     energy = Energy(scene)
+    seen = 0
     for time, contact in zip(run.events.time, run.events.contact, strict=True):
         kinds = run.events.kind[run.events.time == time]
         if kinds.tolist() != ["impact"]:
             continue
+        seen += 1
         before, after = run.state(np.nextafter(time, 0.0)), run.state(time)
         normal = energy.mechanics.normal[contact]
         restitution = scene.contacts[contact].restitution
@@ -90,14 +92,16 @@ def test_an_impact_takes_its_share_of_the_normal_energy(drawn, data):
         forces = np.abs(energy.mechanics.stiffness) @ np.abs(before.position)
         forces += np.abs(energy.mechanics.damping) @ np.abs(before.velocity) + np.abs(scene.force)
         step = 2 * np.spacing(time) * forces.max() / np.diag(energy.mechanics.mass).min()
-        assert departure == pytest.approx(-restitution * arrival, abs=step + 20 * EPS * abs(arrival))
+        # The normal velocity is a sum over velocities of which each is rounded.
+        speed = np.abs(before.velocity).max()
+        assert departure == pytest.approx(-restitution * arrival, abs=step + 20 * EPS * speed)
         lost = energy.stored(before) - energy.stored(after)
         expected = 0.5 * mass * (1.0 - restitution**2) * arrival**2
         stored = np.abs(before.position) @ np.abs(energy.mechanics.stiffness) @ np.abs(before.position)
-        speed = np.abs(before.velocity).max()
         rounding = 20 * EPS * (stored + energy.stored(before)) + mass * speed * step
         power = np.abs(before.velocity) @ forces
         assert abs(lost - expected) <= rounding + 2 * power * np.spacing(time)
+    assert seen > 0
 
 
 def test_energy_of_the_standard_run_closes_over_all_its_phases(standard):

