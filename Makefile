@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-browser fuzz verify lint format bench docs pages gallery wheel clean
+.PHONY: help reproduce test test-slow test-browser fuzz verify lint format bench docs pages gallery wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -21,6 +21,11 @@ reproduce: $(INSTALLED) ## Compute every published number, compare, write the fi
 test: $(INSTALLED) ## Test the core and the package
 	cargo test --release --locked --package stickslip-core
 	$(BIN)/python -m pytest
+
+# pytest prints the seed of a failure; PYTEST="--hypothesis-seed=..." draws the same examples again.
+PYTEST ?=
+test-slow: $(INSTALLED) ## Test the package with many new random examples of every property
+	$(BIN)/python -m pytest --hypothesis-profile slow $(PYTEST)
 
 # Playwright drives the browser of the system: CHROMIUM=..., by default `chromium`.
 test-browser: $(VENV)/.extra-browser ## Look at the report in a browser

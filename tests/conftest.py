@@ -1,6 +1,6 @@
 """Profiles of the property tests, and the reference solutions.
 
-The fast profile draws the same examples every time; `pytest --hypothesis-profile slow` draws many new ones.
+The fast profile draws the same examples every time; the slow one, `make test-slow`, draws many new ones.
 """
 
 import json
@@ -20,7 +20,11 @@ settings.register_profile("fast", max_examples=20, deadline=None, derandomize=Tr
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
 settings.register_profile(
-    "slow", max_examples=500, deadline=None, suppress_health_check=[HealthCheck.too_slow]
+    "slow",
+    max_examples=500,
+    deadline=None,
+    print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow],
 )
 settings.load_profile("fast")
 
