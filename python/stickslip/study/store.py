@@ -88,6 +88,11 @@ class Store(Protocol):
         """Let others continue the study."""
 
 
+def status_last(columns: Columns) -> list[tuple[str, Any]]:
+    """Return the columns of a chunk as they are written: a sample with a status is whole."""
+    return sorted(columns.items(), key=lambda item: item[0] == "status")
+
+
 class MemoryStore:
     """Results as arrays."""
 
@@ -110,7 +115,7 @@ class MemoryStore:
 
     def write(self, chunk: int, columns: Columns) -> None:
         """Keep a chunk."""
-        for name, values in columns.items():
+        for name, values in status_last(columns):
             self._arrays[name][chunk * self.chunk : chunk * self.chunk + len(values)] = values
         self._complete[chunk] = True
 
@@ -168,7 +173,7 @@ class ZarrStore:
     def write(self, chunk: int, columns: Columns) -> None:
         """Keep a chunk, its mark last."""
         first = chunk * self.chunk
-        for name, values in columns.items():
+        for name, values in status_last(columns):
             self._group[name][first : first + len(values)] = values
         self._group["complete"][chunk] = True
         self._complete[chunk] = True

@@ -300,17 +300,19 @@ class Study:
                     results.write(k, columns)
                     bar.advance(task, len(columns["status"]))
             except KeyboardInterrupt as error:
-                raise StudyInterrupted(self._so_far(results), results.dataset()) from error
+                partial = results.dataset()
+                raise StudyInterrupted(self._so_far(partial), partial) from error
             except runners.WorkersLostError as error:
-                raise StudyError(f"{error}; {self._so_far(results)}", results.dataset()) from error
+                partial = results.dataset()
+                raise StudyError(f"{error}; {self._so_far(partial)}", partial) from error
             return results.dataset()
 
     def _rows(self, results: Store, chunk: int) -> Real:
         return self.design[chunk * results.chunk : (chunk + 1) * results.chunk]
 
-    def _so_far(self, results: Store) -> str:
-        left = sum(len(self._rows(results, k)) for k in results.pending())
-        return f"{self.size - left} of {self.size} samples are complete"
+    def _so_far(self, partial: xr.Dataset) -> str:
+        complete = int((partial.status != "pending").sum())
+        return f"{complete} of {self.size} samples are complete"
 
     def _layout(self) -> Layout:
         evaluation, labels = self.evaluation, self.evaluation.labels
