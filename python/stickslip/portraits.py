@@ -15,6 +15,8 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from stickslip.arrays import Names, Real
+from stickslip.bifurcation import Bifurcation
+from stickslip.branch import Branch
 from stickslip.contact import dof_index
 from stickslip.cycle import Cycle
 from stickslip.figures import COLOURS, NAMES
@@ -198,7 +200,7 @@ def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
     return axes
 
 
-def bifurcation_diagram(axes: Axes, diagram: xr.Dataset, dof: str) -> Axes:
+def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> Axes:
     """Draw the amplitude of a dof over the parameter, one marker and shade per sequence of combinations.
 
     Parameters
@@ -211,11 +213,12 @@ def bifurcation_diagram(axes: Axes, diagram: xr.Dataset, dof: str) -> Axes:
     dof
         Name of the dof.
     """
-    parameter = str(diagram.amplitude.dims[0])
-    values = diagram[parameter].to_numpy()
-    amplitude = MICROMETRES * diagram.amplitude.sel(dof=dof).to_numpy()
-    sequences = diagram.sequence.to_numpy()
-    stable = diagram.stable.to_numpy()
+    data = diagram.data
+    parameter = str(data.amplitude.dims[0])
+    values = data[parameter].to_numpy()
+    amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
+    sequences = data.sequence.to_numpy()
+    stable = data.stable.to_numpy()
     named = [name for name in dict.fromkeys(sequences) if name]
     shades = [0.75 * k / max(len(named) - 1, 1) for k in range(len(named))]
     for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
