@@ -21,7 +21,7 @@ from stickslip.case import Case
 
 #: Dofs, of four per subsystem.
 SIZES = (100, 1000)
-FRICTION = 0.4
+FRICTION = 0.45
 #: s, beta of C = beta K.
 DAMPING = {"unstable": 1e-5, "stable": 1e-4}
 #: s; what takes longer is stopped and told so.

@@ -126,7 +126,10 @@ def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
         axes.set_visible(False)
     panels[0].set_ylim(-1.1, 1.1)
     figure.supylabel("displacement, largest = 1")
-    figure.suptitle(f"Modes of status {modes.combination}{omitted}")
+    status = modes.combination
+    if len(status) > NAMED:
+        status = f"{status[:NAMED]}… ({len(status)} contacts)"
+    figure.suptitle(f"Modes of status {status}{omitted}")
     return figure
 
 

@@ -66,13 +66,30 @@ def displacement(
     InputError
         If the dof is unknown.
     """
-    run = _run(motion)
-    times = np.linspace(0.0, run.duration, samples)
-    x = run.sample(times).position.to_numpy()[:, dof_index("dof", dof, run.scene.dofs)]
-    zero = x[0] if origin == "start" else x.mean()
-    axes.plot(times, MICROMETRES * (x - zero), color=OVERLAY[0][0], linewidth=0.8, label=label)
-    axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
+    displacements([axes], motion, [dof], [label], origin=origin, samples=samples)
     return axes
+
+
+def displacements(
+    panels: Sequence[Axes],
+    motion: Trajectory | Cycle,
+    dofs: Sequence[str],
+    labels: Sequence[str | None] | None = None,
+    *,
+    origin: Literal["mean", "start"] = "mean",
+    samples: int = SAMPLES,
+) -> None:
+    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once."""
+    run = _run(motion)
+    indices = [dof_index("dof", dof, run.scene.dofs) for dof in dofs]
+    times = np.linspace(0.0, run.duration, samples)
+    position = run.sample(times).position.to_numpy()
+    names = [None] * len(dofs) if labels is None else labels
+    for axes, dof, index, label in zip(panels, dofs, indices, names, strict=True):
+        x = position[:, index]
+        zero = x[0] if origin == "start" else x.mean()
+        axes.plot(times, MICROMETRES * (x - zero), color=OVERLAY[0][0], linewidth=0.8, label=label)
+        axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
 
 
 def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, samples: int = SAMPLES) -> Axes:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -115,7 +116,7 @@ class Findings:
         same = laws[:half] == laws[half:] and self.scene.impact_friction == other.impact_friction
         return same and np.array_equal(self.scene.force, other.force)
 
-    @property
+    @cached_property
     def moving(self) -> list[int]:
         """The dofs that move most at the end, at most four, in their order; those at rest are left out."""
         if self.last is None:
@@ -187,7 +188,7 @@ def findings(
     lines = None
     if cycle is not None and last is not None:
         lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-    elif last is not None and last.duration > 0.0:
+    elif last is not None and last.duration > 0.0 and settled != "equilibrium":
         lines = last.spectrum(begin=0.0)
     return Findings(
         scene=scene,

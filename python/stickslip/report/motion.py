@@ -48,8 +48,8 @@ def transient_section(found: Findings) -> str:
         dofs = [scene.dofs[k] for k in found.moving]
         with drawing.style():
             history = _panels(len(dofs), 1.25)
-            for axes, dof in zip(history.axes, dofs, strict=True):
-                portraits.displacement(axes, run, dof)
+            portraits.displacements(history.axes, run, dofs)
+            for axes in history.axes:
                 axes.label_outer()
         parts.append(
             figure(
@@ -233,15 +233,19 @@ def energy_section(found: Findings) -> str:
     ]
     rows = [[name, work if abs(work) > nothing else 0.0] for name, work in works]
     rows.append(["residual", balance.residual])
+    by_status = balance.contacts.sel(status=list(STATUSES))
+    works_of = {
+        name: by_status[name].transpose("contact", "status").to_numpy()
+        for name in ("time", "slider", "friction_heat", "work")
+    }
     by_contact = [
         [
             f"{label}, {NAMES[status]}",
-            *(1e3 * float(t.item()) for t in (at.time, at.slider, at.friction_heat, at.work)),
+            *(1e3 * float(works_of[name][i, k]) for name in ("time", "slider", "friction_heat", "work")),
         ]
-        for label in found.scene.contact_labels()
-        for status in STATUSES
-        for at in [balance.contacts.sel(contact=label, status=status)]
-        if float(at.time) > 0.0
+        for i, label in enumerate(found.scene.contact_labels())
+        for k, status in enumerate(STATUSES)
+        if works_of["time"][i, k] > 0.0
     ]
     return section(
         "energy",

@@ -146,9 +146,10 @@ def modes_section(found: Findings) -> str:
     labels = scene.contact_labels()
     columns = list(range(len(labels)))[:COLUMNS]
     rows = []
+    energies, powers = power.energy.to_numpy(), power.contact_power.transpose("contact", "mode").to_numpy()
     for order, k in enumerate(chosen, start=1):
-        energy = float(power.energy[k])
-        by_contact = power.contact_power.isel(mode=k).to_numpy()
+        energy = float(energies[k])
+        by_contact = powers[:, k]
         share = [float(by_contact[i]) / energy if energy > 0.0 else float("nan") for i in columns]
         rows.append(
             [
