@@ -19,7 +19,7 @@ def main() -> None:
     begin = time.perf_counter()
     diagram = ss.bifurcation(scene, friction=VALUES)
     elapsed = time.perf_counter() - begin
-    kinds, counts = np.unique(diagram.kind, return_counts=True)
+    kinds, counts = np.unique(diagram.data.kind, return_counts=True)
     found = ", ".join(f"{count} {kind}" for kind, count in zip(kinds, counts, strict=True))
     print(f"{VALUES.size} friction values, {VALUES[0]:g} to {VALUES[-1]:g}: {elapsed:.2f} s ({found})")
 

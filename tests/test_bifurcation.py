@@ -27,7 +27,9 @@ def block(speed=0.1, stiffness_damping=1e-4):
 
 def test_a_diagram_over_friction():
     values = np.array([0.69, 0.8, 1.5, 2.2, 3.0])
-    diagram = ss.bifurcation(ss.models.two_subsystems(), friction=values)
+    found = ss.bifurcation(ss.models.two_subsystems(), friction=values)
+    diagram = found.data
+    assert [cycle is None for cycle in found.cycles] == [True, False, False, False, False]
     assert list(diagram.kind.to_numpy()) == ["equilibrium", *["cycle"] * 4]
     assert list(diagram.period_doubled.to_numpy()) == [False, False, False, False, True]
     assert diagram.sequence.sel(friction=1.5) == "++ +d ++ s+ ss s+"
@@ -38,7 +40,7 @@ def test_a_diagram_over_friction():
     # Each value is computed by itself: alone it gives the same bits.
     alone = ss.bifurcation(ss.models.two_subsystems(), friction=values[3:4], stretch=0.5)
     again = ss.bifurcation(ss.models.two_subsystems(), friction=values[2:4], stretch=0.5)
-    assert float(alone.period[0]) == float(again.period[1])
+    assert float(alone.data.period[0]) == float(again.data.period[1])
 
 
 def test_the_doubling_point():
@@ -51,10 +53,10 @@ def test_the_doubling_point():
 
 def test_the_branch_goes_on_unstable_beyond_the_doubling():
     branch = ss.follow_branch(cycle_at(2.4), friction=np.array([2.4, 2.6, 3.0]))
-    assert list(branch.stable.to_numpy()) == [True, False, False]
-    assert branch.followed.all()
-    assert (np.abs(branch.period - branch.period[0]) < 1e-4).all()
-    assert (branch.multiplier.real.min("order") < -1.0).to_numpy()[1:].all()
+    assert list(branch.data.stable.to_numpy()) == [True, False, False]
+    assert branch.data.followed.all()
+    assert (np.abs(branch.data.period - branch.data.period[0]) < 1e-4).all()
+    assert (branch.data.multiplier.real.min("order") < -1.0).to_numpy()[1:].all()
 
 
 def test_a_touch_is_found_from_both_sides():
@@ -182,11 +184,11 @@ def test_coexisting_attractors_and_their_basins():
         position={"x1": [0.0, 5e-4]},
         velocity={"x1": [-0.5, -0.02, 0.0]},
     )
-    attractors = found.attrs["attractors"]
+    attractors = found.attractors
     assert sorted(type(attractor).__name__ for attractor in attractors) == ["Cycle", "str"]
     assert "equilibrium" in attractors
     rest = attractors.index("equilibrium")
-    assert (found.to_numpy() == rest).tolist() == [[False, True, True], [False, True, True]]
+    assert (found.map.to_numpy() == rest).tolist() == [[False, True, True], [False, True, True]]
 
 
 def loaded_block(speed=0.1):
@@ -209,10 +211,10 @@ def test_a_fold_of_a_bi_stable_scene():
     run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5}), 2.0)
     cycle = run.limit_cycle(3.0)
     branch = ss.trace_branch(cycle, slider_speed=(0.1, 0.05), points=150)
-    (fold,) = branch.attrs["folds"]
+    (fold,) = branch.folds
     assert fold.kind == "fold"
     assert abs(fold.multiplier - 1.0) <= 1e-8
-    speeds, stable = branch.slider_speed.to_numpy(), branch.stable.to_numpy()
+    speeds, stable = branch.data.slider_speed.to_numpy(), branch.data.stable.to_numpy()
     turn = int(np.argmin(speeds))
     assert speeds[turn] == pytest.approx(fold.value, abs=1e-4)
     assert speeds.min() >= fold.value
@@ -221,7 +223,7 @@ def test_a_fold_of_a_bi_stable_scene():
     assert (np.diff(speeds[turn + 1 : turn + 20]) > 0.0).all()
     assert stable[: turn - 1].all()
     assert not stable[turn + 2 : turn + 20].any()
-    assert branch.followed.to_numpy()[turn - 10 : turn + 10].all()
+    assert branch.data.followed.to_numpy()[turn - 10 : turn + 10].all()
     # Past the fold there is no such orbit; before it there are two, with multipliers on either side of 1.
     with pytest.raises(ss.OrbitError):
         fold.cycle.continued(loaded_block(fold.value - 1e-3))
@@ -230,7 +232,7 @@ def test_a_fold_of_a_bi_stable_scene():
         int(np.argmin(np.abs(speeds[: turn + 1] - above))),
         turn + 1 + int(np.argmin(np.abs(speeds[turn + 1 : turn + 20] - above))),
     ]
-    largest = [branch.attrs["cycles"][k].transverse_multipliers.real.max() for k in sides]
+    largest = [branch.cycles[k].transverse_multipliers.real.max() for k in sides]
     assert largest[0] < 1.0 < largest[1]
     # The same fold from the walk over values.
     points = ss.branch_points(cycle, slider_speed=(0.1, 0.08), steps=10)
@@ -244,7 +246,7 @@ def test_hysteresis_over_slider_speed():
     moving = lambda scene: ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.5})  # noqa: E731
     up = ss.bifurcation(block(), slider_speed=speeds, follow=True, start=moving)
     down = ss.bifurcation(block(), slider_speed=speeds[::-1], follow=True)
-    kinds_up, kinds_down = up.kind.to_numpy(), down.kind.to_numpy()[::-1]
+    kinds_up, kinds_down = up.data.kind.to_numpy(), down.data.kind.to_numpy()[::-1]
     assert kinds_up[0] == "cycle"
     assert kinds_up[-1] == kinds_down[-1] == "equilibrium"
     assert ((kinds_up == "cycle") & (kinds_down == "equilibrium")).any()

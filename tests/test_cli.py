@@ -5,6 +5,7 @@ import io
 import json
 import os
 import signal
+import struct
 import subprocess
 import sys
 import threading
@@ -84,6 +85,22 @@ def test_modes(brake):
     assert [float(row["shape_imag_x3"]) for row in rows] == modes.shapes[2].imag.tolist()
     table = run("modes", brake, "--all").stdout
     assert "ss      113.14 258.47 326.10 582.02" in " ".join(table.split()).replace("ss 1", "ss      1")
+
+
+def test_modes_are_drawn_as_asked(brake, tmp_path):
+    target = tmp_path / "modes.png"
+    sizes = {}
+    for dpi in (100, 300):
+        run("modes", brake, "--plot", target, "--modes", "1,3", "--dpi", dpi)
+        # Width and height stand in the header of a PNG.
+        sizes[dpi] = struct.unpack(">II", target.read_bytes()[16:24])
+    assert sizes[300] == pytest.approx(3.0 * np.array(sizes[100]), abs=3)
+    run("modes", brake, "--plot", target)
+    assert struct.unpack(">II", target.read_bytes()[16:24])[0] == 2700
+    assert "--modes goes with --plot" in run("modes", brake, "--modes", "1", code=2).stderr
+    refused = run("modes", brake, "--plot", target, "--modes", "1,99", code=2).stderr
+    assert "the scene has the modes 1 to 6, got [99]" in refused
+    assert "expected numbers of modes" in run("modes", brake, "--modes", "0", code=2).stderr
 
 
 def test_sweep(brake, tmp_path):
@@ -185,6 +202,9 @@ def test_figures(tmp_path):
     written = sorted((tmp_path / "new" / "folder").iterdir())
     assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]
     assert all("<svg" in path.read_text()[:1000] for path in written)
+    run("figures", 2, "--out", tmp_path, "--format", "png")
+    # A column of a journal, 85 mm, at 300 points per inch.
+    assert struct.unpack(">I", (tmp_path / "figure-02.png").read_bytes()[16:20])[0] == int(85 / 25.4 * 300)
     assert "16 is not in the range 2<=x<=15" in run("figures", 16, code=2).stderr
 
 

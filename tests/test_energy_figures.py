@@ -32,6 +32,20 @@ def test_energy_history_of_a_cycle(cycle):
     assert len(status.collections) == 2 + 5
 
 
+def test_every_flow_has_a_colour_of_its_own():
+    """Of the cycle at friction 1.5, whose contact 1 lifts off and strikes."""
+    scene = ss.models.two_subsystems()
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    balance = run.limit_cycle().balance()
+    assert balance.impact_loss > 0.0
+    axes = energy_figures.energy_flow(balance).axes[0]
+    names = [text.get_text().split("\n")[0] for text in axes.texts][:-1]
+    colours = [patch.get_facecolor() for patch in axes.patches][: len(names)]
+    owners = {name.removeprefix("slider of ").removeprefix("friction heat of ") for name in names}
+    assert {"impacts", "dampers", "contact 0", "contact 1"} <= owners
+    assert len(set(colours)) == len(owners)
+
+
 def test_energy_flow_is_in_proportion(cycle):
     balance = cycle.balance()
     figure = energy_figures.energy_flow(balance)

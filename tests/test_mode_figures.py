@@ -28,10 +28,38 @@ def test_shapes_show_every_mode():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
     figure = mode_figures.shapes(modes)
     titles = [axes.get_title() for axes in figure.axes]
-    assert titles[:2] == ["91.56 Hz", "112.20 Hz"]
+    assert titles[:2] == ["mode 1: 91.56 Hz", "mode 2: 112.20 Hz"]
     heights = [bar.get_height() for bar in figure.axes[0].patches]
     assert np.abs(heights).max() == pytest.approx(1.0)
     assert np.abs(heights) == pytest.approx(np.abs(modes.shapes[:, 0]), abs=1e-15)
+
+
+def test_shapes_of_a_long_chain_are_few():
+    part = ss.models.Subsystem(
+        upper_mass=0.3,
+        contact_mass=0.3,
+        inclination=0.3,
+        vertical_stiffness=4.5e5,
+        horizontal_stiffness=3e5,
+        ceiling_stiffness=6e4,
+    )
+    link = ss.models.Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)
+    chain = ss.models.chain([part] * 10, [link] * 9, wall_stiffness=1.8e6, friction=0.4, slider_speed=0.025)
+    modes = ss.complex_modes(chain)
+    upper = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
+    figure = mode_figures.shapes(modes)
+    numbers = [int(axes.get_title().split()[1].rstrip(":")) for axes in figure.axes]
+    assert len(numbers) == mode_figures.MOST < upper.size
+    growth = modes.eigenvalues[upper].real
+    assert growth[np.array(numbers) - 1].min() >= np.delete(growth, np.array(numbers) - 1).max()
+    # One artist for all dofs, with as many lines as there are dofs.
+    assert not figure.axes[0].patches
+    assert len(figure.axes[0].collections[0].get_paths()) == chain.size
+    assert figure.get_figheight() < 8.0
+    chosen = [axes.get_title() for axes in mode_figures.shapes(modes, [2, 1]).axes if axes.get_visible()]
+    assert [title.split(":")[0] for title in chosen] == ["mode 2", "mode 1"]
+    with pytest.raises(ss.InputError, match=r"numbers: expected modes in 1\.\.\d+, got \[0\]"):
+        mode_figures.shapes(modes, [0])
 
 
 def test_orbits_show_the_motion():

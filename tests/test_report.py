@@ -1,6 +1,7 @@
 """The report says what the package computes, whatever the scene does."""
 
 import re
+from functools import partial
 from html.parser import HTMLParser
 
 import numpy as np
@@ -202,6 +203,36 @@ def test_only_the_published_matrices_are_the_published_model():
     assert published_inclinations(ss.models.two_subsystems(damping=2e-4)) is None
     assert published_inclinations(ss.models.two_subsystems(labels="printed")) is None
     assert published_inclinations(belt()) is None
+
+
+def test_the_paper_belongs_to_its_own_scenes():
+    def of_the_paper(scene):
+        return findings(scene, "x", settings={"duration": 0.01}).of_the_paper
+
+    assert of_the_paper(ss.models.two_subsystems(friction=2.2, slider_speed=0.05))
+    assert not of_the_paper(ss.models.two_subsystems(friction=0.6))
+    assert not of_the_paper(ss.models.two_subsystems(preload_displacement=2e-3))
+    assert not of_the_paper(belt())
+
+
+def test_the_parameter_of_the_sweep_is_followed():
+    model = partial(ss.models.two_subsystems, friction=0.5)
+    found = findings(
+        model(), "x", settings={"duration": 0.01}, model=model, over={"wall_stiffness": [1.8e6, 1.9e6]}
+    )
+    assert found.parameter == "wall_stiffness"
+    assert found.loci.wall_stiffness.to_numpy().tolist() == [1.8e6, 1.9e6]
+    assert "Stability over wall stiffness" in page(found, published=False)
+
+
+def test_nothing_is_searched_where_every_mode_decays(monkeypatch):
+    def search(*_, **__):
+        raise AssertionError("a limit cycle was looked for")
+
+    monkeypatch.setattr(ss.Trajectory, "limit_cycle", search)
+    found = findings(ss.models.two_subsystems(friction=0.3), "x", settings={"duration": 0.2})
+    assert found.settled == "equilibrium"
+    assert "every mode decays" in found.reasons["cycle"]
 
 
 def test_the_verb_writes_the_page(tmp_path):

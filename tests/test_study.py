@@ -196,6 +196,11 @@ def test_a_store_holds_one_writer_and_nothing_else(tmp_path: Path) -> None:
         models.verdicts().run(tmp_path / "notes")
     study = models.verdicts()
     study.run(tmp_path / "x.zarr")
+    with (
+        store.opened(tmp_path / "x.zarr", study._layout(), 8),
+        pytest.raises(ss.StoreError, match="another process or thread is writing"),
+    ):
+        study.run(tmp_path / "x.zarr")
     holder = (
         "import sys, time; sys.path.insert(0, sys.argv[2]); import study_models as m;"
         "from stickslip.study import store; s = m.verdicts();"

@@ -52,12 +52,16 @@ def datasets():
         "stability": ss.stability(model, friction=[0.5, 1.5]),
         "bifurcation": ss.bifurcation(scene, friction=[1.5, 1.6]),
         "follow_branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
+        "trace_branch": ss.trace_branch(cycle, friction=(1.5, 1.51), points=3),
         "basins": ss.basins(scene, run.start, position={"x1": [0.0]}, velocity={"x2": [0.0, 1e-4]}),
     }
 
 
 def missing(array):
-    dataset = array.to_dataset(name=str(array.name)) if isinstance(array, xr.DataArray) else array
+    if isinstance(array, xr.DataArray):
+        dataset = array.to_dataset(name=str(array.name))
+    else:
+        dataset = array if isinstance(array, xr.Dataset) else array.to_dataset()
     # Whole numbers count or point at something, texts and flags name it.
     return [
         str(name)
@@ -81,7 +85,7 @@ def test_some_units_by_value(datasets):
     assert sweep.slider_speed_1.units == "m/s"
     assert sweep.derivative.units == "1/s/(m/s)"
     assert datasets["sweep of a model"].wall_stiffness.units == "N/m"
-    assert datasets["basins"].velocity_x2.units == "m/s"
+    assert datasets["basins"].map.velocity_x2.units == "m/s"
     assert datasets["energy"].contact_power.units == "W"
     assert datasets["sensitivity"].unit.values.tolist() == ["1"]
 

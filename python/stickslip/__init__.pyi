@@ -3,10 +3,10 @@
 from stickslip import energy_figures, figures, mode_figures, models, paper, portraits, study
 from stickslip.arclength import trace_branch
 from stickslip.attractors import disturbed_sliding
-from stickslip.basins import basins
+from stickslip.basins import Basins, basins
 from stickslip.batch import Outcome, simulate_many
-from stickslip.bifurcation import bifurcation
-from stickslip.branch import BranchPoint, follow_branch
+from stickslip.bifurcation import Bifurcation, bifurcation
+from stickslip.branch import Branch, BranchPoint, follow_branch
 from stickslip.branch_points import branch_points
 from stickslip.case import Case, load_case, load_scene
 from stickslip.contact import Contact
@@ -46,6 +46,9 @@ __version__: str
 __all__ = [
     "Accumulation",
     "Balance",
+    "Basins",
+    "Bifurcation",
+    "Branch",
     "BranchPoint",
     "Case",
     "Contact",

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.optimize
-import xarray as xr
 
 from stickslip import _core
 from stickslip.arrays import Real, real_number, whole_number
 from stickslip.bifurcation import table
-from stickslip.branch import BranchPoint, Placed
+from stickslip.branch import Branch, BranchPoint, Placed
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
 from stickslip.path import Model, SceneAt, between
@@ -44,7 +43,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Branch:
+class Curve:
     """The scenes of a branch over a parameter of which `unit` is the range."""
 
     scene_at: SceneAt
@@ -114,7 +113,7 @@ def trace_branch(
     step: float = 0.02,
     points: int = 200,
     **parameter: Any,
-) -> xr.Dataset:
+) -> Branch:
     """Return the branch of periodic orbits through a cycle, along its own length and around its folds.
 
     Orbit, period and parameter are unknown together (pseudo-arclength, Keller 1977; the equations stand in
@@ -137,10 +136,9 @@ def trace_branch(
 
     Returns
     -------
-    xarray.Dataset
-        Over ``point``, with the parameter as a coordinate: as `follow_branch`. The attribute ``folds`` holds
-        a `BranchPoint` for every fold, whose critical multiplier is 1 to 1e-8; ``end`` says why the trace
-        ends: ``range``, ``points``, or ``sequence`` where the sequence of events has no orbit any more.
+    Branch
+        Its `data` over ``point``, with the parameter as a coordinate: as `follow_branch`. The critical
+        multiplier of its `folds` is 1 to 1e-8.
 
     Raises
     ------
@@ -156,41 +154,41 @@ def trace_branch(
     source = cycle.scene if model is None else model
     name, begin, end, scene_at = between(source, parameter)
     low, high = min(begin, end), max(begin, end)
-    branch = Branch(scene_at, high - low)
+    curve = Curve(scene_at, high - low)
     first = cycle.continued(scene_at(begin))
-    place = branch.begin(first.core.orbit(), begin, 1.0 if end > begin else -1.0)
+    place = curve.begin(first.core.orbit(), begin, 1.0 if end > begin else -1.0)
     placed: list[Placed] = [(begin, first)]
     folds: list[BranchPoint] = []
-    length, why = longest, "points"
+    length = longest
+    why: Literal["range", "points", "sequence"] = "points"
     while len(placed) < points:
-        further = _further(branch, place, length)
+        further = _further(curve, place, length)
         if further is None:
             why = "sequence"
             break
         after, length = further
         if place.tangent[1] * after.tangent[1] < 0.0:
-            folds.append(branch.fold(name, place, length))
+            folds.append(curve.fold(name, place, length))
         if not low <= after.value <= high:
             why = "range"
             break
         place = after
-        placed.append((place.value, branch.cycle(place)))
+        placed.append((place.value, curve.cycle(place)))
         length = min(GROWTH * length, longest)
     values = np.array([value for value, _ in placed])
     cycles = [orbit for _, orbit in placed]
-    result = table("point", np.arange(values.size, dtype=float), cycles, {}).assign_coords(
+    result = table("point", np.arange(values.size), cycles, {}).assign_coords(
         {name: ("point", values, parameter_units(source, name))}
     )
     result["followed"] = ("point", [orbit.is_followed() for orbit in cycles])
-    result.attrs.update(folds=tuple(folds), end=why)
-    return result
+    return Branch(result, tuple(cycles), tuple(folds), why)
 
 
-def _further(branch: Branch, place: Place, length: float) -> tuple[Place, float] | None:
+def _further(curve: Curve, place: Place, length: float) -> tuple[Place, float] | None:
     """Return the next place and its distance, at most `length`; None where the branch ends."""
     while length > SHORTEST:
         try:
-            after = branch.beyond(place, length)
+            after = curve.beyond(place, length)
         except OrbitError:
             length *= 0.5
             continue
@@ -204,16 +202,16 @@ def fold_near(
     name: str, before: Placed, towards: float, unit: float, scene_at: SceneAt
 ) -> BranchPoint | None:
     """Return the fold that a branch comes to shortly after an orbit; None if it goes on."""
-    branch = Branch(scene_at, unit)
+    curve = Curve(scene_at, unit)
     value, cycle = before
-    place = branch.begin(cycle.core.orbit(), value, towards)
+    place = curve.begin(cycle.core.orbit(), value, towards)
     length = FIRST
     for _ in range(TRIED):
-        further = _further(branch, place, length)
+        further = _further(curve, place, length)
         if further is None:
             return None
         after, length = further
         if place.tangent[1] * after.tangent[1] < 0.0:
-            return branch.fold(name, place, length)
+            return curve.fold(name, place, length)
         place, length = after, GROWTH * length
     return None

@@ -10,7 +10,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.arrays import real_number
 from stickslip.errors import InputError
-from stickslip.modes import complex_modes
+from stickslip.modes import Modes, complex_modes
 from stickslip.scene import Scene
 from stickslip.state import State, sliding_equilibrium
 
@@ -46,7 +46,11 @@ def disturbed_sliding(scene: Scene) -> State:
         If there is no sliding equilibrium.
     """
     start = sliding_equilibrium(scene)
-    modes = complex_modes(scene, start.combination)
+    return set_in_motion(scene, start, complex_modes(scene, start.combination))
+
+
+def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
+    """Return what `disturbed_sliding` does from a sliding equilibrium whose modes are known already."""
     shape = modes.shapes[:, int(np.argmax(modes.eigenvalues.real))].real
     slips = [
         abs(float(scene.tangential_direction(i) @ shape)) / abs(contact.slider_speed)

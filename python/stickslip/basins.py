@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ import xarray as xr
 
 from stickslip.arrays import real_array
 from stickslip.attractors import LOOKS, described, is_valid, positive_time, settled, stretch_of
+from stickslip.bifurcation import table
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, SearchInterrupted
 from stickslip.scene import Scene
@@ -20,6 +22,34 @@ SAME = 1e-6
 OUTSIDE, UNKNOWN = -1, -2
 
 
+@dataclass(frozen=True, repr=False, eq=False)
+class Basins:
+    """Which attractor is reached over two initial coordinates.
+
+    Attributes
+    ----------
+    map
+        Index into `attractors` (first, second), -1 where the start violates its combination, -2 where an
+        interrupt came before.
+    attractors
+        In order of appearance: a `Cycle`, or a word for anything else.
+    """
+
+    map: xr.DataArray
+    attractors: tuple[Cycle | str, ...]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the map as ``reached``; over ``attractor`` its ``kind`` and cycle as in `bifurcation`."""
+        cycles = [None if isinstance(reached, str) else reached for reached in self.attractors]
+        kinds = [reached if isinstance(reached, str) else "cycle" for reached in self.attractors]
+        listed = table("attractor", np.arange(len(cycles)), cycles, {})
+        return listed.assign(kind=("attractor", np.array(kinds, dtype=str)), reached=self.map)
+
+    def __repr__(self) -> str:
+        listed = "\n".join(f"  {k}: {reached!r}" for k, reached in enumerate(self.attractors))
+        return f"Basins of {len(self.attractors)} attractors\n{listed}\n{self.map!r}"
+
+
 def basins(
     scene: Scene,
     start: State,
@@ -28,7 +58,7 @@ def basins(
     velocity: dict[str, Any] | None = None,
     stretch: float | None = None,
     limit: float | None = None,
-) -> xr.DataArray:
+) -> Basins:
     """Return which attractor is reached over two initial coordinates.
 
     Parameters
@@ -44,9 +74,8 @@ def basins(
 
     Returns
     -------
-    xarray.DataArray
-        Index of the attractor (first, second), -1 where the start violates its combination. The attribute
-        ``attractors`` lists them in order of appearance: a `Cycle`, or a word for anything else.
+    Basins
+        The map and the attractors.
 
     Raises
     ------
@@ -90,15 +119,15 @@ def basins(
             names[0]: (names[0], first, {"units": "m" if kind_a == "position" else "m/s"}),
             names[1]: (names[1], second, {"units": "m" if kind_b == "position" else "m/s"}),
         },
-        name="attractor",
-        attrs={"attractors": tuple(attractors)},
+        name="reached",
     )
+    result = Basins(labelled, tuple(attractors))
     if isinstance(interruption, KeyboardInterrupt):
         done = sum(outcome is not None for outcome in found)
-        raise SearchInterrupted(labelled, done, len(valid)) from None
+        raise SearchInterrupted(result, done, len(valid)) from None
     if interruption is not None:
         raise interruption
-    return labelled
+    return result
 
 
 def _displaced(state: State, kind: str, dof: str, amount: float) -> State:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from stickslip.arrays import Real
+from stickslip.arrays import Index, Real
 from stickslip.attractors import (
     LOOKS,
     Outcome,
@@ -27,6 +28,30 @@ from stickslip.state import State
 from stickslip.units import parameter_units
 
 
+@dataclass(frozen=True, repr=False, eq=False)
+class Bifurcation:
+    """What motions settle to over a parameter.
+
+    Attributes
+    ----------
+    data
+        The numbers, see `bifurcation`.
+    cycles
+        The `Cycle` at every value of the parameter; None where there is none.
+    """
+
+    data: xr.Dataset
+    cycles: tuple[Cycle | None, ...]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers."""
+        return self.data
+
+    def __repr__(self) -> str:
+        found = sum(cycle is not None for cycle in self.cycles)
+        return f"Bifurcation: {found} cycles at {len(self.cycles)} values\n{self.data!r}"
+
+
 def bifurcation(
     model: Model,
     *,
@@ -35,7 +60,7 @@ def bifurcation(
     stretch: float | None = None,
     limit: float | None = None,
     **parameter: Any,
-) -> xr.Dataset:
+) -> Bifurcation:
     """Return what motions settle to over a parameter.
 
     Every motion is simulated until it recurs, and the recurrence is refined to a periodic orbit by Newton's
@@ -62,14 +87,13 @@ def bifurcation(
 
     Returns
     -------
-    xarray.Dataset
-        Over the parameter: ``kind`` (``cycle``, or what `NotPeriodicError` calls it); of cycles, else nan or
-        empty: ``period`` s, ``main_frequency`` Hz, ``period_doubled``, ``stable``, ``sequence`` of
-        combinations, ``largest_multiplier`` (modulus, without the one that is 1), complex ``multiplier``
+    Bifurcation
+        Its `data` over the parameter: ``kind`` (``cycle``, or what `NotPeriodicError` calls it); of cycles,
+        else nan or empty: ``period`` s, ``main_frequency`` Hz, ``period_doubled``, ``stable``, ``sequence``
+        of combinations, ``largest_multiplier`` (modulus, without the one that is 1), complex ``multiplier``
         (parameter, order), ``amplitude``, ``minimum``, ``maximum`` (parameter, dof) m; of others ``exponent``
         and ``exponent_error``, the largest Lyapunov exponent across the flow and its standard error, 1/s;
-        ``restarted``. The attribute ``cycles`` holds the
-        `Cycle` of every value, or None.
+        ``restarted``. Its `cycles` are the `Cycle` of every value, or None.
 
     Raises
     ------
@@ -91,7 +115,7 @@ def bifurcation(
         restarted = np.zeros(values.size, dtype=bool)
     done = [k for k, outcome in enumerate(found) if outcome is not None]
     result = _diagram(model, name, values[done], [scenes[k] for k in done], [found[k] for k in done])
-    result["restarted"] = (name, restarted[done])
+    result.data["restarted"] = (name, restarted[done])
     if isinstance(interruption, KeyboardInterrupt):
         raise SearchInterrupted(result, len(done), values.size) from None
     if interruption is not None:
@@ -101,7 +125,7 @@ def bifurcation(
 
 def _diagram(
     model: Model, name: str, values: Real, scenes: list[Scene], found: list[Outcome | None]
-) -> xr.Dataset:
+) -> Bifurcation:
     cycles: list[Cycle | None] = []
     kinds, exponents, errors = [], [], []
     for scene, outcome in zip(scenes, found, strict=True):
@@ -115,7 +139,7 @@ def _diagram(
     result["kind"] = (name, np.array(kinds, dtype=str))
     result["exponent"] = (name, np.array(exponents), {"units": "1/s"})
     result["exponent_error"] = (name, np.array(errors), {"units": "1/s"})
-    return result
+    return Bifurcation(result, tuple(cycles))
 
 
 def _followed(
@@ -143,10 +167,12 @@ def _followed(
     return found, restarted, None
 
 
-def table(name: str, values: Real, cycles: Sequence[Cycle | None], units: dict[str, str]) -> xr.Dataset:
+def table(
+    name: str, values: Real | Index, cycles: Sequence[Cycle | None], units: dict[str, str]
+) -> xr.Dataset:
     """Return cycles over a parameter as one dataset; nan, False or empty where there is none."""
     scene = next((cycle.scene for cycle in cycles if cycle is not None), None)
-    dofs = [] if scene is None else list(scene.dofs)
+    dofs = np.array([] if scene is None else scene.dofs, dtype=str)
     width = max((cycle.multipliers.size for cycle in cycles if cycle is not None), default=0)
 
     def column(of: Callable[[Cycle], Any], missing: Any) -> Any:
@@ -160,7 +186,7 @@ def table(name: str, values: Real, cycles: Sequence[Cycle | None], units: dict[s
     def largest(cycle: Cycle) -> float:
         return float(np.abs(cycle.transverse_multipliers).max(initial=0.0))
 
-    nothing = np.full(len(dofs), np.nan)
+    nothing = np.full(dofs.size, np.nan)
     rows: dict[str, Any] = {
         "period": (name, column(lambda c: c.period, np.nan), {"units": "s"}),
         "main_frequency": (name, column(lambda c: c.main_frequency(), np.nan), {"units": "Hz"}),
@@ -179,4 +205,4 @@ def table(name: str, values: Real, cycles: Sequence[Cycle | None], units: dict[s
     for key, cells in (("minimum", lowest), ("maximum", highest), ("amplitude", 0.5 * (highest - lowest))):
         rows[key] = ((name, "dof"), cells, {"units": "m"})
     coords = {name: (name, values, units), "dof": dofs}
-    return xr.Dataset(rows, coords=coords, attrs={"cycles": tuple(cycles)})
+    return xr.Dataset(rows, coords=coords)

@@ -56,7 +56,38 @@ class BranchPoint:
         return f"BranchPoint({place}, contact {self.contact}: {self.event}, {self.cycle.frequency:.6g} Hz)"
 
 
-def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) -> xr.Dataset:
+@dataclass(frozen=True, repr=False, eq=False)
+class Branch:
+    """A branch of periodic orbits over a parameter.
+
+    Attributes
+    ----------
+    data
+        The numbers, see `follow_branch` and `trace_branch`.
+    cycles
+        The orbits, stable or not; None at values that the branch does not reach.
+    folds
+        Where the branch turns back; `follow_branch` does not look for them.
+    end
+        Why it ends: ``range`` (the last value was reached), ``points``, ``sequence`` (the sequence of events
+        has no orbit any more) or, of `follow_branch` alone, ``lost``: Newton's method finds no further orbit.
+    """
+
+    data: xr.Dataset
+    cycles: tuple[Cycle | None, ...]
+    folds: tuple[BranchPoint, ...]
+    end: Literal["range", "points", "sequence", "lost"]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers; folds and end are not among them."""
+        return self.data
+
+    def __repr__(self) -> str:
+        found = sum(cycle is not None for cycle in self.cycles)
+        return f"Branch: {found} orbits, {len(self.folds)} folds, end: {self.end}\n{self.data!r}"
+
+
+def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) -> Branch:
     """Return the branch of periodic orbits through a cycle, stable or not.
 
     The sequence of events stays that of the cycle; Newton's method solves its equations at each value from
@@ -73,9 +104,10 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
 
     Returns
     -------
-    xarray.Dataset
-        As `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene hold all
-        along the orbit. nan beyond a fold, where the branch turns back (`trace_branch` goes around it).
+    Branch
+        Its `data` as `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene
+        hold all along the orbit. nan beyond a fold, where the branch turns back (`trace_branch` goes around
+        it).
 
     Raises
     ------
@@ -95,7 +127,7 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
     orbits += [None] * (values.size - len(orbits))
     result = table(name, values, orbits, parameter_units(cycle.scene if model is None else model, name))
     result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
-    return result
+    return Branch(result, tuple(orbits), (), "lost" if orbits[-1] is None else "range")
 
 
 def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:

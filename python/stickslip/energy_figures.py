@@ -23,6 +23,12 @@ SAMPLES = 2001
 KINETIC, ELASTIC = "#ddaa33", "#bbccee"
 EXTERNAL, DAMPING, RATE = "#228833", "#882255", "black"
 CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
+IMPACTS = "#777777"
+#: Half the width of the box in the middle of a flow diagram, of half its width: its words fit.
+BOX = 0.2
+
+#: What flows, J, under which name and in which colour.
+Flow = tuple[str, float, str]
 
 
 def energy_history(run: Trajectory, t0: float = 0.0, t1: float | None = None) -> Figure:
@@ -41,7 +47,7 @@ def energy_history(run: Trajectory, t0: float = 0.0, t1: float | None = None) ->
     times = np.linspace(t0, end, SAMPLES)
     flow = run.energy(times)
     figure = Figure(figsize=(9.0, 8.0), layout="constrained")
-    heights = [3.0, 2.0, 3.0, 0.35 * len(run.scene.contacts) + 0.3]
+    heights = [3.0, 2.0, 3.0, 0.35 * min(len(run.scene.contacts), len(CONTACT)) + 0.3]
     stored, rate, powers, status = figure.subplots(4, 1, sharex=True, height_ratios=heights)
     stored_energy(stored, flow)
     energy_rate(rate, flow)
@@ -80,10 +86,18 @@ def energy_rate(axes: Axes, flow: xr.Dataset) -> Axes:
 
 
 def power_terms(axes: Axes, flow: xr.Dataset) -> Axes:
-    """Draw the powers through every contact, of constant forces and of dampers; returns the axes."""
-    for label, colour in zip(flow.contact.to_numpy(), itertools.cycle(CONTACT), strict=False):
-        power = flow.contact_power.sel(contact=label)
-        axes.plot(flow.time, power, color=colour, linewidth=1.2, label=f"contact {label}")
+    """Draw the powers through contacts, of constant forces and of dampers; returns the axes.
+
+    Of more than four contacts the three of largest power are drawn, and the sum of the others.
+    """
+    labels, powers = flow.contact.to_numpy(), flow.contact_power.transpose("contact", "time").to_numpy()
+    shown = leading_contacts(flow)
+    curves = [(f"contact {labels[i]}", powers[i]) for i in shown]
+    if len(shown) < labels.size:
+        others = np.setdiff1d(np.arange(labels.size), shown)
+        curves.append((f"{others.size} other contacts", powers[others].sum(axis=0)))
+    for (name, power), colour in zip(curves, CONTACT, strict=False):
+        axes.plot(flow.time, power, color=colour, linewidth=1.2, label=name)
     axes.plot(flow.time, flow.external_power, color=EXTERNAL, linewidth=0.9, linestyle="-.", label="external")
     axes.plot(flow.time, -flow.damping_power, color=DAMPING, linewidth=0.9, linestyle=":", label="-damping")
     axes.axhline(0.0, color="black", linewidth=0.4)
@@ -93,9 +107,10 @@ def power_terms(axes: Axes, flow: xr.Dataset) -> Axes:
 
 
 def status_strip(axes: Axes, flow: xr.Dataset) -> Axes:
-    """Draw the status of every contact as a strip; returns the axes."""
-    time, labels = flow.time.to_numpy(), flow.contact.to_numpy()
-    for contact in range(labels.size):
+    """Draw the status of contacts as strips, those of `power_terms`; returns the axes."""
+    time, shown = flow.time.to_numpy(), leading_contacts(flow)
+    labels = flow.contact.to_numpy()[shown]
+    for place, contact in enumerate(shown):
         letters = np.array([str(combination)[contact] for combination in flow.combination.to_numpy()])
         changes = np.flatnonzero(letters[1:] != letters[:-1]) + 1
         for first, last in itertools.pairwise([0, *changes, time.size - 1]):
@@ -103,39 +118,55 @@ def status_strip(axes: Axes, flow: xr.Dataset) -> Axes:
             if width == 0.0:
                 continue
             letter = letters[first]
-            axes.broken_barh([(time[first], width)], (contact - 0.4, 0.8), facecolors=COLOURS[letter])
+            axes.broken_barh([(time[first], width)], (place - 0.4, 0.8), facecolors=COLOURS[letter])
             if width > 0.02 * (time[-1] - time[0]):
-                axes.text(time[first] + 0.5 * width, contact, letter, ha="center", va="center", fontsize=8)
+                axes.text(time[first] + 0.5 * width, place, letter, ha="center", va="center", fontsize=8)
     axes.set(yticks=range(labels.size), yticklabels=[f"contact {label}" for label in labels])
+    axes.invert_yaxis()
     return axes
+
+
+def leading_contacts(flow: xr.Dataset) -> list[int]:
+    """Return all contacts, of more than four the three of largest power, in their order."""
+    power = np.abs(flow.contact_power.transpose("contact", "time").to_numpy()).max(axis=1)
+    if power.size <= len(CONTACT):
+        return list(range(power.size))
+    return sorted(int(i) for i in np.argsort(-power, kind="stable")[: len(CONTACT) - 1])
 
 
 def energy_flow(balance: Balance) -> Figure:
     """Return where the energy of an interval comes from and goes as a flow diagram, widths proportional.
 
-    Sliders on the left; friction heat, dampers and impacts on the right. What the constant forces bring and
-    what is stored is drawn on the side on which it counts; flows below 1e-9 of the largest are left out.
+    Sliders on the left; friction heat, dampers and impacts on the right; one colour for each contact, and one
+    for each of the others. Of more than four contacts the three with most friction heat are shown, and the
+    others as one. What the constant forces bring and what is stored is drawn on the side on which it counts;
+    flows below 1e-9 of the largest are left out.
     """
     contacts = balance.contacts
-    labels = [str(label) for label in contacts.contact.to_numpy()]
+    labels = [f"contact {label}" for label in contacts.contact.to_numpy()]
     slider = contacts.slider.sum("status").to_numpy() + contacts.impact_slider.to_numpy()
     heat = contacts.friction_heat.sum("status").to_numpy() + contacts.impact_friction.to_numpy()
-    inputs: list[tuple[str, float]] = []
-    outputs: list[tuple[str, float]] = []
+    if len(labels) > len(CONTACT):
+        most = np.sort(np.argsort(-heat, kind="stable")[: len(CONTACT) - 1])
+        others = np.setdiff1d(np.arange(len(labels)), most)
+        labels = [*(labels[i] for i in most), f"{others.size} other contacts"]
+        slider, heat = (np.append(works[most], works[others].sum()) for works in (slider, heat))
+    inputs: list[Flow] = []
+    outputs: list[Flow] = []
 
-    def add(name: str, value: float, colour_side: bool = True) -> None:
-        side = inputs if (value > 0.0) == colour_side else outputs
-        side.append((name, abs(value)))
+    def add(name: str, value: float, colour: str, brings: bool = True) -> None:
+        side = inputs if (value > 0.0) == brings else outputs
+        side.append((name, abs(value), colour))
 
-    for label, work in zip(labels, slider, strict=True):
-        add(f"slider of contact {label}", float(work))
-    add("constant forces", balance.external)
-    for label, lost in zip(labels, heat, strict=True):
-        add(f"friction heat of contact {label}", float(lost), False)
-    add("dampers", balance.damping, False)
-    add("impacts", balance.impact_loss, False)
-    add("stored" if balance.stored > 0.0 else "from the store", balance.stored, False)
-    scale = max(sum(value for _, value in inputs), sum(value for _, value in outputs))
+    for label, work, colour in zip(labels, slider, CONTACT, strict=False):
+        add(f"slider of {label}", float(work), colour)
+    add("constant forces", balance.external, EXTERNAL)
+    for label, lost, colour in zip(labels, heat, CONTACT, strict=False):
+        add(f"friction heat of {label}", float(lost), colour, False)
+    add("dampers", balance.damping, DAMPING, False)
+    add("impacts", balance.impact_loss, IMPACTS, False)
+    add("stored" if balance.stored > 0.0 else "from the store", balance.stored, ELASTIC, False)
+    scale = max(sum(value for _, value, _ in side) for side in (inputs, outputs))
     visible = [[flow for flow in side if flow[1] > 1e-9 * scale] for side in (inputs, outputs)]
     figure = Figure(figsize=(9.0, 5.0), layout="constrained")
     axes = figure.subplots()
@@ -146,19 +177,16 @@ def energy_flow(balance: Balance) -> Figure:
     return figure
 
 
-def _bands(
-    axes: Axes, inputs: list[tuple[str, float]], outputs: list[tuple[str, float]], scale: float
-) -> None:
+def _bands(axes: Axes, inputs: list[Flow], outputs: list[Flow], scale: float) -> None:
     """Draw bands from the left to a common trunk and from there to the right."""
     gap = 0.12
     for side, x, flows in ((-1.0, -1.0, inputs), (1.0, 1.0, outputs)):
-        total = sum(value for _, value in flows) / scale
+        total = sum(value for _, value, _ in flows) / scale
         outer = 0.5 * (total + gap * (len(flows) - 1))
         inner = 0.5 * total
-        for index, (name, value) in enumerate(flows):
+        for name, value, colour in flows:
             width = value / scale
-            colour = CONTACT[index % len(CONTACT)] if side < 0.0 else (*CONTACT[2:], DAMPING)[index % 3]
-            ends = [(x, outer), (0.12 * side, inner)]
+            ends = [(x, outer), (BOX * side, inner)]
             curve = [
                 (ends[0][0], ends[0][1]),
                 (0.5 * x, ends[0][1]),
@@ -181,8 +209,8 @@ def _bands(
             )
             outer -= width + gap
             inner -= width
-    trunk = sum(value for _, value in inputs) / scale
-    axes.add_patch(Rectangle((-0.12, -0.5 * trunk), 0.24, trunk, facecolor="#dddddd", linewidth=0.0))
+    trunk = sum(value for _, value, _ in inputs) / scale
+    axes.add_patch(Rectangle((-BOX, -0.5 * trunk), 2.0 * BOX, trunk, facecolor="#dddddd", linewidth=0.0))
     axes.text(0.0, 0.0, "structure\nand\ncontacts", ha="center", va="center", fontsize=9)
     axes.set(xlim=(-1.75, 1.75), ylim=(-0.95, 0.95))
 

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
+    from stickslip.basins import Basins
+    from stickslip.bifurcation import Bifurcation
     from stickslip.transient import Trajectory
 
 
@@ -53,13 +55,13 @@ class SearchInterrupted(KeyboardInterrupt):
     Attributes
     ----------
     partial
-        What was found by then: the values done of a diagram, or a map of basins with -2 where nothing was
+        What was found by then: a `Bifurcation` of the values done, or `Basins` with -2 where nothing was
         computed.
     done, of
         How many motions were followed to their end, of how many.
     """
 
-    def __init__(self, partial: xr.Dataset | xr.DataArray, done: int, of: int) -> None:
+    def __init__(self, partial: Bifurcation | Basins, done: int, of: int) -> None:
         super().__init__(f"interrupted after {done} of {of} motions")
         self.partial = partial
         self.done = done

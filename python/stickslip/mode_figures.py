@@ -10,6 +10,7 @@ from matplotlib.animation import FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from stickslip.arrays import Complex
 from stickslip.contact import dof_index
@@ -21,6 +22,8 @@ from stickslip.modes import Modes
 STABLE, UNSTABLE = "#4477aa", "#cc3311"
 #: Line styles that tell masses apart without colour.
 COLOURS = ("#4477aa", "#cc3311", "#228833", "#aa3377", "#66ccee", "#ccbb44")
+#: Modes that are drawn unasked, and dofs up to which each has a bar and its name.
+MOST, NAMED = 9, 24
 
 #: Masses as name: (horizontal, vertical) or (tangential, normal) dof.
 Masses = Mapping[str, tuple[int | str, int | str]]
@@ -82,24 +85,51 @@ def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = 
     frequency.set(xlabel=_words(name), ylabel="|eigenvalue| / 2π, Hz")
 
 
-def shapes(modes: Modes) -> Figure:
-    """Return the shape of every mode as displacement of each dof at its largest (the paper's Fig. 2).
+def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
+    """Return the shape of modes as displacement of each dof at its largest (the paper's Fig. 2).
 
     Complex shapes are shown by their modulus, with the sign of the displacement at the instant at which the
     largest dof is at its peak.
+
+    Parameters
+    ----------
+    modes
+        The modes.
+    numbers
+        Which modes, numbered from 1 in the order of their eigenvalues, one of each conjugate pair; None: at
+        most 9, those with the largest growth rates.
+
+    Raises
+    ------
+    InputError
+        If a number is none of a mode, or there is no number.
     """
-    chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
-    columns = min(3, chosen.size)
-    rows = -(-chosen.size // columns)
+    known = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
+    if numbers is None:
+        places = np.sort(np.argsort(-modes.eigenvalues[known].real, kind="stable")[:MOST])
+        omitted = f": {MOST} of {known.size}, those with the largest growth" if known.size > MOST else ""
+    else:
+        wrong = [number for number in numbers if number not in range(1, known.size + 1)]
+        if wrong or not numbers:
+            raise InputError(f"numbers: expected modes in 1..{known.size}, got {wrong or list(numbers)}")
+        places = np.array(numbers) - 1
+        omitted = ""
+    columns = min(3, places.size)
+    rows = -(-places.size // columns)
     figure = Figure(figsize=(3.0 * columns, 2.3 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    for axes, mode in zip(panels, chosen, strict=False):
-        draw_shape(axes, modes, int(mode))
-    for axes in panels[chosen.size :]:
+    for axes, place in zip(panels, places, strict=False):
+        mode = int(known[place])
+        draw_shape(axes, modes, mode)
+        axes.set_title(f"mode {place + 1}: {modes.frequencies[mode]:.2f} Hz", fontsize="medium")
+    for axes in panels[places.size :]:
         axes.set_visible(False)
     panels[0].set_ylim(-1.1, 1.1)
     figure.supylabel("displacement, largest = 1")
-    figure.suptitle(f"Modes of status {modes.combination}")
+    status = modes.combination
+    if len(status) > NAMED:
+        status = f"{status[:NAMED]}… ({len(status)} contacts)"
+    figure.suptitle(f"Modes of status {status}{omitted}")
     return figure
 
 
@@ -116,7 +146,15 @@ def draw_shape(axes: Axes, modes: Modes, mode: int) -> None:
     shape = modes.shapes[:, mode]
     signed = np.abs(shape) * np.where(shape.real < 0.0, -1.0, 1.0)
     colour = UNSTABLE if modes.unstable[mode] else STABLE
-    axes.bar(modes.dofs, signed, color=colour)
+    if len(modes.dofs) <= NAMED:
+        axes.bar(modes.dofs, signed, color=colour)
+    else:
+        # A bar of each dof is an artist of its own: a thousand of them take seconds.
+        axes.vlines(np.arange(signed.size), 0.0, signed, color=colour, linewidth=0.8)
+        axes.xaxis.set_major_locator(MaxNLocator(5, integer=True))
+        axes.xaxis.set_major_formatter(
+            lambda place, _: modes.dofs[int(place)] if 0 <= place < len(modes.dofs) else ""
+        )
     axes.axhline(0.0, color="black", linewidth=0.6)
     axes.set_title(f"{modes.frequencies[mode]:.2f} Hz", fontsize="medium")
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import scipy.sparse
@@ -125,23 +126,32 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
     t_i T_i)``, and ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T
     do no work in the mean.
     """
-    modes = complex_modes(scene, combination)
-    mass, damping, stiffness = (_dense(matrix) for matrix in _matrices(scene))
+    return power_of(scene, complex_modes(scene, combination))
+
+
+def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
+    """Return what `mode_power` tells of modes of a scene that are known already."""
+    mass, damping, stiffness = _matrices(scene)
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape
-    force = value**2 * (mass @ shape) + value * (damping @ shape) + stiffness @ shape
+    inertia, viscous, elastic = _times(mass, shape), _times(damping, shape), _times(stiffness, shape)
+    force = value**2 * inertia + value * viscous + elastic
     share = np.where(value.imag == 0.0, 1.0, 0.5)
     # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in the space they
-    # span.
+    # span, where ``D = Q R`` gives the least squares.
     directions = np.array(
         [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(len(scene.contacts))]
     ).reshape(-1, scene.size)
-    coefficients = np.linalg.lstsq(directions.T, force, rcond=None)[0]
+    basis, triangle = np.linalg.qr(directions.T)
+    coefficients = np.linalg.solve(triangle, _times(basis.T, force))
     friction = coefficients[0::2]
-    slip = directions[0::2] @ velocity
+    slip = _times(directions[0::2], velocity)
     contact = share * (friction * slip.conj()).real
-    lost = share * _quadratic(velocity, damping)
-    energy = 0.5 * share * (_quadratic(velocity, mass) + _quadratic(shape, stiffness))
+    modulus = np.abs(value) ** 2
+    # Re(x* matrix x) of every column x.
+    lost = share * modulus * (shape.conj() * viscous).real.sum(axis=0)
+    stored = modulus * (shape.conj() * inertia).real.sum(axis=0) + (shape.conj() * elastic).real.sum(axis=0)
+    energy = 0.5 * share * stored
     residual = contact.sum(axis=0) - lost - 2.0 * value.real * energy
     labels = scene.contact_labels()
     return xr.Dataset(
@@ -163,22 +173,21 @@ def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
     return modes.shapes[:, mode], complex(modes.eigenvalues[mode])
 
 
-def _matrices(scene: Scene) -> tuple[object, object, object]:
-    mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-    stiffness = _dense(scene.stiffness)
+def _matrices(scene: Scene) -> tuple[Any, Any, Any]:
+    """Return M, C and K, (n, n), sparse where they are given so."""
+    mass = scipy.sparse.diags_array(scene.mass) if scene.mass.ndim == 1 else scene.mass
     if scene.damping is None:
-        return mass, np.zeros_like(mass), stiffness
+        return mass, scipy.sparse.csr_array((scene.size, scene.size)), scene.stiffness
     if isinstance(scene.damping, Proportional):
-        return mass, scene.damping.mass * mass + scene.damping.stiffness * stiffness, stiffness
-    return mass, scene.damping, stiffness
+        return (
+            mass,
+            scene.damping.mass * mass + scene.damping.stiffness * scene.stiffness,
+            scene.stiffness,
+        )
+    return mass, scene.damping, scene.stiffness
 
 
-def _dense(matrix: object) -> Real:
-    dense: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)  # type: ignore[attr-defined]
-    return dense
-
-
-def _quadratic(vectors: Complex, matrix: Real) -> Real:
-    """Return ``Re(x* matrix x)`` for every column x."""
-    form: Real = (vectors.conj() * (matrix @ vectors)).real.sum(axis=0)
-    return form
+def _times(matrix: Any, vectors: Complex) -> Complex:
+    """Return a real matrix times complex columns; numpy would make the matrix complex first."""
+    product: Complex = matrix @ vectors.real + 1j * (matrix @ vectors.imag)
+    return product

@@ -307,7 +307,6 @@ def _status(axes: Axes, run: Trajectory, begin: float, end: float) -> None:
     portraits.contact_status(axes, run)
     axes.set_xlim(begin, end)
     axes.set_yticklabels(CONTACTS)
-    axes.invert_yaxis()
 
 
 def _without_legend(axes: Axes) -> None:

@@ -6,7 +6,7 @@ grey still reads.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from itertools import cycle as endless
 from typing import Literal
 
@@ -15,9 +15,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from stickslip.arrays import Names, Real
+from stickslip.bifurcation import Bifurcation
+from stickslip.branch import Branch
 from stickslip.contact import dof_index
 from stickslip.cycle import Cycle
-from stickslip.figures import COLOURS, NAMES
+from stickslip.figures import COLOURS, NAMES, instants, status_spans
 from stickslip.transient import Trajectory
 
 #: Line style and hatching of each status.
@@ -64,13 +66,30 @@ def displacement(
     InputError
         If the dof is unknown.
     """
-    run = _run(motion)
-    times = np.linspace(0.0, run.duration, samples)
-    x = run.sample(times).position.to_numpy()[:, dof_index("dof", dof, run.scene.dofs)]
-    zero = x[0] if origin == "start" else x.mean()
-    axes.plot(times, MICROMETRES * (x - zero), color=OVERLAY[0][0], linewidth=0.8, label=label)
-    axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
+    displacements([axes], motion, [dof], [label], origin=origin, samples=samples)
     return axes
+
+
+def displacements(
+    panels: Sequence[Axes],
+    motion: Trajectory | Cycle,
+    dofs: Sequence[str],
+    labels: Sequence[str | None] | None = None,
+    *,
+    origin: Literal["mean", "start"] = "mean",
+    samples: int = SAMPLES,
+) -> None:
+    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once."""
+    run = _run(motion)
+    indices = [dof_index("dof", dof, run.scene.dofs) for dof in dofs]
+    times = np.linspace(0.0, run.duration, samples)
+    position = run.sample(times).position.to_numpy()
+    names = [None] * len(dofs) if labels is None else labels
+    for axes, dof, index, label in zip(panels, dofs, indices, names, strict=True):
+        x = position[:, index]
+        zero = x[0] if origin == "start" else x.mean()
+        axes.plot(times, MICROMETRES * (x - zero), color=OVERLAY[0][0], linewidth=0.8, label=label)
+        axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
 
 
 def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, samples: int = SAMPLES) -> Axes:
@@ -91,10 +110,8 @@ def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, sam
     status, displaced, velocity = _tangential(run, contact, samples)
     present = [letter for letter in COLOURS if (status == letter).any()]
     for letter in present:
-        # The sample before a stretch belongs to it as well, so that the curve has no holes.
-        shown = (status == letter) | np.append(status[1:] == letter, False)
         axes.plot(
-            np.where(shown, displaced, np.nan),
+            np.where(status == letter, displaced, np.nan),
             velocity,
             color=COLOURS[letter],
             linestyle=STYLES[letter],
@@ -109,8 +126,8 @@ def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, sam
     return axes
 
 
-def contact_status(axes: Axes, motion: Trajectory | Cycle) -> Axes:
-    """Draw the status of every contact over time as bars.
+def contact_status(axes: Axes, motion: Trajectory | Cycle, contacts: Sequence[int] | None = None) -> Axes:
+    """Draw the status of contacts over time as bars.
 
     Parameters
     ----------
@@ -118,23 +135,19 @@ def contact_status(axes: Axes, motion: Trajectory | Cycle) -> Axes:
         Where to draw.
     motion
         A run, or a cycle.
+    contacts
+        Indices of contacts; None: all of them.
     """
     run = _run(motion)
-    begins = np.concatenate([[0.0], run.events.time])
-    widths = np.diff(begins, append=run.duration)
-    combinations = [run.start.combination, *run.events.combination]
-    labels = run.scene.contact_labels()
+    shown = range(len(run.scene.contacts)) if contacts is None else contacts
+    labels = [run.scene.contact_labels()[contact] for contact in shown]
+    by_contact = [status_spans(run, contact) for contact in shown]
     for letter, colour in COLOURS.items():
         named = f"{letter}  {NAMES[letter]}"
-        for contact in range(len(labels)):
-            spans = [
-                (begin, width)
-                for begin, width, combination in zip(begins, widths, combinations, strict=True)
-                if combination[contact] == letter and width > 0.0
-            ]
-            if spans:
+        for contact, spans in enumerate(by_contact):
+            if letter in spans:
                 axes.broken_barh(
-                    spans,
+                    spans[letter],
                     (contact - 0.4, 0.8),
                     facecolors=colour,
                     hatch=HATCHES[letter],
@@ -145,6 +158,7 @@ def contact_status(axes: Axes, motion: Trajectory | Cycle) -> Axes:
                 named = "_"
     axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
     axes.set_yticklabels([f"contact {label}" for label in labels])
+    axes.invert_yaxis()
     axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return axes
 
@@ -198,7 +212,7 @@ def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
     return axes
 
 
-def bifurcation_diagram(axes: Axes, diagram: xr.Dataset, dof: str) -> Axes:
+def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> Axes:
     """Draw the amplitude of a dof over the parameter, one marker and shade per sequence of combinations.
 
     Parameters
@@ -211,11 +225,12 @@ def bifurcation_diagram(axes: Axes, diagram: xr.Dataset, dof: str) -> Axes:
     dof
         Name of the dof.
     """
-    parameter = str(diagram.amplitude.dims[0])
-    values = diagram[parameter].to_numpy()
-    amplitude = MICROMETRES * diagram.amplitude.sel(dof=dof).to_numpy()
-    sequences = diagram.sequence.to_numpy()
-    stable = diagram.stable.to_numpy()
+    data = diagram.data
+    parameter = str(data.amplitude.dims[0])
+    values = data[parameter].to_numpy()
+    amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
+    sequences = data.sequence.to_numpy()
+    stable = data.stable.to_numpy()
     named = [name for name in dict.fromkeys(sequences) if name]
     shades = [0.75 * k / max(len(named) - 1, 1) for k in range(len(named))]
     for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
@@ -247,8 +262,7 @@ def _run(motion: Trajectory | Cycle) -> Trajectory:
 
 def _tangential(run: Trajectory, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
-    times = np.linspace(0.0, run.duration, samples)
-    motion = run.sample(times)
+    motion = run.sample(instants(run, samples))
     direction = run.scene.tangential_direction(contact)
     displaced = MICROMETRES * (motion.position.to_numpy() @ direction)
     return motion.status.to_numpy()[:, contact], displaced, motion.velocity.to_numpy() @ direction

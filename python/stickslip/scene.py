@@ -187,13 +187,19 @@ class Scene:
 
     def tangential_direction(self, contact: int) -> Real:
         """Return the direction t of a contact, (n,)."""
-        core = core_contact(self.contacts[contact], contact, self.dofs)[0]
-        return np.eye(self.size)[core] if isinstance(core, int) else core
+        return self._direction(contact, 0)
 
     def normal_direction(self, contact: int) -> Real:
         """Return the direction n of a contact, (n,)."""
-        core = core_contact(self.contacts[contact], contact, self.dofs)[1]
-        return np.eye(self.size)[core] if isinstance(core, int) else core
+        return self._direction(contact, 1)
+
+    def _direction(self, contact: int, which: int) -> Real:
+        core: int | Real = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
+        if isinstance(core, np.ndarray):
+            return core
+        unit = np.zeros(self.size)
+        unit[core] = 1.0
+        return unit
 
     def __reduce__(self) -> tuple[type[Scene], tuple[Any, ...]]:
         return Scene, (

@@ -154,8 +154,8 @@ def entry_sensitivity(
         derivative,
         dims=("mode", "row", "column"),
         coords=coords,
-        name=f"d eigenvalue / d {matrix}",
-        attrs={"units": unit},
+        name="derivative",
+        attrs={"long_name": f"d eigenvalue / d {matrix}", "units": unit},
     )
 
 

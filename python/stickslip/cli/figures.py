@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.options import progress, save_figure
+from stickslip.cli.options import dpi_option, progress, save_figure
 
 
 @click.command()
@@ -21,7 +21,8 @@ from stickslip.cli.options import progress, save_figure
 @click.option(
     "--format", "suffix", type=click.Choice(["pdf", "svg", "eps", "png"]), default="pdf", show_default=True
 )
-def figures(numbers: tuple[int, ...], out: Path, suffix: str) -> None:
+@dpi_option
+def figures(numbers: tuple[int, ...], out: Path, suffix: str, dpi: int) -> None:
     """Draw figures of the paper, 2 to 15, computed anew; without numbers all of them.
 
     They are as wide as a column of a journal, 85 mm, with letters of at least 6 points.
@@ -35,5 +36,5 @@ def figures(numbers: tuple[int, ...], out: Path, suffix: str) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for number in progress(numbers or tuple(FIGURES), "figures"):
         path = out / f"figure-{number:02}.{suffix}"
-        save_figure(FIGURES[number](), path)
+        save_figure(FIGURES[number](), path, dpi)
         click.echo(f"wrote {path}: {(FIGURES[number].__doc__ or '').splitlines()[0]}", err=True)

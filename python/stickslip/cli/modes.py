@@ -8,19 +8,32 @@ from typing import TYPE_CHECKING
 import click
 
 import stickslip as ss
-from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table
+from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
     from rich.console import Console
 
 
 @click.command()
 @scene_argument
 @click.option("-c", "--combination", help="One letter of + - s d per contact; default: all positive sliding.")
+@click.option(
+    "--modes",
+    "numbers",
+    callback=lambda _ctx, _option, text: _numbers(text),
+    metavar="NUMBERS",
+    help="Modes to draw, such as 1,3,5 of the table; default: at most 9 with the largest growth rates.",
+)
 @click.option("--all", "every", is_flag=True, help="All status combinations: frequencies and stability.")
 @answer_options
 def modes(
-    scene: Path, changes: tuple[str, ...], combination: str | None, every: bool, answer: Answer
+    scene: Path,
+    changes: tuple[str, ...],
+    combination: str | None,
+    numbers: list[int] | None,
+    every: bool,
+    answer: Answer,
 ) -> None:
     """Compute the complex modes of steady sliding, or of any status combination.
 
@@ -28,6 +41,8 @@ def modes(
     Example:
       stickslip modes brake.toml --set friction=2.2 -c +s --plot shapes.pdf
     """
+    if numbers is not None and answer.plot is None:
+        raise click.UsageError("--modes goes with --plot")
     case = loaded(scene, changes)
     if every:
         if combination is not None or answer.plot is not None:
@@ -40,25 +55,50 @@ def modes(
             None,
         )
         return
-    found = ss.complex_modes(case.scene, combination)
-    from stickslip.mode_figures import shapes
+    with waiting("computing the modes"):
+        found = ss.complex_modes(case.scene, combination)
 
-    answer.give(found.dataset, ("mode",), lambda out: _show(out, found), lambda: shapes(found))
+    def drawn() -> Figure:
+        from stickslip.mode_figures import shapes
+
+        with waiting("drawing"):
+            return shapes(found, numbers)
+
+    if numbers is not None:
+        count = int((found.eigenvalues.imag >= 0.0).sum())
+        wrong = [number for number in numbers if number > count]
+        if wrong:
+            raise click.BadParameter(f"--modes: the scene has the modes 1 to {count}, got {wrong}")
+    answer.give(found.dataset, ("mode",), lambda out: _show(out, found), drawn)
+
+
+def _numbers(text: str | None) -> list[int] | None:
+    if text is None:
+        return None
+    parts = text.split(",")
+    if not all(part.strip().isdecimal() and int(part) > 0 for part in parts):
+        raise click.BadParameter(f"expected numbers of modes such as 1,3,5, got {text!r}")
+    return [int(part) for part in parts]
 
 
 def _show(out: Console, found: ss.Modes) -> None:
+    upper = found.eigenvalues.imag >= 0.0
     rows = [
         (
+            str(number),
             f"{hertz:.4f}",
             f"{ratio:+.6f}",
             f"{value.real:+.4f}",
             ("[bold red]unstable[/]" if value.real > 0.0 else "stable")
             + (", real" if value.imag == 0.0 else ""),
         )
-        for value, hertz, ratio in zip(
-            found.eigenvalues, found.frequencies, found.damping_ratios, strict=True
+        for number, value, hertz, ratio in zip(
+            range(1, int(upper.sum()) + 1),
+            found.eigenvalues[upper],
+            found.frequencies[upper],
+            found.damping_ratios[upper],
+            strict=True,
         )
-        if value.imag >= 0.0
     ]
-    headings = ("frequency, Hz", "damping ratio", "real part, 1/s", "")
+    headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
     out.print(table(f"Modes of status {found.combination}", headings, rows))

@@ -57,6 +57,7 @@ class Answer:
     csv: bool
     file: Path | None
     plot: Path | None
+    dpi: int
 
     def give(
         self,
@@ -90,17 +91,26 @@ class Answer:
             write_dataset(dataset(), self.file, rows)
             click.echo(f"wrote {self.file}", err=True)
         if self.plot is not None and figure is not None:
-            save_figure(figure(), self.plot)
+            save_figure(figure(), self.plot, self.dpi)
             click.echo(f"wrote {self.plot}", err=True)
 
 
-def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
-    """Give a verb `--json`, `--csv`, `-o` and `--plot`; it gets an `Answer` for them."""
+dpi_option = click.option(
+    "--dpi",
+    type=click.IntRange(50, 2400),
+    default=300,
+    show_default=True,
+    help="Points per inch of a .png.",
+)
 
-    def told(json: bool, csv: bool, file: Path | None, plot: Path | None, **others: Any) -> None:
+
+def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
+    """Give a verb `--json`, `--csv`, `-o`, `--plot` and `--dpi`; it gets an `Answer` for them."""
+
+    def told(json: bool, csv: bool, file: Path | None, plot: Path | None, dpi: int, **others: Any) -> None:
         if json and csv:
             raise click.UsageError("--json and --csv exclude each other")
-        verb(answer=Answer(json, csv, file, plot), **others)
+        verb(answer=Answer(json, csv, file, plot, dpi), **others)
 
     told.__doc__ = verb.__doc__
     told.__name__ = verb.__name__
@@ -114,6 +124,7 @@ def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
             "-o", "--output", "file", type=target, callback=_data_file, help="Write .nc, .json or .csv."
         ),
         click.option("--plot", type=target, callback=_figure_file, help="Draw to .pdf, .svg, .eps or .png."),
+        dpi_option,
     )
     for option in reversed(options):
         told = option(told)
@@ -144,11 +155,11 @@ def progress(work: Sequence[T], description: str) -> Iterable[T]:
     return track(work, description, console=terminal, transient=True, disable=not terminal.is_terminal)
 
 
-def save_figure(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: Path, dpi: int) -> None:
     """Write a figure in the form that its suffix names."""
     from stickslip.figures import save
 
-    save(figure, path)
+    save(figure, path, dpi)
 
 
 def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> RenderableType:

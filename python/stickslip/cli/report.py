@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from stickslip.cli.options import waiting
+
 
 @click.command(epilog="\b\nExample:\n  stickslip report scene.toml -o report.html")
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
@@ -21,8 +23,9 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
     """Write one HTML page about a scene: FILE is a scene file.
 
     The page needs no network and prints: scene, steady sliding, complex modes in motion, eigenvalues over
-    friction, transient, limit cycle, spectrum, energy. For the published two-subsystem model also every
-    published number and figure beside the computed one.
+    the parameter of [sweep] or friction, transient, limit cycle, spectrum, energy. For the published
+    two-subsystem model at published parameters also every published number and figure beside the
+    computed one.
     """
     from stickslip.case import load_case
     from stickslip.errors import InputError
@@ -36,9 +39,21 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
     except InputError:
         # Without steady sliding nothing can be disturbed: the page says so and shows the rest.
         start = None
+    over = case.values()
+    if len(over) > 1:
+        click.echo(f"[sweep] has {len(over)} parameters: the report follows friction instead", err=True)
+        over = {}
     path = file.with_suffix(".html") if out is None else out
-    found = write_report(
-        case.scene, path, title=file.stem if title is None else title, start=start, settings=settings
-    )
+    with waiting("reading the scene") as status:
+        found = write_report(
+            case.scene,
+            path,
+            title=file.stem if title is None else title,
+            start=start,
+            settings=settings,
+            model=case.model,
+            over=over,
+            told=status.update,
+        )
     click.echo(verdict(found))
     click.echo(f"wrote {path}")

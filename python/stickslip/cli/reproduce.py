@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli.exits import NEGATIVE
-from stickslip.cli.options import console
+from stickslip.cli.options import console, dpi_option
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -37,7 +37,8 @@ STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not pr
     type=click.Path(dir_okay=False, writable=True, allow_dash=True, path_type=Path),
     help="Print the comparison as JSON instead of a table, or write it to this file beside the table.",
 )
-def reproduce(out: Path | None, json_file: Path | None) -> None:
+@dpi_option
+def reproduce(out: Path | None, json_file: Path | None, dpi: int) -> None:
     """Compute every published number of the two-subsystem model and compare.
 
     A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
@@ -63,7 +64,7 @@ def reproduce(out: Path | None, json_file: Path | None) -> None:
         counts = ", ".join(f"{sum(row.verdict == verdict for row in found)} {verdict}" for verdict in STYLES)
         out_console.print(f"{len(found)} quantities: {counts}")
     if out is not None:
-        for path in write_figures(out):
+        for path in write_figures(out, dpi):
             click.echo(f"wrote {path}", err=True)
     if differing:
         raise SystemExit(NEGATIVE)
@@ -97,7 +98,7 @@ def comparison_table(found: list[Row]) -> Table:
     return table
 
 
-def write_figures(folder: Path) -> list[Path]:
+def write_figures(folder: Path, dpi: int) -> list[Path]:
     """Write the figures of the published model, and its unstable mode in motion, and return their paths."""
     import numpy as np
 
@@ -128,7 +129,7 @@ def write_figures(folder: Path) -> list[Path]:
         "limit-cycle.png": figures.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
     }
     for name, figure in drawn.items():
-        figures.save(figure, folder / name)
+        figures.save(figure, folder / name, dpi)
     animation = folder / "mode.gif"
     mode_figures.animated(growing, leading, MASSES).save(animation, writer="pillow")
     return [*(folder / name for name in drawn), animation]

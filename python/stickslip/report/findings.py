@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from stickslip.attractors import disturbed_sliding
+from stickslip.attractors import set_in_motion
 from stickslip.critical import CriticalPoint, critical_points
 from stickslip.cycle import Cycle
 from stickslip.energy import Balance
 from stickslip.errors import InputError, NotPeriodicError, RunError
+from stickslip.models import two_subsystems
 from stickslip.modes import Modes, complex_modes
+from stickslip.path import Model
+from stickslip.published import published
 from stickslip.report.mode_motion import published_inclinations
 from stickslip.scene import Scene
 from stickslip.state import State, sliding_equilibrium
@@ -31,7 +35,7 @@ VALUES, LARGE = 301, 120
 #: Range of a displacement, relative to the largest, at which a dof is at rest.
 REST = 1e-12
 #: Wall-clock limit of the transient, s, and how much further a limit cycle is looked for, s of motion.
-PATIENCE, FURTHER = 5.0, 3.0
+PATIENCE, FURTHER = 3.0, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +89,34 @@ class Findings:
         return published_inclinations(self.scene)
 
     @property
+    def of_the_paper(self) -> bool:
+        """Whether this is the published model at parameters for which the paper has results."""
+        if self.inclinations is None:
+            return False
+        return any(
+            self._is_as(
+                two_subsystems(friction=float(case["friction"]), slider_speed=float(case["slider_speed"]))
+            )
+            for case in published()["limit_cycles"]
+        )
+
+    def _is_as(self, other: Scene) -> bool:
+        laws = [
+            (
+                contact.friction,
+                contact.static_friction,
+                contact.slider_speed,
+                contact.restitution,
+                contact.gap,
+            )
+            for scene in (self.scene, other)
+            for contact in scene.contacts
+        ]
+        half = len(laws) // 2
+        same = laws[:half] == laws[half:] and self.scene.impact_friction == other.impact_friction
+        return same and np.array_equal(self.scene.force, other.force)
+
+    @cached_property
     def moving(self) -> list[int]:
         """The dofs that move most at the end, at most four, in their order; those at rest are left out."""
         if self.last is None:
@@ -96,7 +128,14 @@ class Findings:
 
 
 def findings(
-    scene: Scene, title: str, *, start: State | None = None, settings: Mapping[str, Any] | None = None
+    scene: Scene,
+    title: str,
+    *,
+    start: State | None = None,
+    settings: Mapping[str, Any] | None = None,
+    model: Model | None = None,
+    over: Mapping[str, Any] | None = None,
+    told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Compute what a report tells.
 
@@ -111,7 +150,12 @@ def findings(
         (`disturbed_sliding`), in the published model with 1 mm/s of ``x1``.
     settings
         Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
-        e^30, but 20 to 400 of its periods; without a time limit: 5 s of computing.
+        e^30, but 20 to 400 of its periods; without a time limit: 3 s of computing.
+    model, over
+        The model that the scene is of (None: the scene itself), one of its parameters and the values over
+        which its eigenvalues are followed; None: friction.
+    told
+        Called with what begins to be computed.
 
     Raises
     ------
@@ -119,13 +163,15 @@ def findings(
         If a setting is ill-posed, or the start does not fit the scene.
     """
     reasons: dict[str, str] = {}
+    told("computing the modes of steady sliding")
     equilibrium = _equilibrium(scene, reasons)
     modes = complex_modes(scene, None if equilibrium is None else equilibrium.combination)
-    parameter, loci, critical = _loci(scene, modes, reasons)
+    told("computing the eigenvalues over a parameter")
+    parameter, loci, critical = _loci(scene, modes, scene if model is None else model, over, reasons)
     begin = start
     if begin is None and equilibrium is not None:
         begin = (
-            disturbed_sliding(scene)
+            set_in_motion(scene, equilibrium, modes)
             if published_inclinations(scene) is None
             else equilibrium.perturbed(velocity={"x1": 1e-3})
         )
@@ -133,14 +179,16 @@ def findings(
     if begin is None:
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
     else:
+        told("computing the motion")
         run = _motion(scene, begin, {"duration": _duration(modes), **(settings or {})}, reasons)
     cycle, settled, last = None, "", None
     if run is not None:
-        cycle, settled, last = _settled(run, reasons)
+        told("looking for what the motion settles to")
+        cycle, settled, last = _settled(run, modes, reasons)
     lines = None
     if cycle is not None and last is not None:
         lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-    elif last is not None and last.duration > 0.0:
+    elif last is not None and last.duration > 0.0 and settled != "equilibrium":
         lines = last.spectrum(begin=0.0)
     return Findings(
         scene=scene,
@@ -170,8 +218,14 @@ def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
 
 
 def _loci(
-    scene: Scene, modes: Modes, reasons: dict[str, str]
+    scene: Scene,
+    modes: Modes,
+    model: Model,
+    over: Mapping[str, Any] | None,
+    reasons: dict[str, str],
 ) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
+    if over:
+        return _loci_over(modes, model, over, reasons)
     frictions = {contact.friction for contact in scene.contacts}
     if not scene.contacts:
         reasons["loci"] = "no loci: the scene has no contact"
@@ -207,6 +261,22 @@ def _loci(
     return "friction_factor", branches, list(points)
 
 
+def _loci_over(
+    modes: Modes, model: Model, over: Mapping[str, Any], reasons: dict[str, str]
+) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
+    if len(over) != 1:
+        raise InputError(f"over: expected one parameter, got {list(over)}")
+    ((name, values),) = over.items()
+    span: Any = (float(np.min(values)), float(np.max(values)))
+    try:
+        branches = sweep(model, modes.combination, progress=False, **{name: values})
+        points = critical_points(model, modes.combination, **{name: span}) if span[0] < span[1] else []
+    except RunError as error:
+        reasons["loci"] = f"no loci: {error}"
+        return "", None, []
+    return name, branches, list(points)
+
+
 def _duration(modes: Modes) -> float:
     """Return how long the leading mode takes to show itself, s."""
     leading = modes.eigenvalues[int(np.argmax(modes.eigenvalues.real))]
@@ -233,7 +303,14 @@ def _motion(
     return run
 
 
-def _settled(run: Trajectory, reasons: dict[str, str]) -> tuple[Cycle | None, str, Trajectory | None]:
+def _settled(
+    run: Trajectory, modes: Modes, reasons: dict[str, str]
+) -> tuple[Cycle | None, str, Trajectory | None]:
+    # What decays and meets no event needs no search, which would take minutes for a thousand dofs.
+    resting = len(run.events) == 0 and run.start.combination == modes.combination
+    if resting and (modes.eigenvalues.real < 0.0).all():
+        reasons["cycle"] = f"no contact changed its status in {run.duration:g} s, and every mode decays"
+        return None, "equilibrium", run
     if "stopped" in reasons:
         reasons["cycle"] = f"no limit cycle was looked for: {reasons['stopped']}"
         return None, run.stop_reason, run

@@ -105,12 +105,16 @@ def _all_dofs(dofs: tuple[str, ...], shape: Complex) -> tuple[str, float]:
 
 def _contacts(scene: Scene, shape: Complex, left: float) -> tuple[str, float]:
     """Draw each contact's motion along t (abscissa) and n (ordinate)."""
-    parts, room = [], 90.0
-    shown = list(zip(range(len(scene.contacts)), scene.contact_labels(), strict=True))[:4]
-    for place, (i, label) in enumerate(shown):
+    shown = list(zip(range(len(scene.contacts)), map(str, scene.contact_labels()), strict=True))[:4]
+    words = [
+        f"contact {label if len(label) <= LETTERS else label[: LETTERS - 1] + '…'}" for _, label in shown
+    ]
+    parts, room = [], max(90.0, LETTER * max(map(len, words), default=0) + 12.0)
+    for place, (i, _) in enumerate(shown):
         x = left + room * (place + 0.5)
         motion = [complex(d @ shape) for d in (scene.tangential_direction(i), scene.normal_direction(i))]
-        parts.append(f'<text x="{x:.1f}" y="16">contact {escape(str(label))}: t →, n ↑</text>')
+        parts.append(f'<text x="{x:.1f}" y="16">{escape(words[place])}</text>')
+        parts.append(f'<text x="{x:.1f}" y="{HEIGHT - 6}">t →, n ↑</text>')
         parts.append(_moving(x, 0.5 * HEIGHT, motion[0], motion[1]))
     return "".join(parts), room * len(shown)
 

@@ -17,6 +17,8 @@ from stickslip.transient import Trajectory
 
 #: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4
+#: Contacts whose status is drawn, and roundings of the turnover up to which a work is zero.
+STATUSES_SHOWN, ROUNDINGS = 12, 64
 
 
 def transient_section(found: Findings) -> str:
@@ -46,8 +48,8 @@ def transient_section(found: Findings) -> str:
         dofs = [scene.dofs[k] for k in found.moving]
         with drawing.style():
             history = _panels(len(dofs), 1.25)
-            for axes, dof in zip(history.axes, dofs, strict=True):
-                portraits.displacement(axes, run, dof)
+            portraits.displacements(history.axes, run, dofs)
+            for axes in history.axes:
                 axes.label_outer()
         parts.append(
             figure(
@@ -219,24 +221,31 @@ def energy_section(found: Findings) -> str:
         flow = energy_figures.energy_flow(balance)
         flow.set_size_inches(7.2, 4.0)
         flow.axes[0].set_title("")
-    rows = [
-        ["work of the sliders", balance.slider],
-        ["friction heat", -balance.friction_heat],
-        ["impacts, normal loss", -balance.impact_loss],
-        ["constant forces", balance.external],
-        ["dampers", -balance.damping],
-        ["stored", balance.stored],
-        ["residual", balance.residual],
+    # What rounding leaves of zero is printed as zero.
+    nothing = ROUNDINGS * np.finfo(float).eps * balance.turnover
+    works: list[tuple[str, float]] = [
+        ("work of the sliders", balance.slider),
+        ("friction heat", -balance.friction_heat),
+        ("impacts, normal loss", -balance.impact_loss),
+        ("constant forces", balance.external),
+        ("dampers", -balance.damping),
+        ("stored", balance.stored),
     ]
+    rows = [[name, work if abs(work) > nothing else 0.0] for name, work in works]
+    rows.append(["residual", balance.residual])
+    by_status = balance.contacts.sel(status=list(STATUSES))
+    works_of = {
+        name: by_status[name].transpose("contact", "status").to_numpy()
+        for name in ("time", "slider", "friction_heat", "work")
+    }
     by_contact = [
         [
             f"{label}, {NAMES[status]}",
-            *(1e3 * float(t.item()) for t in (at.time, at.slider, at.friction_heat, at.work)),
+            *(1e3 * float(works_of[name][i, k]) for name in ("time", "slider", "friction_heat", "work")),
         ]
-        for label in found.scene.contact_labels()
-        for status in STATUSES
-        for at in [balance.contacts.sel(contact=label, status=status)]
-        if float(at.time) > 0.0
+        for i, label in enumerate(found.scene.contact_labels())
+        for k, status in enumerate(STATUSES)
+        if works_of["time"][i, k] > 0.0
     ]
     return section(
         "energy",
@@ -277,9 +286,14 @@ def _panels(count: int, height: float) -> Figure:
 
 
 def _status(run: Trajectory, name: str, caption: str) -> str:
+    contacts = len(run.scene.contacts)
+    changes = np.bincount(run.events.contact, minlength=contacts)
+    shown = sorted(np.argsort(-changes, kind="stable")[:STATUSES_SHOWN].tolist())
+    if len(shown) < contacts:
+        caption += f" The {len(shown)} of {contacts} contacts with most events."
     with drawing.style():
-        drawn = Figure(figsize=(7.2, 0.7 + 0.4 * len(run.scene.contacts)), layout="constrained")
-        portraits.contact_status(drawn.subplots(), run)
+        drawn = Figure(figsize=(7.2, 0.7 + 0.4 * len(shown)), layout="constrained")
+        portraits.contact_status(drawn.subplots(), run, shown)
     seen = dict.fromkeys([run.start.combination, *run.events.combination.tolist()])
     return figure(
         drawing.svg(drawn, name, f"Contact status over time: {', '.join(list(seen)[:12])}"), caption

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from html import escape
 from importlib.resources import files
 from pathlib import Path
@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.dataset_file import replace_file
 from stickslip.markup import facts, number, section
+from stickslip.path import Model
 from stickslip.report.comparison import comparison_section
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
@@ -25,7 +27,7 @@ CONTENTS = {
     "scene": "Scene",
     "equilibrium": "Steady sliding",
     "modes": "Modes",
-    "loci": "Stability over friction",
+    "loci": "Stability over a parameter",
     "transient": "Transient",
     "cycle": "Limit cycle",
     "spectrum": "Spectrum",
@@ -42,12 +44,16 @@ def write_report(
     title: str | None = None,
     start: State | None = None,
     settings: Mapping[str, Any] | None = None,
+    model: Model | None = None,
+    over: Mapping[str, Any] | None = None,
+    told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Write everything about a scene as one HTML page that needs no network.
 
-    The page holds the scene, steady sliding, complex modes in motion, eigenvalues over friction, the
-    transient, the limit cycle, its spectrum and its energy; for the published two-subsystem model also every
-    published number and figure beside the computed one. What cannot be computed is said in its place.
+    The page holds the scene, steady sliding, complex modes in motion, eigenvalues over a parameter, the
+    transient, the limit cycle, its spectrum and its energy; for the published two-subsystem model at
+    published parameters also every published number and figure beside the computed one. What cannot be
+    computed is said in its place.
 
     Parameters
     ----------
@@ -61,6 +67,11 @@ def write_report(
         Where the motion starts; None: steady sliding, disturbed (`findings`).
     settings
         Arguments of `simulate`; a duration is chosen so that the leading mode shows itself (`findings`).
+    model, over
+        The model that the scene is of (None: the scene itself), one of its parameters and the values over
+        which its eigenvalues are followed; None: friction.
+    told
+        Called with what begins to be computed.
 
     Returns
     -------
@@ -76,9 +87,17 @@ def write_report(
     """
     file = Path(path)
     begun = time.perf_counter()
-    found = findings(scene, file.stem if title is None else title, start=start, settings=settings)
-    text = page(found, begun)
-    file.write_text(text, encoding="utf-8")
+    found = findings(
+        scene,
+        file.stem if title is None else title,
+        start=start,
+        settings=settings,
+        model=model,
+        over=over,
+        told=told,
+    )
+    told("drawing the page")
+    replace_file(file, page(found, begun).encode())
     return found
 
 
@@ -93,7 +112,8 @@ def page(found: Findings, begun: float | None = None, *, published: bool | None 
         When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
         not say.
     published
-        Whether to put the published numbers and figures beside the computed ones; None: if it is that model.
+        Whether to put the published numbers and figures beside the computed ones; None: if this is that
+        model at parameters of the paper.
     """
     sections = {
         "scene": scene_section(found),
@@ -105,7 +125,7 @@ def page(found: Findings, begun: float | None = None, *, published: bool | None 
         "spectrum": spectrum_section(found),
         "energy": energy_section(found),
     }
-    if published if published is not None else found.inclinations is not None:
+    if published if published is not None else found.of_the_paper:
         sections["published"] = comparison_section()
     sections["computation"] = _computation(found, begun)
     links = "\n".join(f'<li><a href="#{name}">{escape(CONTENTS[name])}</a></li>' for name in sections)

@@ -6,7 +6,7 @@ import numpy as np
 
 from stickslip import mode_figures
 from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
-from stickslip.mode_shape import mode_power
+from stickslip.mode_shape import power_of
 from stickslip.modes import Modes
 from stickslip.report import drawing, mode_motion
 from stickslip.report.findings import Findings
@@ -142,13 +142,14 @@ def modes_section(found: Findings) -> str:
     """Return the complex modes: table, powers, and shapes in motion."""
     modes, scene = found.modes, found.scene
     chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
-    power = mode_power(scene, modes.combination)
+    power = power_of(scene, modes)
     labels = scene.contact_labels()
     columns = list(range(len(labels)))[:COLUMNS]
     rows = []
+    energies, powers = power.energy.to_numpy(), power.contact_power.transpose("contact", "mode").to_numpy()
     for order, k in enumerate(chosen, start=1):
-        energy = float(power.energy[k])
-        by_contact = power.contact_power.isel(mode=k).to_numpy()
+        energy = float(energies[k])
+        by_contact = powers[:, k]
         share = [float(by_contact[i]) / energy if energy > 0.0 else float("nan") for i in columns]
         rows.append(
             [
@@ -209,10 +210,13 @@ def modes_section(found: Findings) -> str:
 
 def loci_section(found: Findings) -> str:
     """Return eigenvalues over friction and the critical values."""
-    heading = "Stability over friction"
     if found.loci is None:
-        return section("loci", heading, note(found.reasons["loci"]))
-    what = "friction" if found.parameter == "friction" else "factor on the friction of every contact"
+        return section("loci", "Stability over a parameter", note(found.reasons["loci"]))
+    factor = "factor on the friction of every contact"
+    what = factor if found.parameter == "friction_factor" else found.parameter.replace("_", " ")
+    unit = found.loci[found.parameter].attrs.get("units", "1")
+    what += "" if unit == "1" else f", {unit}"
+    heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
         drawn = mode_figures.loci(found.loci)
     hopf = [point for point in found.critical if point.kind == "hopf"]

@@ -14,17 +14,21 @@ import uuid
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
+from stickslip.dataset_file import package
 from stickslip.errors import InputError, StoreError
 from stickslip.study.evaluation import Columns
 from stickslip.study.identity import differences
 from stickslip.study.outputs import Column
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
 
 #: Samples per file of the design matrix.
 DESIGN_CHUNK = 65536
@@ -146,13 +150,13 @@ class ZarrStore:
     Raises
     ------
     InputError
-        If zarr is missing, or the directory holds something else.
+        If zarr or filelock is missing, or the directory holds something else.
     StoreError
-        If the directory holds another study, or another process writes to it.
+        If the directory holds another study, or another process or thread writes to it.
     """
 
     def __init__(self, path: str | os.PathLike[str], layout: Layout, chunk: int) -> None:
-        zarr = _zarr()
+        zarr = package("zarr", "store")
         self.path = Path(path)
         self.layout = layout
         if not self.path.exists() or (self.path.is_dir() and not any(self.path.iterdir())):
@@ -191,7 +195,7 @@ class ZarrStore:
 
     def close(self) -> None:
         """Let other processes write."""
-        self._lock.close()
+        self._lock.release()
 
     def _create(self, zarr: Any, chunk: int) -> None:
         """Write everything that is known before the first sample, under another name until it is complete."""
@@ -274,34 +278,20 @@ class ZarrStore:
                 )
 
 
-def _zarr() -> Any:
-    try:
-        import zarr
-    except ImportError:
-        raise InputError("store: this needs zarr; pip install 'stickslip[study]'") from None
-    return zarr
+def _locked(path: Path) -> BaseFileLock:
+    """Hold a store for this run, until it ends or its process does in whatever way.
 
-
-def _locked(path: Path) -> IO[bytes]:
-    """Hold a store for this process, until it ends in whatever way.
-
-    A record lock, which processes forked from this one do not share, on a file beside the chunks of an array,
-    where no reader looks.
+    The lock is on a file beside the chunks of an array, where no reader looks.
     """
+    filelock = package("filelock", "store")
+    lock: BaseFileLock = filelock.FileLock(path / "complete" / ".lock", timeout=0.0)
     try:
-        handle = open(path / "complete" / ".lock", "ab")  # noqa: SIM115
+        lock.acquire()
+    except filelock.Timeout:
+        raise StoreError(f"store: another process or thread is writing to {path}") from None
     except OSError as error:
         raise InputError(f"store: {path} holds something that is not a study") from error
-    try:
-        import fcntl
-    except ImportError:  # on Windows, where opening a file twice is no error either
-        return handle
-    try:
-        fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError:
-        handle.close()
-        raise StoreError(f"store: another process is writing to {path}") from None
-    return handle
+    return lock
 
 
 class _Words(BackendArray):
