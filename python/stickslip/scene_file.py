@@ -75,9 +75,11 @@ def known(place: str, table: Any, keys: tuple[str, ...], needs: tuple[str, ...] 
     """
     if not isinstance(table, Mapping):
         raise InputError(f"{place}: expected a table, got {table!r}")
-    for key in table:
+    for key, value in table.items():
         if key not in keys:
-            raise InputError(f"{place}: unknown key {key!r}{nearest(key, keys)}")
+            # A table or a list is too long for a message.
+            shown = "" if isinstance(value, Mapping | list) else f" (= {value!r})"
+            raise InputError(f"{place}: unknown key {key!r}{shown}{nearest(key, keys)}")
     for key in needs:
         if key not in table:
             raise InputError(f"{place}: {key} is missing")
