@@ -33,7 +33,10 @@ SCENES = [
     ({"mass": [[1.0, 2.0], [2.0, 1.0]]}, "mass: must be positive definite, got -3"),
     ({"mass": [[1.0, 0.5], [0.4, 1.0]]}, "mass: must be symmetric, got 0.5 at .*0.4"),
     ({"mass": [[1.0, 0.0]]}, r"mass: expected shape .n,. or .n, n., got \(1, 2\)"),
-    ({"mass": [], "stiffness": np.zeros((0, 0)), "contacts": []}, "mass: expected at least one dof, got none"),
+    (
+        {"mass": [], "stiffness": np.zeros((0, 0)), "contacts": []},
+        "mass: expected at least one dof, got none",
+    ),
     ({"mass": 1.0}, "mass: expected a 1-dimensional or 2-dimensional array"),
     ({"mass": np.ones((2, 2, 2))}, r"mass: .* got shape \(2, 2, 2\)"),
     ({"mass": [1.0, 1j]}, "mass: expected real numbers, got .*complex"),
@@ -77,7 +80,10 @@ CONTACTS = [
     ({"normal": [0.0, 0.0]}, "contact 0: normal: must not be zero"),
     ({"normal": 0}, "contact 0: normal: must differ from the tangential direction, got a multiple of it"),
     ({"normal": [-2.0, 0.0]}, "contact 0: normal: must differ from the tangential direction"),
-    ({"tangential": [0.3, 0.6], "normal": [-0.1, -0.2]}, "contact 0: normal: must differ from the tangential"),
+    (
+        {"tangential": [0.3, 0.6], "normal": [-0.1, -0.2]},
+        "contact 0: normal: must differ from the tangential",
+    ),
     ({"tangential": [0.0, 0.0]}, "contact 0: tangential: must not be zero"),
     ({"normal": None}, "contact 0: normal: expected real numbers"),
     ({"friction": -0.3}, "contact 0: friction: must be >= 0, got -0.3"),
@@ -114,7 +120,9 @@ def test_errors_are_value_errors_of_one_family():
 
 def test_two_contacts_on_the_same_mass_direction():
     wide = {"mass": np.ones(4), "stiffness": 1e4 * np.eye(4), "force": None}
-    with pytest.raises(ss.InputError, match="tangential direction of contact 1 depends on .*small mass of its own"):
+    with pytest.raises(
+        ss.InputError, match="tangential direction of contact 1 depends on .*small mass of its own"
+    ):
         scene(**wide, contacts=[contact(), contact(normal=2)])
 
 

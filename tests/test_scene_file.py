@@ -52,7 +52,9 @@ def identical(first, second):
 
 def resolved(scene):
     """The contacts of a scene with the numbers of their dofs, which a file gives by name, as vectors."""
-    directions = [(scene.tangential_direction(i), scene.normal_direction(i)) for i in range(len(scene.contacts))]
+    directions = [
+        (scene.tangential_direction(i), scene.normal_direction(i)) for i in range(len(scene.contacts))
+    ]
     return tuple(
         dataclasses.replace(contact, tangential=t, normal=n)
         for contact, (t, n) in zip(scene.contacts, directions, strict=True)
@@ -370,7 +372,10 @@ def test_a_scene_of_a_model_is_saved_as_the_model(tmp_path):
     assert "stiffness" in tomllib.loads(path.read_text())["scene"]
     scene.save(path, "inline")
     contacts = tomllib.loads(path.read_text())["scene"]["contact"]
-    assert [(contact["tangential"], contact["normal"]) for contact in contacts] == [("x3", "x4"), ("x7", "x8")]
+    assert [(contact["tangential"], contact["normal"]) for contact in contacts] == [
+        ("x3", "x4"),
+        ("x7", "x8"),
+    ]
     assert identical(ss.load_scene(path), scene)
 
 

@@ -12,7 +12,7 @@ import xarray as xr
 from stickslip import _core
 from stickslip.arrays import Real, real_number, whole_number
 from stickslip.bifurcation import table
-from stickslip.branch import BranchPoint, Placed
+from stickslip.branch import BranchPoint, Placed, checked_cycle
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
 from stickslip.path import Model, SceneAt, between
@@ -149,6 +149,7 @@ def trace_branch(
     OrbitError
         If Newton's method does not find the orbit at the first value.
     """
+    checked_cycle(cycle)
     points = whole_number("points", points, 1)
     longest = real_number("step", step)
     if not 0.0 < longest <= 1.0:

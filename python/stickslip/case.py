@@ -75,7 +75,9 @@ class Case:
             known(f"[{name}]", getattr(self, name), allowed)
         scene = self.model if isinstance(self.model, Scene) else self.model()
         if not isinstance(scene, Scene):
-            raise InputError(f"model: expected a Scene or a function that returns one, got {described(scene)}")
+            raise InputError(
+                f"model: expected a Scene or a function that returns one, got {described(scene)}"
+            )
         object.__setattr__(self, "scene", scene)
         with located("[start]"):
             self._moved(State(np.zeros(scene.size), np.zeros(scene.size), "", scene.dofs))

@@ -32,6 +32,7 @@ class ModesData(TypedDict):
     damping: Real  # (m, m)
     stiffness: Real  # (m, m)
 
+
 #: Roundings of an entry of the reduced matrices: of friction times stiffness, their sum, and the eigenvalue's own.
 ROUNDINGS = 4
 

@@ -18,7 +18,15 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.arrays import Real, core_matrix, described, real_array, real_matrix, real_number
-from stickslip.contact import LAW, Contact, ContactData, core_contact, described_direction, nearest, per_contact
+from stickslip.contact import (
+    LAW,
+    Contact,
+    ContactData,
+    core_contact,
+    described_direction,
+    nearest,
+    per_contact,
+)
 from stickslip.errors import InputError
 
 if TYPE_CHECKING:

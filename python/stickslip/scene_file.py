@@ -198,7 +198,11 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
 
 def _named(direction: Any, dofs: Sequence[str]) -> Any:
     """Return a direction along one dof as the name of the dof."""
-    return dofs[operator.index(direction)] if np.ndim(direction) == 0 and not isinstance(direction, str) else direction
+    return (
+        dofs[operator.index(direction)]
+        if np.ndim(direction) == 0 and not isinstance(direction, str)
+        else direction
+    )
 
 
 def _written(path: Path, key: str, value: Any, matrices: Matrices) -> Any:

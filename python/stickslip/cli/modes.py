@@ -9,6 +9,7 @@ import click
 
 import stickslip as ss
 from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table
+from stickslip.modes import signed
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -50,13 +51,13 @@ def _show(out: Console, found: ss.Modes) -> None:
     rows = [
         (
             f"{hertz:.4f}",
-            f"{ratio:+.6f}",
-            f"{value.real:+.4f}",
-            ("[bold red]unstable[/]" if value.real > 0.0 else "stable")
+            signed(ratio, 6),
+            signed(value.real, 4),
+            ("marginal" if marginal else "[bold red]unstable[/]" if value.real > 0.0 else "stable")
             + (", real" if value.imag == 0.0 else ""),
         )
-        for value, hertz, ratio in zip(
-            found.eigenvalues, found.frequencies, found.damping_ratios, strict=True
+        for value, hertz, ratio, marginal in zip(
+            found.eigenvalues, found.frequencies, found.damping_ratios, found.marginal, strict=True
         )
         if value.imag >= 0.0
     ]
