@@ -33,7 +33,7 @@ class ModesData(TypedDict):
     stiffness: Real  # (m, m)
 
 
-#: Roundings of an entry of the reduced matrices: of friction times stiffness, their sum, and the eigenvalue's own.
+#: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, and the eigenvalue's own.
 ROUNDINGS = 4
 
 
@@ -181,7 +181,7 @@ class Modes:
         return "\n".join(lines)
 
     def remark(self, mode: int) -> str:
-        """Return what is special about a mode, by its index: real, unstable or marginal, defective, or nothing."""
+        """Return what is special about a mode: real, unstable or marginal, defective, or nothing."""
         value = self.eigenvalues[mode]
         known = {
             "real": value.imag == 0.0,
@@ -198,7 +198,7 @@ class Modes:
 
 
 def signed(value: float, digits: int) -> str:
-    """Return a number with its sign and so many digits after the point, or in exponents where these are zero."""
+    """Return a number with its sign and so many decimals, or an exponent where these would be zero."""
     if value != 0.0 and abs(value) < 0.5 * 10.0**-digits:
         return f"{value:+.1e}"
     return f"{value + 0.0:+.{digits}f}"

@@ -349,7 +349,7 @@ def _mass(mass: Any) -> Real:
     if needed > memory:
         raise InputError(
             f"mass: a sparse mass that is not diagonal is computed with as a dense matrix: {size} dofs need "
-            f"{needed / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB; lump it, or reduce the model first"
+            f"{needed / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB; lump it or reduce the model"
         )
     return real_array("mass", rows.toarray(), 2)
 
@@ -414,8 +414,8 @@ def _damping(damping: Any) -> Proportional | Matrix | None:
         )
     if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
         raise InputError(
-            f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K pass "
-            "Proportional(stiffness=beta)"
+            f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K "
+            "pass Proportional(stiffness=beta)"
         )
     return real_matrix("damping", damping)
 

@@ -96,7 +96,7 @@ def _ended() -> Iterator[None]:
 
 
 def _discard_output() -> None:
-    """Let go what is left in the buffer of standard output, which the interpreter would try to write again."""
+    """Let go what is left of standard output, which the interpreter would try to write once more."""
     with suppress(OSError, ValueError):
         nowhere = os.open(os.devnull, os.O_WRONLY)
         os.dup2(nowhere, sys.stdout.fileno())

@@ -80,7 +80,7 @@ def start_options(verb: F) -> F:
     combination = click.option(
         "-c",
         "--combination",
-        help="Of the start: one letter of + - s d per contact; --start is then position and velocity themselves.",
+        help="Of the start, one letter of + - s d per contact; --start is then the state itself.",
     )
     return start_option(combination(method_option(verb)))
 

@@ -20,7 +20,6 @@ from stickslip.cli.options import (
     waiting,
     with_duration,
 )
-
 from stickslip.contact import dof_index
 
 if TYPE_CHECKING:
