@@ -1,6 +1,8 @@
 """Calls with what a newcomer might hand over: each is told by type and wording, before any work starts."""
 
 import dataclasses
+import subprocess
+import sys
 from fractions import Fraction
 
 import numpy as np
@@ -88,7 +90,7 @@ CALLS = {
     ),
     "rigid pad": (
         rigid_pad,
-        "contacts: 2 contacts ask for 4 independent directions, 3 dofs have 3; give each contact a small mass",
+        "contacts: 2 contacts ask for 4 independent directions, 3 dofs have 3; give each contact a small",
     ),
     "one dof": (
         lambda: masses(1, contacts=[contact([1.0], [1.0])]),
@@ -214,7 +216,7 @@ def test_a_sparse_mass_that_does_not_fit_as_a_dense_one(monkeypatch):
 
 
 def test_a_rigid_pad_with_masses_of_its_contacts():
-    """What the error advises: the pad follows the small masses, and its modes are those of the two springs."""
+    """What the error advises: the pad rests on the small masses as friction and its spring demand."""
     body, small, stiff, reach = 1.0, 1e-6, 1e8, 0.2
     # x, y, angle of the pad (moment of inertia 0.01); tangential and normal of each contact mass.
     mass = [body, body, 0.01, small, small, small, small]
@@ -237,15 +239,13 @@ def test_a_rigid_pad_with_masses_of_its_contacts():
 
 
 def test_figures_of_studies_are_there_without_a_second_import():
-    import subprocess
-    import sys
-
-    code = "import sys, stickslip as ss; ss.study.Study; assert 'matplotlib' not in sys.modules; ss.study.figures.overview"
+    code = "import sys, stickslip as ss; ss.study.Study; assert 'matplotlib' not in sys.modules; "
+    code += "ss.study.figures.overview"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 
 def test_marginal_modes():
-    """Without damping nothing grows or decays, whatever rounding says; a real part of 1e-9 of the modulus does."""
+    """Without damping nothing grows or decays, whatever rounding says; with the least damping it does."""
     free = masses(contacts=[contact()], stiffness=np.diag([1e4, 2e4, 3e4, 4e4]) + 1e3)
     assert ss.complex_modes(free).marginal.all()
     matrix = free.replace(damping=np.zeros((4, 4)))

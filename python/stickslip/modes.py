@@ -33,7 +33,7 @@ class ModesData(TypedDict):
     stiffness: Real  # (m, m)
 
 
-#: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, and the eigenvalue's own.
+#: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, the eigenvalue's own.
 ROUNDINGS = 4
 
 
@@ -144,7 +144,8 @@ class Modes:
     def marginal(self) -> NDArray[np.bool_]:
         """Whether the real part is zero within `rounding`, (m,), so that a mode neither grows nor decays."""
         growth = np.abs(self.eigenvalues.real)
-        return (growth == 0.0) | (growth <= self.rounding)
+        zero: NDArray[np.bool_] = (growth == 0.0) | (growth <= self.rounding)
+        return zero
 
     def dataset(self) -> xr.Dataset:
         """Return what a table or a file of the modes holds.
