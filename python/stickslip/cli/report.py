@@ -11,7 +11,8 @@ import click
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option(
     "-o",
-    "--out",
+    "--output",
+    "out",
     type=click.Path(dir_okay=False, writable=True, path_type=Path),
     help="The page; by default beside the scene file, with the suffix .html.",
 )
