@@ -15,7 +15,7 @@ help: ## List the verbs
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
 reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
-	$(BIN)/stickslip reproduce --out $(OUT)
+	$(BIN)/stickslip reproduce --output $(OUT)
 
 # The core is tested in the profile that the package is built in, so that its dependencies compile once.
 test: $(INSTALLED) ## Test the core and the package
@@ -74,7 +74,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html
 	$(BIN)/python -m pytest tests/test_pages.py tests/test_readme.py
-	$(BIN)/stickslip reproduce --out $(OUT)
+	$(BIN)/stickslip reproduce --output $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
 	$(MAKE) pages
 
@@ -95,7 +95,7 @@ wheel: $(VENV)/.created ## Build source distribution and wheel in dist/, and try
 	cd build && env -i HOME=/nonexistent PATH=$(CURDIR)/build/try/bin:/usr/bin:/bin try/bin/python ../tests/smoke.py
 
 gallery: $(INSTALLED) ## Redraw the pictures of docs/gallery.md
-	$(BIN)/stickslip figures --out docs/gallery --format png
+	$(BIN)/stickslip figures --output docs/gallery --format png
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist docs/_build

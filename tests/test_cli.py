@@ -18,6 +18,7 @@ from scipy import stats
 
 import stickslip as ss
 from stickslip.cli import main
+from stickslip.cli.simulate import KINDS
 from stickslip.study import store
 from stickslip.study.study_file import distribution
 
@@ -118,6 +119,75 @@ def test_sweep(brake, tmp_path):
     assert {row["inclination"] for row in rows} == {"0.2", "0.4"}
 
 
+def test_a_sweep_over_two_parameters_draws_where_sliding_is_stable(brake, tmp_path):
+    drawn = tmp_path / "map.svg"
+    over = ("--over", "inclination=[0.2,0.4]", "--over", "friction=0:3:7")
+    run("sweep", brake, *over, "--plot", drawn)
+    assert "<svg" in drawn.read_text()[:1000]
+    one = ("--over", "inclination=[0.2]", "--over", "friction=0:3:7")
+    assert "--plot needs at least two values" in run("sweep", brake, *one, "--plot", drawn, code=2).stderr
+
+
+def test_a_run_starts_and_is_computed_as_the_options_say(brake, tmp_path):
+    belt, target = tmp_path / "belt.toml", tmp_path / "run.nc"
+    run("init", belt, "--model", "oscillator")
+    scene = ss.load_scene(brake)
+    start = ss.sliding_equilibrium(scene).perturbed({"x4": 1e-6}, {"x1": 2e-3, "x2": 1e-3})
+    given = ("--start", "position.x4=1e-6", "--start", "velocity.x1=2e-3", "--start", "velocity.x2=1e-3")
+    refused = run("simulate", brake, *given, "--duration", 0.05, code=2)
+    # It lifts the contact mass off its slider: the start is the one that was asked for, and checked.
+    assert "position: contact 0" in refused.stderr
+    with pytest.raises(ss.InputError, match="position: contact 0"):
+        ss.simulate(scene, start, 0.05)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 2e-3, "x2": 1e-3})
+    for method in ("modal", "taylor"):
+        run("simulate", brake, *given[2:], "--duration", 0.05, "--method", method, "-o", target)
+        expected = ss.simulate(scene, start, 0.05, method=method).dataset()
+        xr.testing.assert_identical(ss.read_dataset(target), expected)
+    # With a combination, position and velocity are the start itself: with the belt, from rest of the spring.
+    stuck = ("-c", "s", "--start", "velocity.along=0.1", "--start", "position.along=0.01")
+    printed = run("simulate", belt, *stuck, "--csv", "--events").stdout
+    first = next(csv.DictReader(io.StringIO(printed)))
+    # The spring pulls with static friction after (0.5 N / 100 N/m 10 - 0.01 m) / 0.1 m/s.
+    assert float(first["event_time"]) == pytest.approx((0.05 - 0.01) / 0.1, rel=1e-12)
+    studied = ("--over", "friction=[0.5,1.5]", "--ask", "attractor", "--duration", 0.2)
+    near = run("study", brake, *studied, "--start", "velocity.x1=1e-3", "--csv").stdout
+    assert [row["attractor"] for row in csv.DictReader(io.StringIO(near))] == ["equilibrium", "cycle"]
+
+
+def test_tables_say_what_is_missing_and_what_kinds_mean(brake, tmp_path):
+    still = run("simulate", brake, "--duration", 0.001).stdout
+    assert "Events: none" in still
+    assert "Kinds" not in still
+    assert "Critical points: none" in run("sweep", brake, "--over", "friction=0:0.1:3").stdout
+    printed = run("simulate", brake).stdout
+    assert "velocity: the slip velocity reaches zero" in printed
+    assert set(KINDS) >= set(ss.load_case(brake).simulate().events.kind.tolist())
+
+
+def test_an_undamped_mode_is_marginal(brake):
+    printed = run("modes", brake, "--set", "damping=0.0", "--set", "friction=0.5").stdout
+    assert printed.count("marginal") == 6
+    assert "stable" not in printed
+    assert "-0.000000" not in printed
+
+
+def test_files_without_a_run_or_a_study_need_options(brake, tmp_path):
+    bare, belt = tmp_path / "bare.toml", tmp_path / "belt.toml"
+    # The head of the file says what may be left out: all but the name of the model.
+    bare.write_text('[model]\nname = "two_subsystems"\n')
+    scene = ss.load_scene(bare)
+    assert (scene.stiffness != ss.load_scene(brake).stiffness).nnz == 0
+    for verb in ("simulate", "cycle"):
+        assert "no duration in [run]; say --duration" in run(verb, bare, code=2).stderr
+    run("simulate", bare, "--duration", 0.01)
+    for verb in ("sweep", "study"):
+        assert "say --over NAME=" in run(verb, bare, code=2).stderr
+    run("init", belt, "--model", "oscillator")
+    assert "has no [study.parameters]; say --over NAME=LAW" in run("study", belt, code=2).stderr
+    assert "may be left out where the command line says" in brake.read_text()
+
+
 def test_simulate(brake, tmp_path):
     printed = run("simulate", brake, "-o", tmp_path / "run.nc", "--plot", tmp_path / "run.pdf").stdout
     assert "Trajectory(0.6 s, 312 events" in printed
@@ -162,13 +232,44 @@ def test_cycle(brake, tmp_path):
         (["modes", "SCENE", "--plot", "modes.doc"], "expected a file .pdf"),
         (["modes", "SCENE", "--json", "--csv"], "exclude each other"),
         (["sweep", "SCENE", "--over", "friction=0:1:x"], "expected NAME=FROM:TO:COUNT"),
+        (["sweep", "SCENE", "--over", "friction=0:3"], "expected NAME=FROM:TO:COUNT or NAME=[values]"),
+        (["sweep", "SCENE", "--over", "friction=0.3"], "expected NAME=FROM:TO:COUNT or NAME=[values]"),
+        (["sweep", "SCENE", "--over", "friction=0:inf:31"], "FROM and TO must be finite"),
+        (["sweep", "SCENE", "--over", "friction=nan:1:31"], "FROM and TO must be finite"),
+        (
+            ["sweep", "SCENE", "--over", "friction=0:1:3", "--over", "friction=0:2:3"],
+            "friction is given twice",
+        ),
+        (["study", "SCENE", "--over", "friction=[0,1]", "--over", "friction=[2]"], "friction is given twice"),
+        (["modes", "SCENE", "--set", "friction=1", "--set", "friction=2"], "friction is given twice"),
+        (["modes", "SCENE", "--set", "vertical_stiffness_1=3e4"], "give vertical_stiffness as a list"),
+        (["sweep", "SCENE", "--over", "vertical_stiffness_1=1:2:3"], "give vertical_stiffness as a list"),
+        (["modes", "SCENE", "--set", "friction=inf"], "friction: must be finite, got inf"),
+        (["modes", "SCENE", "--set", "upper_mass=[0.3,-0.7]"], "subsystems[1].upper_mass: must be positive"),
+        (["simulate", "SCENE", "--samples", "abc"], "'abc' is not a valid integer."),
+        (["simulate", "SCENE", "--dof", "x9", "--plot", "OUT.pdf"], "--dof: unknown dof 'x9'"),
+        (["simulate", "SCENE", "--dof", "x1"], "--dof goes with --plot"),
+        (["simulate", "SCENE", "--events"], "--events goes with --csv"),
+        (["simulate", "SCENE", "--events", "-o", "OUT.nc"], "--events goes with --csv"),
+        (["simulate", "SCENE", "--start", "speed.x1=1"], "expected position.DOF=METRES or velocity.DOF"),
+        (
+            ["simulate", "SCENE", "--start", "velocity.x1=fast"],
+            "expected position.DOF=METRES or velocity.DOF",
+        ),
+        (["simulate", "SCENE", "--start", "velocity.x9=1"], "velocity: unknown dof 'x9'"),
+        (["simulate", "SCENE", "--method", "rk4"], "'rk4' is not one of 'auto', 'modal', 'taylor'"),
+        (["simulate", "SCENE", "--max-events", "1" + 30 * "0"], "max_events: expected an integer <="),
         (["sweep", "SCENE", "--over", "mu=0:1:5"], "mu: the model has no such parameter"),
         (["simulate", "SCENE", "--duration", "-1"], "duration"),
         (["simulate", "SCENE", "--dof", "y", "--plot", "OUT.pdf"], "unknown dof 'y'"),
     ],
 )
-def test_wrong_usage_exits_with_2_and_says_why(brake, tmp_path, arguments, message):
-    given = [str(brake) if a == "SCENE" else str(tmp_path / a) if a == "OUT.pdf" else a for a in arguments]
+def test_wrong_usage_exits_with_2_and_says_why(brake, tmp_path, monkeypatch, arguments, message):
+    # No motion is computed first.
+    monkeypatch.setattr(ss.Trajectory, "__init__", None)
+    given = [
+        str(brake) if a == "SCENE" else str(tmp_path / a) if a.startswith("OUT") else a for a in arguments
+    ]
     refused = run(*given, code=2)
     assert message in refused.stderr
     assert "Traceback" not in refused.output
@@ -197,7 +298,7 @@ def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_pat
 
 
 def test_figures(tmp_path):
-    said = run("figures", 2, 3, "--out", tmp_path / "new" / "folder", "--format", "svg").stderr
+    said = run("figures", 2, 3, "--output", tmp_path / "new" / "folder", "--format", "svg").stderr
     assert "figure-03.svg: Eigenvalues of steady sliding over friction" in said
     written = sorted((tmp_path / "new" / "folder").iterdir())
     assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]

@@ -33,7 +33,10 @@ SCENES = [
     ({"mass": [[1.0, 2.0], [2.0, 1.0]]}, "mass: must be positive definite, got -3"),
     ({"mass": [[1.0, 0.5], [0.4, 1.0]]}, "mass: must be symmetric, got 0.5 at .*0.4"),
     ({"mass": [[1.0, 0.0]]}, r"mass: expected shape .n,. or .n, n., got \(1, 2\)"),
-    ({"mass": [], "stiffness": np.zeros((0, 0)), "contacts": []}, r"mass: .* got \(0,\)"),
+    (
+        {"mass": [], "stiffness": np.zeros((0, 0)), "contacts": []},
+        "mass: expected at least one dof, got none",
+    ),
     ({"mass": 1.0}, "mass: expected a 1-dimensional or 2-dimensional array"),
     ({"mass": np.ones((2, 2, 2))}, r"mass: .* got shape \(2, 2, 2\)"),
     ({"mass": [1.0, 1j]}, "mass: expected real numbers, got .*complex"),
@@ -42,7 +45,7 @@ SCENES = [
     ({"mass": [True, True]}, "mass: expected real numbers, got .*bool"),
     ({"mass": [[1.0], [1.0, 2.0]]}, "mass: expected an array of numbers, got a ragged sequence"),
     ({"stiffness": np.eye(3)}, r"stiffness: expected shape \(2, 2\), got \(3, 3\)"),
-    ({"stiffness": np.ones((2, 3))}, r"stiffness: expected .*, got \(2, 3\)"),
+    ({"stiffness": np.ones((2, 3))}, r"stiffness: expected a square matrix, got shape \(2, 3\)"),
     ({"stiffness": [1.0, 2.0]}, r"stiffness: expected a 2-dimensional array, got shape \(2,\)"),
     ({"stiffness": [[1.0, 2.0], [3.0, 4.0]]}, "stiffness: must be symmetric, got 2 at .*3"),
     ({"stiffness": [[1.0, NAN], [NAN, 4.0]]}, "stiffness: must be finite, got NaN"),
@@ -74,12 +77,18 @@ CONTACTS = [
     ({"normal": True}, "contact 0: normal: expected a dof index, a dof name or a vector, got True"),
     ({"normal": [0.0, 1.0, 0.0]}, r"contact 0: normal: expected shape \(2,\), got \(3,\)"),
     ({"normal": [0.0, NAN]}, "contact 0: normal: must be finite, got NaN"),
-    ({"normal": [0.0, 0.0]}, "normal direction of contact 0 depends on"),
-    ({"normal": 0}, "direction of contact 0 depends on"),
+    ({"normal": [0.0, 0.0]}, "contact 0: normal: must not be zero"),
+    ({"normal": 0}, "contact 0: normal: must differ from the tangential direction, got a multiple of it"),
+    ({"normal": [-2.0, 0.0]}, "contact 0: normal: must differ from the tangential direction"),
+    (
+        {"tangential": [0.3, 0.6], "normal": [-0.1, -0.2]},
+        "contact 0: normal: must differ from the tangential",
+    ),
+    ({"tangential": [0.0, 0.0]}, "contact 0: tangential: must not be zero"),
     ({"normal": None}, "contact 0: normal: expected real numbers"),
     ({"friction": -0.3}, "contact 0: friction: must be >= 0, got -0.3"),
-    ({"friction": NAN}, "contact 0: friction: must be >= 0, got NaN"),
-    ({"friction": INF}, "contact 0: friction: must be >= 0, got inf"),
+    ({"friction": NAN}, "contact 0: friction: must be finite, got NaN"),
+    ({"friction": INF}, "contact 0: friction: must be finite, got inf"),
     ({"friction": 1j}, "contact 0: friction: expected a real number, got 1j"),
     ({"friction": "0.3"}, "contact 0: friction: expected a real number, got '0.3'"),
     ({"friction": None}, "contact 0: friction: expected a real number, got None"),
@@ -110,8 +119,11 @@ def test_errors_are_value_errors_of_one_family():
 
 
 def test_two_contacts_on_the_same_mass_direction():
-    with pytest.raises(ss.InputError, match="direction of contact 1 depends on"):
-        scene(contacts=[contact(), contact()])
+    wide = {"mass": np.ones(4), "stiffness": 1e4 * np.eye(4), "force": None}
+    with pytest.raises(
+        ss.InputError, match=r"tangential direction of contact 1 depends on .*small mass of its own"
+    ):
+        scene(**wide, contacts=[contact(), contact(normal=2)])
 
 
 @pytest.mark.parametrize(
@@ -142,9 +154,8 @@ def test_combination(combination, message):
     for ask in (ss.complex_modes, ss.reduce):
         with pytest.raises(ss.InputError, match=message):
             ask(scene(), combination)
-    state = ss.State([0.0, 0.0], [0.0, 0.0], combination)
-    with pytest.raises(ss.InputError, match=message):
-        ss.simulate(scene(), state, 0.1)
+    with pytest.raises(ss.InputError, match=r"combination: expected one letter|got \"\""):
+        ss.simulate(scene(), ss.State([0.0, 0.0], [0.0, 0.0], combination), 0.1)
 
 
 def test_a_frictionless_contact_cannot_stick():
@@ -162,7 +173,7 @@ def test_duration(duration):
     ("changes", "message"),
     [
         ({"method": "euler"}, "method: expected 'auto', 'modal' or 'taylor', got 'euler'"),
-        ({"max_events": -1}, "max_events: expected an integer >= 0 or None, got -1"),
+        ({"max_events": -1}, "max_events: expected an integer >= 0, got -1"),
         ({"max_events": 1.5}, "max_events: .* got 1.5"),
         ({"time_limit": 0.0}, "time_limit: .* got 0"),
         ({"accumulation_tolerance": -1.0}, "accumulation_tolerance: .* got -1"),
@@ -198,7 +209,7 @@ def test_scene_and_start_of_the_wrong_kind():
         ([0.0, 0.0], [0.0, 0.0], "s", "velocity: contact 0 is 's' .*slip velocity is -0.1"),
         ([0.01, 0.0], [0.1, 0.0], "s", "contact 0 is 's' .*friction"),
         ([0.0, 0.0, 0.0], [0.0, 0.0, 0.0], "+", r"position: expected shape \(2,\), got \(3,\)"),
-        ([0.0, NAN], [0.0, 0.0], "+", "position: must be finite, got NaN"),
+        ([0.0, NAN], [0.0, 0.0], "+", "position: must be finite, got nan at index 1"),
         ([0.0, 0.0], [INF, 0.0], "+", "velocity: must be finite, got inf"),
     ],
 )
@@ -307,11 +318,11 @@ def test_chain(arguments, message):
     ("arguments", "message"),
     [
         ({"labels": "paper"}, "labels: expected 'matrix' or 'printed', got 'paper'"),
-        ({"upper_mass": (0.3, -0.3)}, "mass: must be positive definite, got -0.3"),
+        ({"upper_mass": (0.3, -0.3)}, r"subsystems\[1\].upper_mass: must be positive, got -0.3"),
         ({"upper_mass": (0.3, 0.3, 0.3)}, r"upper_mass: .* \(2\), got 3"),
         ({"inclination": NAN}, r"subsystems\[0\].inclination: must be finite, got nan"),
         ({"contact_mass": "light"}, "contact_mass: expected a number, or one per contact, got 'light'"),
-        ({"friction": (1.0, NAN)}, "contact 1: friction: must be >= 0, got NaN"),
+        ({"friction": (1.0, NAN)}, "contact 1: friction: must be finite, got NaN"),
         ({"wall_stiffness": NAN}, "stiffness: must be finite, got NaN"),
     ],
 )

@@ -24,6 +24,23 @@ def test_loci_show_the_branches():
     assert np.isfinite(unstable).sum() == 1
 
 
+def test_a_stability_map_shows_growth_and_its_border():
+    values = {"friction": np.linspace(0.0, 3.0, 31), "slider_speed": [0.01, 0.05, 0.1]}
+    figure = mode_figures.stability_map(ss.sweep(ss.models.two_subsystems(), **values))
+    growth, count, *bars = figure.axes
+    assert growth.get_ylabel() == "friction coefficient"
+    assert growth.get_xlabel() == count.get_xlabel() == "slider speed, m/s"
+    assert [bar.get_ylabel() for bar in bars] == ["largest real part, 1/s", "number of unstable modes"]
+    # One unstable mode beyond the Hopf point, two beyond the second one; no mode depends on the speed.
+    borders = [np.concatenate([path.vertices for path in c.get_paths()]) for c in count.collections]
+    hopf = [p.value for p in ss.hopf_points(ss.models.two_subsystems(), friction=(0.0, 3.0))]
+    # Between samples 0.1 apart the border is interpolated.
+    for border, expected in ((borders[0], hopf[0]), (borders[1], hopf[1]), (borders[-1], hopf[0])):
+        assert border[:, 1].min() == pytest.approx(expected, abs=0.05)
+    with pytest.raises(ss.InputError, match=r"two values of each at least, got {'friction': 31}"):
+        mode_figures.stability_map(ss.sweep(ss.models.two_subsystems(), friction=values["friction"]))
+
+
 def test_shapes_show_every_mode():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
     figure = mode_figures.shapes(modes)

@@ -113,9 +113,7 @@ def test_an_erratum_is_wrong_if_the_model_has_another_value(monkeypatch):
 
 
 def test_command_line(tmp_path):
-    result = CliRunner().invoke(
-        main, ["reproduce", "--out", str(tmp_path / "figures"), "--json", str(tmp_path / "rows.json")]
-    )
+    result = CliRunner().invoke(main, ["reproduce", "--output", str(tmp_path / "figures")])
     assert result.exit_code == 0, result.output
     assert "0 differs" in result.output
     assert "the model gives 588.01" in result.output
@@ -123,11 +121,11 @@ def test_command_line(tmp_path):
     energy = ["energy-cycle.png", "energy-flow.png", "energy-growth.png", "energy.png"]
     motion = ["contact-status.png", "history.png", "limit-cycle.png", "phase-plane.png"]
     modes = ["loci.png", "mode-orbits.png", "mode-shapes.png", "mode.gif"]
-    assert written == sorted(energy + motion + modes)
-    for path in (tmp_path / "figures").iterdir():
+    assert written == sorted([*energy, *motion, *modes, "comparison.json"])
+    for path in (tmp_path / "figures").glob("*.[pg]*"):
         assert path.read_bytes().startswith({".png": b"\x89PNG", ".gif": b"GIF8"}[path.suffix])
         assert path.stat().st_size > 10_000
-    rows = json.loads((tmp_path / "rows.json").read_text())
+    rows = json.loads((tmp_path / "figures" / "comparison.json").read_text())
     assert {row["verdict"] for row in rows} == {"agrees", "erratum", "not printed"}
 
 

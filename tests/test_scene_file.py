@@ -1,6 +1,7 @@
 """Scene files: exact round trips, and errors that name file, key and value."""
 
 import dataclasses
+import pickle
 import tomllib
 from functools import partial
 
@@ -18,6 +19,8 @@ from stickslip.toml_text import toml_text
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
 NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=6)
+#: Names of dofs and contacts, which are not blank.
+LABELS = NAMES.filter(str.strip)
 
 
 def identical(first, second):
@@ -35,10 +38,9 @@ def identical(first, second):
             identical(getattr(first, f.name), getattr(second, f.name)) for f in dataclasses.fields(first)
         )
     if isinstance(first, ss.Scene):
-        return all(
-            identical(getattr(first, f.name), getattr(second, f.name))
-            for f in dataclasses.fields(first)
-            if f.name != "core"
+        fields = [f.name for f in dataclasses.fields(first) if f.name not in ("core", "model", "contacts")]
+        return all(identical(getattr(first, name), getattr(second, name)) for name in fields) and identical(
+            resolved(first), resolved(second)
         )
     if isinstance(first, tuple):
         return len(first) == len(second) and all(map(identical, first, second))
@@ -46,6 +48,17 @@ def identical(first, second):
         a, b = np.asarray(first), np.asarray(second)
         return a.shape == b.shape and a.tobytes() == b.tobytes()
     return type(first) is type(second) and first == second
+
+
+def resolved(scene):
+    """The contacts of a scene with the numbers of their dofs, which a file gives by name, as vectors."""
+    directions = [
+        (scene.tangential_direction(i), scene.normal_direction(i)) for i in range(len(scene.contacts))
+    ]
+    return tuple(
+        dataclasses.replace(contact, tangential=t, normal=n)
+        for contact, (t, n) in zip(scene.contacts, directions, strict=True)
+    )
 
 
 @st.composite
@@ -76,7 +89,7 @@ def scenes(draw):
             ]
         )
     )
-    dofs = draw(st.none() | st.lists(NAMES, min_size=size, max_size=size, unique=True))
+    dofs = draw(st.none() | st.lists(LABELS, min_size=size, max_size=size, unique=True))
     names = dofs or [f"x{i + 1}" for i in range(size)]
     friction = draw(st.floats(0.0, 3.0))
     direction = draw(st.sampled_from([0, names[0], np.eye(size)[0] * 1.7, [0.6] + [0.0] * (size - 1)]))
@@ -88,7 +101,7 @@ def scenes(draw):
         slider_speed=draw(st.floats(-1.0, 1.0)),
         restitution=draw(st.floats(0.0, 1.0)),
         gap=draw(st.floats(-1e-3, 1e-3)),
-        name=draw(st.none() | NAMES),
+        name=draw(st.none() | LABELS),
     )
     force = draw(arrays(float, size, elements=NUMBERS))
     contacts = draw(st.sampled_from([(), (contact,)]))
@@ -223,7 +236,7 @@ MODEL = '[model]\nname = "two_subsystems"\n'
         ("mass = [", r"no valid TOML: .*end of document"),
         (SCENE + MODEL, r"expected either \[scene\] or \[model\], got scene, model"),
         ("", r"expected either \[scene\] or \[model\], got neither"),
-        (SCENE + "[rnu]\n", r"unknown key 'rnu' .*nearest: run"),
+        (SCENE + "[rnu]\n", r"unknown key 'rnu'; nearest: run"),
         (
             SCENE.replace("friction", "frictoin"),
             r"contact 0: unknown key 'frictoin' \(= 0.3\); nearest: friction",
@@ -342,3 +355,33 @@ def test_a_model_that_a_file_cannot_name(tmp_path):
     with pytest.raises(ss.InputError, match="is no text that a file can hold"):
         ss.Scene([1.0], [[1.0]], dofs=["\ud800"]).save(tmp_path / "x.toml")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_scene_of_a_model_is_saved_as_the_model(tmp_path):
+    """A page of matrices says nothing about the model that they came from."""
+    path = tmp_path / "brake.toml"
+    scene = ss.models.two_subsystems(friction=0.7, inclination=(0.2, 0.5)).replace(friction=(0.9, 1.1))
+    pickle.loads(pickle.dumps(scene)).save(path)
+    assert tomllib.loads(path.read_text()) == {
+        "model": {"name": "two_subsystems", "friction": [0.9, 1.1], "inclination": [0.2, 0.5]}
+    }
+    assert identical(ss.load_scene(path), scene)
+    # What the model does not take makes it a scene of its own, and so does asking for its matrices.
+    scene.replace(gap=1e-6).save(path)
+    assert identical(ss.load_scene(path), scene.replace(gap=1e-6))
+    assert "stiffness" in tomllib.loads(path.read_text())["scene"]
+    scene.save(path, "inline")
+    contacts = tomllib.loads(path.read_text())["scene"]["contact"]
+    assert [(contact["tangential"], contact["normal"]) for contact in contacts] == [
+        ("x3", "x4"),
+        ("x7", "x8"),
+    ]
+    assert identical(ss.load_scene(path), scene)
+
+
+def test_a_model_whose_arguments_changed_after_the_call_is_saved_by_its_matrices(tmp_path):
+    friction = np.array([0.5, 0.6])
+    scene = ss.models.two_subsystems(friction=friction)
+    friction[0] = 5.0
+    scene.save(tmp_path / "brake.toml")
+    assert [contact.friction for contact in ss.load_scene(tmp_path / "brake.toml").contacts] == [0.5, 0.6]

@@ -11,7 +11,7 @@ import scipy.optimize
 from stickslip import _core
 from stickslip.arrays import Real, real_number, whole_number
 from stickslip.bifurcation import table
-from stickslip.branch import Branch, BranchPoint, Placed
+from stickslip.branch import Branch, BranchPoint, Placed, checked_cycle
 from stickslip.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
 from stickslip.path import Model, SceneAt, between
@@ -147,6 +147,7 @@ def trace_branch(
     OrbitError
         If Newton's method does not find the orbit at the first value.
     """
+    checked_cycle(cycle)
     points = whole_number("points", points, 1)
     longest = real_number("step", step)
     if not 0.0 < longest <= 1.0:

@@ -7,9 +7,10 @@ from typing import Any, Literal
 
 import xarray as xr
 
+from stickslip.arrays import described
 from stickslip.bifurcation import table
 from stickslip.cycle import Cycle
-from stickslip.errors import OrbitError
+from stickslip.errors import InputError, OrbitError
 from stickslip.path import Model, SceneAt, along
 from stickslip.units import parameter_units
 
@@ -112,8 +113,9 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
     Raises
     ------
     InputError
-        If the parameter is unknown or there is not exactly one array.
+        If `cycle` is none, the parameter is unknown or there is not exactly one array.
     """
+    checked_cycle(cycle)
     name, values, scene_at = along(cycle.scene if model is None else model, parameter)
     orbits: list[Cycle | None] = []
     before: tuple[float, Cycle] = (float(values[0]), cycle)
@@ -128,6 +130,19 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
     result = table(name, values, orbits, parameter_units(cycle.scene if model is None else model, name))
     result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
     return Branch(result, tuple(orbits), (), "lost" if orbits[-1] is None else "range")
+
+
+def checked_cycle(cycle: Any) -> None:
+    """Refuse what is no cycle.
+
+    Raises
+    ------
+    InputError
+        Naming what it is.
+    """
+    if not isinstance(cycle, Cycle):
+        hint = "; its limit cycle is .limit_cycle()" if hasattr(cycle, "limit_cycle") else ""
+        raise InputError(f"cycle: expected a Cycle, got {described(cycle)}{hint}")
 
 
 def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.arrays import Real, real_number
+from stickslip.arrays import Real, described, real_number
 from stickslip.errors import InputError
 from stickslip.path import known_parameters
 from stickslip.scene import Scene
@@ -75,7 +75,9 @@ class Case:
             known(f"[{name}]", getattr(self, name), allowed)
         scene = self.model if isinstance(self.model, Scene) else self.model()
         if not isinstance(scene, Scene):
-            raise InputError(f"model: expected a Scene or a function that returns one, got {scene!r}")
+            raise InputError(
+                f"model: expected a Scene or a function that returns one, got {described(scene)}"
+            )
         object.__setattr__(self, "scene", scene)
         with located("[start]"):
             self._moved(State(np.zeros(scene.size), np.zeros(scene.size), "", scene.dofs))
@@ -118,7 +120,7 @@ class Case:
         """
         settings = {**self.run, **{key: value for key, value in changes.items() if value is not None}}
         if "duration" not in settings:
-            raise InputError("[run]: duration is missing")
+            raise InputError("duration is missing: give it, or [run] duration in the file")
         return simulate(self.scene, self.initial_state(), **settings)
 
     def values(self) -> dict[str, Real]:
@@ -211,8 +213,10 @@ def parameter_values(name: str, value: Any) -> Real:
         known(name, value, RANGE_KEYS, RANGE_KEYS)
         count = value["count"]
         if not isinstance(count, int) or isinstance(count, bool) or count < 2:
-            raise InputError(f"{name}: count: expected an integer >= 2, got {count!r}")
+            raise InputError(f"{name}: count: expected an integer >= 2, got {described(count)}")
         first, last = (real_number(f"{name}: {key}", value[key]) for key in ("from", "to"))
+        if not np.isfinite([first, last]).all():
+            raise InputError(f"{name}: from and to must be finite, got {first:g} and {last:g}")
         return np.linspace(first, last, count)
     if isinstance(value, str) or not np.iterable(value):
         raise InputError(f"{name}: expected values or {{ from, to, count }}, got {value!r}")

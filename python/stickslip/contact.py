@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import difflib
+import numbers
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.arrays import Real, real_array, real_number
+from stickslip.arrays import Real, described, real_array, real_number
 from stickslip.errors import InputError
 
 #: A contact as the core takes it: tangential and normal (dof index or (n,) vector), friction,
@@ -55,6 +56,13 @@ class Contact:
     gap: float = 0.0
     name: str | None = None
 
+    def __post_init__(self) -> None:
+        for name in LAW:
+            value = getattr(self, name)
+            # Numbers of other kinds, such as fractions, become floats; what is no number, the scene refuses.
+            if isinstance(value, numbers.Real) and not isinstance(value, float | int):
+                object.__setattr__(self, name, real_number(name, value))
+
     def __repr__(self) -> str:
         given = {
             field.name: getattr(self, field.name)
@@ -77,8 +85,10 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> Contac
         If a direction is no index below n, no dof name and no vector, or a law entry is no real number.
     """
     if not isinstance(contact, Contact):
-        raise InputError(f"contact {position}: expected a Contact, got {contact!r}")
+        raise InputError(f"contact {position}: expected a Contact, got {described(contact)}")
     place = f"contact {position}"
+    if contact.name is not None and not (isinstance(contact.name, str) and contact.name.strip()):
+        raise InputError(f"{place}: name: expected a text that is not empty, or None, got {contact.name!r}")
     friction = real_number(f"{place}: friction", contact.friction)
     static = contact.static_friction
     return (

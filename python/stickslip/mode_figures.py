@@ -6,9 +6,12 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import xarray as xr
+from matplotlib import colormaps
 from matplotlib.animation import FuncAnimation
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
@@ -24,6 +27,9 @@ STABLE, UNSTABLE = "#4477aa", "#cc3311"
 COLOURS = ("#4477aa", "#cc3311", "#228833", "#aa3377", "#66ccee", "#ccbb44")
 #: Modes that are drawn unasked, and dofs up to which each has a bar and its name.
 MOST, NAMED = 9, 24
+
+#: Shades of growth, and as many of decay, in a map of stability.
+LEVELS = 12
 
 #: Masses as name: (horizontal, vertical) or (tangential, normal) dof.
 Masses = Mapping[str, tuple[int | str, int | str]]
@@ -83,6 +89,59 @@ def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = 
             growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
     growth.set(xlabel=_words(name), ylabel="real part, 1/s")
     frequency.set(xlabel=_words(name), ylabel="|eigenvalue| / 2π, Hz")
+
+
+def stability_map(branches: xr.Dataset) -> Figure:
+    """Return where sliding is stable over two parameters: largest growth rate and number of unstable modes.
+
+    The border of stability, where the largest growth rate is zero, is the black line of both panels.
+
+    Parameters
+    ----------
+    branches
+        A sweep over two parameters, at least two values of each.
+
+    Raises
+    ------
+    InputError
+        If the sweep is over one parameter, or over a single value of one.
+    """
+    names = [str(name) for name in branches.eigenvalue.dims if name != "branch"]
+    if len(names) != 2 or min(branches.sizes[name] for name in names) < 2:
+        sizes = {name: branches.sizes[name] for name in names}
+        raise InputError(
+            f"stability_map: expected a sweep over two parameters, two values of each at least, got {sizes}"
+        )
+    # The second parameter, along which branches are continuous, is the horizontal axis.
+    upward, across = names
+    ordered = branches.sortby(names).eigenvalue.transpose(*names, "branch")
+    eigenvalue = ordered.to_numpy()
+    growth = eigenvalue.real.max(axis=-1)
+    grid = (ordered[across].to_numpy(), ordered[upward].to_numpy())
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    reach = float(np.abs(growth).max()) or 1.0
+    levels = np.linspace(-reach, reach, 2 * LEVELS + 1)
+    shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
+    figure.colorbar(shades, ax=left, label="largest real part, 1/s")
+    # At least k modes are unstable where the k-th largest real part, one of each pair, is positive.
+    one_of_pair = np.where(eigenvalue.imag >= 0.0, eigenvalue.real, -reach)
+    ranked = np.moveaxis(-np.sort(-one_of_pair, axis=-1), -1, 0)
+    most = int((ranked > 0.0).any(axis=(1, 2)).sum())
+    shade = colormaps["Reds"].resampled(most + 2)
+    for rank, real in enumerate(ranked[:most], start=1):
+        right.contourf(*grid, real, levels=[0.0, 2.0 * reach], colors=[shade(rank)])
+    edges = BoundaryNorm(np.arange(most + 2) - 0.5, most + 1)
+    number = ScalarMappable(edges, ListedColormap(shade(range(most + 1))))
+    figure.colorbar(number, ax=right, label="number of unstable modes", ticks=np.arange(most + 1))
+    right.set_facecolor(shade(0))
+    for axes in (left, right):
+        if growth.min() < 0.0 < growth.max():
+            axes.contour(*grid, growth, levels=[0.0], colors="black", linewidths=1.2)
+        axes.set_xlabel(_with_unit(branches, across))
+    left.set_ylabel(_with_unit(branches, upward))
+    figure.suptitle("Stability of sliding (black: its border)")
+    return figure
 
 
 def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
@@ -258,6 +317,11 @@ def _cycled(count: int) -> list[str]:
 
 def _words(name: str) -> str:
     return "friction coefficient" if name == "friction" else name.replace("_", " ")
+
+
+def _with_unit(branches: xr.Dataset, name: str) -> str:
+    unit = branches[name].attrs.get("units", "1")
+    return _words(name) if unit == "1" else f"{_words(name)}, {unit}"
 
 
 def _described(modes: Modes, mode: int) -> str:

@@ -8,8 +8,9 @@ contact instabilities on a lumped system".
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
+from functools import cache, partial
 from inspect import signature
 from typing import Any, Literal
 
@@ -17,7 +18,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip import _core
-from stickslip.arrays import Real, real_number
+from stickslip.arrays import Real, described, real_number
 from stickslip.contact import Contact, per_contact
 from stickslip.errors import InputError
 from stickslip.scene import Proportional, Scene
@@ -99,6 +100,7 @@ def chain(
     InputError
         If the numbers of links or values do not match, or a parameter is ill-posed.
     """
+    given = dict(locals())
     parts, ties = tuple(subsystems), tuple(links)
     if not parts:
         raise InputError("subsystems: expected at least one, got none")
@@ -116,7 +118,7 @@ def chain(
         per_contact("restitution", restitution, count),
         strict=True,
     )
-    return Scene(
+    scene = Scene(
         mass,
         scipy.sparse.csr_array((data, indices, indptr), shape=(size, size)),
         damping=Proportional(stiffness=real_number("damping", damping)),
@@ -134,6 +136,7 @@ def chain(
         ],
         impact_friction=impact_friction,
     )
+    return _made_by(scene, chain, {**given, "subsystems": parts, "links": ties})
 
 
 #: Stiffnesses of the two-subsystem model, N/m: the labels that its own matrix (Eq. 21) has, and those that
@@ -218,7 +221,21 @@ def two_subsystems(
         If a parameter is ill-posed.
     """
     # Nothing but the arguments is local here.
-    return chain(**chain_arguments(locals()))
+    given = dict(locals())
+    return _made_by(chain(**chain_arguments(given)), two_subsystems, given)
+
+
+def _made_by(scene: Scene, model: Callable[..., Scene], given: Mapping[str, Any]) -> Scene:
+    """Let a scene know the model that made it, with those arguments that are not its defaults."""
+    defaults = _defaults(model)
+    told = {name: value for name, value in given.items() if value is not defaults[name]}
+    object.__setattr__(scene, "model", partial(model, **told))
+    return scene
+
+
+@cache
+def _defaults(model: Callable[..., Scene]) -> dict[str, Any]:
+    return {name: parameter.default for name, parameter in signature(model).parameters.items()}
 
 
 def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -229,7 +246,7 @@ def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If the labels are unknown or a number of values is not two.
     """
-    arguments = {name: p.default for name, p in signature(two_subsystems).parameters.items()} | dict(given)
+    arguments = _defaults(two_subsystems) | dict(given)
     labels = arguments.pop("labels")
     if labels not in LABELS:
         raise InputError(f"labels: expected 'matrix' or 'printed', got {labels!r}")
@@ -269,12 +286,14 @@ def _column(argument: str, parts: Sequence[Any], kind: type, field: str) -> Real
     column = np.empty(len(parts))
     for i, part in enumerate(parts):
         if not isinstance(part, kind):
-            raise InputError(f"{argument}[{i}]: expected a {kind.__name__}, got {part!r}")
+            raise InputError(f"{argument}[{i}]: expected a {kind.__name__}, got {described(part)}")
         column[i] = real_number(f"{argument}[{i}].{field}", getattr(part, field))
         if field == "inclination":
             radians(f"{argument}[{i}].{field}", column[i])
         if not np.isfinite(column[i]):
             raise InputError(f"{argument}[{i}].{field}: must be finite, got {column[i]}")
+        if field in ("upper_mass", "contact_mass") and column[i] <= 0.0:
+            raise InputError(f"{argument}[{i}].{field}: must be positive, got {column[i]:g}")
     return column
 
 

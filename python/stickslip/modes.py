@@ -33,6 +33,10 @@ class ModesData(TypedDict):
     stiffness: Real  # (m, m)
 
 
+#: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, the eigenvalue's own.
+ROUNDINGS = 4
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Modes:
     """Eigenvalues and vectors of ``A y' + B y = 0``, y = (q, q'), for one status combination.
@@ -120,6 +124,29 @@ class Modes:
         """Whether the real part is positive, (m,)."""
         return self.eigenvalues.real > 0.0
 
+    @cached_property
+    def rounding(self) -> Real:
+        """How far rounding of M_s, C_s and K_s moves each eigenvalue, (m,), 1/s; nan where it is defective.
+
+        To first order, entries that change by a relative ``epsilon`` each change lambda by at most
+        ``epsilon |v|' (|lambda|^2 |M_s| + |lambda| |C_s| + |K_s|) |xi| / |a|``; an entry of K_s is the sum of
+        few products, so epsilon is `ROUNDINGS` times that of a float.
+        """
+        modulus = np.abs(self.eigenvalues)
+        right, left = np.abs(self.right_displacement), np.abs(self.left_displacement)
+        parts = zip((modulus**2, modulus, 1.0), (self.mass, self.damping, self.stiffness), strict=True)
+        change = sum(factor * (left * (np.abs(matrix) @ right)).sum(axis=0) for factor, matrix in parts)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            bound: Real = ROUNDINGS * np.finfo(float).eps * change / np.abs(self.a)
+        return bound
+
+    @property
+    def marginal(self) -> NDArray[np.bool_]:
+        """Whether the real part is zero within `rounding`, (m,), so that a mode neither grows nor decays."""
+        growth = np.abs(self.eigenvalues.real)
+        zero: NDArray[np.bool_] = (growth == 0.0) | (growth <= self.rounding)
+        return zero
+
     def dataset(self) -> xr.Dataset:
         """Return what a table or a file of the modes holds.
 
@@ -151,15 +178,16 @@ class Modes:
         for k, (hertz, ratio) in enumerate(zip(self.frequencies, self.damping_ratios, strict=True)):
             if self.eigenvalues[k].imag >= 0.0:
                 remark = self.remark(k)
-                lines.append(f"  {hertz:14.4f}  {ratio:+13.6f}{'  ' if remark else ''}{remark}")
+                lines.append(f"  {hertz:14.4f}  {signed(ratio, 6):>13}{'  ' if remark else ''}{remark}")
         return "\n".join(lines)
 
     def remark(self, mode: int) -> str:
-        """Return what is special about a mode, by its index: real, unstable, defective, or nothing."""
+        """Return what is special about a mode: real, unstable or marginal, defective, or nothing."""
         value = self.eigenvalues[mode]
         known = {
             "real": value.imag == 0.0,
-            "unstable": value.real > 0.0,
+            "unstable": value.real > 0.0 and not self.marginal[mode],
+            "marginal": self.marginal[mode],
             "defective": self.defective[mode],
         }
         return "  ".join(word for word, holds in known.items() if holds)
@@ -168,6 +196,13 @@ class Modes:
         from stickslip.notebook import modes_html
 
         return modes_html(self)
+
+
+def signed(value: float, digits: int) -> str:
+    """Return a number with its sign and so many decimals, or an exponent where these would be zero."""
+    if value != 0.0 and abs(value) < 0.5 * 10.0**-digits:
+        return f"{value:+.1e}"
+    return f"{value + 0.0:+.{digits}f}"
 
 
 def complex_modes(scene: Scene, combination: str | None = None) -> Modes:

@@ -65,14 +65,14 @@ def modes_html(modes: Modes) -> str:
         (
             str(k),
             f"{modes.frequencies[k]:.4f}",
-            float(modes.damping_ratios[k]),
-            float(modes.eigenvalues[k].real),
+            float(modes.damping_ratios[k]) + 0.0,
+            float(modes.eigenvalues[k].real) + 0.0,
             modes.remark(int(k)),
         )
         for k in upper
     ]
     headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
-    kinds = ["unstable" if modes.unstable[k] else "" for k in upper]
+    kinds = ["unstable" if modes.unstable[k] and not modes.marginal[k] else "" for k in upper]
     return table(f"Modes of {modes.combination}", headings, rows, row_kinds=kinds)
 
 

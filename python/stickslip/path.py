@@ -106,7 +106,12 @@ def known_parameters(model: Callable[..., Scene], names: Iterable[str]) -> None:
         return
     for name in names:
         if name not in parameters:
-            raise InputError(f"{name}: the model has no such parameter{nearest(name, list(parameters))}")
+            stem, _, label = name.rpartition("_")
+            hint = nearest(name, list(parameters))
+            if stem in parameters and label.isdecimal():
+                hint = f"; give {stem} as a list with one value for each, such as {stem}=[1.0, 2.0]"
+                hint += f", or, in a study, the distribution of {name} alone"
+            raise InputError(f"{name}: the model has no such parameter{hint}")
 
 
 def contact_parameter(scene: Scene, name: str) -> tuple[str, list[int]]:

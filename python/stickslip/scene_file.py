@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import operator
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -76,7 +77,9 @@ def known(place: str, table: Any, keys: tuple[str, ...], needs: tuple[str, ...] 
         raise InputError(f"{place}: expected a table, got {table!r}")
     for key, value in table.items():
         if key not in keys:
-            raise InputError(f"{place}: unknown key {key!r} (= {value!r}){nearest(key, keys)}")
+            # A table or a list is too long for a message.
+            shown = "" if isinstance(value, Mapping | list) else f" (= {value!r})"
+            raise InputError(f"{place}: unknown key {key!r}{shown}{nearest(key, keys)}")
     for key in needs:
         if key not in table:
             raise InputError(f"{place}: {key} is missing")
@@ -183,10 +186,23 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
             table[key] = _written(path, key, value, matrices)
     table["impact_friction"] = scene.impact_friction
     table["contact"] = [
-        {key: value for key in CONTACT_KEYS if (value := getattr(contact, key)) is not None}
+        {
+            key: _named(value, scene.dofs) if key in ("tangential", "normal") else value
+            for key in CONTACT_KEYS
+            if (value := getattr(contact, key)) is not None
+        }
         for contact in scene.contacts
     ]
     return table
+
+
+def _named(direction: Any, dofs: Sequence[str]) -> Any:
+    """Return a direction along one dof as the name of the dof."""
+    return (
+        dofs[operator.index(direction)]
+        if np.ndim(direction) == 0 and not isinstance(direction, str)
+        else direction
+    )
 
 
 def _written(path: Path, key: str, value: Any, matrices: Matrices) -> Any:

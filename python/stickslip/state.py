@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.arrays import Real, real_array, real_number
+from stickslip.arrays import Real, described, real_array, real_number
 from stickslip.contact import dof_index
 from stickslip.errors import InputError
 from stickslip.scene import Scene, checked, default_dofs
@@ -36,8 +36,8 @@ class State:
     Raises
     ------
     InputError
-        If position and velocity are no real vectors of one length. Whether the state fits a scene and its
-        own combination is checked by what uses it.
+        If position and velocity are no real, finite vectors of one length, or the combination has another
+        letter. Whether the state fits a scene and its own combination is checked by what uses it.
     """
 
     position: Real
@@ -56,8 +56,16 @@ class State:
         v = real_array("velocity", velocity, 1)
         if x.shape != v.shape:
             raise InputError(f"velocity: expected shape {x.shape} like position, got {v.shape}")
+        for argument, values in (("position", x), ("velocity", v)):
+            if not np.isfinite(values).all():
+                index = int(np.flatnonzero(~np.isfinite(values))[0])
+                raise InputError(f"{argument}: must be finite, got {values[index]} at index {index}")
         if not isinstance(combination, str):
-            raise InputError(f"combination: expected a string such as '+s', got {combination!r}")
+            raise InputError(f"combination: expected a string such as '+s', got {described(combination)}")
+        if not set(combination) <= set("+-sd"):
+            raise InputError(
+                f"combination: expected one letter of '+', '-', 's', 'd' per contact, got {combination!r}"
+            )
         names = default_dofs(x.size) if dofs is None else tuple(dofs)
         if len(names) != x.size:
             raise InputError(f"dofs: expected {x.size} names, got {len(names)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numbers
 import re
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -55,8 +56,8 @@ def _value(place: str, value: Any) -> str:
         return "true" if value else "false"
     if isinstance(value, int):
         return str(value)
-    if isinstance(value, float):
-        return repr(value)
+    if isinstance(value, numbers.Real):
+        return repr(float(value))
     if isinstance(value, str):
         return _text(place, value)
     if isinstance(value, Mapping):

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip import energy as energetics
-from stickslip.arrays import Index, Names, Real, real_array, real_number
+from stickslip.arrays import Index, Names, Real, real_array, real_number, whole_number
 from stickslip.errors import InputError, RunError, RunInterrupted
 from stickslip.scene import Scene, checked
 from stickslip.state import State
@@ -525,10 +525,6 @@ def count(argument: str, value: Any, *, least: int) -> int | None:
     Raises
     ------
     InputError
-        If it is no integer or less than `least`.
+        If it is no integer, less than `least`, or beyond 64 bits.
     """
-    if value is None:
-        return None
-    if isinstance(value, int | np.integer) and not isinstance(value, bool) and value >= least:
-        return int(value)
-    raise InputError(f"{argument}: expected an integer >= {least} or None, got {value!r}")
+    return None if value is None else whole_number(argument, value, least)

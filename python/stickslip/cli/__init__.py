@@ -21,8 +21,9 @@ EPILOG = """
 Exit codes:
   0    done
   1    done, and the answer is no: a published number differs, no limit cycle
-  2    wrong usage or ill-posed input
+  2    wrong usage, ill-posed input, or output that cannot be written
   3    a run could not go on; what it has is written
+  4    a defect of stickslip itself
   130  interrupted; what it has is written
 """
 

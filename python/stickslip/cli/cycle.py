@@ -10,7 +10,18 @@ import numpy as np
 
 import stickslip as ss
 from stickslip.cli.exits import NEGATIVE
-from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
+from stickslip.cli.options import (
+    Answer,
+    Number,
+    answer_options,
+    loaded,
+    scene_argument,
+    start_options,
+    started,
+    table,
+    waiting,
+    with_duration,
+)
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,17 +32,19 @@ SHOWN = 6
 
 @click.command()
 @scene_argument
+@start_options
 @click.option("--duration", type=float, help="Of the run before the first look, s; default: that of [run].")
 @click.option(
     "--further", type=float, default=10.0, show_default=True, help="How much longer to follow the motion, s."
 )
-@click.option(
-    "--samples", type=click.IntRange(min=2), default=513, show_default=True, help="Instants of one period."
-)
+@click.option("--samples", type=Number(min=2), default=513, show_default=True, help="Instants of one period.")
 @answer_options
 def cycle(
     scene: Path,
     changes: tuple[str, ...],
+    start: tuple[str, ...],
+    combination: str | None,
+    method: str | None,
     duration: float | None,
     further: float,
     samples: int,
@@ -45,11 +58,14 @@ def cycle(
     Example:
       stickslip cycle brake.toml --set friction=2.2 --plot cycle.pdf
     """
-    case = loaded(scene, changes)
+    case = started(loaded(scene, changes), start, combination)
+    duration = with_duration(scene, case, duration)
     try:
         with waiting("looking for the limit cycle"):
-            found = case.simulate(duration=duration).limit_cycle(further)
+            found = case.simulate(duration=duration, method=method).limit_cycle(further)
     except ss.NotPeriodicError as error:
+        if error.kind == "stopped":
+            raise
         click.echo(f"no limit cycle ({error.kind}): {error}", err=True)
         raise SystemExit(NEGATIVE) from None
     from stickslip.figures import limit_cycle

@@ -1,7 +1,14 @@
-"""What the command line exits with."""
+"""What the command line exits with, and how it ends where its output cannot be written."""
 
 from __future__ import annotations
 
+import codecs
+import os
+import sys
+import traceback
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import click
@@ -13,13 +20,22 @@ DONE = 0
 NEGATIVE = 1
 REFUSED = 2
 STOPPED = 3
+FAULT = 4
 INTERRUPTED = 130
+
+#: What stands for a letter that the encoding of the output does not have.
+FALLBACKS = {"∠": "at", "→": "->", "←": "<-", "°": " deg", "µ": "u", "π": "pi", "±": "+-", "…": "..."}
 
 
 class Refused(click.ClickException):
-    """Ill-posed input."""
+    """Ill-posed input, or output that cannot be written."""
 
     exit_code = REFUSED
+
+    def show(self, file: Any = None) -> None:
+        """Write the message, unless standard error is what cannot be written."""
+        with suppress(OSError):
+            super().show(file)
 
 
 class Stopped(click.ClickException):
@@ -28,21 +44,83 @@ class Stopped(click.ClickException):
     exit_code = STOPPED
 
 
+class Fault(click.ClickException):
+    """A defect of the program."""
+
+    exit_code = FAULT
+
+
 class Verbs(click.Group):
     """A group whose verbs may raise the errors of the package."""
 
+    def make_context(self, *args: Any, **kwargs: Any) -> click.Context:
+        """Read the arguments; this is where help is printed."""
+        with _ended():
+            _encode_everything()
+            return super().make_context(*args, **kwargs)
+
     def invoke(self, ctx: click.Context) -> Any:
         """Run the verb; errors of the package become messages and exit codes."""
-        try:
-            return super().invoke(ctx)
-        except (InputError, StoreError) as error:
-            raise Refused(str(error)) from error
-        except (RunError, StudyError) as error:
-            raise Stopped(str(error)) from error
-        except KeyboardInterrupt:
-            click.echo("interrupted", err=True)
-            ctx.exit(INTERRUPTED)
-        except OSError as error:
-            if error.filename is None:
-                raise
+        with _ended(), warnings.catch_warnings():
+            warnings.showwarning = _show_warning
+            try:
+                return super().invoke(ctx)
+            finally:
+                # What cannot be written shows here, and not when the interpreter ends.
+                if sys.stdout is not None:
+                    sys.stdout.flush()
+
+
+@contextmanager
+def _ended() -> Iterator[None]:
+    """Turn what ends a command into a message and an exit code."""
+    try:
+        yield
+    except (InputError, StoreError) as error:
+        raise Refused(str(error)) from error
+    except (RunError, StudyError) as error:
+        raise Stopped(str(error)) from error
+    except KeyboardInterrupt:
+        click.echo("interrupted", err=True)
+        raise click.exceptions.Exit(INTERRUPTED) from None
+    except OSError as error:
+        if error.filename is not None:
             raise Refused(f"{error.filename}: {error.strerror}") from error
+        _discard_output()
+        raise Refused(f"cannot write: {error.strerror or error}") from error
+    except (click.ClickException, click.exceptions.Exit, click.Abort):
+        raise
+    except Exception as error:
+        traceback.print_exc()
+        raise Fault("this is a defect of stickslip; please report it with what stands above") from error
+
+
+def _discard_output() -> None:
+    """Let go what is left of standard output, which the interpreter would try to write once more."""
+    with suppress(OSError, ValueError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+
+
+def _show_warning(message: Warning | str, *_where: Any, **_more: Any) -> None:
+    click.echo(f"warning: {message}", err=True)
+
+
+def _encode_everything() -> None:
+    """Let output that is no UTF-8, such as a file on Windows, have other letters where it has none."""
+    codecs.register_error("stickslip", _fallback)
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="stickslip")
+
+
+def _fallback(error: UnicodeError) -> tuple[str | bytes, int]:
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    letter = error.object[error.start]
+    if letter in FALLBACKS:
+        return FALLBACKS[letter], error.start + 1
+    return codecs.backslashreplace_errors(
+        UnicodeEncodeError(error.encoding, error.object, error.start, error.start + 1, error.reason)
+    )

@@ -6,13 +6,15 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.options import dpi_option, progress, save_figure
+from stickslip.cli.options import Number, dpi_option, progress, save_figure
 
 
 @click.command()
-@click.argument("numbers", nargs=-1, type=click.IntRange(2, 15))
+@click.argument("numbers", nargs=-1, type=Number(2, 15))
 @click.option(
-    "--out",
+    "-o",
+    "--output",
+    "out",
     type=click.Path(file_okay=False, path_type=Path),
     default="figures",
     show_default=True,

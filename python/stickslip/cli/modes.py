@@ -9,6 +9,7 @@ import click
 
 import stickslip as ss
 from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
+from stickslip.modes import signed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -87,16 +88,17 @@ def _show(out: Console, found: ss.Modes) -> None:
         (
             str(number),
             f"{hertz:.4f}",
-            f"{ratio:+.6f}",
-            f"{value.real:+.4f}",
-            ("[bold red]unstable[/]" if value.real > 0.0 else "stable")
+            signed(ratio, 6),
+            signed(value.real, 4),
+            ("marginal" if marginal else "[bold red]unstable[/]" if value.real > 0.0 else "stable")
             + (", real" if value.imag == 0.0 else ""),
         )
-        for number, value, hertz, ratio in zip(
+        for number, value, hertz, ratio, marginal in zip(
             range(1, int(upper.sum()) + 1),
             found.eigenvalues[upper],
             found.frequencies[upper],
             found.damping_ratios[upper],
+            found.marginal[upper],
             strict=True,
         )
     ]

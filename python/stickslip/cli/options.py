@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+import errno
+import os
 import tomllib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +21,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from rich.console import Console, RenderableType
 
+#: What a start is given as.
+START = "position.DOF=METRES or velocity.DOF=METRES_PER_SECOND"
+
 T = TypeVar("T")
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -28,7 +35,7 @@ def scene_argument(verb: F) -> F:
         "changes",
         multiple=True,
         metavar="NAME=VALUE",
-        help="Change a parameter, such as friction=2.2 or friction=[1.5,1.2]; repeatable.",
+        help="Change a parameter, such as friction=2.2 or 'friction=[1.5,1.2]'; repeatable.",
     )
     path = click.argument("scene", type=click.Path(exists=True, dir_okay=False, path_type=Path))
     return path(changes(verb))
@@ -37,16 +44,89 @@ def scene_argument(verb: F) -> F:
 def loaded(path: Path, changes: Sequence[str]) -> ss.Case:
     """Return the case of a scene file with its changes."""
     case = ss.load_case(path)
-    return case.replace(**dict(map(parameter, changes))) if changes else case
+    return case.replace(**named("--set", map(parameter, changes))) if changes else case
 
 
-def parameter(text: str) -> tuple[str, Any]:
+def started(case: ss.Case, start: Sequence[str], combination: str | None) -> ss.Case:
+    """Return the case with the start that `--start` and `--combination` say, if they say one."""
+    if not start and combination is None:
+        return case
+    told: dict[str, Any] = {} if combination is None else {"combination": combination}
+    amounts = named("--start", (parameter(text, START) for text in start))
+    for name, amount in amounts.items():
+        quantity, _, dof = name.partition(".")
+        if quantity not in ("position", "velocity") or not dof:
+            raise click.BadParameter(f"expected {START}, got {name!r}")
+        told.setdefault(quantity, {})[dof] = amount
+    return dataclasses.replace(case, start=told)
+
+
+start_option = click.option(
+    "--start",
+    multiple=True,
+    metavar="QUANTITY.DOF=VALUE",
+    help="What is added to sliding equilibrium instead of [start], such as velocity.x1=1e-3, m or m/s; "
+    "repeatable.",
+)
+method_option = click.option(
+    "--method",
+    type=click.Choice(["auto", "modal", "taylor"]),
+    help="How motions are computed; default: that of [run], or auto.",
+)
+
+
+def start_options(verb: F) -> F:
+    """Give a verb the options that say where a motion starts and how it is computed."""
+    combination = click.option(
+        "-c",
+        "--combination",
+        help="Of the start, one letter of + - s d per contact; --start is then the state itself.",
+    )
+    return start_option(combination(method_option(verb)))
+
+
+def with_duration(scene: Path, case: ss.Case, duration: float | None) -> float | None:
+    """Return the duration of a motion, None for that of the file.
+
+    Raises
+    ------
+    click.UsageError
+        If neither has one.
+    """
+    if duration is None and "duration" not in case.run:
+        raise click.UsageError(f"{scene} has no duration in [run]; say --duration SECONDS")
+    return duration
+
+
+def named(option: str, pairs: Iterable[tuple[str, T]]) -> dict[str, T]:
+    """Return values by name.
+
+    Raises
+    ------
+    click.UsageError
+        If a name is there twice.
+    """
+    found: dict[str, T] = {}
+    for name, value in pairs:
+        if name in found:
+            raise click.UsageError(f"{option}: {name} is given twice")
+        found[name] = value
+    return found
+
+
+def parameter(text: str, expected: str = "NAME=VALUE with a number or [numbers]") -> tuple[str, Any]:
     """Return name and value of ``name=value``; the value is as in a scene file."""
     name, _, value = text.partition("=")
     try:
         return name.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
-        raise click.BadParameter(f"expected NAME=VALUE with a number or [numbers], got {text!r}") from None
+        raise click.BadParameter(f"expected {expected}, got {text!r}") from None
+
+
+class Number(click.IntRange):
+    """A whole number, called so in messages."""
+
+    name = "integer"
 
 
 @dataclass(frozen=True)
@@ -88,11 +168,28 @@ class Answer:
         else:
             shown(console())
         if self.file is not None:
-            write_dataset(dataset(), self.file, rows)
+            with naming(self.file):
+                write_dataset(dataset(), self.file, rows)
             click.echo(f"wrote {self.file}", err=True)
         if self.plot is not None and figure is not None:
-            save_figure(figure(), self.plot, self.dpi)
+            with naming(self.plot):
+                save_figure(figure(), self.plot, self.dpi)
             click.echo(f"wrote {self.plot}", err=True)
+
+    def is_rows(self) -> bool:
+        """Return whether a CSV table is printed or written."""
+        return self.csv or (self.file is not None and self.file.suffix == ".csv")
+
+
+@contextmanager
+def naming(path: Path) -> Iterator[None]:
+    """Let an error of writing say which file it is about."""
+    try:
+        yield
+    except OSError as error:
+        if error.filename is None:
+            raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+        raise
 
 
 dpi_option = click.option(
@@ -135,8 +232,13 @@ def console(width: int = 140) -> Console:
     """Return where tables go: as wide as the terminal, or `width` letters into a file or pipe."""
     from rich.console import Console
 
-    found = Console(highlight=False)
-    return found if found.is_terminal else Console(width=width, highlight=False)
+    class Page(Console):
+        def on_broken_pipe(self) -> None:
+            # Rich would exit with 1, which says that the answer is no.
+            raise BrokenPipeError(errno.EPIPE, os.strerror(errno.EPIPE))
+
+    found = Page(highlight=False)
+    return found if found.is_terminal else Page(width=width, highlight=False)
 
 
 def waiting(message: str) -> Any:
@@ -163,9 +265,12 @@ def save_figure(figure: Figure, path: Path, dpi: int) -> None:
 
 
 def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> RenderableType:
-    """Return a table; every column but the first is aligned to the right."""
+    """Return a table; every column but the first is aligned to the right; one without rows says so."""
     from rich.table import Table
+    from rich.text import Text
 
+    if not rows:
+        return Text(f"{title}: none")
     made = Table(title=title, title_justify="left", title_style="bold")
     for column, heading in enumerate(headings):
         made.add_column(heading, justify="right" if column else "left")

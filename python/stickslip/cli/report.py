@@ -13,7 +13,8 @@ from stickslip.cli.options import waiting
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @click.option(
     "-o",
-    "--out",
+    "--output",
+    "out",
     type=click.Path(dir_okay=False, writable=True, path_type=Path),
     help="The page; by default beside the scene file, with the suffix .html.",
 )

@@ -25,20 +25,15 @@ STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not pr
 
 @click.command()
 @click.option(
-    "--out",
+    "-o",
+    "--output",
+    "out",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Folder for the figures; created if missing.",
+    help="Folder for the figures, and for the comparison as comparison.json; created if missing.",
 )
-@click.option(
-    "--json",
-    "json_file",
-    is_flag=False,
-    flag_value="-",
-    type=click.Path(dir_okay=False, writable=True, allow_dash=True, path_type=Path),
-    help="Print the comparison as JSON instead of a table, or write it to this file beside the table.",
-)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 @dpi_option
-def reproduce(out: Path | None, json_file: Path | None, dpi: int) -> None:
+def reproduce(out: Path | None, as_json: bool, dpi: int) -> None:
     """Compute every published number of the two-subsystem model and compare.
 
     A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
@@ -46,17 +41,16 @@ def reproduce(out: Path | None, json_file: Path | None, dpi: int) -> None:
 
     \b
     Example:
-      stickslip reproduce --out figures
+      stickslip reproduce -o figures
     """
     from stickslip.reproduce import rows
 
     found = rows()
     differing = sum(row.verdict == "differs" for row in found)
-    if json_file is not None:
-        with click.open_file(json_file, "w") as file:
-            json.dump([dataclasses.asdict(row) for row in found], file, indent=1)
-            file.write("\n")
-    if json_file is None or str(json_file) != "-":
+    text = json.dumps([dataclasses.asdict(row) for row in found], indent=1)
+    if as_json:
+        click.echo(text)
+    else:
         out_console = console(width=160)
         out_console.print(comparison_table(found))
         for number, note in enumerate(_notes(found), start=1):
@@ -64,7 +58,9 @@ def reproduce(out: Path | None, json_file: Path | None, dpi: int) -> None:
         counts = ", ".join(f"{sum(row.verdict == verdict for row in found)} {verdict}" for verdict in STYLES)
         out_console.print(f"{len(found)} quantities: {counts}")
     if out is not None:
-        for path in write_figures(out, dpi):
+        written = write_figures(out, dpi)
+        (out / "comparison.json").write_text(text + "\n", encoding="utf-8")
+        for path in [*written, out / "comparison.json"]:
             click.echo(f"wrote {path}", err=True)
     if differing:
         raise SystemExit(NEGATIVE)

@@ -8,7 +8,19 @@ from typing import TYPE_CHECKING
 import click
 
 import stickslip as ss
-from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
+from stickslip.cli.options import (
+    Answer,
+    Number,
+    answer_options,
+    loaded,
+    scene_argument,
+    start_options,
+    started,
+    table,
+    waiting,
+    with_duration,
+)
+from stickslip.contact import dof_index
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,16 +28,26 @@ if TYPE_CHECKING:
 
 #: Events that are shown of a run.
 SHOWN = 12
+#: What happens at an event of a kind.
+KINDS = {
+    "velocity": "the slip velocity reaches zero",
+    "slip+": "sticking ends, positive sliding begins",
+    "slip-": "sticking ends, negative sliding begins",
+    "release": "the contact opens",
+    "impact": "the contact closes",
+    "accumulation": "infinitely many bounces end",
+}
 
 
 @click.command()
 @scene_argument
+@start_options
 @click.option("--duration", type=float, help="s; default: that of [run].")
 @click.option("--max-events", type=int, help="Stop after that many events.")
 @click.option("--time-limit", type=float, help="Stop after that much computing, s.")
 @click.option(
     "--samples",
-    type=click.IntRange(min=2),
+    type=Number(min=2),
     default=2001,
     show_default=True,
     help="Instants, equidistant from 0 to the end, at which the motion is written.",
@@ -36,6 +58,9 @@ SHOWN = 12
 def simulate(
     scene: Path,
     changes: tuple[str, ...],
+    start: tuple[str, ...],
+    combination: str | None,
+    method: str | None,
     duration: float | None,
     max_events: int | None,
     time_limit: float | None,
@@ -52,7 +77,15 @@ def simulate(
     Example:
       stickslip simulate brake.toml --duration 2 -o run.nc --plot history.pdf
     """
-    case = loaded(scene, changes)
+    if events and not answer.is_rows():
+        raise click.UsageError("--events goes with --csv, or with -o and a .csv file")
+    if dofs and answer.plot is None:
+        raise click.UsageError("--dof goes with --plot")
+    case = started(loaded(scene, changes), start, combination)
+    for dof in dofs:
+        dof_index("--dof", dof, case.scene.dofs)
+    settings = {"method": method, "max_events": max_events, "time_limit": time_limit}
+    duration = with_duration(scene, case, duration)
 
     def give(run: ss.Trajectory) -> None:
         answer.give(
@@ -64,7 +97,7 @@ def simulate(
 
     try:
         with waiting("simulating"):
-            run = case.simulate(duration=duration, max_events=max_events, time_limit=time_limit)
+            run = case.simulate(duration=duration, **settings)
     except (ss.RunError, ss.RunInterrupted) as error:
         if error.partial is not None:
             give(error.partial)
@@ -90,8 +123,11 @@ def _show(out: Console, run: ss.Trajectory) -> None:
         (f"{events.time[k]:.12f}", str(run.scene.contact_labels()[events.contact[k]]), *_what(events, k))
         for k in range(first, len(events))
     ]
-    title = f"Events {first + 1} to {len(events)}" if first else f"Events ({len(events)})"
+    title = f"Events {first + 1} to {len(events)}" if first else "Events"
     out.print(table(title, ("time, s", "contact", "kind", "then"), listed))
+    kinds = dict.fromkeys(map(str, events.kind[first:]))
+    if kinds:
+        out.print("Kinds: " + "; ".join(f"{kind}: {KINDS[kind]}" for kind in kinds), markup=False)
 
 
 def _what(events: ss.Events, k: int) -> tuple[str, str]:

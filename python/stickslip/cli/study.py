@@ -9,7 +9,18 @@ import click
 import numpy as np
 
 import stickslip as ss
-from stickslip.cli.options import Answer, answer_options, loaded, parameter, scene_argument, table
+from stickslip.cli.options import (
+    Answer,
+    answer_options,
+    loaded,
+    method_option,
+    named,
+    parameter,
+    scene_argument,
+    start_option,
+    started,
+    table,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -17,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Reasons of failures that are shown.
 SHOWN = 5
+#: What a parameter is given as.
+LAW = "NAME={law=[numbers]} or NAME=[values]"
 QUANTILES = (0.05, 0.5, 0.95)
 
 
@@ -26,13 +39,18 @@ QUANTILES = (0.05, 0.5, 0.95)
     "--over",
     multiple=True,
     metavar="NAME=LAW",
-    help="Parameter and its distribution, such as friction={uniform=[0.3,2.5]}; default: those of [study].",
+    help="Parameter and its distribution, such as 'friction={uniform=[0.3,2.5]}'; default: those of [study].",
 )
 @click.option("--ask", multiple=True, metavar="OUTPUT", help="Output, such as growth_rate; repeatable.")
 @click.option("--samples", type=int, help="Their number; default: that of [study].")
 @click.option("--seed", type=int, help="Default: that of [study], or 0.")
 @click.option("--sampler", help="random, latin_hypercube, sobol, saltelli or morris.")
 @click.option("--duration", type=float, help="Of a motion, s; default: that of [study] or [run].")
+@start_option
+@method_option
+@click.option(
+    "-c", "--combination", help="Of modes, one letter of + - s d per contact; default: all positive sliding."
+)
 @click.option("--threads", type=int, help="Default: one per core.")
 @click.option(
     "--store",
@@ -43,6 +61,9 @@ QUANTILES = (0.05, 0.5, 0.95)
 def study(
     scene: Path,
     changes: tuple[str, ...],
+    start: tuple[str, ...],
+    method: str | None,
+    combination: str | None,
     over: tuple[str, ...],
     ask: tuple[str, ...],
     samples: int | None,
@@ -60,18 +81,24 @@ def study(
 
     \b
     Example:
-      stickslip study brake.toml --over friction={uniform=[0.3,2.5]} --samples 10000 --plot study.pdf
+      stickslip study brake.toml --over 'friction={uniform=[0.3,2.5]}' --samples 10000 --plot study.pdf
     """
     from stickslip.study.study_file import study_of
 
+    case = started(loaded(scene, changes), start, None)
+    laws = named("--over", (parameter(text, LAW) for text in over))
+    if not laws and "parameters" not in case.study:
+        raise click.UsageError(f"{scene} has no [study.parameters]; say --over NAME=LAW")
     made = study_of(
-        loaded(scene, changes),
-        parameters=dict(map(parameter, over)) if over else None,
+        case,
+        parameters=laws or None,
         outputs=list(ask) or None,
         samples=samples,
         seed=seed,
         sampler=sampler,
         duration=duration,
+        method=method,
+        combination=combination,
     )
 
     def give(results: xr.Dataset) -> None:

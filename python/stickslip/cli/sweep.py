@@ -10,11 +10,15 @@ import numpy as np
 
 import stickslip as ss
 from stickslip.case import parameter_values
-from stickslip.cli.options import Answer, answer_options, loaded, parameter, scene_argument, table
+from stickslip.cli.options import Answer, answer_options, loaded, named, parameter, scene_argument, table
 
 if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
+
+
+#: What an axis is given as.
+RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
 
 
 @click.command()
@@ -37,17 +41,21 @@ def sweep(
       stickslip sweep brake.toml --over friction=0:3:301 --plot loci.pdf -o loci.nc
     """
     case = loaded(scene, changes)
-    values: dict[str, Any] = dict(map(_values, over)) if over else {**case.values()}
+    values: dict[str, Any] = named("--over", map(_values, over)) if over else {**case.values()}
     if not values:
         raise click.UsageError(f"{scene} has no [sweep]; say --over NAME=FROM:TO:COUNT")
+    if answer.plot is not None and len(values) == 2 and min(map(len, values.values())) < 2:
+        raise click.UsageError("--plot needs at least two values of each of two parameters")
     branches = ss.sweep(case.model, combination, **values)
-    from stickslip.mode_figures import loci
+    from stickslip.mode_figures import loci, stability_map
+
+    figure = loci if len(values) == 1 else stability_map
 
     answer.give(
         lambda: branches.assign_attrs(meetings=branches.attrs["meetings"].tolist()),
         (*values, "branch"),
         lambda out: _show(out, case, combination, values, branches),
-        lambda: loci(branches),
+        lambda: figure(branches),
     )
 
 
@@ -55,12 +63,16 @@ def _values(text: str) -> tuple[str, Any]:
     name, _, value = text.partition("=")
     parts = value.split(":")
     if len(parts) != 3:
-        name, entries = parameter(text)
+        name, entries = parameter(text, RANGE)
+        if not isinstance(entries, list):
+            raise click.BadParameter(f"expected {RANGE}, got {text!r}")
         return name, parameter_values(name, entries)
     try:
         limits: dict[str, Any] = {"from": float(parts[0]), "to": float(parts[1]), "count": int(parts[2])}
     except ValueError:
-        raise click.BadParameter(f"expected NAME=FROM:TO:COUNT, got {text!r}") from None
+        raise click.BadParameter(f"expected {RANGE}, got {text!r}") from None
+    if not np.isfinite([limits["from"], limits["to"]]).all():
+        raise click.BadParameter(f"FROM and TO must be finite, got {text!r}")
     return name, parameter_values(name, limits)
 
 

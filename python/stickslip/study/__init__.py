@@ -4,6 +4,8 @@ Data flows one way: parameters and samplers -> design -> outputs of every sample
 statistics -> figures (`stickslip.study.figures`).
 """
 
+from typing import TYPE_CHECKING, Any
+
 from stickslip.study.outputs import OUTPUTS, Output
 from stickslip.study.parameters import GaussianCopula
 from stickslip.study.perturbation import eigenvalue_moments
@@ -19,6 +21,9 @@ from stickslip.study.statistics import (
 from stickslip.study.study import Study, unstacked
 from stickslip.study.study_file import study_of
 
+if TYPE_CHECKING:
+    from stickslip.study import figures as figures
+
 __all__ = [
     "OUTPUTS",
     "GaussianCopula",
@@ -27,6 +32,7 @@ __all__ = [
     "convergence",
     "distribution",
     "eigenvalue_moments",
+    "figures",
     "morris_effects",
     "probability",
     "sobol_indices",
@@ -35,3 +41,12 @@ __all__ = [
     "unstable",
     "unstacked",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    # Figures take matplotlib, which studies themselves do not need.
+    if name == "figures":
+        from importlib import import_module
+
+        return import_module("stickslip.study.figures")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

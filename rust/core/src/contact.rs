@@ -1,5 +1,6 @@
 //! A frictional unilateral contact with a rigid moving slider.
 
+use crate::coordinates::INDEPENDENCE;
 use crate::error::Error;
 
 /// A direction in the space of x.
@@ -84,7 +85,7 @@ impl ContactInput {
                 Direction::Vector(entries) if entries.len() != size => {
                     return Err(Error::Shape {
                         argument: named(field),
-                        expected: format!("({size},)"),
+                        expected: format!("shape ({size},)"),
                         got: format!("({},)", entries.len()),
                     });
                 }
@@ -104,9 +105,41 @@ impl ContactInput {
             ("gap", self.gap, "finite", true),
         ];
         for (field, value, requirement, holds) in checks {
+            let requirement = if value.is_finite() { requirement } else { "finite" };
             if !value.is_finite() || !holds {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
+        }
+        self.check_directions(contact, size)?;
+        Ok(())
+    }
+}
+
+impl ContactInput {
+    /// Refuses a zero direction, and a normal that is a multiple of the tangential direction.
+    fn check_directions(&self, contact: usize, size: usize) -> Result<(), Error> {
+        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.single_dof());
+        if let (Some(t), Some(n)) = (t, n) {
+            return if t.0 == n.0 { Err(Error::NormalIsTangential { contact }) } else { Ok(()) };
+        }
+        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.entries(size));
+        let largest = |entries: &[f64]| {
+            entries.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+        };
+        let (t_largest, n_largest) = (largest(&t), largest(&n));
+        for (direction, entry) in [("tangential", t_largest), ("normal", n_largest)] {
+            if entry == 0.0 {
+                return Err(Error::ZeroDirection { contact, direction });
+            }
+        }
+        // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
+        let parallel = |sign: f64| {
+            t.iter()
+                .zip(&n)
+                .all(|(t, n)| (t / t_largest - sign * n / n_largest).abs() <= INDEPENDENCE)
+        };
+        if parallel(1.0) || parallel(-1.0) {
+            return Err(Error::NormalIsTangential { contact });
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::error::Error;
 /// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
 const COUPLING_ROUNDING: f64 = 1e-13;
 /// A direction whose part independent of the others is smaller than this is refused.
-const INDEPENDENCE: f64 = 1e-10;
+pub(crate) const INDEPENDENCE: f64 = 1e-10;
 
 /// The change of basis `x = T q`.
 #[derive(Debug, Clone)]
@@ -166,6 +166,9 @@ fn product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
 /// Gives each direction a dof of its own by elimination with complete pivoting, which also shows
 /// whether the directions are independent. A direction along one dof gets that dof.
 fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Error> {
+    if directions.len() > size {
+        return Err(Error::TooManyDirections { contacts: directions.len() / 2, dofs: size });
+    }
     let dependent = |index: usize| Error::DependentDirection {
         contact: index / 2,
         direction: if index.is_multiple_of(2) { "tangential" } else { "normal" },

@@ -5,8 +5,13 @@ use crate::status::Combination;
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    #[error("{argument}: expected shape {expected}, got {got}")]
-    Shape { argument: String, expected: String, got: String },
+    #[error("{argument}: expected {expected}, got {got}")]
+    Shape {
+        argument: String,
+        /// With its noun: `shape (2, 2)`, `at least one dof`.
+        expected: String,
+        got: String,
+    },
     #[error("{argument}: must be finite, got {value} at {place}")]
     NotFinite { argument: String, place: String, value: f64 },
     #[error("{argument}: must be {requirement}, got {value}")]
@@ -19,8 +24,21 @@ pub enum Error {
     IndefiniteMass { dof: usize, value: f64 },
     #[error("{argument}: column index {index} in row {row} is outside 0..{size} or out of order")]
     SparseIndex { argument: String, row: usize, index: i64, size: usize },
+    #[error("contact {contact}: {direction}: must not be zero")]
+    ZeroDirection { contact: usize, direction: &'static str },
     #[error(
-        "contacts: the {direction} direction of contact {contact} depends on the directions of the other contacts"
+        "contact {contact}: normal: must differ from the tangential direction, got a multiple of it"
+    )]
+    NormalIsTangential { contact: usize },
+    #[error(
+        "contacts: {} for {} independent directions, {}; give each contact a small mass of its own, tied to the body by stiff springs",
+        counted(*contacts, "contact asks", "contacts ask"),
+        2 * contacts,
+        counted(*dofs, "dof has 1", &format!("dofs have {dofs}"))
+    )]
+    TooManyDirections { contacts: usize, dofs: usize },
+    #[error(
+        "contacts: the {direction} direction of contact {contact} depends on the directions of the other contacts; give each contact a small mass of its own, tied to the body by stiff springs"
     )]
     DependentDirection { contact: usize, direction: &'static str },
     #[error(
@@ -73,6 +91,11 @@ pub enum Error {
     TimeOutside { argument: &'static str, value: f64, end: f64 },
     #[error("record: {reason}")]
     Record { reason: &'static str },
+}
+
+/// A number of things with the noun and verb that go with it.
+fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 /// Why a motion could not be continued; the part computed so far is kept beside it.

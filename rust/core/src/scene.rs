@@ -78,15 +78,15 @@ impl Scene {
             Mass::Full(mass) => mass.len().isqrt(),
         };
         if size == 0 {
-            return Err(shape("mass", "at least one dof", "(0,)".into()));
+            return Err(unfit("mass", "at least one dof", "none".into()));
         }
         let (mass, lumped) = validated_mass(input.mass, size)?;
-        let square = format!("({size}, {size})");
+        let square = format!("shape ({size}, {size})");
         let check_size = |argument: &str, matrix: &SparseMatrix| {
             if matrix.size() == size {
                 Ok(())
             } else {
-                Err(shape(argument, &square, format!("({0}, {0})", matrix.size())))
+                Err(unfit(argument, &square, format!("({0}, {0})", matrix.size())))
             }
         };
         check_size("stiffness", &input.stiffness)?;
@@ -94,12 +94,9 @@ impl Scene {
         let general_damping = match input.damping {
             Damping::Proportional { mass, stiffness } => {
                 for (field, value) in [("damping.mass", mass), ("damping.stiffness", stiffness)] {
-                    if !value.is_finite() {
-                        return Err(Error::Range {
-                            argument: field.into(),
-                            requirement: "finite",
-                            value,
-                        });
+                    let requirement = if value.is_finite() { ">= 0" } else { "finite" };
+                    if !(value.is_finite() && value >= 0.0) {
+                        return Err(Error::Range { argument: field.into(), requirement, value });
                     }
                 }
                 Err((mass, stiffness))
@@ -110,7 +107,8 @@ impl Scene {
             }
         };
         if input.force.len() != size {
-            return Err(shape("force", &format!("({size},)"), format!("({},)", input.force.len())));
+            let expected = format!("shape ({size},)");
+            return Err(unfit("force", &expected, format!("({},)", input.force.len())));
         }
         check_finite("force", &input.force)?;
         for (contact, law) in input.contacts.iter().enumerate() {
@@ -236,7 +234,7 @@ impl Scene {
     }
 }
 
-fn shape(argument: &str, expected: &str, got: String) -> Error {
+fn unfit(argument: &str, expected: &str, got: String) -> Error {
     Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
 }
 
@@ -252,7 +250,11 @@ fn validated_mass(mass: Mass, size: usize) -> Result<(SparseMatrix, bool), Error
         }
         Mass::Full(rows) => {
             if size * size != rows.len() {
-                return Err(shape("mass", "(n,) or (n, n)", format!("{} entries", rows.len())));
+                return Err(unfit(
+                    "mass",
+                    "shape (n,) or (n, n)",
+                    format!("{} entries", rows.len()),
+                ));
             }
             let mass = SparseMatrix::from_dense(size, &rows).validated_symmetric("mass")?;
             eigen::cholesky(size, &mass.to_dense())

@@ -16,7 +16,7 @@ impl Scene {
             if values.len() != self.size {
                 return Err(Error::Shape {
                     argument: argument.into(),
-                    expected: format!("({},)", self.size),
+                    expected: format!("shape ({},)", self.size),
                     got: format!("({},)", values.len()),
                 });
             }

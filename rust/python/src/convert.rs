@@ -36,7 +36,7 @@ impl MatrixInput<'_> {
                     let error = Error::Shape {
                         argument: argument.to_owned(),
                         expected: "a square matrix".to_owned(),
-                        got: format!("({rows}, {columns})"),
+                        got: format!("shape ({rows}, {columns})"),
                     };
                     return Err(raise(py, &error));
                 }

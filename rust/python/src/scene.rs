@@ -98,7 +98,7 @@ impl Scene {
             ref shape => {
                 let error = core::Error::Shape {
                     argument: "mass".to_owned(),
-                    expected: "(n,) or (n, n)".to_owned(),
+                    expected: "shape (n,) or (n, n)".to_owned(),
                     got: format!("{shape:?}"),
                 };
                 return Err(raise(py, &error));
