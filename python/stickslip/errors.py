@@ -18,6 +18,14 @@ class InputError(StickslipError, ValueError):
     """Ill-posed input; the message names the argument and its value."""
 
 
+class NoSteadySlidingError(InputError):
+    """A scene in which a contact would pull: its static load opens the contact, so it does not slide steadily.
+
+    The message names the contact, its normal force and, where one is found, the combination with open contacts
+    in which the structure is in equilibrium.
+    """
+
+
 class RunError(StickslipError, RuntimeError):
     """A run that cannot go on.
 

@@ -45,7 +45,8 @@ class Findings:
     equilibrium
         Steady sliding.
     modes
-        Complex modes of steady sliding, or of all contacts in positive sliding.
+        Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
+        their sliders drive them (in positive sliding where a slider rests).
     parameter, loci, critical
         Eigenvalues over friction (of all contacts, or a factor on the friction of each), and where their kind
         changes.
@@ -120,7 +121,7 @@ def findings(
     """
     reasons: dict[str, str] = {}
     equilibrium = _equilibrium(scene, reasons)
-    modes = complex_modes(scene, None if equilibrium is None else equilibrium.combination)
+    modes = complex_modes(scene, _sliding(scene) if equilibrium is None else equilibrium.combination)
     parameter, loci, critical = _loci(scene, modes, reasons)
     begin = start
     if begin is None and equilibrium is not None:
@@ -167,6 +168,10 @@ def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
     except InputError as error:
         reasons["equilibrium"] = str(error)
         return None
+
+
+def _sliding(scene: Scene) -> str:
+    return "".join("-" if contact.slider_speed < 0.0 else "+" for contact in scene.contacts)
 
 
 def _loci(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip import mode_figures
+from stickslip.critical import CriticalPoint
 from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.mode_shape import mode_power
 from stickslip.modes import Modes
@@ -19,6 +20,7 @@ KINDS = {
     "divergence": "divergence",
     "lock_in": "lock-in",
     "crossing": "crossing of the largest real parts",
+    "separation": "contact lost or regained",
 }
 TOWARD = {1: "destabilising", -1: "stabilising", 0: ""}
 
@@ -215,6 +217,7 @@ def loci_section(found: Findings) -> str:
     what = "friction" if found.parameter == "friction" else "factor on the friction of every contact"
     with drawing.style():
         drawn = mode_figures.loci(found.loci)
+    exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"
     alternative = f"Growth rates and frequencies of all modes over {what}; Hopf points: {places}"
@@ -222,8 +225,8 @@ def loci_section(found: Findings) -> str:
         [
             KINDS[point.kind],
             float(point.value),
-            float(point.frequency),
-            TOWARD[point.direction],
+            "" if np.isnan(point.frequency) else float(point.frequency),
+            _remark(found, point),
         ]
         for point in sorted(found.critical, key=lambda point: point.value)
     ]
@@ -237,7 +240,22 @@ def loci_section(found: Findings) -> str:
         table("Critical values", ["kind", what, "frequency, Hz", ""], rows, digits=10)
         if rows
         else paragraph("Nothing changes its kind over this range."),
+        note(
+            f"At {int((~exists).sum())} of {exists.size} values there is no steady sliding, because a contact "
+            "would pull: eigenvalues there are those of contacts held closed.",
+            "warning",
+        )
+        if not exists.all()
+        else "",
     )
+
+
+def _remark(found: Findings, point: CriticalPoint) -> str:
+    if point.contact is not None:
+        label = found.scene.contact_labels()[point.contact]
+        return f"contact {label} {'opens' if point.direction > 0 else 'closes'}"
+    remarks = [TOWARD[point.direction], "" if point.steady_sliding else "no steady sliding"]
+    return ", ".join(remark for remark in remarks if remark)
 
 
 def _verdict(modes: Modes, mode: int) -> str:
