@@ -114,7 +114,9 @@ def test_points_without_steady_sliding_are_marked():
     assert not any(point.steady_sliding for point in points)
     for found in (
         ss.stability(ss.models.two_subsystems, friction=0.9, preload_displacement=[-1e-3, 1e-3]),
-        ss.stability(lambda d: ss.models.two_subsystems(friction=0.9, preload_displacement=d), d=[-1e-3, 1e-3]),
+        ss.stability(
+            lambda d: ss.models.two_subsystems(friction=0.9, preload_displacement=d), d=[-1e-3, 1e-3]
+        ),
     ):
         assert found.steady_sliding.to_numpy().tolist() == [False, True]
         normal = [row.item() for row in found.normal_force[1]]
@@ -152,7 +154,9 @@ def test_separation_is_where_the_normal_force_vanishes(friction):
 def test_a_pole_of_the_normal_force_is_no_separation():
     """The stiffness K_tt - friction K_nt is singular at friction 4; N passes infinity there."""
     points = ss.critical_points(pad(), friction=(0.0, 5.0))
-    assert [(point.kind, round(point.value, 9)) for point in points if point.kind != "lock_in"] == [("divergence", 4.0)]
+    assert [(point.kind, round(point.value, 9)) for point in points if point.kind != "lock_in"] == [
+        ("divergence", 4.0)
+    ]
     assert ss.sweep(pad(), friction=[3.9, 4.1]).steady_sliding.to_numpy().tolist() == [True, False]
 
 
@@ -164,7 +168,9 @@ def test_slow_overdamped_roots_keep_their_digits(alpha):
         half = mpmath.mpf(alpha) / 2
         exact = float(-half + mpmath.sqrt(half * half - mpmath.mpf(1e-3)))
     modes = ss.complex_modes(scene).eigenvalues.real.max()
-    found = ss.stability(lambda kappa: ss.Scene([1.0], np.array([[kappa]]), damping=scene.damping), kappa=[1e-3])
+    found = ss.stability(
+        lambda kappa: ss.Scene([1.0], np.array([[kappa]]), damping=scene.damping), kappa=[1e-3]
+    )
     for value in (modes, found.growth_rate.item()):
         # A square root, a sum and a quotient.
         assert value == pytest.approx(exact, rel=4 * EPS)

@@ -140,7 +140,11 @@ def _along(
             # Nothing to put in order, and vectors are large.
             return found
         return {
-            key: part if key == "meetings" else part[backwards] if key in _POINTWISE else part[backwards][..., order]
+            key: part
+            if key == "meetings"
+            else part[backwards]
+            if key in _POINTWISE
+            else part[backwards][..., order]
             for key, part in found.items()
         }
 

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @scene_argument
-@click.option("-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding.")
+@click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
 @click.option("--all", "every", is_flag=True, help="All status combinations: frequencies and stability.")
 @answer_options
 def modes(

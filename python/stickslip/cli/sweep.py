@@ -25,7 +25,9 @@ if TYPE_CHECKING:
     metavar="NAME=FROM:TO:COUNT",
     help="Parameter and its values, or NAME=[values]; once or twice; default: [sweep] of the file.",
 )
-@click.option("-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding.")
+@click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
 @answer_options
 def sweep(
     scene: Path, changes: tuple[str, ...], over: tuple[str, ...], combination: str | None, answer: Answer

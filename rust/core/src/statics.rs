@@ -88,12 +88,18 @@ impl Statics {
     }
 }
 
-/// `rows . q - offsets`
+/// `rows . q - offsets`, zero where it is lost in the rounding of its terms: no verdict hangs on that.
 pub(crate) fn margins(rows: &[f64], offsets: &[f64], q: &[f64]) -> Vec<f64> {
     let m = q.len();
-    let pressed =
-        |i: usize| rows[i * m..(i + 1) * m].iter().zip(q).map(|(a, x)| a * x).sum::<f64>();
-    offsets.iter().enumerate().map(|(i, offset)| pressed(i) - offset).collect()
+    let margin = |(i, &offset): (usize, &f64)| {
+        let (mut sum, mut size) = (-offset, offset.abs());
+        for (a, x) in rows[i * m..(i + 1) * m].iter().zip(q) {
+            sum += a * x;
+            size += (a * x).abs();
+        }
+        if sum.abs() <= 64.0 * f64::EPSILON * size { 0.0 } else { sum }
+    };
+    offsets.iter().enumerate().map(margin).collect()
 }
 
 impl Scene {
