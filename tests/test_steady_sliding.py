@@ -80,7 +80,7 @@ def test_a_slider_at_rest_has_no_steady_sliding():
         lambda: ss.stability(scene, friction=[0.1, 0.2]),
         lambda: ss.critical_points(scene, friction=(0.1, 0.2)),
     ):
-        with pytest.raises(ss.InputError, match="contact 0: slider_speed is 0.*combination"):
+        with pytest.raises(ss.InputError, match=r"contact 0: slider_speed is 0.*combination"):
             asked()
     assert ss.complex_modes(scene, "+").combination == "+"
 
@@ -101,7 +101,7 @@ def test_modes_without_steady_sliding_are_refused_unless_named():
         force=[2.0, 10.0, 2.0, -10.0],
         contacts=[ss.Contact(tangential=k, normal=k + 1, **law) for k in (0, 2)],
     )
-    with pytest.raises(ss.NoSteadySlidingError, match='pass combination="d[+]"'):
+    with pytest.raises(ss.NoSteadySlidingError, match=r'pass combination="d[+]"'):
         ss.complex_modes(one)
 
 

@@ -104,7 +104,8 @@ class Reduced:
     damping: Real  # (m, m)
     stiffness: Real  # (m, m)
     force_constant: Real  # (m,) F0 with every sticking contact at zero tangential displacement
-    # load (1, m), rows (c, m), offsets (1, c), slider speeds (1, c): margins (normal forces, gaps of open contacts) in
+    # load (1, m), rows (c, m), offsets (1, c), slider speeds (1, c): margins (normal forces, gaps of open
+    # contacts) in
     # equilibrium are rows . K^-1 load - offsets
     statics: list[Real]
     force_linear: Real  # (m,) F1
@@ -112,7 +113,8 @@ class Reduced:
     left_basis: Real  # (n, m) L
 
 _CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
-#: (lower, upper, mass, damping, stiffness, statics) on one interval: Chebyshev coefficients (k, m, m); proportional
+#: (lower, upper, mass, damping, stiffness, statics) on one interval: Chebyshev coefficients (k, m, m);
+#: proportional
 #: damping as coefficients (k,) of its mass and stiffness factors; of `Reduced.statics` each (k, ., .)
 _PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real, Sequence[Real]]
 
@@ -137,7 +139,8 @@ class Path:
     # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
     # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, 2m)
     def sweep(self, values: Real, vectors: bool) -> dict[str, Any]: ...
-    # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical point, and
+    # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
+    # point, and
     # whether steady sliding exists there
     def critical_points(
         self, imaginary: float

@@ -100,7 +100,8 @@ def critical_points(
     Raises
     ------
     InputError
-        If there is not exactly one range, a parameter is unknown, a scene on the way is ill-posed, or a slider
+        If there is not exactly one range, a parameter is unknown, a scene on the way is ill-posed, or a
+        slider
         speed is zero or changes its sign on the way where no combination is given.
 
     Notes

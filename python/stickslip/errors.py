@@ -19,9 +19,10 @@ class InputError(StickslipError, ValueError):
 
 
 class NoSteadySlidingError(InputError):
-    """A scene in which a contact would pull: its static load opens the contact, so it does not slide steadily.
+    """A scene without steady sliding: a contact would pull, and the static load opens it.
 
-    The message names the contact, its normal force and, where one is found, the combination with open contacts
+    The message names the contact, its normal force and, where one is found, the combination with open
+    contacts
     in which the structure is in equilibrium.
     """
 

@@ -45,7 +45,8 @@ def stability(model: Model, combination: str | None = None, **parameters: Any) -
         A `Scene`, or a function from keywords to one. ``ss.models.two_subsystems`` is evaluated in compiled
         code.
     combination
-        One letter of ``+ - s d`` per contact; None: that of steady sliding of each sample, in which each slider
+        One letter of ``+ - s d`` per contact; None: that of steady sliding of each sample, in which each
+        slider
         speed gives the sign of its contact.
     **parameters
         Samples (k,) of parameters, named as in `sweep`, all of one length; numbers stay the same in all
@@ -56,8 +57,10 @@ def stability(model: Model, combination: str | None = None, **parameters: Any) -
     xarray.Dataset
         Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
         1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many
-        eigenvalues have a positive real part, conjugates counted; ``steady_sliding``, whether steady sliding of
-        the combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the closed
+        eigenvalues have a positive real part, conjugates counted; ``steady_sliding``, whether steady sliding
+        of
+        the combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the
+        closed
         contacts in equilibrium, N, also over ``contact``.
 
     Raises
@@ -110,7 +113,8 @@ def _scenes(family: Family, arrays: dict[str, Real], count: int) -> tuple[dict[s
     for scene in scenes:
         if len(scene.contacts) != len(scenes[0].contacts):
             raise InputError(
-                f"model: expected {len(scenes[0].contacts)} contacts in every scene, got {len(scene.contacts)}"
+                f"model: expected {len(scenes[0].contacts)} contacts in every scene, "
+                f"got {len(scene.contacts)}"
             )
     found = _core.scene_growth([scene.core for scene in scenes], family.combination)
     return found, scenes[0].contact_labels() if scenes else []

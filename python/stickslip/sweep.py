@@ -62,10 +62,13 @@ def sweep(
         Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2
         pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter
         (nan near a coalescence, where it is not defined), ``condition``, ``defective``; over the parameters
-        ``stable`` and ``steady_sliding``: whether the contacts slide steadily in this combination, each slipping
-        as its slider drives it and none pulling (nor penetrating, if open). Where they do not, eigenvalues say
+        ``stable`` and ``steady_sliding``: whether the contacts slide steadily in this combination, each
+        slipping
+        as its slider drives it and none pulling (nor penetrating, if open). Where they do not, eigenvalues
+        say
         nothing about steady sliding. ``normal_force`` of the contacts closed in equilibrium, N, over the
-        parameters and ``contact``; nan where a contact sticks or the stiffness is singular. With `vectors`, ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
+        parameters and ``contact``; nan where a contact sticks or the stiffness is singular. With `vectors`,
+        ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
         state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
         defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
         branches meet, so that their labels beyond are a convention.
@@ -73,7 +76,8 @@ def sweep(
     Raises
     ------
     InputError
-        If a parameter is unknown, values repeat or are not finite, a scene on the way is ill-posed, or a slider
+        If a parameter is unknown, values repeat or are not finite, a scene on the way is ill-posed, or a
+        slider
         speed is zero or changes its sign on the way where no combination is given: no branch leads from one
         direction of sliding to the other.
 

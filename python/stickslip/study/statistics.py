@@ -81,7 +81,8 @@ def probability(
     -------
     xarray.Dataset
         Over ``bin``: ``probability``, ``lower`` and ``upper`` end of the band, the number of ``samples`` that
-        count and of those ``without_value``, as where steady sliding does not exist, and the coordinates ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
+        count and of those ``without_value``, as where steady sliding does not exist, and the coordinates
+        ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
 
     Raises
     ------
