@@ -241,8 +241,8 @@ def loci_section(found: Findings) -> str:
         if rows
         else paragraph("Nothing changes its kind over this range."),
         note(
-            f"At {int((~exists).sum())} of {exists.size} values there is no steady sliding, because a contact "
-            "would pull: eigenvalues there are those of contacts held closed.",
+            f"At {int((~exists).sum())} of {exists.size} values there is no steady sliding: a contact would "
+            "pull. Eigenvalues there are those of contacts held closed.",
             "warning",
         )
         if not exists.all()
