@@ -113,7 +113,7 @@ def test_masses_and_stiffnesses_over_twelve_orders_of_magnitude(seed):
         }.items()
     }
     scene = ss.models.two_subsystems(friction=(0.4, 0.9), inclination=(0.3, 0.75), damping=1e-5, **wide)
-    modes = ss.complex_modes(scene)
+    modes = ss.complex_modes(scene, "+" * len(scene.contacts))
     stiffness, kept = scene.stiffness, [0, 1, 2, 4, 5, 6]
     dense = stiffness.toarray() if hasattr(stiffness, "toarray") else stiffness
     with mpmath.workdps(60):
@@ -221,7 +221,7 @@ def test_long_chains_of_equals_against_lapack(friction, link):
         friction=friction,
         slider_speed=0.05,
     )
-    modes = ss.complex_modes(scene)
+    modes = ss.complex_modes(scene, "+" * len(scene.contacts))
     a, b, value = modes.state_a, modes.state_b, modes.eigenvalues
     assert value.size == 6 * count
     # Time in units of the fastest mode, for LAPACK's sake.

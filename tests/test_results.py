@@ -52,6 +52,7 @@ def examples():
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
         "StickslipError": ss.StickslipError("something"),
         "InputError": ss.InputError("friction: must be >= 0, got -1"),
+        "NoSteadySlidingError": ss.NoSteadySlidingError("contact 0 would pull"),
         "RunError": ss.RunError("cannot go on", drop),
         "RunInterrupted": ss.RunInterrupted(drop),
         "SearchInterrupted": ss.SearchInterrupted(xr.Dataset({"x": 1.0}), 3, 10),
@@ -66,7 +67,8 @@ def examples():
 
 NAMES = [
     "Accumulation", "Balance", "BranchPoint", "Case", "Contact", "CriticalPoint", "Cycle", "CyclePhase",
-    "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "NotPeriodicError", "OrbitError",
+    "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "NoSteadySlidingError",
+    "NotPeriodicError", "OrbitError",
     "Outcome", "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
     "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
 ]  # fmt: skip

@@ -16,6 +16,7 @@ from stickslip.dataset_file import read_dataset, write_dataset
 from stickslip.energy import Balance
 from stickslip.errors import (
     InputError,
+    NoSteadySlidingError,
     NotPeriodicError,
     OrbitError,
     RunError,
@@ -61,6 +62,7 @@ __all__ = [
     "Margin",
     "ModeSelection",
     "Modes",
+    "NoSteadySlidingError",
     "NotPeriodicError",
     "OrbitError",
     "Outcome",

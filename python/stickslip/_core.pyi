@@ -52,6 +52,8 @@ class Scene:
     def size(self) -> int: ...
     def reduced(self, combination: str) -> Reduced: ...
     def modes(self, combination: str) -> ModesData: ...
+    def sliding_combination(self) -> str: ...
+    def steady_sliding(self) -> str: ...
     def sliding_equilibrium(self) -> tuple[Real, str]: ...  # position, combination
     def check_state(self, position: Real, velocity: Real, combination: str) -> None: ...
     def simulate(
@@ -102,14 +104,19 @@ class Reduced:
     damping: Real  # (m, m)
     stiffness: Real  # (m, m)
     force_constant: Real  # (m,) F0 with every sticking contact at zero tangential displacement
+    # load (1, m), rows (c, m), offsets (1, c), slider speeds (1, c): margins (normal forces, gaps of open
+    # contacts) in
+    # equilibrium are rows . K^-1 load - offsets
+    statics: list[Real]
     force_linear: Real  # (m,) F1
     right_basis: Real  # (n, m) R
     left_basis: Real  # (n, m) L
 
-_CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing"]
-#: (lower, upper, mass, damping, stiffness) on one interval: Chebyshev coefficients (k, m, m); proportional
-#: damping as coefficients (k,) of its mass and stiffness factors
-_PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real]
+_CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
+#: (lower, upper, mass, damping, stiffness, statics) on one interval: Chebyshev coefficients (k, m, m);
+#: proportional
+#: damping as coefficients (k,) of its mass and stiffness factors; of `Reduced.statics` each (k, ., .)
+_PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real, Sequence[Real]]
 
 @final
 class Path:
@@ -117,24 +124,31 @@ class Path:
 
     def __new__(cls, combination: str, size: int, pieces: Sequence[_PieceData]) -> Path: ...
     @staticmethod
-    def friction(
-        scene: Scene, combination: str, contacts: Sequence[int], lower: float, upper: float
+    def contact_law(
+        scene: Scene,  # at the lower end
+        other: Scene,  # at the upper end
+        combination: str,
+        contacts: Sequence[int],  # whose friction moves
+        lower: float,
+        upper: float,
     ) -> Path: ...
     @property
     def size(self) -> int: ...  # m
     # M, C, K and their derivatives to the parameter, (m, m) each
     def matrices(self, value: float) -> list[Real]: ...
     # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
-    # with vectors also right, left: (k, m, 2m)
+    # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, 2m)
     def sweep(self, values: Real, vectors: bool) -> dict[str, Any]: ...
-    # kind, parameter, eigenvalue, other eigenvalue, slope of every critical point
+    # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
+    # point, and
+    # whether steady sliding exists there
     def critical_points(
         self, imaginary: float
-    ) -> tuple[list[_CriticalKind], Complex, Complex, Complex, Real]: ...
-    def growth(self, values: Real) -> tuple[Complex, Index]: ...
+    ) -> tuple[list[_CriticalKind], list[int | None], Complex, Complex, Complex, Real, list[bool]]: ...
+    def growth(self, values: Real) -> dict[str, Any]: ...
 
-# least stable eigenvalue and number of unstable ones, (k,)
-def scene_growth(scenes: Sequence[Scene], combination: str) -> tuple[Complex, Index]: ...
+# eigenvalue: least stable, unstable: number, steady_sliding: (k,); normal_force: (k, c)
+def scene_growth(scenes: Sequence[Scene], combination: str | None) -> dict[str, Any]: ...
 def chain_growth(
     upper_mass: Real,  # (k, s)
     contact_mass: Real,  # (k, s)
@@ -142,12 +156,16 @@ def chain_growth(
     vertical_stiffness: Real,  # (k, s)
     horizontal_stiffness: Real,  # (k, s)
     ceiling_stiffness: Real,  # (k, s)
+    preload_displacement: Real,  # (k, s)
+    external_force: Real,  # (k, s)
     friction: Real,  # (k, s)
+    slider_speed: Real,  # (k, s)
     link_horizontal: Real,  # (k, s - 1)
     link_vertical: Real,  # (k, s - 1)
     wall_stiffness: Real,  # (k,)
     damping: Real,  # (k,)
-) -> tuple[Complex, Index]: ...
+    positive: bool,  # whether all contacts slide in +, else as their sliders drive
+) -> dict[str, Any]: ...
 
 @final
 class Trajectory:

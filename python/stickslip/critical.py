@@ -11,7 +11,7 @@ from stickslip.arrays import real_number
 from stickslip.errors import InputError
 from stickslip.path import Family, Model, interval
 
-Kind = Literal["hopf", "divergence", "lock_in", "crossing"]
+Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,8 @@ class CriticalPoint:
     kind
         ``hopf``: a complex pair crosses the imaginary axis; ``divergence``: a real eigenvalue crosses zero;
         ``lock_in``: two eigenvalues and their vectors coalesce (exceptional point); ``crossing``: the largest
-        real part passes from one branch to another.
+        real part passes from one branch to another; ``separation``: steady sliding begins or ends, because
+        the normal force of a contact vanishes (or the gap of an open one).
     parameter
         Its name.
     value
@@ -31,7 +32,7 @@ class CriticalPoint:
     complex_value
         Its value with the imaginary part.
     eigenvalue
-        lambda at the point, 1/s; at a crossing of the branch that leads beyond it.
+        lambda at the point, 1/s; at a crossing of the branch that leads beyond it; nan at a separation.
     other
         At a crossing that of the branch that has led before it; None elsewhere.
     slope
@@ -39,7 +40,13 @@ class CriticalPoint:
         one that loses it. None elsewhere.
     direction
         +1 where an eigenvalue becomes unstable as the parameter grows, -1 where one becomes stable, 0 for a
-        lock-in or a crossing.
+        lock-in or a crossing; at a separation +1 where the contact opens as the parameter grows, -1 where it
+        closes.
+    steady_sliding
+        Whether steady sliding of the combination exists at the value (`sweep`); where it does not, the point
+        is one of the linear system alone. True at a separation.
+    contact
+        The index of the contact that a separation opens or closes; None elsewhere.
     """
 
     kind: Kind
@@ -50,6 +57,8 @@ class CriticalPoint:
     other: complex | None
     slope: float | None
     direction: int
+    steady_sliding: bool = True
+    contact: int | None = None
 
     @property
     def frequency(self) -> float:
@@ -60,7 +69,11 @@ class CriticalPoint:
         place = f"{self.value:.14g}"
         if self.complex_value.imag:
             place += f" {self.complex_value.imag:+.3g}j"
+        if self.kind == "separation":
+            toward = "opens" if self.direction > 0 else "closes"
+            return f"CriticalPoint(separation at {self.parameter} = {place}, contact {self.contact} {toward})"
         toward = {1: ", destabilising", -1: ", stabilising", 0: ""}[self.direction]
+        toward += "" if self.steady_sliding else ", no steady sliding there"
         return f"CriticalPoint({self.kind} at {self.parameter} = {place}, {self.frequency:.4f} Hz{toward})"
 
 
@@ -87,7 +100,9 @@ def critical_points(
     Raises
     ------
     InputError
-        If there is not exactly one range, a parameter is unknown, or a scene on the way is ill-posed.
+        If there is not exactly one range, a parameter is unknown, a scene on the way is ill-posed, or a
+        slider
+        speed is zero or changes its sign on the way where no combination is given.
 
     Notes
     -----
@@ -98,6 +113,10 @@ def critical_points(
     (Spence and Poulton 2005), at complex p if need be. Two roots nearer to each other than 1e-7 of the range
     can be missed. Real parts that are zero to rounding over a range, as without damping, do not cross: there
     flutter begins at the lock-in.
+
+    Normal forces in equilibrium are rational functions of the matrices along the path. Their zeros are found
+    as those of real parts are, told from poles (where the stiffness is singular), and reported as separations
+    where every other contact holds.
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
@@ -117,9 +136,11 @@ def critical_points(
             eigenvalue=complex(eigenvalue),
             other=complex(other) if kind == "crossing" else None,
             slope=float(slope) if kind in ("hopf", "crossing") else None,
-            direction=int(np.sign(slope)) if kind in ("hopf", "divergence") else 0,
+            direction=int(np.sign(slope)) if kind in ("hopf", "divergence", "separation") else 0,
+            steady_sliding=steady,
+            contact=contact,
         )
-        for kind, place, eigenvalue, other, slope in zip(
+        for kind, contact, place, eigenvalue, other, slope, steady in zip(
             *path.critical_points(proximity * (upper - lower)), strict=True
         )
     ]
@@ -127,6 +148,8 @@ def critical_points(
 
 def hopf_points(model: Model, combination: str | None = None, **parameters: Any) -> list[CriticalPoint]:
     """Return the Hopf points over a range of one parameter, in ascending order.
+
+    Those at which steady sliding does not exist are among them, with ``steady_sliding`` False.
 
     Parameters
     ----------

@@ -20,6 +20,15 @@ class InputError(StickslipError, ValueError):
     """Ill-posed input; the message names the argument and its value."""
 
 
+class NoSteadySlidingError(InputError):
+    """A scene without steady sliding: a contact would pull, and the static load opens it.
+
+    The message names the contact, its normal force and, where one is found, the combination with open
+    contacts
+    in which the structure is in equilibrium.
+    """
+
+
 class RunError(StickslipError, RuntimeError):
     """A run that cannot go on.
 

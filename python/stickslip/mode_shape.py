@@ -109,7 +109,7 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
     scene
         The scene.
     combination
-        One letter of ``+ - s d`` per contact; None: all positive sliding.
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
 
     Returns
     -------

@@ -213,12 +213,16 @@ def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
     scene
         The scene.
     combination
-        One letter of ``+ - s d`` per contact; None: all positive sliding.
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
+        the sign of its contact.
 
     Raises
     ------
     InputError
-        If `combination` does not fit the scene.
+        If `combination` does not fit the scene, or a slider speed is zero where none is given.
+    NoSteadySlidingError
+        If none is given and a contact would pull in steady sliding. With a combination the modes are computed
+        whether or not the static load keeps its contacts closed.
 
     Notes
     -----

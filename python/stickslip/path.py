@@ -33,6 +33,8 @@ _POINTS = (3, 5, 9, 17, 33)
 _CHECKS = (-0.61803398875, 0.2360679775)
 #: Largest error of an interpolant, of the largest entry of its row: some rounding errors of forming an entry.
 _INTERPOLATED = 64 * np.finfo(float).eps
+#: How many of the sampled arrays are `Reduced.statics`.
+_STATICS = 4
 #: Halvings of the range after which a model counts as not smooth.
 _HALVINGS = 12
 
@@ -48,7 +50,8 @@ class Family:
         ``friction_0`` for contact 0, ``friction_left`` for the contact of that name), or a function from
         keywords to a `Scene`.
     combination
-        Status combination; None: all positive sliding.
+        Status combination; None: that of steady sliding, in which each slider speed gives the sign of its
+        contact.
     """
 
     model: Model
@@ -73,7 +76,40 @@ class Family:
 
     def letters(self, scene: Scene) -> str:
         """Return the status combination for a scene of the family."""
-        return "+" * len(scene.contacts) if self.combination is None else self.combination
+        return scene.core.sliding_combination() if self.combination is None else self.combination
+
+    def check_direction(self, letters: str, name: str, ends: tuple[float, float], **fixed: float) -> None:
+        """Refuse a path on which sliding turns round: no branch leads from one direction to the other.
+
+        Parameters
+        ----------
+        letters
+            The combination at the first of the `ends`.
+
+        Raises
+        ------
+        InputError
+            If that at the second is another one; it names the value between at which it changes.
+        """
+        if self.combination is not None or self.letters(self.scene(**fixed, **{name: ends[1]})) == letters:
+            return
+        before, after = ends
+        while min(before, after) < (middle := 0.5 * (before + after)) < max(before, after):
+            scene = self.scene(**fixed, **{name: middle})
+            if any(contact.slider_speed == 0.0 for contact in scene.contacts):
+                after = middle
+                break
+            if self.letters(scene) == letters:
+                before = middle
+            else:
+                after = middle
+        other = self.letters(self.scene(**fixed, **{name: ends[1]}))
+        # Zero without a sign.
+        value = after + 0.0
+        raise InputError(
+            f"{name}: slider speeds change their sign at {value:.6g}, and steady sliding from {letters!r} to "
+            f"{other!r}; take either side by itself, or pass combination"
+        )
 
     def path(self, name: str, lower: float, upper: float, **fixed: float) -> _core.Path:
         """Return the path from `lower` to `upper` of one parameter, the others at `fixed` values.
@@ -86,10 +122,12 @@ class Family:
         if isinstance(self.model, Scene):
             # Both ends are validated; what lies between them is then valid as well.
             scene = self.scene(**fixed, **{name: lower})
-            self.scene(**fixed, **{name: upper})
+            other = self.scene(**fixed, **{name: upper})
             field, contacts = contact_parameter(scene, name)
             moving = contacts if field == "friction" else []
-            return _core.Path.friction(scene.core, self.letters(scene), moving, lower, upper)
+            letters = self.letters(scene)
+            self.check_direction(letters, name, (lower, upper), **fixed)
+            return _core.Path.contact_law(scene.core, other.core, letters, moving, lower, upper)
         return _Interpolation(self, name, fixed).path(lower, upper)
 
 
@@ -145,16 +183,18 @@ class _Interpolation:
 
     def path(self, lower: float, upper: float) -> _core.Path:
         scene = self.family.scene(**self.fixed, **{self.name: lower})
-        self.letters = self.family.letters(scene)
+        self.letters, self.lower = self.family.letters(scene), lower
         self.proportional = isinstance(scene.damping, Proportional) or scene.damping is None
         self.known: dict[float, tuple[Real, ...]] = {}
         self.size = self.sample(lower)[0].shape[0]
         return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
 
     def sample(self, value: float) -> tuple[Real, ...]:
-        """Return M, C (or alpha and beta) and K; matrices (m, m), numbers (1, 1)."""
+        """Return M, C (or alpha and beta), K and statics; matrices (m, m), numbers (1, 1)."""
         if value not in self.known:
             scene = self.family.scene(**self.fixed, **{self.name: value})
+            if self.known and self.family.letters(scene) != self.letters:
+                self.family.check_direction(self.letters, self.name, (self.lower, value), **self.fixed)
             core = scene.core.reduced(self.letters)
             law = Proportional() if scene.damping is None else scene.damping
             if isinstance(law, Proportional) != self.proportional:
@@ -164,7 +204,7 @@ class _Interpolation:
             damping: tuple[Real, ...] = (core.damping,)
             if isinstance(law, Proportional):
                 damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
-            sampled = (core.mass, *damping, core.stiffness)
+            sampled = (core.mass, *damping, core.stiffness, *core.statics)
             if self.known and sampled[0].shape != next(iter(self.known.values()))[0].shape:
                 raise InputError(f"{self.name}: the number of dofs must not change along it, as at {value!r}")
             self.known[value] = sampled
@@ -184,13 +224,15 @@ class _Interpolation:
             sampled = [at(float(t)) for t in nodes]
             series = [_coefficients(np.array(values)) for values in zip(*sampled, strict=True)]
             if all(
-                _agrees(coefficients, t, value)
+                # Loads may vanish on the way: their error counts beside their largest value.
+                _agrees(coefficients, t, value, whole=len(check) - k <= _STATICS)
                 for t, check in zip(_CHECKS, checks, strict=True)
-                for coefficients, value in zip(series, check, strict=True)
+                for k, (coefficients, value) in enumerate(zip(series, check, strict=True))
             ):
-                mass, *damping, stiffness = (_shortened(coefficients) for coefficients in series)
+                shortened = [_shortened(coefficients) for coefficients in series]
+                mass, *damping, stiffness = shortened[:-_STATICS]
                 law = tuple(c[:, 0, 0].copy() for c in damping) if self.proportional else damping[0]
-                return [(lower, upper, mass, law, stiffness)]
+                return [(lower, upper, mass, law, stiffness, shortened[-_STATICS:])]
         if halvings == 0:
             raise InputError(
                 f"{self.name}: the model is not a smooth function of it near {centre!r}; "
@@ -209,17 +251,18 @@ def _coefficients(values: Real) -> Real:
     return coefficients
 
 
-def _agrees(coefficients: Real, t: float, value: Real) -> bool:
+def _agrees(coefficients: Real, t: float, value: Real, whole: bool) -> bool:
     interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
+    largest = np.abs(coefficients).sum(axis=0).max(initial=0.0)
     scale = np.maximum(
-        np.abs(value).max(axis=1, keepdims=True), np.abs(coefficients).sum(axis=0).max() * 1e-300
+        np.abs(value).max(axis=1, keepdims=True, initial=0.0), largest * (1.0 if whole else 1e-300)
     )
     return bool((np.abs(interpolated - value) <= _INTERPOLATED * scale).all())
 
 
 def _shortened(coefficients: Real) -> Real:
     """Drop the last coefficients where they are rounding."""
-    scale = np.abs(coefficients).sum(axis=0).max(axis=-1, keepdims=True)
+    scale = np.abs(coefficients).sum(axis=0).max(axis=-1, keepdims=True, initial=0.0)
     significant = (np.abs(coefficients) > 8 * np.finfo(float).eps * scale).any(axis=(1, 2))
     last = int(np.flatnonzero(significant).max(initial=0))
     return np.ascontiguousarray(coefficients[: last + 1])

@@ -280,16 +280,18 @@ def checked(scene: Any) -> Scene:
 
 
 def checked_combination(scene: Any, combination: Any) -> str:
-    """Return the combination asked for, by default all positive sliding; the core reads its letters.
+    """Return the combination asked for, by default that of steady sliding; the core reads its letters.
 
     Raises
     ------
     InputError
-        If `scene` is no scene, or `combination` no text.
+        If `scene` is no scene, `combination` no text, or a slider speed zero where none is given.
+    NoSteadySlidingError
+        If none is given and a contact would pull.
     """
     count = len(checked(scene).contacts)
     if combination is None:
-        return "+" * count
+        return checked(scene).core.steady_sliding()
     if isinstance(combination, str):
         return combination
     raise InputError(

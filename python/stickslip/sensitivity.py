@@ -45,7 +45,7 @@ def sensitivity(
     model
         A `Scene`, or a function from keywords to one.
     combination
-        One letter of ``+ - s d`` per contact; None: all positive sliding.
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
     parameters
         Of a scene: names such as ``friction`` (all contacts moved alike) or ``friction_0``. Not used for a
         function.
@@ -118,7 +118,7 @@ def entry_sensitivity(
     matrix
         Which one. Entries of mass and stiffness move proportional damping along with them.
     combination
-        One letter of ``+ - s d`` per contact; None: all positive sliding.
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
 
     Returns
     -------
@@ -166,7 +166,8 @@ Change = tuple[Real, Real, Real]
 def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
     field, contacts = contact_parameter(scene, name)
     letters = Family(scene, combination).letters(scene)
-    path = _core.Path.friction(scene.core, letters, contacts if field == "friction" else [], 0.0, 1.0)
+    moving = contacts if field == "friction" else []
+    path = _core.Path.contact_law(scene.core, scene.core, letters, moving, 0.0, 1.0)
     *_, mass, damping, stiffness = path.matrices(0.0)
     return mass, damping, stiffness
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.arrays import Complex, Index, Real, real_array
+from stickslip.arrays import Real, real_array
 from stickslip.errors import InputError
 from stickslip.models import LABELS, radians, two_subsystems
 from stickslip.path import Family, Model, contact_parameter
@@ -18,6 +18,9 @@ from stickslip.scene import Scene
 #: Parameters of the two-subsystem model that its stability depends on, with the number of values per scene.
 _SHAPES = {
     "friction": 2,
+    "slider_speed": 2,
+    "preload_displacement": 2,
+    "external_force": 2,
     "upper_mass": 2,
     "contact_mass": 2,
     "inclination": 2,
@@ -42,7 +45,9 @@ def stability(model: Model, combination: str | None = None, **parameters: Any) -
         A `Scene`, or a function from keywords to one. ``ss.models.two_subsystems`` is evaluated in compiled
         code.
     combination
-        One letter of ``+ - s d`` per contact; None: all positive sliding.
+        One letter of ``+ - s d`` per contact; None: that of steady sliding of each sample, in which each
+        slider
+        speed gives the sign of its contact.
     **parameters
         Samples (k,) of parameters, named as in `sweep`, all of one length; numbers stay the same in all
         samples. The parameters of ``two_subsystems`` that take one value per contact also take (k, 2).
@@ -52,12 +57,17 @@ def stability(model: Model, combination: str | None = None, **parameters: Any) -
     xarray.Dataset
         Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
         1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many
-        eigenvalues have a positive real part, conjugates counted.
+        eigenvalues have a positive real part, conjugates counted; ``steady_sliding``, whether steady sliding
+        of
+        the combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the
+        closed
+        contacts in equilibrium, N, also over ``contact``.
 
     Raises
     ------
     InputError
-        If a parameter is unknown, lengths differ, or a value is ill-posed.
+        If a parameter is unknown, lengths differ, a value is ill-posed, or a slider speed is zero where no
+        combination is given.
     """
     arrays = {name: real_array(name, value, 0, 1, 2) for name, value in parameters.items()}
     lengths = {name: len(value) for name, value in arrays.items() if value.ndim > 0}
@@ -68,20 +78,24 @@ def stability(model: Model, combination: str | None = None, **parameters: Any) -
         if length != count:
             raise InputError(f"{name}: expected {count} samples like {next(iter(lengths))}, got {length}")
     if model is two_subsystems and combination in (None, "++") and set(arrays) <= set(_SHAPES):
-        eigenvalue, unstable = _two_subsystems(arrays, count)
+        found, contacts = _two_subsystems(arrays, count, combination), [0, 1]
     else:
-        eigenvalue, unstable = _scenes(Family(model, combination), arrays, count)
+        found, contacts = _scenes(Family(model, combination), arrays, count)
+    eigenvalue = found["eigenvalue"]
     return xr.Dataset(
         {
             "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
             "growth_rate": ("sample", eigenvalue.real, {"units": "1/s"}),
             "frequency": ("sample", np.abs(eigenvalue) / (2.0 * np.pi), {"units": "Hz"}),
-            "unstable": ("sample", unstable),
-        }
+            "unstable": ("sample", found["unstable"]),
+            "steady_sliding": ("sample", found["steady_sliding"]),
+            "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
+        },
+        coords={"contact": contacts},
     )
 
 
-def _scenes(family: Family, arrays: dict[str, Real], count: int) -> tuple[Complex, Index]:
+def _scenes(family: Family, arrays: dict[str, Real], count: int) -> tuple[dict[str, Any], list[Any]]:
     for name, array in arrays.items():
         if array.ndim == 2:
             raise InputError(f"{name}: expected shape ({count},), got {array.shape}")
@@ -90,15 +104,23 @@ def _scenes(family: Family, arrays: dict[str, Real], count: int) -> tuple[Comple
         field, _ = contact_parameter(family.model, name)
         if field == "friction":
             lower, upper = float(values.min()), float(values.max())
-            return family.path(name, lower, upper + (lower == upper)).growth(np.ascontiguousarray(values))
+            path = family.path(name, lower, upper + (lower == upper))
+            return path.growth(np.ascontiguousarray(values)), family.model.contact_labels()
     columns = {name: np.broadcast_to(array, count) for name, array in arrays.items()}
     scenes = [
         family.scene(**{name: float(column[i]) for name, column in columns.items()}) for i in range(count)
     ]
-    return _core.scene_growth([scene.core for scene in scenes], family.letters(scenes[0]))
+    for scene in scenes:
+        if len(scene.contacts) != len(scenes[0].contacts):
+            raise InputError(
+                f"model: expected {len(scenes[0].contacts)} contacts in every scene, "
+                f"got {len(scene.contacts)}"
+            )
+    found = _core.scene_growth([scene.core for scene in scenes], family.combination)
+    return found, scenes[0].contact_labels() if scenes else []
 
 
-def _two_subsystems(arrays: dict[str, Real], count: int) -> tuple[Complex, Index]:
+def _two_subsystems(arrays: dict[str, Real], count: int, combination: str | None) -> dict[str, Any]:
     defaults = {
         name: parameter.default for name, parameter in inspect.signature(two_subsystems).parameters.items()
     }
@@ -120,12 +142,24 @@ def _two_subsystems(arrays: dict[str, Real], count: int) -> tuple[Complex, Index
             column = np.broadcast_to(array, count)
             values = np.broadcast_to(column[:, None], (count, width)) if width else column
         _check(name, values)
+        if name == "slider_speed" and combination is None:
+            _check_driven(values)
         columns[name] = np.ascontiguousarray(values)
     return _core.chain_growth(
         link_horizontal=columns.pop("link_horizontal_stiffness"),
         link_vertical=columns.pop("link_vertical_stiffness"),
+        positive=combination is not None,
         **columns,
     )
+
+
+def _check_driven(speed: Real) -> None:
+    if (speed == 0.0).any():
+        sample, contact = (int(k) for k in np.argwhere(speed == 0.0)[0])
+        raise InputError(
+            f"slider_speed: must not be 0, as of contact {contact} in sample {sample}: steady sliding has no "
+            "direction there; pass combination"
+        )
 
 
 def _check(name: str, values: Real) -> None:

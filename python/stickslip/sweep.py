@@ -16,6 +16,7 @@ from stickslip import _core
 from stickslip.arrays import Complex, Real, real_array, real_number
 from stickslip.errors import InputError
 from stickslip.path import Family, Model
+from stickslip.scene import Scene
 from stickslip.sensitivity import is_defined
 from stickslip.units import derivative_units, parameter_units
 
@@ -23,6 +24,8 @@ _Part = TypeVar("_Part")
 
 #: Values handed to the core at once by a sweep that shows its progress.
 _CHUNK = 32
+#: What a sweep tells of a point, not of its branches.
+_POINTWISE = ("steady_sliding", "normal_force")
 #: Expected time from which a sweep shows its progress, s.
 _LONG = 3.0
 
@@ -42,7 +45,8 @@ def sweep(
     model
         A `Scene`, or a function from keywords to one, such as ``ss.models.two_subsystems``.
     combination
-        One letter of ``+ - s d`` per contact; None: all positive sliding.
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
+        the sign of its contact.
     vectors
         Whether to keep the left and right vectors of every point.
     progress
@@ -58,7 +62,13 @@ def sweep(
         Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2
         pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter
         (nan near a coalescence, where it is not defined), ``condition``, ``defective``; over the parameters
-        ``stable``. With `vectors`, ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
+        ``stable`` and ``steady_sliding``: whether the contacts slide steadily in this combination, each
+        slipping
+        as its slider drives it and none pulling (nor penetrating, if open). Where they do not, eigenvalues
+        say
+        nothing about steady sliding. ``normal_force`` of the contacts closed in equilibrium, N, over the
+        parameters and ``contact``; nan where a contact sticks or the stiffness is singular. With `vectors`,
+        ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
         state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
         defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
         branches meet, so that their labels beyond are a convention.
@@ -66,7 +76,10 @@ def sweep(
     Raises
     ------
     InputError
-        If a parameter is unknown, values repeat or are not finite, or a scene on the way is ill-posed.
+        If a parameter is unknown, values repeat or are not finite, a scene on the way is ill-posed, or a
+        slider
+        speed is zero or changes its sign on the way where no combination is given: no branch leads from one
+        direction of sliding to the other.
 
     Notes
     -----
@@ -94,10 +107,13 @@ def sweep(
         result = {
             name: np.stack([row[name][..., order] for row, order in zip(rows, orders, strict=True)])
             for name in rows[0]
-            if name != "meetings"
+            if name not in ("meetings", *_POINTWISE)
         }
+        result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
-    return _dataset(family.model, axes, result)
+    first = {name: float(values[0]) for name, values in axes.items()}
+    scene = model if isinstance(model, Scene) else family.scene(**fixed, **first)
+    return _dataset(model, scene.contact_labels(), axes, result)
 
 
 def _axis(name: str, value: Any) -> Real:
@@ -128,7 +144,12 @@ def _along(
             # Nothing to put in order, and vectors are large.
             return found
         return {
-            key: part if key == "meetings" else part[backwards][..., order] for key, part in found.items()
+            key: part
+            if key == "meetings"
+            else part[backwards]
+            if key in _POINTWISE
+            else part[backwards][..., order]
+            for key, part in found.items()
         }
 
     if not outer:
@@ -159,7 +180,10 @@ def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | Non
         found = path.sweep(chunk, vectors)
         if chunks:
             order = _order(found["eigenvalue"][0], chunks[-1]["eigenvalue"][-1])
-            found = {key: part if key == "meetings" else part[1:][..., order] for key, part in found.items()}
+            found = {
+                key: part if key == "meetings" else part[1:] if key in _POINTWISE else part[1:][..., order]
+                for key, part in found.items()
+            }
         chunks.append(found)
     return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in chunks[0]}
 
@@ -190,7 +214,7 @@ def _order(found: Complex, target: Complex | None) -> Any:
     return scipy.optimize.linear_sum_assignment(np.abs(target[:, None] - found[None, :]))[1]
 
 
-def _dataset(model: Model, axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
+def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
     dims = (*axes, "branch")
     eigenvalue = result["eigenvalue"]
     modulus = np.abs(eigenvalue)
@@ -205,6 +229,8 @@ def _dataset(model: Model, axes: dict[str, Real], result: dict[str, Any]) -> xr.
         "damping_ratio": (dims, ratio, {"units": "1"}),
         "unstable": (dims, unstable),
         "stable": (tuple(axes), ~unstable.any(axis=-1)),
+        "steady_sliding": (tuple(axes), result["steady_sliding"]),
+        "normal_force": ((*axes, "contact"), result["normal_force"], {"units": "N"}),
         "derivative": (
             dims,
             derivative,
@@ -222,5 +248,5 @@ def _dataset(model: Model, axes: dict[str, Real], result: dict[str, Any]) -> xr.
         }
     attributes = {"meetings": np.sort(result["meetings"])}
     coords = {name: (name, values, parameter_units(model, name)) for name, values in axes.items()}
-    branches = {"branch": np.arange(eigenvalue.shape[-1])}
-    return xr.Dataset(variables, coords=coords | branches, attrs=attributes)
+    others = {"branch": np.arange(eigenvalue.shape[-1]), "contact": contacts}
+    return xr.Dataset(variables, coords=coords | others, attrs=attributes)

@@ -18,7 +18,9 @@ if TYPE_CHECKING:
 
 @click.command()
 @scene_argument
-@click.option("-c", "--combination", help="One letter of + - s d per contact; default: all positive sliding.")
+@click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
 @click.option(
     "--modes",
     "numbers",

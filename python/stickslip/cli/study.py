@@ -128,7 +128,10 @@ def _show(out: Console, made: ss.Study, results: xr.Dataset) -> None:
     if {"growth_rate", "eigenvalue", "unstable_modes"} & set(results.data_vars) and made.sampler != "grid":
         found = ss.study.probability(results)
         band = f"{found.lower.item():.4f} to {found.upper.item():.4f} at {found.attrs['confidence']:.0%}"
-        out.print(f"Sliding is unstable with probability {found.probability.item():.4f} ({band})")
+        line = f"Sliding is unstable with probability {found.probability.item():.4f} ({band})"
+        if found.without_value.item():
+            line += f" of {found.samples.item()} samples; {found.without_value.item()} have no verdict"
+        out.print(line)
     rows = [
         row
         for column in made.outputs.columns[:-2]

@@ -29,7 +29,9 @@ RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
     metavar="NAME=FROM:TO:COUNT",
     help="Parameter and its values, or NAME=[values]; once or twice; default: [sweep] of the file.",
 )
-@click.option("-c", "--combination", help="One letter of + - s d per contact; default: all positive sliding.")
+@click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
 @answer_options
 def sweep(
     scene: Path, changes: tuple[str, ...], over: tuple[str, ...], combination: str | None, answer: Answer
@@ -79,24 +81,35 @@ def _values(text: str) -> tuple[str, Any]:
 def _show(
     out: Console, case: ss.Case, combination: str | None, values: dict[str, Any], branches: xr.Dataset
 ) -> None:
-    stable = branches.stable.to_numpy()
-    names = " and ".join(values)
-    out.print(
-        f"{stable.size} scenes over {names}: {int(stable.sum())} stable, {int((~stable).sum())} unstable"
-    )
+    stable, exists = branches.stable.to_numpy(), branches.steady_sliding.to_numpy()
+    if combination is not None:
+        # Whoever names the statuses asks for their modes, whether or not the load keeps them.
+        exists = np.ones_like(exists)
+    counts = f"{int((stable & exists).sum())} stable, {int((~stable & exists).sum())} unstable"
+    if not exists.all():
+        counts += f", {int((~exists).sum())} without steady sliding (a contact would pull)"
+    out.print(f"{stable.size} scenes over {' and '.join(values)}: {counts}")
     if len(values) != 1:
         return
     ((name, axis),) = values.items()
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
     points = ss.critical_points(case.model, combination, **limits)
-    toward = {1: "destabilising", -1: "stabilising", 0: ""}
     rows = [
         (
             point.kind.replace("_", "-"),
             f"{point.value:.12g}",
-            f"{point.frequency:.4f}",
-            toward[point.direction],
+            "" if np.isnan(point.frequency) else f"{point.frequency:.4f}",
+            _remark(point, combination),
         )
         for point in points
     ]
     out.print(table("Critical points", ("kind", name, "frequency, Hz", ""), rows))
+
+
+def _remark(point: ss.CriticalPoint, combination: str | None) -> str:
+    if point.kind == "separation":
+        return f"contact {point.contact} {'opens' if point.direction > 0 else 'closes'}"
+    toward = {1: "destabilising", -1: "stabilising", 0: ""}[point.direction]
+    if point.steady_sliding or combination is not None:
+        return toward
+    return f"{toward}, no steady sliding".removeprefix(", ")

@@ -49,7 +49,8 @@ class Findings:
     equilibrium
         Steady sliding.
     modes
-        Complex modes of steady sliding, or of all contacts in positive sliding.
+        Complex modes of steady sliding, or, where it does not exist, of contacts held closed that slide as
+        their sliders drive them (in positive sliding where a slider rests).
     parameter, loci, critical
         Eigenvalues over friction (of all contacts, or a factor on the friction of each), and where their kind
         changes.
@@ -165,7 +166,7 @@ def findings(
     reasons: dict[str, str] = {}
     told("computing the modes of steady sliding")
     equilibrium = _equilibrium(scene, reasons)
-    modes = complex_modes(scene, None if equilibrium is None else equilibrium.combination)
+    modes = complex_modes(scene, _sliding(scene) if equilibrium is None else equilibrium.combination)
     told("computing the eigenvalues over a parameter")
     parameter, loci, critical = _loci(scene, modes, scene if model is None else model, over, reasons)
     begin = start
@@ -215,6 +216,10 @@ def _equilibrium(scene: Scene, reasons: dict[str, str]) -> State | None:
     except InputError as error:
         reasons["equilibrium"] = str(error)
         return None
+
+
+def _sliding(scene: Scene) -> str:
+    return "".join("-" if contact.slider_speed < 0.0 else "+" for contact in scene.contacts)
 
 
 def _loci(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from stickslip import mode_figures
+from stickslip.critical import CriticalPoint
 from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.mode_shape import power_of
 from stickslip.modes import Modes
@@ -19,6 +20,7 @@ KINDS = {
     "divergence": "divergence",
     "lock_in": "lock-in",
     "crossing": "crossing of the largest real parts",
+    "separation": "contact lost or regained",
 }
 TOWARD = {1: "destabilising", -1: "stabilising", 0: ""}
 
@@ -219,6 +221,7 @@ def loci_section(found: Findings) -> str:
     heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
         drawn = mode_figures.loci(found.loci)
+    exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"
     alternative = f"Growth rates and frequencies of all modes over {what}; Hopf points: {places}"
@@ -226,8 +229,8 @@ def loci_section(found: Findings) -> str:
         [
             KINDS[point.kind],
             float(point.value),
-            float(point.frequency),
-            TOWARD[point.direction],
+            "" if np.isnan(point.frequency) else float(point.frequency),
+            _remark(found, point),
         ]
         for point in sorted(found.critical, key=lambda point: point.value)
     ]
@@ -241,7 +244,22 @@ def loci_section(found: Findings) -> str:
         table("Critical values", ["kind", what, "frequency, Hz", ""], rows, digits=10)
         if rows
         else paragraph("Nothing changes its kind over this range."),
+        note(
+            f"At {int((~exists).sum())} of {exists.size} values there is no steady sliding: a contact would "
+            "pull. Eigenvalues there are those of contacts held closed.",
+            "warning",
+        )
+        if not exists.all()
+        else "",
     )
+
+
+def _remark(found: Findings, point: CriticalPoint) -> str:
+    if point.contact is not None:
+        label = found.scene.contact_labels()[point.contact]
+        return f"contact {label} {'opens' if point.direction > 0 else 'closes'}"
+    remarks = [TOWARD[point.direction], "" if point.steady_sliding else "no steady sliding"]
+    return ", ".join(remark for remark in remarks if remark)
 
 
 def _verdict(modes: Modes, mode: int) -> str:

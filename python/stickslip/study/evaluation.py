@@ -33,7 +33,7 @@ class Settings:
     Attributes
     ----------
     combination
-        Of everything about stability; None: all positive sliding.
+        Of everything about stability; None: that of steady sliding.
     hopf
         Friction that is moved, lower and upper end; None: not asked.
     duration, further
@@ -64,6 +64,7 @@ class Labels:
     def of(scene: Scene, combination: str | None) -> Labels:
         """Return those of a scene."""
         contacts = tuple(scene.contact_labels())
+        # Sliding either way leaves as many modes.
         letters = "+" * len(contacts) if combination is None else combination
         return Labels(scene.dofs, contacts, 2 * scene.core.reduced(letters).mass.shape[0])
 

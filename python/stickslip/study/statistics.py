@@ -80,8 +80,9 @@ def probability(
     Returns
     -------
     xarray.Dataset
-        Over ``bin``: ``probability``, ``lower`` and ``upper`` end of the band, the number of ``samples``, and
-        the coordinates ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
+        Over ``bin``: ``probability``, ``lower`` and ``upper`` end of the band, the number of ``samples`` that
+        count and of those ``without_value``, as where steady sliding does not exist, and the coordinates
+        ``left``, ``right`` and the parameter (its middle). Without `over` no dimension.
 
     Raises
     ------
@@ -93,9 +94,8 @@ def probability(
     if band not in ("wilson", "exact"):
         raise InputError(f"band: expected 'wilson' or 'exact', got {band!r}")
     holds = np.asarray((condition or unstable)(results), dtype=float)
-    known = ~np.isnan(holds)
     if over is None:
-        row = _proportion(holds[known], confidence, band)
+        row = _proportion(holds, confidence, band)
         return xr.Dataset(
             {name: ((), value) for name, value in row.items()}, attrs={"confidence": confidence}
         )
@@ -106,7 +106,7 @@ def probability(
     # The last bin holds its right end, as in a histogram.
     place = np.searchsorted(edges, values, side="right") - 1
     place[values == edges[-1]] = edges.size - 2
-    rows = [_proportion(holds[known & (place == k)], confidence, band) for k in range(edges.size - 1)]
+    rows = [_proportion(holds[place == k], confidence, band) for k in range(edges.size - 1)]
     return xr.Dataset(
         {name: ("bin", np.array([row[name] for row in rows])) for name in rows[0]},
         coords={
@@ -121,15 +121,18 @@ def probability(
 def _proportion(holds: Real, confidence: float, band: Band) -> dict[str, float]:
     from scipy.stats import binomtest
 
+    missing = int(np.isnan(holds).sum())
+    holds = holds[~np.isnan(holds)]
     count = holds.size
     if count == 0:
-        return {"probability": np.nan, "lower": 0.0, "upper": 1.0, "samples": 0}
+        return {"probability": np.nan, "lower": 0.0, "upper": 1.0, "samples": 0, "without_value": missing}
     interval = binomtest(int(holds.sum()), count).proportion_ci(confidence, method=band)
     return {
         "probability": float(holds.mean()),
         "lower": float(interval.low),
         "upper": float(interval.high),
         "samples": count,
+        "without_value": missing,
     }
 
 

@@ -70,7 +70,10 @@ class Study:
     fixed
         Other arguments of the model.
     combination
-        Status combination of everything about stability; None: all positive sliding.
+        Status combination of everything about stability, computed whether or not steady sliding exists in it;
+        None: that of steady sliding, in which each slider speed gives the sign of its contact. A sample
+        without
+        steady sliding then has no verdict and the status ``no_equilibrium``.
     hopf
         For ``hopf_point``: the friction that is moved and its range, such as ``{"friction": (0.0, 3.0)}``.
     duration
@@ -92,7 +95,8 @@ class Study:
     -----
     A sample that cannot be computed has a ``status`` other than ``ok`` and its ``reason``; what could be
     computed of it is kept. Statuses: ``ill_posed`` (no such scene), ``no_equilibrium`` (steady sliding does
-    not exist, a contact would open), ``eigenvalues``, ``max_events``, ``unbounded``, ``chattering``,
+    not exist: a contact would open, or a slider rests), ``eigenvalues``, ``max_events``, ``unbounded``,
+    ``chattering``,
     ``failed`` (no consistent continuation), ``error`` (a function raised).
     """
 

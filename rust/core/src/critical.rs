@@ -11,12 +11,13 @@ use crate::eigen::determinant_sign;
 use crate::error::Error;
 use crate::exceptional::{ExceptionalPoint, ImplicitDeterminant, exceptional_point};
 use crate::path::Path;
+use crate::separation::separations;
 
 /// Equal intervals that a search starts from; the mesh refines itself from there.
 const INTERVALS: usize = 64;
 /// Smallest interval of the search, of the whole range, for roots of real parts: two roots nearer to each other than
 /// this, or a touch, are not told apart. Meeting branches are resolved further.
-const RESOLUTION: f64 = 1e-7;
+pub(crate) const RESOLUTION: f64 = 1e-7;
 /// Ulp, times condition times modulus, below which a real part has no sign.
 const NEUTRAL: f64 = 64.0 * f64::EPSILON;
 /// An exceptional parameter whose imaginary part is below this part of the range is real.
@@ -32,6 +33,8 @@ pub enum CriticalKind {
     LockIn,
     /// The largest real part passes from one branch to another.
     Crossing,
+    /// Steady sliding ends, or begins, because the normal force or the gap of a contact vanishes.
+    Separation { contact: usize },
 }
 
 impl CriticalKind {
@@ -41,6 +44,7 @@ impl CriticalKind {
             CriticalKind::Divergence => "divergence",
             CriticalKind::LockIn => "lock_in",
             CriticalKind::Crossing => "crossing",
+            CriticalKind::Separation { .. } => "separation",
         }
     }
 }
@@ -51,11 +55,12 @@ pub struct CriticalPoint {
     /// The parameter, or its real part at a complex exceptional point.
     pub value: f64,
     pub complex_value: Complex64,
-    /// At a crossing that of the branch that has the largest real part beyond it.
+    /// At a crossing that of the branch that has the largest real part beyond it; NaN at a separation.
     pub eigenvalue: Complex64,
     /// Of the branch that loses the largest real part at a crossing, otherwise NaN.
     pub other: Complex64,
-    /// Hopf: `d Re lambda / d p`; divergence: +1 or -1; crossing: the slope of the new branch less that of the old one.
+    /// Hopf: `d Re lambda / d p`; divergence: +1 or -1; crossing: the slope of the new branch less that of the old one;
+    /// separation: +1 where the contact opens as the parameter grows, else -1.
     pub slope: f64,
 }
 
@@ -76,6 +81,7 @@ pub fn critical_points(path: &Path, imaginary: f64) -> Result<Vec<CriticalPoint>
     let lock_ins = search.exceptional_points(imaginary, &points);
     points.extend(search.leader_crossings(&lock_ins)?);
     points.extend(lock_ins);
+    points.extend(separations(path, &values));
     points.sort_by(|p, q| p.value.total_cmp(&q.value).then(p.kind.cmp(&q.kind)));
     Ok(points)
 }
@@ -107,10 +113,10 @@ fn leader(node: &Node) -> usize {
 }
 
 /// A function of the parameter between two nodes: values, slopes times width, uncertainties.
-struct Stretch {
-    value: [f64; 2],
-    rise: [f64; 2],
-    uncertainty: [f64; 2],
+pub(crate) struct Stretch {
+    pub value: [f64; 2],
+    pub rise: [f64; 2],
+    pub uncertainty: [f64; 2],
 }
 
 impl Stretch {
@@ -123,13 +129,13 @@ impl Stretch {
         }
     }
 
-    fn signs(&self) -> [f64; 2] {
+    pub fn signs(&self) -> [f64; 2] {
         [0, 1].map(|k| significant_sign(self.value[k], self.uncertainty[k]))
     }
 
     /// Whether its roots are known from its signs: none between like signs, one between unlike ones. The cubic through
     /// values and slopes leaves the chord by at most 4/27 of its excess slopes; twice that is allowed for the rest.
-    fn is_settled(&self) -> bool {
+    pub fn is_settled(&self) -> bool {
         let chord = self.value[1] - self.value[0];
         let excess = self.rise.map(|rise| (rise - chord).abs());
         match self.signs() {

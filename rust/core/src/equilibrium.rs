@@ -10,20 +10,18 @@ use crate::status::{Combination, Status};
 const SINGULAR: f64 = 1e-13;
 
 impl Scene {
-    /// `K_s q = F0` with the sliding sign of each contact taken from its slider: the mass at rest slips
-    /// by `-slider_speed`.
+    /// Every contact sliding as its slider drives it: `+` for a positive slider speed, because the mass at rest slips by
+    /// `-slider_speed`. It is the default wherever a combination is asked for.
+    pub fn sliding_combination(&self) -> Result<Combination, Error> {
+        let statuses = self.contacts.iter().enumerate().map(|(contact, law)| {
+            Status::driven_by(law.slider_speed).ok_or(Error::NoSlidingDirection { contact })
+        });
+        Ok(Combination::new(statuses.collect::<Result<Vec<_>, _>>()?))
+    }
+
+    /// `K_s q = F0` of the sliding combination.
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
-        let statuses = self
-            .contacts
-            .iter()
-            .enumerate()
-            .map(|(contact, law)| match law.slider_speed {
-                speed if speed > 0.0 => Ok(Status::Positive),
-                speed if speed < 0.0 => Ok(Status::Negative),
-                _ => Err(Error::NoSlidingDirection { contact }),
-            })
-            .collect::<Result<Vec<_>, _>>()?;
-        let combination = Combination::new(statuses);
+        let combination = self.sliding_combination()?;
         let reduced = Reduced::new(self, &combination)?;
         let m = reduced.size();
         let scale: Vec<f64> = (0..m)

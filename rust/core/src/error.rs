@@ -49,12 +49,25 @@ pub enum Error {
         "combination: contact {contact} has friction 0 and can't stick, got 's' in {combination:?}"
     )]
     FrictionlessStick { contact: usize, combination: Combination },
-    #[error("contact {contact}: slider_speed is 0, so steady sliding has no direction")]
+    #[error(
+        "contact {contact}: slider_speed is 0, so steady sliding has no direction; give the slider a speed, or the contact a status by combination"
+    )]
     NoSlidingDirection { contact: usize },
     #[error(
         "sliding equilibrium: contact {contact} would pull, normal force {normal_force} N; the static load opens it"
     )]
     TensileEquilibrium { contact: usize, normal_force: f64 },
+    #[error(
+        "combination: no steady sliding in {combination:?}, where contact {contact} would pull, normal force {normal_force} N; {}",
+        advice(combination, admissible.as_ref())
+    )]
+    NoSteadySliding {
+        contact: usize,
+        normal_force: f64,
+        combination: Combination,
+        /// The one with open contacts in which the static load finds its equilibrium, where there is one.
+        admissible: Option<Combination>,
+    },
     #[error(
         "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
     )]
@@ -96,6 +109,17 @@ pub enum Error {
 /// A number of things with the noun and verb that go with it.
 fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
+}
+
+fn advice(combination: &Combination, admissible: Option<&Combination>) -> String {
+    match admissible {
+        Some(open) => format!(
+            "the static load opens it: pass combination=\"{open}\", in which the structure is in equilibrium"
+        ),
+        None => format!(
+            "no equilibrium was found with contacts open either: pass combination=\"{combination}\" for the modes of contacts held closed"
+        ),
+    }
 }
 
 /// Why a motion could not be continued; the part computed so far is kept beside it.

@@ -8,6 +8,7 @@ use crate::contact::ContactInput;
 use crate::error::Error;
 use crate::models::{Link, Subsystem, chain};
 use crate::scene::{Damping, Mass, Scene, SceneInput};
+use crate::status::Status;
 
 /// What a parameter can set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,6 +88,11 @@ impl Chain {
             contacts: self.contacts.clone(),
             impact_friction: self.impact_friction,
         }
+    }
+
+    /// How every contact slides as its slider drives it; None where a slider rests.
+    pub(crate) fn sliding_statuses(&self) -> Option<Vec<Status>> {
+        self.contacts.iter().map(|law| Status::driven_by(law.slider_speed)).collect()
     }
 
     /// Whether it makes a valid scene, as far as the numbers that a parameter sets go.

@@ -53,12 +53,14 @@ mod roots;
 mod saltation;
 mod scene;
 mod schur;
+mod separation;
 mod sharing;
 mod shooting;
 mod simulation;
 mod spectrum;
 mod stability;
 mod start;
+mod statics;
 mod status;
 mod study;
 mod sweep;
@@ -89,7 +91,8 @@ pub use recurrence::Recurrence;
 pub use reduction::Reduced;
 pub use scene::{Damping, Mass, Scene, SceneInput, State};
 pub use simulation::{Controls, Method, simulate};
-pub use stability::{ChainSamples, Growth};
+pub use stability::{ChainSamples, Growth, Verdict};
+pub use statics::{StaticSeries, Statics, Steady};
 pub use status::{Combination, Status};
 pub use study::{
     Answer, CycleEnergy, Failure, HopfRange, MotionAnswer, MotionQuestions, Questions, Samples,

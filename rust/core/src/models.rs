@@ -22,6 +22,13 @@ pub struct Subsystem {
     pub external_force: f64,
 }
 
+impl Subsystem {
+    /// On the vertical of the upper mass, positive upwards, N.
+    pub(crate) fn load(&self) -> f64 {
+        -self.ceiling_stiffness * self.preload_displacement - self.external_force
+    }
+}
+
 /// The springs between the upper masses of two neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
@@ -79,8 +86,7 @@ pub fn chain(
     let mut mass = Vec::with_capacity(size);
     let mut force = vec![0.0; size];
     for (index, part) in subsystems.iter().enumerate() {
-        force[DOFS * index + 1] =
-            -part.ceiling_stiffness * part.preload_displacement - part.external_force;
+        force[DOFS * index + 1] = part.load();
         mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
     }
     let mut row_start = vec![0];

@@ -12,6 +12,7 @@ use crate::error::Error;
 use crate::pencil::{Damping, DoubledRows, Pencil};
 use crate::reduction::Reduced;
 use crate::scene::Scene;
+use crate::statics::{StaticSeries, Statics};
 use crate::status::Combination;
 
 /// Coefficients of `sum_k T_k(t) c_k` for equally long vectors c_k.
@@ -43,12 +44,27 @@ impl Series {
         b1
     }
 
+    /// Every entry at t, in working precision.
+    pub(crate) fn at(&self, t: f64) -> Vec<f64> {
+        let (first, rest) = match self.0.as_slice() {
+            [] => return Vec::new(),
+            [first, rest @ ..] => (first, rest),
+        };
+        let (mut b1, mut b2) = (vec![0.0; first.len()], vec![0.0; first.len()]);
+        for coefficient in rest.iter().rev() {
+            for ((b1, b2), c) in b1.iter_mut().zip(&mut b2).zip(coefficient) {
+                (*b1, *b2) = (2.0 * t * *b1 - *b2 + c, *b1);
+            }
+        }
+        first.iter().zip(b1.iter().zip(&b2)).map(|(c, (b1, b2))| t * b1 - b2 + c).collect()
+    }
+
     fn value(&self, t: f64) -> f64 {
         self.doubled(0, t).value()
     }
 
     /// (value, derivative to t) of every entry at a complex t, from `T_k` and `T_k' = k U_{k-1}`.
-    fn expanded(&self, t: Complex64) -> (Vec<Complex64>, Vec<Complex64>) {
+    pub(crate) fn expanded(&self, t: Complex64) -> (Vec<Complex64>, Vec<Complex64>) {
         let length = self.0.first().map_or(0, Vec::len);
         let mut value = vec![Complex64::default(); length];
         let mut slope = value.clone();
@@ -89,6 +105,7 @@ pub struct Piece {
     pub mass: Series,
     pub stiffness: Series,
     pub damping: PathDamping,
+    pub statics: StaticSeries,
 }
 
 /// One status combination along one parameter.
@@ -109,6 +126,7 @@ pub(crate) struct Expansion {
 impl Path {
     /// From `pieces`, ascending and adjacent, at least one.
     pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Result<Self, Error> {
+        let contacts = combination.statuses().len();
         let adjacent = pieces.windows(2).all(|pair| pair[0].upper == pair[1].lower);
         let complete = |series: &Series, length: usize| {
             !series.0.is_empty() && series.0.iter().all(|coefficient| coefficient.len() == length)
@@ -123,6 +141,10 @@ impl Path {
                     }
                     PathDamping::General(series) => complete(series, size * size),
                 }
+                && complete(&piece.statics.load, size)
+                && complete(&piece.statics.rows, size * contacts)
+                && complete(&piece.statics.offsets, contacts)
+                && complete(&piece.statics.speeds, contacts)
         });
         if pieces.is_empty() || !adjacent || !consistent {
             return Err(Error::Shape {
@@ -140,9 +162,10 @@ impl Path {
         [m, c, k, dm, dc, dk].map(|entries| entries.into_iter().map(|z| z.re).collect())
     }
 
-    /// The friction of `contacts` from `lower` to `upper`, one value for all of them.
-    pub fn friction(
-        scene: &Scene,
+    /// The contact law of a scene: the friction of `contacts` from `lower` to `upper`, one value for all of them, or
+    /// what else differs between the scenes at both ends and does not enter the matrices (slider speeds, clearances).
+    pub fn contact_law(
+        [scene, other]: [&Scene; 2],
         combination: &Combination,
         contacts: &[usize],
         lower: f64,
@@ -173,9 +196,32 @@ impl Path {
             }
             Series(vec![constant, slope])
         };
+        let load = |scene: &Scene| {
+            let mut constant: Vec<f64> = reduced.kept.iter().map(|&k| scene.force[k]).collect();
+            let mut slope = vec![0.0; m];
+            for (contact, &status) in combination.statuses().iter().enumerate() {
+                let law = &scene.contacts[contact];
+                if status.is_sliding() {
+                    let i = reduced.kept.partition_point(|&k| k < law.tangential);
+                    let normal = -status.friction_sign() * scene.force[law.normal];
+                    if contacts.contains(&contact) {
+                        slope[i] += normal;
+                    } else {
+                        constant[i] += law.friction * normal;
+                    }
+                }
+            }
+            (constant, slope)
+        };
+        let ends = [
+            Statics::new(scene, &reduced),
+            Statics::new(other, &Reduced::new(other, combination)?),
+        ];
+        let load = (!contacts.is_empty()).then(|| load(scene));
         let piece = Piece {
             lower,
             upper,
+            statics: StaticSeries::linear(ends, [lower, upper], load),
             centre: 0.0,
             half_width: 1.0,
             mass: series(&scene.mass),
@@ -198,6 +244,12 @@ impl Path {
         }
     }
 
+    /// The piece at p, and its t there.
+    pub(crate) fn place(&self, p: f64) -> (&Piece, f64) {
+        let piece = self.piece(p);
+        (piece, (p - piece.centre) / piece.half_width)
+    }
+
     fn piece(&self, p: f64) -> &Piece {
         let index = self.pieces.partition_point(|piece| piece.upper < p);
         &self.pieces[index.min(self.pieces.len() - 1)]
@@ -205,9 +257,8 @@ impl Path {
 
     /// The problem at a real p.
     pub(crate) fn pencil(&self, p: f64) -> Pencil {
-        let piece = self.piece(p);
+        let (piece, t) = self.place(p);
         let m = self.size;
-        let t = (p - piece.centre) / piece.half_width;
         let rows = |series: &Series| DoubledRows::new(m, |i, j| series.doubled(i * m + j, t));
         Pencil {
             combination: self.combination.clone(),

@@ -523,7 +523,7 @@ fn project(left: &[Complex64], column: impl Iterator<Item = Complex64>) -> Compl
 
 /// The two roots of `lambda^2 + d lambda + kappa = 0`, the larger one first; of a conjugate pair the one with positive
 /// imaginary part.
-fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Complex64) {
+pub(crate) fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Complex64) {
     let half = 0.5 * d;
     if kappa.im == 0.0 && d.im == 0.0 {
         let discriminant = half.re * half.re - kappa.re;

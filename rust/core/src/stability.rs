@@ -6,7 +6,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::eigen;
+use crate::eigen::{self, solve_in_place};
 use crate::error::Error;
 use crate::models::{DOFS, Link, Subsystem, springs};
 use crate::path::Path;
@@ -14,8 +14,9 @@ use crate::pencil::{Damping, Pencil};
 use crate::reduction::Reduced;
 use crate::scene::Scene;
 use crate::schur::SMALL;
-use crate::spectrum::MassFactor;
-use crate::status::Combination;
+use crate::spectrum::{MassFactor, roots_of_mode};
+use crate::statics::Steady;
+use crate::status::{Combination, Status};
 
 /// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,7 +59,10 @@ pub struct ChainSamples<'a> {
     pub vertical_stiffness: &'a [f64],
     pub horizontal_stiffness: &'a [f64],
     pub ceiling_stiffness: &'a [f64],
+    pub preload_displacement: &'a [f64],
+    pub external_force: &'a [f64],
     pub friction: &'a [f64],
+    pub slider_speed: &'a [f64],
     /// `samples * (subsystems - 1)` each.
     pub link_horizontal: &'a [f64],
     pub link_vertical: &'a [f64],
@@ -73,10 +77,13 @@ pub struct ChainSamples<'a> {
 pub(crate) struct ChainMatrices {
     full: Vec<f64>,
     reduced: Vec<f64>,
+    statics: Vec<f64>,
+    position: Vec<f64>,
     values: Vec<Complex64>,
 }
 
-/// The verdict on steady positive sliding of a chain with `C = beta K`.
+/// The verdict on a chain with `C = beta K` whose contacts all slide, and their normal forces in equilibrium, NaN where
+/// that is not unique; `friction(part) = T / N`, negative in negative sliding.
 pub(crate) fn chain_growth(
     subsystems: &[Subsystem],
     links: &[Link],
@@ -84,10 +91,10 @@ pub(crate) fn chain_growth(
     beta: f64,
     friction: impl Fn(usize) -> f64,
     matrices: &mut ChainMatrices,
-) -> Growth {
+) -> (Growth, Vec<f64>) {
     let count = subsystems.len();
     let (size, m) = (DOFS * count, (DOFS - 1) * count);
-    let ChainMatrices { full, reduced, values } = matrices;
+    let ChainMatrices { full, reduced, statics, position, values } = matrices;
     full.clear();
     full.resize(size * size, 0.0);
     springs(subsystems, links, wall_stiffness, |k, weights| {
@@ -98,6 +105,8 @@ pub(crate) fn chain_growth(
         }
     });
     reduced.clear();
+    position.clear();
+    let column = |j: usize| DOFS * (j / 3) + j % 3;
     for i in 0..m {
         let (part, role) = (i / 3, i % 3);
         let row = &full[(DOFS * part + role) * size..][..size];
@@ -107,13 +116,22 @@ pub(crate) fn chain_growth(
         // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
         let inverse_mass = 1.0 / if role == 2 { contact_mass } else { upper_mass };
         reduced.extend((0..m).map(|j| {
-            let column = DOFS * (j / 3) + j % 3;
+            let column = column(j);
             (row[column] - friction * normal[column]) * inverse_mass
         }));
+        position.push(if role == 1 { subsystems[part].load() * inverse_mass } else { 0.0 });
     }
+    statics.clone_from(reduced);
+    let regular = solve_in_place(m, statics, position);
+    let normal_force = |part: usize| {
+        let normal = &full[(DOFS * part + 3) * size..][..size];
+        (0..m).map(|j| normal[column(j)] * position[j]).sum()
+    };
+    let normal_forces =
+        (0..count).map(|part| if regular { normal_force(part) } else { f64::NAN }).collect();
     values.resize(m, Complex64::default());
     kappas(m, reduced, values);
-    proportional_growth(values, 0.0, beta)
+    (proportional_growth(values, 0.0, beta), normal_forces)
 }
 
 /// What one sample after the other reuses.
@@ -125,17 +143,20 @@ struct Workspace {
 }
 
 impl ChainSamples<'_> {
-    /// The verdict on steady positive sliding of every sample, on all threads of the pool in use.
-    pub fn growth(&self) -> Vec<Growth> {
+    /// The verdict on every sample, on all threads of the pool in use: all contacts in `status`, or each as its slider
+    /// drives it.
+    pub fn growth(&self, status: Option<Status>) -> Vec<Verdict> {
         // A few microseconds per sample: a hundred of them outweigh handing the work over.
         (0..self.wall_stiffness.len())
             .into_par_iter()
             .with_min_len(128)
-            .map_init(Workspace::default, |workspace, sample| self.sample(sample, workspace))
+            .map_init(Workspace::default, |workspace, sample| {
+                self.sample(sample, status, workspace)
+            })
             .collect()
     }
 
-    fn sample(&self, sample: usize, workspace: &mut Workspace) -> Growth {
+    fn sample(&self, sample: usize, status: Option<Status>, workspace: &mut Workspace) -> Verdict {
         let count = self.subsystems;
         let at = |values: &[f64], i: usize| values[sample * count + i];
         let Workspace { matrices, subsystems, links } = workspace;
@@ -147,17 +168,23 @@ impl ChainSamples<'_> {
             vertical_stiffness: at(self.vertical_stiffness, i),
             horizontal_stiffness: at(self.horizontal_stiffness, i),
             ceiling_stiffness: at(self.ceiling_stiffness, i),
-            preload_displacement: 0.0,
-            external_force: 0.0,
+            preload_displacement: at(self.preload_displacement, i),
+            external_force: at(self.external_force, i),
         }));
         links.clear();
         links.extend((0..count - 1).map(|i| Link {
             horizontal_stiffness: self.link_horizontal[sample * (count - 1) + i],
             vertical_stiffness: self.link_vertical[sample * (count - 1) + i],
         }));
-        let friction = |part| at(self.friction, part);
+        let driven = |part| Status::driven_by(at(self.slider_speed, part));
+        let sign = |part| status.or(driven(part)).map_or(f64::NAN, Status::friction_sign);
+        let friction = |part| sign(part) * at(self.friction, part);
         let (wall, beta) = (self.wall_stiffness[sample], self.damping[sample]);
-        chain_growth(subsystems, links, wall, beta, friction, matrices)
+        let (growth, margins) = chain_growth(subsystems, links, wall, beta, friction, matrices);
+        let slides =
+            (0..count).all(|part| driven(part).is_some_and(|d| status.is_none_or(|s| s == d)));
+        let exists = slides && margins.iter().all(|&normal_force| normal_force >= 0.0);
+        Verdict { growth, steady: Steady { exists, margins } }
     }
 }
 
@@ -175,17 +202,9 @@ fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
 fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
     let mut growth = Growth::NONE;
     for &kappa in kappas {
-        let half = 0.5 * (beta * kappa + alpha);
-        let root = if kappa.im == 0.0 {
-            let discriminant = half.re * half.re - kappa.re;
-            let size = discriminant.abs().sqrt();
-            if discriminant < 0.0 { Complex64::new(0.0, size) } else { size.into() }
-        } else {
-            (half * half - kappa).sqrt()
-        };
-        for lambda in [root - half, -root - half] {
-            growth.include(lambda);
-        }
+        let (larger, smaller) = roots_of_mode(kappa, beta * kappa + alpha);
+        growth.include(larger);
+        growth.include(smaller);
     }
     growth
 }
@@ -218,14 +237,35 @@ fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
     Ok(growth)
 }
 
-impl Growth {
-    /// The verdict on one combination of each scene.
-    pub fn of_scenes(scenes: &[&Scene], combination: &Combination) -> Result<Vec<Growth>, Error> {
-        scenes.par_iter().map(|scene| Growth::of_scene(scene, combination)).collect()
+/// The verdict on one combination, and whether it is steady sliding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    pub growth: Growth,
+    pub steady: Steady,
+}
+
+impl Verdict {
+    /// On each scene: the combination given, or that of its own sliding.
+    pub fn of_scenes(
+        scenes: &[&Scene],
+        combination: Option<&Combination>,
+    ) -> Result<Vec<Self>, Error> {
+        let verdict = |scene: &&Scene| {
+            let combination =
+                combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
+            Ok(Self {
+                growth: Growth::of_scene(scene, &combination)?,
+                steady: scene.steady(&combination)?,
+            })
+        };
+        scenes.par_iter().map(verdict).collect()
     }
 
-    /// The verdict at parameter values of a path.
-    pub fn along(path: &Path, values: &[f64]) -> Result<Vec<Growth>, Error> {
-        values.par_iter().map(|&value| pencil_growth(&path.pencil(value))).collect()
+    /// At parameter values of a path.
+    pub fn along(path: &Path, values: &[f64]) -> Result<Vec<Self>, Error> {
+        let verdict = |&value: &f64| {
+            Ok(Self { growth: pencil_growth(&path.pencil(value))?, steady: path.steady_at(value) })
+        };
+        values.par_iter().map(verdict).collect()
     }
 }

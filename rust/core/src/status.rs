@@ -28,6 +28,15 @@ impl Status {
         }
     }
 
+    /// The sliding status of a contact at rest on a slider of this speed; None where the slider rests as well.
+    pub fn driven_by(slider_speed: f64) -> Option<Self> {
+        match slider_speed {
+            speed if speed > 0.0 => Some(Status::Positive),
+            speed if speed < 0.0 => Some(Status::Negative),
+            _ => None,
+        }
+    }
+
     pub const fn is_closed(self) -> bool {
         !matches!(self, Status::Detached)
     }

@@ -22,7 +22,7 @@ use crate::path::Path;
 use crate::scene::{Scene, State};
 use crate::simulation::{Controls, Method, simulate};
 use crate::stability::{ChainMatrices, Growth, chain_growth};
-use crate::status::{Combination, Status};
+use crate::status::Combination;
 use crate::trajectory::{StopReason, Trajectory};
 use crate::work::Works;
 
@@ -34,7 +34,7 @@ const START_SPEED: f64 = 1e-3;
 /// What is asked of every sample.
 #[derive(Debug, Clone)]
 pub struct Questions {
-    /// Status combination for everything about stability; None: all positive sliding.
+    /// Status combination for everything about stability; None: that of steady sliding, where it exists.
     pub combination: Option<Combination>,
     pub growth: bool,
     pub eigenvalues: bool,
@@ -81,6 +81,7 @@ impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         let kind = match error {
             Error::NoSlidingDirection { .. }
+            | Error::NoSteadySliding { .. }
             | Error::TensileEquilibrium { .. }
             | Error::SingularStiffness { .. } => "no_equilibrium",
             Error::Eigenvalues { .. } => "eigenvalues",
@@ -229,22 +230,25 @@ fn ask_family(
         && questions.growth
         && questions.combination.is_none()
         && chain.is_well_posed()
+        && let Some(statuses) = chain.sliding_statuses()
     {
-        let growth = chain_growth(
+        let (growth, normal_forces) = chain_growth(
             &chain.subsystems,
             &chain.links,
             chain.wall_stiffness,
             chain.damping,
-            |part| chain.contacts[part].friction,
+            |part| statuses[part].friction_sign() * chain.contacts[part].friction,
             &mut workspace.matrices,
         );
         if growth.eigenvalue.re.is_nan() {
-            let combination = Combination::new(vec![Status::Positive; chain.contacts.len()]);
+            let combination = Combination::new(statuses);
             answer.fail(Error::Eigenvalues { combination, residual: f64::NAN });
-        } else {
+        } else if !normal_forces.iter().any(|&normal_force| normal_force < 0.0) {
             answer.growth = Some(growth);
         }
-        if !questions.needs_scene() {
+        // Where a contact would pull, the scene says so.
+        let answered = answer.growth.is_some() || answer.failure.is_some();
+        if answered && !questions.needs_scene() {
             return;
         }
     }
@@ -262,19 +266,10 @@ impl Questions {
 }
 
 fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: &mut Answer) {
-    let combination = questions
-        .combination
-        .clone()
-        .unwrap_or_else(|| Combination::new(vec![Status::Positive; scene.contacts().len()]));
-    if questions.growth && answer.growth.is_none() && answer.failure.is_none() {
-        match Growth::of_scene(scene, &combination) {
-            Ok(growth) => answer.growth = Some(growth),
-            Err(error) => answer.fail(error),
-        }
-    }
-    if questions.eigenvalues {
-        match Modes::new(scene, &combination) {
-            Ok(modes) => answer.eigenvalues = modes.eigenvalues,
+    let wanted = questions.growth && answer.growth.is_none() && answer.failure.is_none();
+    if wanted || questions.eigenvalues {
+        match questions.combination.clone().map_or_else(|| scene.steady_sliding(), Ok) {
+            Ok(combination) => spectrum(scene, &combination, wanted, questions.eigenvalues, answer),
             Err(error) => answer.fail(error),
         }
     }
@@ -285,7 +280,7 @@ fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: 
         }
     }
     if let Some(range) = &questions.hopf {
-        match hopf_point(scene, &combination, range) {
+        match hopf_point(scene, questions.combination.as_ref(), range) {
             Ok(point) => answer.hopf = Some(point),
             Err(error) => answer.fail(error),
         }
@@ -301,18 +296,52 @@ fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: 
     }
 }
 
-fn hopf_point(
+fn spectrum(
     scene: &Scene,
     combination: &Combination,
+    growth: bool,
+    eigenvalues: bool,
+    answer: &mut Answer,
+) {
+    if growth {
+        match Growth::of_scene(scene, combination) {
+            Ok(growth) => answer.growth = Some(growth),
+            Err(error) => answer.fail(error),
+        }
+    }
+    if eigenvalues {
+        match Modes::new(scene, combination) {
+            Ok(modes) => answer.eigenvalues = modes.eigenvalues,
+            Err(error) => answer.fail(error),
+        }
+    }
+}
+
+/// Of steady sliding, unless a combination is given, only points at which it exists.
+fn hopf_point(
+    scene: &Scene,
+    combination: Option<&Combination>,
     range: &HopfRange,
-) -> Result<(f64, f64), Error> {
-    let path = Path::friction(scene, combination, &range.contacts, range.lower, range.upper)?;
+) -> Result<(f64, f64), Failure> {
+    let HopfRange { contacts, lower, upper } = range;
+    let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
+    let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
     let points = critical_points(&path, 0.0)?;
-    let first = points
+    let mut destabilising = points
         .iter()
-        .find(|point| point.kind == CriticalKind::Hopf && point.slope > 0.0)
+        .filter(|point| point.kind == CriticalKind::Hopf && point.slope > 0.0)
+        .peekable();
+    let lost = destabilising.peek().map(|point| point.value);
+    let first = destabilising
+        .find(|point| combination.is_some() || path.steady_at(point.value).exists)
         .map(|point| (point.value, point.eigenvalue.norm()));
-    Ok(first.unwrap_or((f64::NAN, f64::NAN)))
+    match (first, lost) {
+        (None, Some(value)) => Err(Failure {
+            kind: "no_equilibrium",
+            reason: format!("hopf_point: at friction {value} there is no steady sliding"),
+        }),
+        _ => Ok(first.unwrap_or((f64::NAN, f64::NAN))),
+    }
 }
 
 fn move_on(

@@ -6,7 +6,11 @@ use stickslip_core::Error;
 
 /// The Python exception of ill-posed input.
 pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
-    named(py, "InputError", &error.to_string())
+    let class = match error {
+        Error::NoSteadySliding { .. } => "NoSteadySlidingError",
+        _ => "InputError",
+    };
+    named(py, class, &error.to_string())
 }
 
 /// An exception of class `name` of `stickslip.errors`.

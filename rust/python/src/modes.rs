@@ -13,12 +13,14 @@ pub struct Reduced {
     right_basis: Vec<f64>,
     left_basis: Vec<f64>,
     dofs: usize,
+    statics: core::Statics,
 }
 
 impl Reduced {
     pub fn new(scene: &core::Scene, inner: core::Reduced) -> Self {
         let (right_basis, left_basis) = inner.bases(scene);
-        Self { inner, right_basis, left_basis, dofs: scene.size() }
+        let statics = core::Statics::new(scene, &inner);
+        Self { inner, right_basis, left_basis, dofs: scene.size(), statics }
     }
 
     fn square<'py>(&self, py: Python<'py>, entries: &[f64]) -> PyResult<Bound<'py, PyArray2<f64>>> {
@@ -46,6 +48,19 @@ impl Reduced {
     #[getter]
     fn force_constant<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         self.inner.force_constant.clone().into_pyarray(py)
+    }
+
+    /// Load (1, m), rows (c, m), offsets (1, c) and slider speeds (1, c): margins are `rows . K^-1 load - offsets`.
+    #[getter]
+    fn statics<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
+        let core::Statics { load, rows, offsets, speeds } = self.statics.clone();
+        let (m, contacts) = (load.len(), offsets.len());
+        Ok([
+            matrix(py, 1, m, load)?,
+            matrix(py, contacts, m, rows)?,
+            matrix(py, 1, contacts, offsets)?,
+            matrix(py, 1, contacts, speeds)?,
+        ])
     }
 
     #[getter]

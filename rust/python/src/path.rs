@@ -23,8 +23,12 @@ enum DampingSeries<'py> {
     General(Coefficients<'py>),
 }
 
-/// lower, upper, mass, damping, stiffness
-type PieceData<'py> = (f64, f64, Coefficients<'py>, DampingSeries<'py>, Coefficients<'py>);
+/// load, rows, offsets, speeds
+type StaticsData<'py> = [Coefficients<'py>; 4];
+
+/// lower, upper, mass, damping, stiffness, statics
+type PieceData<'py> =
+    (f64, f64, Coefficients<'py>, DampingSeries<'py>, Coefficients<'py>, StaticsData<'py>);
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Path {
@@ -54,20 +58,32 @@ impl Path {
             .map_err(|error| raise(py, &error))?;
         let pieces: Vec<core::Piece> = pieces
             .iter()
-            .map(|(lower, upper, mass, damping, stiffness)| core::Piece {
-                lower: *lower,
-                upper: *upper,
-                centre: 0.5 * (lower + upper),
-                half_width: 0.5 * (upper - lower),
-                mass: series(mass),
-                stiffness: series(stiffness),
-                damping: match damping {
-                    DampingSeries::Proportional(alpha, beta) => core::PathDamping::Proportional {
-                        alpha: scalar_series(alpha),
-                        beta: scalar_series(beta),
+            .map(|(lower, upper, mass, damping, stiffness, [load, rows, offsets, speeds])| {
+                core::Piece {
+                    lower: *lower,
+                    upper: *upper,
+                    centre: 0.5 * (lower + upper),
+                    half_width: 0.5 * (upper - lower),
+                    mass: series(mass),
+                    stiffness: series(stiffness),
+                    statics: core::StaticSeries {
+                        load: series(load),
+                        rows: series(rows),
+                        offsets: series(offsets),
+                        speeds: series(speeds),
                     },
-                    DampingSeries::General(damping) => core::PathDamping::General(series(damping)),
-                },
+                    damping: match damping {
+                        DampingSeries::Proportional(alpha, beta) => {
+                            core::PathDamping::Proportional {
+                                alpha: scalar_series(alpha),
+                                beta: scalar_series(beta),
+                            }
+                        }
+                        DampingSeries::General(damping) => {
+                            core::PathDamping::General(series(damping))
+                        }
+                    },
+                }
             })
             .collect();
         let inner =
@@ -75,18 +91,20 @@ impl Path {
         Ok(Self { inner })
     }
 
-    /// The friction of some contacts of a scene.
+    /// The contact law of a scene: the friction of some contacts, or what else differs between the scenes at both ends.
     #[staticmethod]
-    fn friction(
+    fn contact_law(
         py: Python<'_>,
         scene: &Scene,
+        other: &Scene,
         combination: &str,
         contacts: Vec<usize>,
         lower: f64,
         upper: f64,
     ) -> PyResult<Self> {
         let combination = scene.combination(py, combination)?;
-        let inner = core::Path::friction(&scene.inner, &combination, &contacts, lower, upper)
+        let ends: [&core::Scene; 2] = [&scene.inner, &other.inner];
+        let inner = core::Path::contact_law(ends, &combination, &contacts, lower, upper)
             .map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
@@ -128,6 +146,7 @@ impl Path {
         dict.set_item("condition", matrix(py, rows, branches, sweep.condition)?)?;
         dict.set_item("defective", sweep.defective.into_pyarray(py).reshape([rows, branches])?)?;
         dict.set_item("meetings", sweep.meetings.into_pyarray(py))?;
+        set_steady(py, &dict, &self.inner.combination, self.inner.steady(&values))?;
         if vectors {
             let stack = |entries: Vec<Complex64>| -> PyResult<Bound<'py, PyArray3<Complex64>>> {
                 entries.into_pyarray(py).reshape([rows, m, branches])
@@ -138,74 +157,123 @@ impl Path {
         Ok(dict)
     }
 
-    /// Kind, parameter, eigenvalue, other eigenvalue and slope of every critical point.
+    /// Kind, contact, parameter, eigenvalue, other eigenvalue, slope and whether steady sliding exists there, of every
+    /// critical point.
     fn critical_points<'py>(
         &self,
         py: Python<'py>,
         imaginary: f64,
     ) -> PyResult<CriticalArrays<'py>> {
-        let points = py
-            .detach(|| core::critical_points(&self.inner, imaginary))
+        let (points, steady) = py
+            .detach(|| {
+                let points = core::critical_points(&self.inner, imaginary)?;
+                let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+                Ok((points, self.inner.steady(&values)))
+            })
             .map_err(|error| raise(py, &error))?;
+        let contact = |point: &core::CriticalPoint| match point.kind {
+            core::CriticalKind::Separation { contact } => Some(contact),
+            _ => None,
+        };
         let each = |f: fn(&core::CriticalPoint) -> Complex64| {
             points.iter().map(f).collect::<Vec<_>>().into_pyarray(py)
         };
         Ok((
             points.iter().map(|point| point.kind.name()).collect(),
+            points.iter().map(contact).collect(),
             each(|point| point.complex_value),
             each(|point| point.eigenvalue),
             each(|point| point.other),
             points.iter().map(|point| point.slope).collect::<Vec<_>>().into_pyarray(py),
+            points
+                .iter()
+                .zip(&steady)
+                // At a separation steady sliding ends: rounding does not say on which side the point lies.
+                .map(|(point, steady)| contact(point).is_some() || steady.exists)
+                .collect(),
         ))
     }
 
-    /// Least stable eigenvalue and number of unstable ones at each value.
+    /// The verdict at each value.
     fn growth<'py>(
         &self,
         py: Python<'py>,
         values: PyReadonlyArray1<'py, f64>,
-    ) -> PyResult<GrowthArrays<'py>> {
+    ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let growth = py
-            .detach(|| core::Growth::along(&self.inner, &values))
+        let verdicts = py
+            .detach(|| core::Verdict::along(&self.inner, &values))
             .map_err(|error| raise(py, &error))?;
-        Ok(growth_arrays(py, &growth))
+        verdict_arrays(py, verdicts, Some(&self.inner.combination))
     }
 }
 
 type ComplexArray<'py> = Bound<'py, PyArray1<Complex64>>;
 type CriticalArrays<'py> = (
     Vec<&'static str>,
+    Vec<Option<usize>>,
     ComplexArray<'py>,
     ComplexArray<'py>,
     ComplexArray<'py>,
     Bound<'py, PyArray1<f64>>,
+    Vec<bool>,
 );
-type GrowthArrays<'py> = (ComplexArray<'py>, Bound<'py, PyArray1<i64>>);
 
-fn growth_arrays<'py>(py: Python<'py>, growth: &[core::Growth]) -> GrowthArrays<'py> {
-    let eigenvalues: Vec<Complex64> = growth.iter().map(|sample| sample.eigenvalue).collect();
-    let unstable: Vec<i64> = growth.iter().map(|sample| sample.unstable as i64).collect();
-    (eigenvalues.into_pyarray(py), unstable.into_pyarray(py))
+/// `steady_sliding` (k,) and `normal_force` (k, c), NaN for contacts that are not closed by the combination.
+fn set_steady<'py>(
+    py: Python<'py>,
+    dict: &Bound<'py, PyDict>,
+    combination: &core::Combination,
+    steady: Vec<core::Steady>,
+) -> PyResult<()> {
+    let closed: Vec<bool> =
+        combination.statuses().iter().map(|status| status.is_closed()).collect();
+    let exists: Vec<bool> = steady.iter().map(|sample| sample.exists).collect();
+    let mut forces = Vec::with_capacity(steady.len() * closed.len());
+    for sample in &steady {
+        let pressed = sample.margins.iter().zip(&closed);
+        forces.extend(pressed.map(|(&margin, &closed)| if closed { margin } else { f64::NAN }));
+    }
+    dict.set_item("steady_sliding", exists.into_pyarray(py))?;
+    dict.set_item("normal_force", matrix(py, steady.len(), closed.len(), forces)?)
 }
 
-/// The verdict on one combination of each scene.
+/// Eigenvalue, number of unstable ones, and whether that is steady sliding; without a combination all contacts slide.
+fn verdict_arrays<'py>(
+    py: Python<'py>,
+    verdicts: Vec<core::Verdict>,
+    combination: Option<&core::Combination>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let dict = PyDict::new(py);
+    let eigenvalues: Vec<Complex64> = verdicts.iter().map(|v| v.growth.eigenvalue).collect();
+    let unstable: Vec<i64> = verdicts.iter().map(|v| v.growth.unstable as i64).collect();
+    dict.set_item("eigenvalue", eigenvalues.into_pyarray(py))?;
+    dict.set_item("unstable", unstable.into_pyarray(py))?;
+    let contacts = verdicts.first().map_or(0, |verdict| verdict.steady.margins.len());
+    let sliding = core::Combination::new(vec![core::Status::Positive; contacts]);
+    let steady = verdicts.into_iter().map(|verdict| verdict.steady).collect();
+    set_steady(py, &dict, combination.unwrap_or(&sliding), steady)?;
+    Ok(dict)
+}
+
+/// The verdict on each scene, in one combination or that of its own sliding; all have as many contacts.
 #[pyfunction]
 pub fn scene_growth<'py>(
     py: Python<'py>,
     scenes: Vec<Bound<'py, Scene>>,
-    combination: &str,
-) -> PyResult<GrowthArrays<'py>> {
-    let Some(first) = scenes.first() else { return Ok(growth_arrays(py, &[])) };
-    let combination = first.get().combination(py, combination)?;
+    combination: Option<&str>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let Some(first) = scenes.first() else { return verdict_arrays(py, Vec::new(), None) };
+    let combination = combination.map(|text| first.get().combination(py, text)).transpose()?;
     let inner: Vec<&core::Scene> = scenes.iter().map(|scene| &*scene.get().inner).collect();
-    let growth = py
-        .detach(|| core::Growth::of_scenes(&inner, &combination))
+    let verdicts = py
+        .detach(|| core::Verdict::of_scenes(&inner, combination.as_ref()))
         .map_err(|error| raise(py, &error))?;
-    Ok(growth_arrays(py, &growth))
+    verdict_arrays(py, verdicts, combination.as_ref())
 }
 
-/// The verdict on steady positive sliding of sampled chains of subsystems, `C = damping K`.
+/// The verdict on sampled chains of subsystems, `C = damping K`: all contacts in positive sliding, or each as its slider
+/// drives it.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
 pub fn chain_growth<'py>(
@@ -216,12 +284,16 @@ pub fn chain_growth<'py>(
     vertical_stiffness: PyReadonlyArray2<'py, f64>,
     horizontal_stiffness: PyReadonlyArray2<'py, f64>,
     ceiling_stiffness: PyReadonlyArray2<'py, f64>,
+    preload_displacement: PyReadonlyArray2<'py, f64>,
+    external_force: PyReadonlyArray2<'py, f64>,
     friction: PyReadonlyArray2<'py, f64>,
+    slider_speed: PyReadonlyArray2<'py, f64>,
     link_horizontal: PyReadonlyArray2<'py, f64>,
     link_vertical: PyReadonlyArray2<'py, f64>,
     wall_stiffness: PyReadonlyArray1<'py, f64>,
     damping: PyReadonlyArray1<'py, f64>,
-) -> PyResult<GrowthArrays<'py>> {
+    positive: bool,
+) -> PyResult<Bound<'py, PyDict>> {
     let subsystems = upper_mass.as_array().ncols();
     let wall_stiffness = vector(&wall_stiffness);
     let samples = wall_stiffness.len();
@@ -246,7 +318,10 @@ pub fn chain_growth<'py>(
     let vertical_stiffness = table("vertical_stiffness", &vertical_stiffness, subsystems)?;
     let horizontal_stiffness = table("horizontal_stiffness", &horizontal_stiffness, subsystems)?;
     let ceiling_stiffness = table("ceiling_stiffness", &ceiling_stiffness, subsystems)?;
+    let preload_displacement = table("preload_displacement", &preload_displacement, subsystems)?;
+    let external_force = table("external_force", &external_force, subsystems)?;
     let friction = table("friction", &friction, subsystems)?;
+    let slider_speed = table("slider_speed", &slider_speed, subsystems)?;
     let link_horizontal = table("link_horizontal", &link_horizontal, links)?;
     let link_vertical = table("link_vertical", &link_vertical, links)?;
     let samples = core::ChainSamples {
@@ -257,12 +332,16 @@ pub fn chain_growth<'py>(
         vertical_stiffness: &vertical_stiffness,
         horizontal_stiffness: &horizontal_stiffness,
         ceiling_stiffness: &ceiling_stiffness,
+        preload_displacement: &preload_displacement,
+        external_force: &external_force,
         friction: &friction,
+        slider_speed: &slider_speed,
         link_horizontal: &link_horizontal,
         link_vertical: &link_vertical,
         wall_stiffness: &wall_stiffness,
         damping: &damping,
     };
-    let growth = py.detach(|| samples.growth());
-    Ok(growth_arrays(py, &growth))
+    let status = positive.then_some(core::Status::Positive);
+    let verdicts = py.detach(|| samples.growth(status));
+    verdict_arrays(py, verdicts, None)
 }

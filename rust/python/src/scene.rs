@@ -149,6 +149,19 @@ impl Scene {
         modes::modes(py, self.inner.size(), found)
     }
 
+    /// The combination of sliding as the sliders drive.
+    fn sliding_combination(&self, py: Python<'_>) -> PyResult<String> {
+        let combination = self.inner.sliding_combination().map_err(|error| raise(py, &error))?;
+        Ok(combination.to_string())
+    }
+
+    /// The same, refused where a contact would pull.
+    fn steady_sliding(&self, py: Python<'_>) -> PyResult<String> {
+        let combination =
+            py.detach(|| self.inner.steady_sliding()).map_err(|error| raise(py, &error))?;
+        Ok(combination.to_string())
+    }
+
     fn sliding_equilibrium<'py>(
         &self,
         py: Python<'py>,

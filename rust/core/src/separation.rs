@@ -1,0 +1,97 @@
+//! Where steady sliding is lost along a path: the normal force of a closed contact, or the gap of an open one, passes
+//! zero.
+//!
+//! The margins of the contacts (see [`crate::statics`]) are rational functions of the parameter, with poles where the
+//! stiffness is singular. They are bracketed as real parts are: an interval is halved until the cubic through values
+//! and slopes at its ends leaves no room for further roots. A pole changes their sign as well; there bisection comes to
+//! large margins instead of small ones.
+
+use num_complex::Complex64;
+
+use crate::critical::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
+use crate::path::Path;
+use crate::statics::{MarginAt, Steady};
+
+/// Margins of all contacts at a parameter value.
+type Point = (f64, Vec<MarginAt>);
+
+/// The boundaries of steady sliding on a path that is looked at from `values`, ascending: every other contact holds.
+pub(crate) fn separations(path: &Path, values: &[f64]) -> Vec<CriticalPoint> {
+    let contacts = path.combination.statuses().len();
+    let (lower, upper) = path.range();
+    let resolution = RESOLUTION * (upper - lower);
+    let at = |p: f64| path.margins(p).map(|margins| (p, margins));
+    let known: Vec<Point> = values.iter().filter_map(|&value| at(value)).collect();
+    let mut points = Vec::new();
+    for contact in 0..contacts {
+        for pair in known.windows(2) {
+            let mut open = vec![(pair[0].clone(), pair[1].clone())];
+            while let Some((from, to)) = open.pop() {
+                let stretch = stretch(&from, &to, contact);
+                let width = to.0 - from.0;
+                let middle = (width > resolution && !stretch.is_settled())
+                    .then(|| at(0.5 * (from.0 + to.0)))
+                    .flatten();
+                match middle {
+                    Some(middle) => open.extend([(middle.clone(), to), (from, middle)]),
+                    None => points.extend(boundary(path, contact, &from, &to)),
+                }
+            }
+        }
+    }
+    points
+}
+
+fn stretch((p, from): &Point, (q, to): &Point, contact: usize) -> Stretch {
+    let (from, to) = (from[contact], to[contact]);
+    Stretch {
+        value: [from.value, to.value],
+        rise: [from.slope * (q - p), to.slope * (q - p)],
+        uncertainty: [from.uncertainty, to.uncertainty],
+    }
+}
+
+/// The root between two points of which the margin has unlike signs, if it is a boundary of steady sliding.
+fn boundary(path: &Path, contact: usize, from: &Point, to: &Point) -> Option<CriticalPoint> {
+    let (before, after) = (from.1[contact].value, to.1[contact].value);
+    // Halves share their ends: a root at one belongs to the interval below it.
+    if !(before < 0.0 && after >= 0.0 || before > 0.0 && after <= 0.0) {
+        return None;
+    }
+    let (mut low, mut high) = (from.0, to.0);
+    let mut p = 0.5 * (low + high);
+    let mut size = f64::INFINITY;
+    while low < p && p < high {
+        let margin = path.margins(p)?[contact];
+        size = margin.value.abs();
+        if margin.value == 0.0 {
+            break;
+        }
+        if (margin.value < 0.0) == (before < 0.0) {
+            low = p
+        } else {
+            high = p
+        }
+        let newton = p - margin.value / margin.slope;
+        if newton == p {
+            break;
+        }
+        p = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    let Steady { mut margins, .. } = path.steady_at(p);
+    *margins.get_mut(contact)? = 0.0;
+    let is_pole = size > before.abs().min(after.abs());
+    if is_pole || !Steady::new(&path.combination, &path.speeds(p), margins).exists {
+        return None;
+    }
+    let closed = path.combination.statuses()[contact].is_closed();
+    let undefined = Complex64::new(f64::NAN, f64::NAN);
+    Some(CriticalPoint {
+        kind: CriticalKind::Separation { contact },
+        value: p,
+        complex_value: p.into(),
+        eigenvalue: undefined,
+        other: undefined,
+        slope: if (after < before) == closed { 1.0 } else { -1.0 },
+    })
+}
