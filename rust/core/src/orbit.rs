@@ -234,7 +234,9 @@ impl Orbit {
                 self.steps[k].passage.loss(&flows[k].free, jump, &next_field)
             })
             .collect();
-        let rank = dimensions.iter().zip(&losses).map(|(d, lost)| d - lost).min().unwrap_or(0);
+        let rank = dimensions.iter().zip(&losses).map(|(d, lost)| d.saturating_sub(*lost)).min();
+        let rank = rank.unwrap_or_default();
+        let section = dimensions.first().copied().unwrap_or_default();
         let narrowest = (0..count).min_by_key(|&k| dimensions[k]).unwrap_or_default();
         let size = 2 * self.scene.size;
         let free = &flows[narrowest].free;
@@ -254,9 +256,13 @@ impl Orbit {
         let return_maps: Vec<Vec<f64>> =
             pass.linearised.iter().map(Linearised::return_map).collect();
         Ok(Multipliers {
-            values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, dimensions[0]),
-            transverse: eigenvalues(&return_maps, rank - 1, dimensions[0] - 1),
-            structural_zeros: dimensions[0] - rank,
+            values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, section),
+            transverse: eigenvalues(
+                &return_maps,
+                rank.saturating_sub(1),
+                section.saturating_sub(1),
+            ),
+            structural_zeros: section.saturating_sub(rank),
             dimensions,
             losses,
         })
