@@ -3,7 +3,6 @@
 //! The answers to one sample depend on its own scene alone, whatever runs beside it and in whatever order. A sample
 //! that cannot be answered says why, and keeps what could be.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -14,7 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::attractor::{Attractor, Search};
 use crate::critical::{CriticalKind, critical_points};
 use crate::cycle::Cycle;
-use crate::error::Error;
+use crate::error::{Error, RunFailure};
 use crate::family::{Family, Template};
 use crate::lyapunov::Lyapunov;
 use crate::modes::Modes;
@@ -182,21 +181,16 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, stopped: &AtomicBoo
             if stopped.load(Ordering::Relaxed) {
                 return answer;
             }
-            let asked = catch_unwind(AssertUnwindSafe(|| match samples {
+            let asked = RunFailure::guarded(|| match samples {
                 Samples::Family(family, rows) => {
                     let width = family.width();
                     let row = &rows[k * width..(k + 1) * width];
                     ask_family(family, row, questions, stopped, workspace, &mut answer);
                 }
                 Samples::Scenes(scenes) => ask(&scenes[k], questions, stopped, &mut answer),
-            }));
-            if let Err(panic) = asked {
-                let reason = panic
-                    .downcast_ref::<String>()
-                    .cloned()
-                    .or_else(|| panic.downcast_ref::<&str>().map(|&text| text.to_owned()))
-                    .unwrap_or_default();
-                answer.fail(Failure { kind: "error", reason });
+            });
+            if let Err(failure) = asked {
+                answer.fail(Failure { kind: "error", reason: failure.to_string() });
             }
             answer
         })

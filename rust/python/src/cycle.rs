@@ -339,15 +339,19 @@ pub fn settle_all(
             };
             core::settle_all(&cases, search)
         })
-    });
+    })?;
     let found = found.into_iter().map(|result| {
-        result
-            .map(|result| {
-                let (attractor, run) = result.map_err(|error| raise(py, &error))?;
+        let Some(result) = result else { return Ok(None) };
+        match result {
+            Ok((attractor, run)) => {
                 let message = crate::trajectory::stop_message(&run.stop_reason);
-                Ok((settled(attractor, runs.then_some(run)), message))
-            })
-            .transpose()
+                Ok(Some((settled(attractor, runs.then_some(run)), message)))
+            }
+            Err(core::RunFailure::Input(error)) => Err(raise(py, &error)),
+            Err(failure) => {
+                Ok(Some((settled(core::Attractor::Stopped, None), failure.to_string())))
+            }
+        }
     });
     Ok((found.collect::<PyResult<_>>()?, exception))
 }

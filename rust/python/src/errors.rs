@@ -2,11 +2,19 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use stickslip_core::Error;
+use stickslip_core::{Error, RunFailure};
 
 /// The Python exception of ill-posed input.
 pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
     named(py, "InputError", &error.to_string())
+}
+
+/// The Python exception of what kept a motion from being computed.
+pub fn raise_failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
+    match failure {
+        RunFailure::Input(error) => raise(py, error),
+        _ => named(py, "RunError", &failure.to_string()),
+    }
 }
 
 /// An exception of class `name` of `stickslip.errors`.

@@ -176,7 +176,7 @@ fn interruptible<T: Send>(
             Some(pool) => pool.install(|| compute(stopped)),
             None => compute(stopped),
         })
-    });
+    })?;
     interrupted.map_or(Ok(computed), Err)
 }
 
