@@ -60,7 +60,7 @@ def cycle(
 
 
 def _show(out: Console, found: ss.Cycle) -> None:
-    verdict = "stable" if found.stable else "[bold red]unstable[/]"
+    verdict = "[bold red]unstable[/]" if found.stable is False else found.stability
     doubled = ", period-doubled" if found.period_doubled else ""
     period = f"Period {1e3 * found.period:.9g} ms ({found.frequency:.6g} Hz)"
     out.print(f"{period}, main line {found.main_frequency():.6g} Hz{doubled}; {verdict}")

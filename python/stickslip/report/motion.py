@@ -106,7 +106,6 @@ def cycle_section(found: Findings) -> str:
             )
         return section("cycle", "Limit cycle", *parts)
     cycle = found.cycle
-    largest = np.abs(cycle.transverse_multipliers).max(initial=0.0)
     times = cycle.table()
     sequence = table(
         "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
@@ -149,8 +148,8 @@ def cycle_section(found: Findings) -> str:
             [
                 ("period", f"{number(1e3 * cycle.period, 12)} ms"),
                 ("frequency", f"{number(cycle.frequency, 8)} Hz"),
-                ("stability", "stable" if cycle.stable else "unstable"),
-                ("largest multiplier across the flow", number(float(largest))),
+                ("stability", cycle.stability),
+                ("largest multiplier across the flow", number(cycle.largest_multiplier)),
                 ("mismatch of the orbit, relative", number(cycle.residual, 2)),
             ]
         ),

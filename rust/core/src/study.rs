@@ -12,7 +12,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::attractor::{Attractor, Search};
 use crate::critical::{CriticalKind, critical_points};
-use crate::cycle::Cycle;
+use crate::cycle::{Cycle, Stability};
 use crate::error::{Error, RunFailure};
 use crate::family::{Family, Template};
 use crate::lyapunov::Lyapunov;
@@ -125,6 +125,8 @@ pub struct Settled {
     pub period: f64,
     /// Largest modulus of the multipliers but the one of the phase.
     pub multiplier: f64,
+    /// Of a cycle.
+    pub stability: Option<Stability>,
     pub energy: Option<CycleEnergy>,
 }
 
@@ -381,6 +383,7 @@ fn settled(
         amplitude: Vec::new(),
         period: f64::NAN,
         multiplier: f64::NAN,
+        stability: None,
         energy: None,
     };
     match attractor {
@@ -392,8 +395,8 @@ fn settled(
             let extremes = &cycle.extremes;
             let ranges = extremes.maximum.iter().zip(&extremes.minimum);
             settled.amplitude = ranges.map(|(high, low)| 0.5 * (high - low)).collect();
-            let transverse = &cycle.multipliers.transverse;
-            settled.multiplier = transverse.iter().map(|m| m.norm()).fold(0.0, f64::max);
+            settled.multiplier = cycle.multipliers.largest();
+            settled.stability = Some(cycle.stability);
             if questions.energy {
                 settled.energy = Some(cycle_energy(cycle)?);
             }

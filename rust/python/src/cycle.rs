@@ -110,12 +110,24 @@ impl Cycle {
 
     #[getter]
     fn is_corner(&self) -> bool {
-        self.inner.orbit.is_corner()
+        self.inner.orbit.corner().is_some()
     }
 
     #[getter]
-    fn is_stable(&self) -> bool {
-        self.inner.multipliers.is_stable()
+    fn is_stable(&self) -> Option<bool> {
+        self.inner.stability.is_stable()
+    }
+
+    /// Stable, unstable, or why that is not known.
+    #[getter]
+    fn stability(&self) -> String {
+        self.inner.stability.to_string()
+    }
+
+    /// Largest modulus across the flow.
+    #[getter]
+    fn largest_multiplier(&self) -> f64 {
+        self.inner.multipliers.largest()
     }
 
     #[getter]
