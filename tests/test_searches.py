@@ -80,7 +80,7 @@ def symmetric():
     tie = np.eye(8)[0] - np.eye(8)[4]
     scene = ss.Scene(
         mass=np.tile(one.mass, 2),
-        stiffness=np.kron(np.eye(2), one.stiffness) + 1e4 * np.outer(tie, tie),
+        stiffness=np.kron(np.eye(2), one.stiffness.toarray()) + 1e4 * np.outer(tie, tie),
         damping=ss.Proportional(stiffness=1e-4),
         force=np.tile(one.force, 2),
         contacts=[
