@@ -322,7 +322,8 @@ def test_outputs_are_those_of_the_functions_for_one_scene() -> None:
         outputs=[
             "growth_rate", "frequency", "unstable_modes", "eigenvalues", "normal_force", "hopf_point",
             "hopf_frequency", "events", "attractor", "amplitude", "period", "cycle_frequency", "statuses",
-            "sequence", "largest_multiplier", "stability", "energy_per_cycle", "contact_energy", "slider_energy",
+            "sequence", "largest_multiplier", "stability", "energy_per_cycle", "contact_energy",
+            "slider_energy",
         ],
         hopf={"friction": (0.0, 3.0)},
     )  # fmt: skip

@@ -110,7 +110,10 @@ def cycle_html(cycle: Cycle) -> str:
             ("period", f"{1e3 * cycle.period:.9g} ms"),
             ("frequency", f"{cycle.frequency:.6g} Hz"),
             ("stability", cycle.stability),
-            ("largest multiplier", f"{cycle.largest_multiplier:.4g}"),
+            (
+                "largest multiplier",
+                "not known" if np.isnan(cycle.largest_multiplier) else f"{cycle.largest_multiplier:.4g}",
+            ),
         ]
     )
     rows = [

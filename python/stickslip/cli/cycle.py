@@ -72,4 +72,6 @@ def _show(out: Console, found: ss.Cycle) -> None:
     out.print(table("Phases", ("status", "duration, ms", "frequencies of its modes, Hz"), rows))
     multipliers = found.transverse_multipliers[:SHOWN]
     listed = ", ".join(f"{abs(m):.6g} ∠ {np.degrees(np.angle(m)):.1f}°" for m in multipliers)
+    if np.isnan(found.largest_multiplier):
+        listed = "not known"
     out.print(f"Largest multipliers: {listed}; {found.structural_zeros} zero by structure")

@@ -106,6 +106,7 @@ def cycle_section(found: Findings) -> str:
             )
         return section("cycle", "Limit cycle", *parts)
     cycle = found.cycle
+    largest = cycle.largest_multiplier
     times = cycle.table()
     sequence = table(
         "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
@@ -149,7 +150,7 @@ def cycle_section(found: Findings) -> str:
                 ("period", f"{number(1e3 * cycle.period, 12)} ms"),
                 ("frequency", f"{number(cycle.frequency, 8)} Hz"),
                 ("stability", cycle.stability),
-                ("largest multiplier across the flow", number(cycle.largest_multiplier)),
+                ("largest multiplier across the flow", "not known" if np.isnan(largest) else number(largest)),
                 ("mismatch of the orbit, relative", number(cycle.residual, 2)),
             ]
         ),
