@@ -1,6 +1,7 @@
 """How a run ends before its duration, and what it leaves."""
 
 import os
+import pickle
 import subprocess
 import sys
 import textwrap
@@ -154,3 +155,22 @@ def test_on_grazing_stop(tangent):
     assert run.duration == pytest.approx(period, rel=np.sqrt(100 * np.finfo(float).eps))
     # It can be taken up again from there, on either branch.
     assert run.state(run.duration).combination == "d"
+
+
+def test_a_motion_ends_at_an_event_that_no_phase_can_follow():
+    # Two modes of sliding at friction 0.5 are equal and have one shape between them.
+    stiffness = np.array([[2.0, 0.0, 0.5], [0.0, 10.0, 2.0], [0.5, 2.0, 1.0]])
+    contact = ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=5.0)
+    scene = ss.Scene(mass=np.ones(3), stiffness=stiffness, force=[0.0, -1.0, 0.0], contacts=[contact])
+    start = ss.State([0.0, 0.1, 0.0], np.zeros(3), "d", dofs=scene.dofs)
+    with pytest.raises(ss.RunError, match="defective") as stopped:
+        ss.simulate(scene, start, 3.0, method="modal")
+    run = stopped.value.partial
+    whole = ss.simulate(scene, start, 3.0, method="taylor")
+    assert run.duration == pytest.approx(whole.events.time[0], rel=1e-12)
+    # The event itself is not part of the motion: the state at its end is the one before it.
+    assert not run.events.combination.size
+    assert run.state(run.duration).combination == "d"
+    assert pickle.loads(pickle.dumps(run)).duration == run.duration
+    with pytest.raises(ss.NotPeriodicError):
+        run.limit_cycle(further=0.0)

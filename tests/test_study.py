@@ -368,7 +368,8 @@ def test_outputs_are_those_of_the_functions_for_one_scene() -> None:
         outputs=[
             "growth_rate", "frequency", "unstable_modes", "eigenvalues", "normal_force", "hopf_point",
             "hopf_frequency", "events", "attractor", "amplitude", "period", "cycle_frequency", "statuses",
-            "sequence", "largest_multiplier", "energy_per_cycle", "contact_energy", "slider_energy",
+            "sequence", "largest_multiplier", "stability", "energy_per_cycle", "contact_energy",
+            "slider_energy",
         ],
         hopf={"friction": (0.0, 3.0)},
     )  # fmt: skip
@@ -400,6 +401,7 @@ def test_outputs_are_those_of_the_functions_for_one_scene() -> None:
         assert row.statuses.item() == " ".join(sorted(set(cycle.combinations)))
         largest = np.abs(cycle.transverse_multipliers).max()
         assert row.largest_multiplier.item() == pytest.approx(largest, rel=1e-12)
+        assert row.stability.item() == cycle.stability
         balance = cycle.balance()
         turnover = balance.turnover
         impacts = balance.contacts.impact_slider - balance.contacts.impact_friction

@@ -235,7 +235,9 @@ class Cycle:
     losses: list[int]  # (K,) directions that the event at the end of each phase forgets
     events: list[tuple[int, str]]  # (K,) contact and kind
     is_corner: bool
-    is_stable: bool
+    is_stable: bool | None
+    stability: str
+    largest_multiplier: float
     minimum: Real  # (n,)
     maximum: Real  # (n,)
     def trajectory(self) -> Trajectory: ...

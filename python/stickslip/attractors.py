@@ -69,6 +69,8 @@ def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
     if kind == "stopped":
         return kind, f"the run could not go on: {stop_message}"
     exponent, error, time = growth
+    if np.isnan(exponent):
+        return "undecided", "the motion was followed too short to say what it settles to; follow it longer"
     shown = f"largest Lyapunov exponent {exponent:.4g} +- {error:.2g} 1/s over {time:g} s"
     if exponent * time > DECIDED and exponent > CERTAIN * error:
         return "chaotic", f"the motion is chaotic: {shown}"

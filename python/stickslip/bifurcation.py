@@ -89,7 +89,8 @@ def bifurcation(
     -------
     Bifurcation
         Its `data` over the parameter: ``kind`` (``cycle``, or what `NotPeriodicError` calls it); of cycles,
-        else nan or empty: ``period`` s, ``main_frequency`` Hz, ``period_doubled``, ``stable``, ``sequence``
+        else nan or empty: ``period`` s, ``main_frequency`` Hz, ``period_doubled``, ``stable`` (False where
+        that is not known), ``stability`` (``stable``, ``unstable``, or why that is not known), ``sequence``
         of combinations, ``largest_multiplier`` (modulus, without the one that is 1), complex ``multiplier``
         (parameter, order), ``amplitude``, ``minimum``, ``maximum`` (parameter, dof) m; of others ``exponent``
         and ``exponent_error``, the largest Lyapunov exponent across the flow and its standard error, 1/s;
@@ -183,17 +184,15 @@ def table(
         row[: cycle.multipliers.size] = cycle.multipliers
         return row
 
-    def largest(cycle: Cycle) -> float:
-        return float(np.abs(cycle.transverse_multipliers).max(initial=0.0))
-
     nothing = np.full(dofs.size, np.nan)
     rows: dict[str, Any] = {
         "period": (name, column(lambda c: c.period, np.nan), {"units": "s"}),
         "main_frequency": (name, column(lambda c: c.main_frequency(), np.nan), {"units": "Hz"}),
         "period_doubled": (name, column(lambda c: c.period_doubled, False)),
-        "stable": (name, column(lambda c: c.stable, False)),
+        "stable": (name, column(lambda c: c.stable is True, False)),
+        "stability": (name, column(lambda c: c.stability, "")),
         "sequence": (name, column(lambda c: " ".join(c.combinations), "")),
-        "largest_multiplier": (name, column(largest, np.nan), {"units": "1"}),
+        "largest_multiplier": (name, column(lambda c: c.largest_multiplier, np.nan), {"units": "1"}),
         "multiplier": (
             (name, "order"),
             column(padded, np.full(width, complex(np.nan, np.nan))),

@@ -181,9 +181,23 @@ class Cycle:
         return self.core.is_corner
 
     @property
-    def stable(self) -> bool:
-        """Whether all multipliers but that of the phase lie inside the unit circle; False at a `corner`."""
+    def stable(self) -> bool | None:
+        """Whether all multipliers but that of the phase lie inside the unit circle; None: not known.
+
+        It is not known at a `corner`, where an event function only touches zero, and where rounding decides
+        whether the largest multiplier is above 1.
+        """
         return self.core.is_stable
+
+    @property
+    def stability(self) -> str:
+        """``stable``, ``unstable``, or ``stability not known`` and why, in words."""
+        return self.core.stability
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Largest modulus of `transverse_multipliers`; nan if one of them is not known."""
+        return self.core.largest_multiplier
 
     @property
     def residual(self) -> float:
@@ -331,7 +345,7 @@ class Cycle:
             ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, mode) of `table`;
             ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
             `harmonics`; one period as `Trajectory.sample` gives it (time). The attributes
-            ``period`` s, ``stable``, ``structural_zeros``.
+            ``period`` s, ``stable`` (-1: not known), ``stability``, ``structural_zeros``.
 
         Raises
         ------
@@ -343,7 +357,8 @@ class Cycle:
         motion = motion.drop_vars([str(name) for name in motion.data_vars if "event" in motion[name].dims])
         motion.attrs = {
             "period": self.period,
-            "stable": int(self.stable),
+            "stable": -1 if self.stable is None else int(self.stable),
+            "stability": self.stability,
             "structural_zeros": self.structural_zeros,
         }
         return (
@@ -402,12 +417,13 @@ class Cycle:
         return self.core.is_followed()
 
     def __repr__(self) -> str:
-        largest = np.abs(self.transverse_multipliers).max(initial=0.0)
-        verdict = "stable" if self.stable else "unstable"
         names = self.combinations
         sequence = " ".join(names) if len(names) <= SHOWN else f"{' '.join(names[:SHOWN])} ... ({len(names)})"
         lines = f"period {1e3 * self.period:.9g} ms, {self.frequency:.6g} Hz, {sequence}"
-        return f"Cycle({lines}, {verdict}, largest multiplier {largest:.4g})"
+        known = (
+            "" if np.isnan(self.largest_multiplier) else f", largest multiplier {self.largest_multiplier:.4g}"
+        )
+        return f"Cycle({lines}, {self.stability}{known})"
 
     def _repr_html_(self) -> str:
         from stickslip.notebook import cycle_html

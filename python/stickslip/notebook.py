@@ -105,13 +105,15 @@ def trajectory_html(run: Trajectory) -> str:
 
 def cycle_html(cycle: Cycle) -> str:
     """Return period, stability and a table of the phases."""
-    largest = float(np.abs(cycle.transverse_multipliers).max(initial=0.0))
     listed = facts(
         [
             ("period", f"{1e3 * cycle.period:.9g} ms"),
             ("frequency", f"{cycle.frequency:.6g} Hz"),
-            ("stability", "stable" if cycle.stable else "unstable"),
-            ("largest multiplier", f"{largest:.4g}"),
+            ("stability", cycle.stability),
+            (
+                "largest multiplier",
+                "not known" if np.isnan(cycle.largest_multiplier) else f"{cycle.largest_multiplier:.4g}",
+            ),
         ]
     )
     rows = [

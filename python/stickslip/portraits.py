@@ -220,8 +220,8 @@ def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> 
     axes
         Where to draw.
     diagram
-        From `bifurcation` or `follow_branch`: unstable orbits are hollow, what is no cycle is a cross at
-        zero.
+        From `bifurcation` or `follow_branch`: unstable orbits are hollow, those whose stability is not known
+        are filled half; what is no cycle is a cross at zero.
     dof
         Name of the dof.
     """
@@ -230,24 +230,42 @@ def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> 
     values = data[parameter].to_numpy()
     amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
     sequences = data.sequence.to_numpy()
-    stable = data.stable.to_numpy()
+    stability = data.stability.to_numpy()
+    known = {"stable": "full", "unstable": "none"}
+    fills = np.array([known.get(verdict, "left") for verdict in stability])
     named = [name for name in dict.fromkeys(sequences) if name]
     shades = [0.75 * k / max(len(named) - 1, 1) for k in range(len(named))]
     for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
         here = sequences == name
         colour = (0.1 + 0.6 * shade, 0.1 + 0.75 * shade, 0.35 + 0.5 * shade)
-        short = name if len(name) <= 40 else f"{name[:37]}..."
-        for chosen, face, label in ((here & stable, colour, short), (here & ~stable, "none", None)):
-            axes.plot(
-                values[chosen],
-                amplitude[chosen],
-                marker,
-                markersize=3.5,
-                markerfacecolor=face,
-                markeredgecolor=colour,
-                linestyle="none",
-                label=label,
-            )
+        label: str | None = name if len(name) <= 40 else f"{name[:37]}..."
+        for fill in ("full", "none", "left"):
+            chosen = here & (fills == fill)
+            if chosen.any():
+                axes.plot(
+                    values[chosen],
+                    amplitude[chosen],
+                    marker,
+                    markersize=3.5,
+                    color=colour,
+                    fillstyle=fill,
+                    markerfacecoloralt="none",
+                    linestyle="none",
+                    label=label,
+                )
+                label = None
+    if "left" in fills[sequences != ""]:
+        axes.plot(
+            [],
+            [],
+            "o",
+            color="black",
+            fillstyle="left",
+            markerfacecoloralt="none",
+            markersize=3.5,
+            linestyle="none",
+            label="stability not known",
+        )
     other = sequences == ""
     if other.any():
         axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")

@@ -76,7 +76,7 @@ def cycle(
 
 
 def _show(out: Console, found: ss.Cycle) -> None:
-    verdict = "stable" if found.stable else "[bold red]unstable[/]"
+    verdict = "[bold red]unstable[/]" if found.stable is False else found.stability
     doubled = ", period-doubled" if found.period_doubled else ""
     period = f"Period {1e3 * found.period:.9g} ms ({found.frequency:.6g} Hz)"
     out.print(f"{period}, main line {found.main_frequency():.6g} Hz{doubled}; {verdict}")
@@ -88,4 +88,6 @@ def _show(out: Console, found: ss.Cycle) -> None:
     out.print(table("Phases", ("status", "duration, ms", "frequencies of its modes, Hz"), rows))
     multipliers = found.transverse_multipliers[:SHOWN]
     listed = ", ".join(f"{abs(m):.6g} ∠ {np.degrees(np.angle(m)):.1f}°" for m in multipliers)
+    if np.isnan(found.largest_multiplier):
+        listed = "not known"
     out.print(f"Largest multipliers: {listed}; {found.structural_zeros} zero by structure")

@@ -108,7 +108,7 @@ def cycle_section(found: Findings) -> str:
             )
         return section("cycle", "Limit cycle", *parts)
     cycle = found.cycle
-    largest = np.abs(cycle.transverse_multipliers).max(initial=0.0)
+    largest = cycle.largest_multiplier
     times = cycle.table()
     sequence = table(
         "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
@@ -151,8 +151,8 @@ def cycle_section(found: Findings) -> str:
             [
                 ("period", f"{number(1e3 * cycle.period, 12)} ms"),
                 ("frequency", f"{number(cycle.frequency, 8)} Hz"),
-                ("stability", "stable" if cycle.stable else "unstable"),
-                ("largest multiplier across the flow", number(float(largest))),
+                ("stability", cycle.stability),
+                ("largest multiplier across the flow", "not known" if np.isnan(largest) else number(largest)),
                 ("mismatch of the orbit, relative", number(cycle.residual, 2)),
             ]
         ),

@@ -187,6 +187,7 @@ class Evaluation:
         answers = _core.answers(samples, threads=threads, **self._questions)
         if "sequence" in answers:
             sequences = answers["sequence"]
+            answers["stability"] = _words(answers["stability"])
             answers["sequence"] = _words([" ".join(sequence) for sequence in sequences])
             answers["statuses"] = _words([" ".join(sorted(set(sequence))) for sequence in sequences])
             rates = (answers["exponent"], answers.pop("exponent_error"), answers.pop("exponent_time"))

@@ -85,6 +85,7 @@ OUTPUTS: dict[str, Column] = {
         _column("statuses", "settle", "status combinations on the attractor, sorted", dtype="str"),
         _column("sequence", "settle", "status combinations of one period, in order", dtype="str"),
         _column("largest_multiplier", "settle", "largest Floquet multiplier across the flow, modulus"),
+        _column("stability", "settle", "of the cycle: stable, unstable or not known", dtype="str"),
         _column("exponent", "settle", "Lyapunov exponent where there is no cycle", "1/s"),
         _column("energy_per_cycle", "energy", "dissipated by dampers and impacts per period", "J"),
         _column(

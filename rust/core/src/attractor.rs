@@ -20,9 +20,6 @@ const CHAOS: f64 = 12.0;
 const LONGER: f64 = 0.5;
 /// Longest look, of the first one: what is kept of a motion fits into memory.
 const LONGEST: f64 = 32.0;
-/// Rest of a series of bounces, of the first look, at which its limit is taken: down to one ulp of time their
-/// number would be that of roundings, and no sequence would recur. The limit is wrong by the square of it.
-const BOUNCES: f64 = 1e-9;
 /// Standard errors of the growth rate by which it must exceed zero for that.
 const CERTAIN: f64 = 4.0;
 
@@ -64,11 +61,7 @@ pub fn settle(
     start: &State,
     search: Search<'_>,
 ) -> Result<(Attractor, Trajectory), Error> {
-    let controls = Controls {
-        interrupted: search.interrupted,
-        accumulation_tolerance: BOUNCES * search.stretch,
-        ..Controls::default()
-    };
+    let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();

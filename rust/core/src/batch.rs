@@ -3,9 +3,7 @@
 //! A run depends on nothing but its own scene and start, so no result depends on the number of threads. What is in
 //! memory is what was submitted and not yet handed out: who submits decides how much that is.
 
-use std::any::Any;
 use std::collections::VecDeque;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
@@ -13,7 +11,7 @@ use std::time::Duration;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::error::Error;
+use crate::error::RunFailure;
 use crate::scene::{Scene, State};
 use crate::simulation::{Controls, Method, simulate};
 use crate::trajectory::Trajectory;
@@ -43,7 +41,7 @@ pub struct Job {
 }
 
 /// The start and the motion from it, or why there is none.
-pub type Outcome = Result<(State, Trajectory), Error>;
+pub type Outcome = Result<(State, Trajectory), RunFailure>;
 
 /// Runs in progress on a pool of threads; dropping it stops them.
 #[derive(Debug)]
@@ -51,7 +49,7 @@ pub struct Batch {
     pool: ThreadPool,
     settings: RunSettings,
     stopped: Arc<AtomicBool>,
-    pending: VecDeque<Receiver<Result<Outcome, Box<dyn Any + Send>>>>,
+    pending: VecDeque<Receiver<Outcome>>,
     /// The scene submitted last, which the next job may share.
     lent: Option<Arc<Lent>>,
 }
@@ -89,7 +87,7 @@ impl Batch {
         let (sender, receiver) = sync_channel(1);
         let (settings, stopped) = (self.settings, Arc::clone(&self.stopped));
         self.pool.spawn_fifo(move || {
-            let outcome = catch_unwind(AssertUnwindSafe(|| run(job, settings, &stopped)));
+            let outcome = RunFailure::guarded(|| run(job, settings, &stopped)).unwrap_or_else(Err);
             drop(lent);
             // Nobody waits any more when the batch was dropped.
             let _ = sender.send(outcome);
@@ -102,7 +100,7 @@ impl Batch {
         match self.pending.front()?.recv_timeout(patience) {
             Ok(outcome) => {
                 self.pending.pop_front();
-                Some(outcome.unwrap_or_else(|panic| resume_unwind(panic)))
+                Some(outcome)
             }
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => unreachable!("every job sends its outcome"),
@@ -213,9 +211,13 @@ mod tests {
             combination: crate::Combination::parse("-", 1).expect("one letter"),
             ..scene.sliding_equilibrium().expect("pressed on")
         };
+        Job { start: Some(start), ..job_of(scene) }
+    }
+
+    fn job_of(scene: &Arc<Scene>) -> Job {
         Job {
             scene: Arc::clone(scene),
-            start: Some(start),
+            start: None,
             added_position: Vec::new(),
             added_velocity: Vec::new(),
         }
@@ -258,5 +260,34 @@ mod tests {
             let (_, run) = outcome.expect("a run");
             assert!(Arc::ptr_eq(&run.scene, scene));
         }
+    }
+    /// A scene that no input makes: its contact lies outside its coordinates, so that every run panics.
+    fn defective() -> Arc<Scene> {
+        let mut scene = Arc::try_unwrap(oscillator(20.0)).expect("not shared");
+        scene.contacts[0].normal = 99;
+        Arc::new(scene)
+    }
+
+    #[test]
+    fn a_panic_is_the_failure_of_its_own_run() {
+        let (sound, broken) = (oscillator(20.0), defective());
+        let start = job(&sound).start;
+        let mut batch = batch();
+        for scene in [&sound, &broken, &sound] {
+            batch.submit(Job { start: start.clone(), ..job_of(scene) });
+        }
+        let outcomes = collected(&mut batch);
+        assert!(outcomes[0].is_ok() && outcomes[2].is_ok());
+        let Err(RunFailure::Internal(message)) = &outcomes[1] else { panic!("not a failure") };
+        assert!(message.contains("99"), "{message}");
+
+        let start = start.expect("given");
+        let cases = [&sound, &broken, &sound].map(|scene| (Arc::clone(scene), start.clone()));
+        let search =
+            crate::Search { stretch: 0.5, limit: 1.0, method: Method::Auto, interrupted: None };
+        let settled = crate::settle_all(&cases, search);
+        assert!(matches!(settled[0], Some(Ok(_))) && matches!(settled[2], Some(Ok(_))));
+        let Some(Err(failure)) = &settled[1] else { panic!("not a failure") };
+        assert!(failure.to_string().starts_with("internal error: "), "{failure}");
     }
 }

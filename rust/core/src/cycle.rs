@@ -1,5 +1,6 @@
 //! A periodic orbit as a motion: its trajectory, its extremes, and how far it is from other event sequences.
 
+use std::fmt;
 use std::sync::Arc;
 
 use crate::error::Error;
@@ -22,12 +23,72 @@ const LEAVING: f64 = 1e-10;
 pub struct Cycle {
     pub orbit: Orbit,
     pub multipliers: Multipliers,
+    pub stability: Stability,
     pub extremes: Extremes,
+}
+
+/// Whether the neighbours of an orbit return to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stability {
+    /// All multipliers across the flow lie within the unit circle.
+    Stable,
+    /// One of them lies outside.
+    Unstable,
+    /// Events of these contacts coincide, and the order in which a neighbour meets them matters to it.
+    Corner { contacts: (usize, usize) },
+    /// The largest multiplier is 1 in modulus to rounding.
+    Marginal,
+    /// The return map has no derivative: an event function only touches zero.
+    Touch,
+}
+
+/// Distance from 1 of the modulus of the largest multiplier up to which rounding decides on which side it is.
+const MARGIN: f64 = 1e-11;
+
+impl Stability {
+    fn of(orbit: &Orbit, multipliers: &Multipliers) -> Self {
+        let largest = multipliers.largest();
+        match orbit.corner() {
+            Some(contacts) => Self::Corner { contacts },
+            None if largest < 1.0 - MARGIN => Self::Stable,
+            None if largest > 1.0 + MARGIN => Self::Unstable,
+            None if largest.is_nan() => Self::Touch,
+            None => Self::Marginal,
+        }
+    }
+
+    /// None where it is not known.
+    pub const fn is_stable(self) -> Option<bool> {
+        match self {
+            Self::Stable => Some(true),
+            Self::Unstable => Some(false),
+            Self::Corner { .. } | Self::Marginal | Self::Touch => None,
+        }
+    }
+}
+
+impl fmt::Display for Stability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stable => f.write_str("stable"),
+            Self::Unstable => f.write_str("unstable"),
+            Self::Corner { contacts: (a, b) } => write!(
+                f,
+                "stability not known: events of contacts {a} and {b} coincide, and their order matters to neighbours"
+            ),
+            Self::Marginal => f.write_str(
+                "stability not known: the largest multiplier is 1 in modulus to rounding",
+            ),
+            Self::Touch => f.write_str("stability not known: an event function only touches zero"),
+        }
+    }
 }
 
 impl Cycle {
     pub fn new(orbit: Orbit) -> Result<Self, OrbitFailure> {
-        Ok(Self { multipliers: orbit.multipliers()?, extremes: orbit.extremes()?, orbit })
+        let multipliers = orbit.multipliers()?;
+        let stability = Stability::of(&orbit, &multipliers);
+        Ok(Self { extremes: orbit.extremes()?, multipliers, stability, orbit })
     }
 }
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 
 use crate::attractor::{Attractor, Search, settle};
-use crate::error::Error;
+use crate::error::RunFailure;
 use crate::scene::{Scene, State};
 use crate::trajectory::{StopReason, Trajectory};
 
@@ -17,18 +17,20 @@ pub type Found = (Attractor, Trajectory);
 pub fn settle_all(
     cases: &[(Arc<Scene>, State)],
     search: Search<'_>,
-) -> Vec<Option<Result<Found, Error>>> {
+) -> Vec<Option<Result<Found, RunFailure>>> {
     let interrupted = || search.interrupted.is_some_and(|ask| ask());
     cases
         .par_iter()
         .with_max_len(1)
         .map(|(scene, start)| {
-            match interrupted() {
-            true => None,
-            false => Some(settle(scene, start, search)).filter(|settled| {
-                !matches!(settled, Ok((_, run)) if run.stop_reason == StopReason::Interrupted)
-            }),
-        }
+            if interrupted() {
+                return None;
+            }
+            let found = RunFailure::guarded(|| settle(scene, start, search));
+            let found = found.and_then(|found| Ok(found?));
+            let unfinished =
+                matches!(&found, Ok((_, run)) if run.stop_reason == StopReason::Interrupted);
+            (!unfinished).then_some(found)
         })
         .collect()
 }

@@ -1,5 +1,8 @@
 //! What can be wrong with a question, and what can stop a run.
 
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
 use crate::status::Combination;
 
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
@@ -148,4 +151,21 @@ pub enum RunFailure {
     /// Why a motion read back from its record could not be continued, in the words of then.
     #[error("{0}")]
     Recorded(String),
+    /// A defect of the program, in the words of the panic that it caused.
+    #[error("internal error: {0}")]
+    Internal(String),
+}
+
+impl RunFailure {
+    /// What `work` returns. A panic in one of many pieces of work is the failure of that piece: the others go on.
+    pub fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, Self> {
+        catch_unwind(AssertUnwindSafe(work)).map_err(Self::of_panic)
+    }
+
+    /// The failure of a thread that panicked.
+    pub fn of_panic(panic: Box<dyn Any + Send>) -> Self {
+        let text = panic.downcast_ref::<&str>().map(|&text| text.to_owned());
+        let message = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        Self::Internal(message.unwrap_or_default())
+    }
 }

@@ -75,7 +75,7 @@ pub use attractor::{Attractor, Search, settle};
 pub use batch::{Batch, Job, Outcome, RunSettings};
 pub use contact::{Contact, ContactInput, Direction};
 pub use critical::{CriticalKind, CriticalPoint, critical_points};
-pub use cycle::{Cycle, Extremes, Margin};
+pub use cycle::{Cycle, Extremes, Margin, Stability};
 pub use energy::EnergySample;
 pub use ensemble::{Found, settle_all};
 pub use error::{Error, RunFailure};

@@ -35,6 +35,9 @@ const LARGEST_STEP: f64 = 3.0;
 const ROUNDING: f64 = 1e-13;
 /// Part of the period below which a phase between two events is none: they coincide.
 pub(crate) const INSTANT: f64 = 1e-11;
+/// A flight between two impacts that takes less than this part of the rest of their series is no flight of it: two
+/// contacts strike at the same instant.
+const FLIGHT: f64 = 1e-6;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -89,7 +92,7 @@ pub struct Orbit {
 /// The multipliers at the section and how many of them are zero by structure.
 #[derive(Debug, Clone)]
 pub struct Multipliers {
-    /// Descending in modulus, conjugates adjacent. NaN at a corner of the return map (see `is_corner`).
+    /// Descending in modulus, conjugates adjacent. NaN at a corner of the return map (see [`Orbit::corner`]).
     pub values: Vec<Complex64>,
     /// Those of the return map: without the one of the phase of the orbit, which is 1. At a fold, where that one
     /// is defective, they keep their digits.
@@ -144,6 +147,14 @@ impl Scales {
             .enumerate()
             .map(|(k, (a, b))| (a - b).abs() / self.unit(k))
             .fold(0.0, |size, x| if x.is_nan() { x } else { size.max(x) })
+    }
+}
+
+impl Multipliers {
+    /// Largest modulus across the flow, NaN if one of them is not known.
+    pub fn largest(&self) -> f64 {
+        let larger = |a: f64, b: f64| if a.is_nan() || a >= b { a } else { b };
+        self.transverse.iter().map(|m| m.norm()).fold(0.0, larger)
     }
 }
 
@@ -234,11 +245,13 @@ impl Orbit {
                 self.steps[k].passage.loss(&flows[k].free, jump, &next_field)
             })
             .collect();
-        let rank = dimensions.iter().zip(&losses).map(|(d, lost)| d - lost).min().unwrap_or(0);
+        let rank = dimensions.iter().zip(&losses).map(|(d, lost)| d.saturating_sub(*lost)).min();
+        let rank = rank.unwrap_or_default();
+        let section = dimensions.first().copied().unwrap_or_default();
         let narrowest = (0..count).min_by_key(|&k| dimensions[k]).unwrap_or_default();
         let size = 2 * self.scene.size;
         let free = &flows[narrowest].free;
-        let corner = self.is_corner();
+        let corner = self.corner().is_some();
         let eigenvalues = |maps: &[Vec<f64>], nonzero: usize, dimension: usize| {
             if corner {
                 let mut values = vec![Complex64::new(f64::NAN, f64::NAN); nonzero];
@@ -254,30 +267,54 @@ impl Orbit {
         let return_maps: Vec<Vec<f64>> =
             pass.linearised.iter().map(Linearised::return_map).collect();
         Ok(Multipliers {
-            values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, dimensions[0]),
-            transverse: eigenvalues(&return_maps, rank - 1, dimensions[0] - 1),
-            structural_zeros: dimensions[0] - rank,
+            values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, section),
+            transverse: eigenvalues(
+                &return_maps,
+                rank.saturating_sub(1),
+                section.saturating_sub(1),
+            ),
+            structural_zeros: section.saturating_sub(rank),
             dimensions,
             losses,
         })
     }
 
-    /// Whether events coincide whose order matters to their neighbours: the return map has one derivative on either
-    /// side, and no multipliers.
+    /// Two contacts whose events coincide and whose order matters to their neighbours: the return map has one
+    /// derivative on either side, and no multipliers.
     ///
     /// Slip and its end change the acceleration of their own contact alone and leave velocities as they are, so that
     /// their saltation matrices commute, unless mass couples contacts. An impact changes the forces of others.
-    pub fn is_corner(&self) -> bool {
+    pub fn corner(&self) -> Option<(usize, usize)> {
         let count = self.steps.len();
         let coupled = self.scene.coordinates.delassus.is_some();
         let impact = |passage: &Passage| {
             matches!(passage.trigger, Trigger::GapClosed | Trigger::Accumulated)
         };
-        (0..count).filter(|&k| !self.lasts(k)).any(|k| {
+        (0..count).filter(|&k| !self.lasts(k) && !self.is_within_series(k)).find_map(|k| {
             let (first, second) =
                 (&self.steps[(k + count - 1) % count].passage, &self.steps[k].passage);
-            first.contact != second.contact && (coupled || impact(first) || impact(second))
+            (first.contact != second.contact && (coupled || impact(first) || impact(second)))
+                .then_some((first.contact.min(second.contact), first.contact.max(second.contact)))
         })
+    }
+
+    /// Whether a step is one of the ever shorter flights of a series of impacts up to its limit, in which several
+    /// contacts may strike in turn. They follow each other in an order of their own, also in neighbouring motions,
+    /// unless one of them takes no part of the time that the rest of the series takes.
+    fn is_within_series(&self, step: usize) -> bool {
+        let count = self.steps.len();
+        let at = |k: usize| &self.steps[k % count];
+        let is_impact = |k: usize| at(k).passage.trigger == Trigger::GapClosed;
+        if !is_impact(step + count - 1) {
+            return false;
+        }
+        let limit = (step..step + count).find(|&k| !is_impact(k));
+        limit.filter(|&limit| at(limit).passage.trigger == Trigger::Accumulated).is_some_and(
+            |limit| {
+                let rest: f64 = (step..=limit).map(|k| at(k).duration).sum();
+                at(step).duration > FLIGHT * rest
+            },
+        )
     }
 
     /// Whether a phase is more than the instant between two events that coincide.

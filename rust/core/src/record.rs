@@ -7,11 +7,11 @@ use std::sync::Arc;
 use crate::basis::CombinationBasis;
 use crate::cycle::Cycle;
 use crate::error::{Error, RunFailure};
-use crate::orbit::{Orbit, OrbitFailure, Step};
+use crate::orbit::{INSTANT, Orbit, OrbitFailure, Step};
 use crate::saltation::Passage;
 use crate::scene::Scene;
 use crate::simulation::Method;
-use crate::status::Combination;
+use crate::status::{Combination, Status};
 use crate::trajectory::{
     Accumulation, Counters, Event, EventKind, Grazing, Phase, StopReason, Trajectory,
 };
@@ -55,6 +55,81 @@ pub struct CycleRecord {
     pub residual: f64,
 }
 
+impl TrajectoryRecord {
+    /// Refuses what no motion of the scene leaves behind.
+    fn check(&self, scene: &Scene) -> Result<(), Error> {
+        let (phases, contacts) = (self.phase_basis.len(), scene.contacts.len());
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        if phases == 0
+            || self.phase_start.len() != phases
+            || self.phase_rest.len() != phases
+            || self.states.len() != 2 * scene.size * phases
+            || self.phase_start[0] != 0.0
+            || !self.phase_start.is_sorted()
+            || !(finite(&self.phase_rest) && finite(&self.states) && self.end.is_finite())
+            || self.phase_start[phases - 1] > self.end
+        {
+            return Err(refused("phases that do not fit each other or the scene"));
+        }
+        let events = self.event_time.len();
+        if self.event_contact.len() != events
+            || self.event_kind.len() != events
+            || self.event_phase.len() != events
+            || self.event_contact.iter().any(|&contact| contact >= contacts)
+            // The first phase begins with the motion, every other one with its events.
+            || self.event_phase.iter().any(|&phase| phase == 0 || phase >= phases)
+            || !self.event_phase.is_sorted()
+            || self.event_phase.iter().zip(&self.event_time).any(|(&k, &t)| self.phase_start[k] != t)
+        {
+            return Err(refused("events that do not fit the phases or the scene"));
+        }
+        let limits: Vec<usize> = self.accumulations.iter().map(|limit| limit.event).collect();
+        let is_limit =
+            |event: &usize| self.event_kind.get(*event) == Some(&EventKind::Accumulation);
+        if !(limits.is_sorted() && limits.iter().all(is_limit))
+            || self.accumulations.iter().any(|limit| !(limit.error >= 0.0))
+        {
+            return Err(refused("limits of bounces that do not fit the events"));
+        }
+        if self.grazings.iter().any(|touch| {
+            touch.contact >= contacts
+                || !(touch.time >= 0.0 && touch.time <= self.end)
+                || !finite(&[touch.value, touch.uncertainty])
+        }) {
+            return Err(refused("touches that do not fit the motion or the scene"));
+        }
+        match self.stop_reason {
+            StopReason::Chattering { contact } if contact >= contacts => {
+                Err(refused("chattering of an unknown contact"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+impl CycleRecord {
+    /// Refuses what no orbit of the scene leaves behind.
+    fn check(&self, scene: &Scene) -> Result<(), Error> {
+        let (count, width) = (self.combinations.len(), 2 * scene.size);
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let whole: f64 = self.durations.iter().sum();
+        if count == 0
+            || self.states.len() != width * count
+            || self.durations.len() != count
+            || self.contacts.len() != count
+            || self.kinds.len() != count
+            || self.contacts.iter().any(|&contact| contact >= scene.contacts.len())
+            || !(finite(&self.states) && finite(&self.durations) && self.residual >= 0.0)
+            // The same sum in another order.
+            || !(self.period > 0.0 && (self.period - whole).abs() <= count as f64 * f64::EPSILON * self.period)
+            || self.durations.iter().any(|&duration| duration < -INSTANT * self.period)
+        {
+            return Err(refused("phases that do not fit each other or the scene"));
+        }
+        Ok(())
+    }
+}
+
 fn refused(reason: &'static str) -> Error {
     Error::Record { reason }
 }
@@ -65,6 +140,7 @@ fn recorded_basis(
     methods: &[Method],
 ) -> Result<Arc<CombinationBasis>, Error> {
     let combination = Combination::parse(name, scene.contacts().len())?;
+    scene.check_combination(&combination)?;
     let basis = |scene: &Scene, combination: &Combination, method: Method| {
         Ok(scene.basis(combination, method.for_repeated_use())?.0)
     };
@@ -91,6 +167,16 @@ impl EventKind {
         EventKind::Impact,
         EventKind::Accumulation,
     ];
+
+    /// Whether a contact of this status can have such an event.
+    const fn can_end(self, status: Status) -> bool {
+        match self {
+            EventKind::Velocity => status.is_sliding(),
+            EventKind::SlipPositive | EventKind::SlipNegative => matches!(status, Status::Sticking),
+            EventKind::Release => status.is_closed(),
+            EventKind::Impact | EventKind::Accumulation => !status.is_closed(),
+        }
+    }
 
     pub fn named(name: &str) -> Result<Self, Error> {
         let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
@@ -157,27 +243,8 @@ impl Trajectory {
 
     /// The motion that a record was made of, in the same scene.
     pub fn from_record(scene: &Arc<Scene>, record: TrajectoryRecord) -> Result<Self, Error> {
-        let (phases, contacts) = (record.phase_basis.len(), scene.contacts().len());
-        if phases == 0
-            || record.phase_start.len() != phases
-            || record.phase_rest.len() != phases
-            || record.states.len() != 2 * scene.size * phases
-            || !record.phase_start.is_sorted()
-        {
-            return Err(refused("phases that do not fit each other or the scene"));
-        }
+        record.check(scene)?;
         let events = record.event_time.len();
-        if record.event_contact.len() != events
-            || record.event_kind.len() != events
-            || record.event_phase.len() != events
-            || record.event_contact.iter().any(|&contact| contact >= contacts)
-            || record.event_phase.iter().any(|&phase| phase >= phases)
-            || !record.event_phase.is_sorted()
-            || record.accumulations.iter().any(|limit| limit.event >= events)
-            || record.grazings.iter().any(|touch| touch.contact >= contacts)
-        {
-            return Err(refused("events that do not fit the phases or the scene"));
-        }
         let bases = record
             .bases
             .iter()
@@ -232,20 +299,16 @@ impl Cycle {
     /// The orbit that a record was made of, in the same scene.
     pub fn from_record(scene: &Arc<Scene>, record: &CycleRecord) -> Result<Self, OrbitFailure> {
         let (count, width) = (record.combinations.len(), 2 * scene.size);
-        if count == 0
-            || record.states.len() != width * count
-            || record.durations.len() != count
-            || record.contacts.len() != count
-            || record.kinds.len() != count
-            || record.contacts.iter().any(|&contact| contact >= scene.contacts().len())
-        {
-            return Err(refused("phases that do not fit each other or the scene").into());
-        }
+        record.check(scene)?;
         let steps = (0..count)
             .map(|k| {
                 let (contact, kind) = (record.contacts[k], record.kinds[k]);
                 let combination =
                     Combination::parse(&record.combinations[k], scene.contacts().len())?;
+                scene.check_combination(&combination)?;
+                if !kind.can_end(combination.statuses()[contact]) {
+                    return Err(refused("events that do not fit the phases they end"));
+                }
                 Ok(Step {
                     state: record.states[width * k..width * (k + 1)].to_vec(),
                     duration: record.durations[k],

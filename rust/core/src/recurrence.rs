@@ -4,11 +4,15 @@
 //! guess for Newton's method; the orbit found is what the run settles to if the run is on it, or if the orbit is
 //! stable and the run approaches it by at least half of what the multipliers say. A run that alternates around an unstable orbit goes on to 2p, and a
 //! multiplier near -1, whose alternation dies slowly, does not double the period.
+//!
+//! The impacts of a series that ends at its limit are one event: their number depends on rounding, and no sequence
+//! that counts them would recur.
 
 use crate::attractor::Search;
-use crate::cycle::Cycle;
+use crate::cycle::{Cycle, Stability};
+use crate::event::Trigger;
 use crate::flow::Flow;
-use crate::orbit::{INSTANT, Multipliers, Orbit, Scales, Step};
+use crate::orbit::{INSTANT, Orbit, Scales, Step};
 use crate::saltation::passages;
 use crate::simulation::{Controls, Method, simulate};
 use crate::status::Combination;
@@ -34,20 +38,53 @@ pub struct Recurrence {
     approached: bool,
 }
 
+/// What happened at the start of a phase, and its combination.
 type Label = (Vec<(usize, EventKind)>, Combination);
+
+/// One entry of a sequence of events: what happened, and the phase that begins then.
+#[derive(Debug, PartialEq)]
+struct Entry {
+    label: Label,
+    phase: usize,
+}
+
+impl Entry {
+    /// Whether a contact struck, whatever that did to others.
+    fn is_impact(&self) -> bool {
+        self.label.0.iter().any(|event| event.1 == EventKind::Impact)
+    }
+}
 
 impl Trajectory {
     /// The shortest periodic orbit that the end of the run is on or approaches.
     pub fn recurrence(&self, search: Search<'_>) -> Option<Recurrence> {
         let labels = self.labels();
-        let last = labels.len().checked_sub(1)?;
+        let mut sequence = condensed(&labels);
+        self.recurring(search, &labels, &sequence).or_else(|| {
+            // The run may end within a series of impacts, whose limit it does not reach.
+            let whole = sequence.len();
+            while sequence.pop_if(|entry| entry.is_impact()).is_some() {}
+            let ends_within = sequence.len() < whole;
+            ends_within.then(|| self.recurring(search, &labels, &sequence)).flatten()
+        })
+    }
+
+    fn recurring(
+        &self,
+        search: Search<'_>,
+        labels: &[Label],
+        sequence: &[Entry],
+    ) -> Option<Recurrence> {
+        let last = sequence.len().checked_sub(1)?;
         (1..=last / REPEATS)
-            .map(|period| (period, repeats(&labels, period)))
+            .map(|period| (period, repeats(sequence, period)))
             .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
             .take(CANDIDATES)
             .take_while(|_| !search.is_interrupted())
             .filter_map(|(period, returns)| {
-                self.candidate(search.method, &labels, period, returns / period)
+                let compared = &sequence[last - returns..];
+                let phases: Vec<usize> = compared.iter().map(|entry| entry.phase).collect();
+                self.candidate(search.method, labels, &phases, period)
             })
             // A stable orbit that the run does not yet approach is waited for, not passed over for its doubling.
             .next()
@@ -68,29 +105,48 @@ impl Trajectory {
         labels
     }
 
+    /// The combinations of the phases that last, neighbours that are equal once: bounces don't change them, and
+    /// the phases within a series of impacts don't count.
+    fn lasting_combinations(&self, period: f64) -> Vec<Combination> {
+        let count = self.phases.len();
+        let lasts = |k: usize| k + 1 == count || self.phase_duration(k) > INSTANT * period;
+        let after = condensed(&self.labels()).into_iter().map(|entry| entry.phase);
+        let mut sequence: Vec<Combination> = std::iter::once(0)
+            .chain(after)
+            .filter(|&k| lasts(k))
+            .map(|k| self.phases[k].basis.combination.clone())
+            .collect();
+        sequence.dedup();
+        sequence
+    }
+
     fn whole_state(&self, phase: usize) -> &[f64] {
         let size = 2 * self.scene.size;
         &self.states[size * phase..size * (phase + 1)]
     }
 
+    /// The orbit behind a recurrence: `ends` are the phases at which the compared entries of the sequence begin,
+    /// of which the last `period` make up one round.
     fn candidate(
         &self,
         method: Method,
         labels: &[Label],
+        ends: &[usize],
         period: usize,
-        returns: usize,
     ) -> Option<Recurrence> {
-        let last = labels.len();
-        let window = (last - period..=last).map(|phase| self.whole_state(phase));
+        let count = ends.len() - 1;
+        let rounds = count / period;
+        let (last, before) = (ends[count], ends[count - period]);
+        let window = (before..=last).map(|phase| self.whole_state(phase));
         let scales = Scales::of(self.scene.size, window);
-        if !(scales.distance(self.whole_state(last), self.whole_state(last - period)) < NEAR) {
+        if !(scales.distance(self.whole_state(last), self.whole_state(before)) < NEAR) {
             return None;
         }
-        let steps = self.steps(method, labels, last - period..last)?;
+        let steps = self.steps(method, labels, before..last)?;
         let orbit = Orbit::solve(&self.scene, method, steps).ok()?;
         let distance =
             |phase: usize| scales.distance(self.whole_state(phase), &orbit.steps[0].state);
-        let (now, first) = (distance(last), distance(last - returns * period));
+        let (now, first) = (distance(last), distance(ends[count - rounds * period]));
         if !(now < NEAR) || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period) {
             return None;
         }
@@ -98,9 +154,9 @@ impl Trajectory {
             return None;
         }
         let cycle = Cycle::new(orbit.rotated()).ok()?;
-        let stable = cycle.multipliers.is_stable();
-        let rate = cycle.multipliers.transverse.iter().map(|m| m.norm()).fold(0.0, f64::max);
-        let expected = 0.5 * (1.0 + rate.powi(returns.min(i32::MAX as usize) as i32));
+        let stable = cycle.stability == Stability::Stable;
+        let rate = cycle.multipliers.largest();
+        let expected = 0.5 * (1.0 + rate.powi(rounds.min(i32::MAX as usize) as i32));
         let approached = now < ON || stable && now < expected * first;
         (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
     }
@@ -120,7 +176,14 @@ impl Trajectory {
             let flow = Flow::new(&self.scene, combination, method).ok()?;
             let end = flow.end(start, duration);
             let (events, after) = &labels[phase];
-            let mut found = passages(&self.scene, combination, &end, events).into_iter().peekable();
+            let mut found = passages(&self.scene, combination, &end, events);
+            // The limit of a series of impacts closes all its contacts at once.
+            if let Some(limit) =
+                found.iter().position(|passage| passage.trigger == Trigger::Accumulated)
+            {
+                found = vec![found.swap_remove(limit)];
+            }
+            let mut found = found.into_iter().peekable();
             let (mut combination, mut state, mut duration) =
                 (combination.clone(), start.to_vec(), duration);
             while let Some(passage) = found.next() {
@@ -139,26 +202,35 @@ impl Trajectory {
     }
 }
 
-/// Labels at the end that equal those `period` before.
-fn repeats(labels: &[Label], period: usize) -> usize {
-    let last = labels.len();
-    (0..last - period)
-        .take_while(|&back| labels[last - 1 - back] == labels[last - 1 - back - period])
-        .count()
-}
-
-/// A sequence in which bounces, which leave the combination as it is, don't count: their number depends on
-/// when the limit of a series of them is taken.
-fn same_but_bounces(mut sequence: Vec<&Combination>) -> Vec<&Combination> {
-    sequence.dedup();
+/// The sequence of labels in which every series of impacts up to its limit is one entry: the contacts in it, and the
+/// combination after it.
+fn condensed(labels: &[Label]) -> Vec<Entry> {
+    let mut sequence: Vec<Entry> = Vec::with_capacity(labels.len());
+    for (k, (events, combination)) in labels.iter().enumerate() {
+        let is_limit = events.iter().any(|event| event.1 == EventKind::Accumulation);
+        let mut events = events.clone();
+        while is_limit && let Some(before) = sequence.pop_if(|entry| entry.is_impact()) {
+            events.extend(before.label.0);
+        }
+        if is_limit {
+            events.retain(|event| matches!(event.1, EventKind::Impact | EventKind::Accumulation));
+            events.iter_mut().for_each(|event| event.1 = EventKind::Accumulation);
+            events.sort_unstable_by_key(|event| event.0);
+            events.dedup();
+        }
+        sequence.push(Entry { label: (events, combination.clone()), phase: k + 1 });
+    }
     sequence
 }
 
-impl Multipliers {
-    /// Whether every neighbour returns.
-    pub fn is_stable(&self) -> bool {
-        self.transverse.iter().all(|value| value.norm() < 1.0)
-    }
+/// Entries at the end whose labels equal those `period` before.
+fn repeats(sequence: &[Entry], period: usize) -> usize {
+    let last = sequence.len();
+    (0..last - period)
+        .take_while(|&back| {
+            sequence[last - 1 - back].label == sequence[last - 1 - back - period].label
+        })
+        .count()
 }
 
 impl Orbit {
@@ -188,19 +260,12 @@ impl Orbit {
         else {
             return false;
         };
-        let lasting = |k: &usize| self.lasts(*k);
-        let expected: Vec<&Combination> = (0..=self.steps.len())
-            .map(|k| (longest + k) % self.steps.len())
-            .filter(lasting)
-            .map(|k| &self.steps[k].combination)
-            .collect();
-        let met: Vec<&Combination> = (0..run.phases.len())
-            .filter(|&k| k + 1 == run.phases.len() || run.phase_duration(k) > INSTANT * self.period)
-            .map(|k| &run.phases[k].basis.combination)
-            .collect();
+        let mut turned = self.clone();
+        turned.steps.rotate_left(longest);
+        let Ok(expected) = turned.trajectory() else { return false };
         let Ok(end) = run.state(run.end) else { return false };
         let (q, u) = self.scene.to_coordinates(&end.position, &end.velocity);
-        same_but_bounces(expected) == same_but_bounces(met)
+        expected.lasting_combinations(self.period) == run.lasting_combinations(self.period)
             && self.scales().distance(&[q, u].concat(), &middle) < SAME
     }
 

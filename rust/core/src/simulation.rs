@@ -262,7 +262,8 @@ impl<'a> Run<'a> {
         *at_this_instant = if self.time.seconds > before { 0 } else { *at_this_instant + 1 };
         // Each contact can pass each status once; more means that the event rule goes in circles.
         if *at_this_instant > 4 * self.scene.contacts.len() + 4 {
-            return Ok(Some(StopReason::Chattering { contact: search.triggers[0].0 }));
+            let contact = search.triggers[0].0;
+            return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
         }
         let settled = settle(
             self.scene,
@@ -273,8 +274,19 @@ impl<'a> Run<'a> {
             &mut self.u,
         );
         if let Err(failure) = settled {
-            self.trajectory.end = self.time.seconds;
-            return Ok(Some(StopReason::Failed(failure)));
+            return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
+        }
+        // An event is part of the motion once the phase that it begins can be propagated.
+        let returns = settlement.statuses == basis.combination.statuses();
+        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over()) {
+            *current = match self.meet(&settlement.statuses) {
+                Ok(current) => current,
+                Err(error) => {
+                    let failure = StopReason::Failed(RunFailure::Input(error));
+                    return Ok(Some(self.ended_at_event(failure)));
+                }
+            };
+            *basis = Arc::clone(&self.known[*current].basis);
         }
         let phase = self.trajectory.phases.len();
         let time = self.time.seconds;
@@ -284,16 +296,16 @@ impl<'a> Run<'a> {
             kind,
             phase,
         }));
-        let returns = settlement.statuses == basis.combination.statuses();
-        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over()) {
-            *current = match self.meet(&settlement.statuses) {
-                Ok(current) => current,
-                Err(error) => return Ok(Some(StopReason::Failed(RunFailure::Input(error)))),
-            };
-            *basis = Arc::clone(&self.known[*current].basis);
-        }
         motion.restart(basis, &self.q, &self.u);
         Ok(None)
+    }
+
+    /// Ends the motion just before the event in progress, which no phase can follow.
+    fn ended_at_event(&mut self, reason: StopReason) -> StopReason {
+        let Trajectory { events, accumulations, end, .. } = &mut self.trajectory;
+        *end = self.time.seconds;
+        accumulations.retain(|limit| limit.event < events.len());
+        reason
     }
 
     /// The place of a combination among those known, with the basis that the phase to come is to have.

@@ -3,7 +3,6 @@
 //! The answers to one sample depend on its own scene alone, whatever runs beside it and in whatever order. A sample
 //! that cannot be answered says why, and keeps what could be.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -13,8 +12,8 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::attractor::{Attractor, Search};
 use crate::critical::{CriticalKind, critical_points};
-use crate::cycle::Cycle;
-use crate::error::Error;
+use crate::cycle::{Cycle, Stability};
+use crate::error::{Error, RunFailure};
 use crate::family::{Family, Template};
 use crate::lyapunov::Lyapunov;
 use crate::modes::Modes;
@@ -127,6 +126,8 @@ pub struct Settled {
     pub period: f64,
     /// Largest modulus of the multipliers but the one of the phase.
     pub multiplier: f64,
+    /// Of a cycle.
+    pub stability: Option<Stability>,
     pub energy: Option<CycleEnergy>,
 }
 
@@ -183,21 +184,16 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, stopped: &AtomicBoo
             if stopped.load(Ordering::Relaxed) {
                 return answer;
             }
-            let asked = catch_unwind(AssertUnwindSafe(|| match samples {
+            let asked = RunFailure::guarded(|| match samples {
                 Samples::Family(family, rows) => {
                     let width = family.width();
                     let row = &rows[k * width..(k + 1) * width];
                     ask_family(family, row, questions, stopped, workspace, &mut answer);
                 }
                 Samples::Scenes(scenes) => ask(&scenes[k], questions, stopped, &mut answer),
-            }));
-            if let Err(panic) = asked {
-                let reason = panic
-                    .downcast_ref::<String>()
-                    .cloned()
-                    .or_else(|| panic.downcast_ref::<&str>().map(|&text| text.to_owned()))
-                    .unwrap_or_default();
-                answer.fail(Failure { kind: "error", reason });
+            });
+            if let Err(failure) = asked {
+                answer.fail(Failure { kind: "error", reason: failure.to_string() });
             }
             answer
         })
@@ -416,6 +412,7 @@ fn settled(
         amplitude: Vec::new(),
         period: f64::NAN,
         multiplier: f64::NAN,
+        stability: None,
         energy: None,
     };
     match attractor {
@@ -427,8 +424,8 @@ fn settled(
             let extremes = &cycle.extremes;
             let ranges = extremes.maximum.iter().zip(&extremes.minimum);
             settled.amplitude = ranges.map(|(high, low)| 0.5 * (high - low)).collect();
-            let transverse = &cycle.multipliers.transverse;
-            settled.multiplier = transverse.iter().map(|m| m.norm()).fold(0.0, f64::max);
+            settled.multiplier = cycle.multipliers.largest();
+            settled.stability = Some(cycle.stability);
             if questions.energy {
                 settled.energy = Some(cycle_energy(cycle)?);
             }

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use stickslip_core as core;
 
 use crate::convert::vector;
-use crate::errors::{named, raise};
+use crate::errors::{named, raise_failure};
 use crate::scene::{Scene, method_named, stops_at_grazing};
 use crate::trajectory::Trajectory;
 
@@ -104,8 +104,11 @@ impl Batch {
                     );
                     return Ok(parts.into_pyobject(py)?.into_any());
                 }
-                Some(Err(error)) => {
-                    return Ok(raise(py, &error).into_value(py).into_bound(py).into_any());
+                Some(Err(failure)) => {
+                    return Ok(raise_failure(py, &failure)
+                        .into_value(py)
+                        .into_bound(py)
+                        .into_any());
                 }
                 None => py.check_signals()?,
             }

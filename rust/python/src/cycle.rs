@@ -110,12 +110,24 @@ impl Cycle {
 
     #[getter]
     fn is_corner(&self) -> bool {
-        self.inner.orbit.is_corner()
+        self.inner.orbit.corner().is_some()
     }
 
     #[getter]
-    fn is_stable(&self) -> bool {
-        self.inner.multipliers.is_stable()
+    fn is_stable(&self) -> Option<bool> {
+        self.inner.stability.is_stable()
+    }
+
+    /// Stable, unstable, or why that is not known.
+    #[getter]
+    fn stability(&self) -> String {
+        self.inner.stability.to_string()
+    }
+
+    /// Largest modulus across the flow.
+    #[getter]
+    fn largest_multiplier(&self) -> f64 {
+        self.inner.multipliers.largest()
     }
 
     #[getter]
@@ -339,15 +351,19 @@ pub fn settle_all(
             };
             core::settle_all(&cases, search)
         })
-    });
+    })?;
     let found = found.into_iter().map(|result| {
-        result
-            .map(|result| {
-                let (attractor, run) = result.map_err(|error| raise(py, &error))?;
+        let Some(result) = result else { return Ok(None) };
+        match result {
+            Ok((attractor, run)) => {
                 let message = crate::trajectory::stop_message(&run.stop_reason);
-                Ok((settled(attractor, runs.then_some(run)), message))
-            })
-            .transpose()
+                Ok(Some((settled(attractor, runs.then_some(run)), message)))
+            }
+            Err(core::RunFailure::Input(error)) => Err(raise(py, &error)),
+            Err(failure) => {
+                Ok(Some((settled(core::Attractor::Stopped, None), failure.to_string())))
+            }
+        }
     });
     Ok((found.collect::<PyResult<_>>()?, exception))
 }

@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyString;
-use stickslip_core::Error;
+use stickslip_core::{Error, RunFailure};
 
 /// The Python exception of ill-posed input.
 pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
@@ -11,6 +11,14 @@ pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
         _ => "InputError",
     };
     named(py, class, &error.to_string())
+}
+
+/// The Python exception of what kept a motion from being computed.
+pub fn raise_failure(py: Python<'_>, failure: &RunFailure) -> PyErr {
+    match failure {
+        RunFailure::Input(error) => raise(py, error),
+        _ => named(py, "RunError", &failure.to_string()),
+    }
 }
 
 /// An exception of class `name` of `stickslip.errors`.

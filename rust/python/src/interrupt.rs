@@ -5,15 +5,18 @@ use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
+use stickslip_core::RunFailure;
+
+use crate::errors::raise_failure;
 
 /// Between two looks for Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(20);
 
 /// What `compute` returns, and what interrupted it; it is told by its argument, and waited for in any case. Call it
-/// detached: Python hears signals on its main thread only, which waits here while another works.
+/// detached: Python hears signals on its main thread only, which waits here while another works. A panic is an error.
 pub fn until_interrupted<T: Send>(
     compute: impl FnOnce(&AtomicBool) -> T + Send,
-) -> (T, Option<PyErr>) {
+) -> PyResult<(T, Option<PyErr>)> {
     let stopped = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let (done, wait) = channel();
@@ -31,9 +34,8 @@ pub fn until_interrupted<T: Send>(
                 exception = Some(raised);
             }
         }
-        match work.join() {
-            Ok(found) => (found, exception),
-            Err(panic) => std::panic::resume_unwind(panic),
-        }
+        let found = work.join().map_err(RunFailure::of_panic);
+        let found = found.map_err(|failure| Python::attach(|py| raise_failure(py, &failure)))?;
+        Ok((found, exception))
     })
 }

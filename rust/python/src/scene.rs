@@ -216,18 +216,27 @@ impl Scene {
     }
 
     /// The motion that a record was made of.
-    fn trajectory(
-        &self,
-        py: Python<'_>,
-        record: crate::trajectory::Record<'_>,
-    ) -> PyResult<Trajectory> {
+    fn trajectory(&self, py: Python<'_>, record: &Bound<'_, PyAny>) -> PyResult<Trajectory> {
+        let record: crate::trajectory::Record<'_> = read_record(record)?;
         record.trajectory(py, &self.inner)
     }
 
     /// The orbit that a record was made of.
-    fn cycle(&self, py: Python<'_>, record: crate::cycle::Record<'_>) -> PyResult<Cycle> {
+    fn cycle(&self, py: Python<'_>, record: &Bound<'_, PyAny>) -> PyResult<Cycle> {
+        let record: crate::cycle::Record<'_> = read_record(record)?;
         record.cycle(py, &self.inner)
     }
+}
+
+/// A record whose entries are missing or of another type is ill-posed input.
+fn read_record<'a, 'py, T>(record: &'a Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: FromPyObject<'a, 'py, Error = PyErr>,
+{
+    let py = record.py();
+    record
+        .extract()
+        .map_err(|error: PyErr| named(py, "InputError", &format!("record: {}", error.value(py))))
 }
 
 pub fn method_named(py: Python<'_>, name: &str) -> PyResult<core::Method> {

@@ -176,7 +176,7 @@ fn interruptible<T: Send>(
             Some(pool) => pool.install(|| compute(stopped)),
             None => compute(stopped),
         })
-    });
+    })?;
     interrupted.map_or(Ok(computed), Err)
 }
 
@@ -248,6 +248,18 @@ fn columns<'py>(
             let kinds: Vec<&str> =
                 answers.iter().map(|answer| settled(answer).map_or("", |s| s.kind)).collect();
             dict.set_item("attractor", kinds)?;
+            let verdicts: Vec<&str> = answers
+                .iter()
+                .map(|answer| match settled(answer).and_then(|s| s.stability) {
+                    None => "",
+                    Some(stability) => match stability.is_stable() {
+                        Some(true) => "stable",
+                        Some(false) => "unstable",
+                        None => "not known",
+                    },
+                })
+                .collect();
+            dict.set_item("stability", verdicts)?;
             let sequences: Vec<Vec<String>> = answers
                 .iter()
                 .map(|answer| {
