@@ -69,7 +69,7 @@ impl CombinationBasis {
             let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
             let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
             if condition <= CONDITION_LIMIT {
-                Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))
+                Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))
             } else if wanted == Wanted::SoundModes {
                 series()?
             } else {
