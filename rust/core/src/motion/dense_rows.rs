@@ -43,8 +43,9 @@ pub(crate) struct Order<'a> {
     pub rate: f64,
     /// From a coefficient of q'' of this order to one of q two orders up.
     pub factor: f64,
-    /// f of every coordinate, if it acts in this order.
-    pub force: Option<&'a [f64]>,
+    /// f of every coordinate, and whether it acts in this order.
+    pub force: &'a [f64],
+    pub forced: bool,
     /// A buffer.
     pub moved: &'a mut Vec<f64>,
     pub next: &'a mut [f64],
@@ -107,7 +108,7 @@ impl Kernel for Order<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { rows, q, dq, rate, factor, force, moved, next } = self;
+        let Self { rows, q, dq, rate, factor, force, forced, moved, next } = self;
         let count = rows.moving.len();
         moved.resize(2 * count, 0.0);
         let (x, slope) = moved.split_at_mut(count);
@@ -115,6 +116,7 @@ impl Kernel for Order<'_> {
             slope[j] = rate * dq[k];
             x[j] = q[k] + rows.beta * slope[j];
         }
+        let forced = if forced { 1.0 } else { 0.0 };
         for (g, next) in next.chunks_mut(ROWS).enumerate() {
             let range = g * count..(g + 1) * count;
             let mut sum = product(simd, &rows.stiffness[range.clone()], x);
@@ -122,10 +124,9 @@ impl Kernel for Order<'_> {
                 sum = added(simd, sum, product(simd, &damping[range], slope));
             }
             let sum: [f64; ROWS] = cast(sum);
-            let inverse = &rows.inverse_mass[g * ROWS..];
+            let (force, inverse) = (&force[g * ROWS..], &rows.inverse_mass[g * ROWS..]);
             for row in 0..next.len() {
-                let force = force.map_or(0.0, |force| force[g * ROWS + row]);
-                let acceleration = inverse[row] * (force - sum[row]);
+                let acceleration = inverse[row] * (forced * force[row] - sum[row]);
                 // What is held stays at zero, even where the rest is beyond the range of numbers.
                 next[row] = if inverse[row] == 0.0 { 0.0 } else { factor * acceleration };
             }

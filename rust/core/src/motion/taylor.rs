@@ -315,7 +315,8 @@ impl TaylorMotion {
                     dq,
                     rate,
                     factor,
-                    force: (k == 0).then_some(&self.force[..]),
+                    force: &self.force,
+                    forced: k == 0,
                     moved,
                     next,
                 });
@@ -441,7 +442,7 @@ impl TaylorMotion {
         let rate = (k + 1) as f64 / self.width;
         let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
         let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
-        position.chain(velocity).sum()
+        velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
     }
 
     /// Absolute values of the coefficients of every coordinate and velocity.
