@@ -4,9 +4,13 @@ With C = beta K two modes of the damped system coalesce where those of the undam
 exponential of the state matrix in 60 digits.
 """
 
+import itertools
+
 import mpmath as mp
 import numpy as np
 import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
 
 import stickslip as ss
 
@@ -16,6 +20,8 @@ BETA = 1e-4
 DISTANCES = [1.0, *10.0 ** -np.arange(2.0, 17.0, 2.0)]
 #: Lowest natural frequency, 1/s.
 LOWEST = 2 * np.pi * 44.0
+#: Of the reference: 60 digits, and 20 for squaring and growth.
+BITS = 266
 #: So fast that no contact comes near sticking.
 SLIDER_SPEED = 1e3
 
@@ -59,18 +65,22 @@ def defective_friction(near):
 
 
 def exponential(matrix):
-    """Scaling, Taylor series, squaring; object arrays multiply faster than mpmath's own matrices."""
-    squarings = 12
-    scaled = matrix / mp.mpf(2) ** squarings
-    term = total = exact(np.eye(matrix.shape[0]))
-    for k in range(1, 60):
-        term = term.dot(scaled) / k
-        total = total + term
-        if max(abs(term).ravel()) < mp.mpf(10) ** -55:
+    """Scaling, Taylor series, squaring; integers in units of 2^-BITS multiply faster than mpmath."""
+    squarings = 20
+    units = [int(mp.floor(mp.ldexp(x, BITS - squarings))) for x in np.ravel(matrix)]
+    scaled = np.array(units, dtype=object).reshape(matrix.shape)
+    term = total = np.array(
+        [[int(i == j) << BITS for j in range(len(matrix))] for i in range(len(matrix))], dtype=object
+    )
+    for k in itertools.count(1):
+        term = (term.dot(scaled) >> BITS) // k
+        # Down to the rounding of the powers.
+        if max(abs(term).ravel()) < 1 << squarings:
             break
+        total = total + term
     for _ in range(squarings):
-        total = total.dot(total)
-    return total
+        total = total.dot(total) >> BITS
+    return np.array([mp.ldexp(x, -BITS) for x in np.ravel(total)], dtype=object).reshape(matrix.shape)
 
 
 def exact_state(friction, position, velocity):
@@ -129,3 +139,40 @@ def test_modes_are_used_far_away_and_left_close_by(point):
     assert used == sorted(used)
     assert used[0] == 0
     assert used[-1] == 1
+
+
+@given(
+    exponent=st.floats(-16.0, 0.0),
+    side=st.sampled_from([-1, 1]),
+    shape=st.lists(st.floats(-1.0, 1.0), min_size=12, max_size=12),
+)
+def test_errors_are_a_part_of_the_motion_at_any_distance(point, exponent, side, shape):
+    """Not of the static displacement, which is 1e4 times larger."""
+    defective, _ = point
+    friction = float(defective + side * mp.mpf(10) ** exponent)
+    assume(friction > 0.0)
+    scene = scene_at(friction)
+    rest = ss.sliding_equilibrium(scene)
+    moving = [0, 1, 2, 4, 5, 6]
+    static = np.abs(rest.position).max()
+    position, velocity = rest.position.copy(), rest.velocity.copy()
+    position[moving] += 1e-4 * static * np.array(shape[:6])
+    velocity[moving] += 1e-4 * static * LOWEST * np.array(shape[6:])
+    start = ss.State(position, velocity, rest.combination)
+    runs = {method: ss.simulate(scene, start, DURATION, method=method) for method in ("auto", "taylor")}
+    # Far above the second point the motion grows until contacts are lost.
+    assume(all(len(run.events) == 0 for run in runs.values()))
+    x, v = exact_state(friction, position[moving], velocity[moving])
+    ends = {method: run.state(DURATION) for method, run in runs.items()}
+    of_position = {method: np.abs(end.position[moving] - x).max() for method, end in ends.items()}
+    of_velocity = {method: np.abs(end.velocity[moving] - v).max() for method, end in ends.items()}
+    eps = np.finfo(float).eps
+    size, speed = np.abs(x).max(), max(np.abs(v).max(), LOWEST * np.abs(x).max())
+    assert of_position["auto"] <= max(3 * of_position["taylor"], 10 * eps * size)
+    assert of_velocity["auto"] <= max(3 * of_velocity["taylor"], 10 * eps * speed)
+    # The start may be close to rest, and the end to the start: what moves in between is as large as either.
+    motion = max(np.abs(x - position[moving]).max(), np.abs(v).max() / LOWEST)
+    for method in ("auto", "taylor"):
+        # The displacement itself is known to the spacing of the positions that hold it.
+        assert of_position[method] <= 1e-10 * motion + np.spacing(size)
+        assert of_velocity[method] <= 1e-10 * LOWEST * motion

@@ -15,7 +15,8 @@ use crate::simulation::Method;
 use crate::spectrum::{Vectors, spectrum};
 use crate::status::{Combination, Status};
 
-/// Modal superposition loses about this many ulp; above it the series is used instead.
+/// Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11 of it;
+/// above it the series is used instead.
 const CONDITION_LIMIT: f64 = 300.0;
 /// Numbers in the combinations kept per scene: 4096 of 20 coordinates, about 64 MB of modes.
 const KEPT: usize = 4096 * 20 * 20;
@@ -69,7 +70,7 @@ impl CombinationBasis {
             let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
             let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
             if condition <= CONDITION_LIMIT {
-                Propagator::Modal(Box::new(ModalBasis::new(&reduced, &functions, modes)))
+                Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))
             } else if wanted == Wanted::SoundModes {
                 series()?
             } else {

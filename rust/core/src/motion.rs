@@ -108,7 +108,9 @@ impl Motion {
         }
         match &basis.propagator {
             Propagator::Modal(modal) => self.modal.restart(modal, q, u),
-            Propagator::Taylor(operator) => self.taylor.restart(&self.scene, operator, q, u),
+            Propagator::Taylor(operator) => {
+                self.taylor.restart(&self.scene, operator, &basis.functions, q, u);
+            }
             Propagator::Blocks(parts) => {
                 self.blocks.truncate(parts.len());
                 for (index, (block, basis)) in parts.iter().enumerate() {

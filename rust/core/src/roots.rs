@@ -113,6 +113,26 @@ fn third_derivative_bound<S: Lanes>(simd: S, p: Groups<'_>, positive: bool) -> f
     simd.reduce_sum_f64s(sum)
 }
 
+/// A bound of |p'''| on [s, s + radius] from Taylor's coefficients at s, given that on [0, 1].
+fn third_derivative_near(p: Groups<'_>, on_all: f64, s: f64, radius: f64) -> f64 {
+    let mut about = [0.0; ROW];
+    let about = &mut about[..p.as_flattened().len()];
+    about.copy_from_slice(p.as_flattened());
+    for k in 0..about.len() {
+        for j in (k..about.len() - 1).rev() {
+            about[j] += s * about[j + 1];
+        }
+    }
+    // The rounding of these coefficients is at most this part of the bound for all of [0, 1].
+    let mut sum = (ROW + 2) as f64 * f64::EPSILON * on_all;
+    let mut power = 1.0;
+    for (c, factor) in about.iter().zip(THIRD.as_flattened()).skip(3) {
+        sum += c.abs() * factor * power;
+        power *= radius;
+    }
+    sum.min(on_all)
+}
+
 /// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
 #[inline(always)]
 fn lower_bound<S: Lanes>(simd: S, p: Groups<'_>) -> f64 {
@@ -174,9 +194,15 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
 
 /// A value below this many errors is near the band: there small steps of bounded change take over.
 const NEAR: f64 = 2.0;
+/// Values nearer to an edge of the band than this many errors count as beyond it, or steps would shrink to nothing
+/// there. The rounding of p itself is more.
+const RESOLUTION: f64 = 1e-6;
 /// Bound on the number of marching steps; a polynomial that needs more is reported as a touch where it
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
 const STEPS: usize = 400;
+/// After so many steps M is taken about the place itself: a flat dip, or roots close together, need small third
+/// derivatives there, which the bound for all of [0, 1] does not show.
+const PATIENCE: usize = 16;
 
 /// The first root of `polynomial`, its coefficients in groups, on [0, end], end <= 1.
 pub(crate) struct FirstRoot<'a> {
@@ -289,7 +315,8 @@ fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
     let m = third_derivative_bound(simd, p, false);
     let mut s = 0.0;
     let mut touch: Option<Touch> = None;
-    for _ in 0..STEPS {
+    let mut step = 0.0_f64;
+    for taken in 0..STEPS {
         let (v, v1, v2) = derivatives(simd, p, s);
         if v > NEAR * error {
             if let Some(high) = monotone_crossing(v, v1, v2, m, error, 1.0 - s) {
@@ -301,7 +328,13 @@ fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
             }
             // Down to between the band and what counts as near it, so that the march always arrives.
             let floor = 0.5 * (1.0 + NEAR) * error;
-            let step = safe_step(v, v1, v2, m, floor, end - s);
+            let previous = step;
+            step = safe_step(v, v1, v2, m, floor, end - s);
+            if taken >= PATIENCE {
+                let radius = (4.0 * step.max(previous)).min(end - s);
+                let near = third_derivative_near(p, m, s, radius);
+                step = step.max(safe_step(v, v1, v2, near, floor, radius));
+            }
             if s + step >= end {
                 return Verdict::Clear { touch, in_band: None };
             }
@@ -351,13 +384,15 @@ enum Exit {
 fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, end: f64) -> Exit {
     let mut s = entry;
     let mut lowest = Touch { at: entry, value: f64::INFINITY };
-    for _ in 0..STEPS {
+    let mut step = 0.0_f64;
+    let (upper, lower) = ((1.0 + RESOLUTION) * error, -(1.0 - RESOLUTION) * error);
+    for taken in 0..STEPS {
         let (v, v1, v2) = derivatives(simd, p, s);
         if v < lowest.value {
             lowest = Touch { at: s, value: v };
         }
-        let within = Some(lowest).filter(|lowest| lowest.value <= error);
-        if v < -error {
+        let within = Some(lowest).filter(|lowest| lowest.value <= upper);
+        if v < lower {
             return Exit::Below { root: bracketed_root(simd, p, entry, s) };
         }
         // Farther out than where it was entered, or the two would take turns.
@@ -367,18 +402,22 @@ fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, 
         if s >= end {
             return Exit::Undecided { lowest: within };
         }
-        // Largest step over which p can't change by more than half the band: no excursion is stepped over.
+        // No term of Taylor's formula changes p by more than half of the error, so that the lowest value is met
+        // nearly; and p certainly stays above the edge of the band that lies below it.
         let change = 0.5 * error;
-        let mut step = end - s;
-        let variation = |d: f64| v1.abs() * d + 0.5 * v2.abs() * d * d + m * d * d * d / 6.0;
-        if variation(step) > change {
-            step = step.min(change / v1.abs().max(f64::MIN_POSITIVE));
-            step = step.min((2.0 * change / v2.abs().max(f64::MIN_POSITIVE)).sqrt());
-            step = step.min((6.0 * change / m.max(f64::MIN_POSITIVE)).cbrt());
-            // Three terms, each within the change alone.
-            while variation(step) > 3.0 * change {
-                step *= 0.5;
-            }
+        let longest = (end - s)
+            .min(change / v1.abs().max(f64::MIN_POSITIVE))
+            .min((2.0 * change / v2.abs().max(f64::MIN_POSITIVE)).sqrt());
+        let floor = if v > upper { error } else { -error };
+        let certain = |m: f64, longest: f64| {
+            let longest = longest.min((6.0 * change / m.max(f64::MIN_POSITIVE)).cbrt());
+            safe_step(v, v1, v2, m, floor, longest)
+        };
+        let previous = step;
+        step = certain(m, longest);
+        if taken >= PATIENCE {
+            let radius = (4.0 * step.max(previous)).min(longest);
+            step = step.max(certain(third_derivative_near(p, m, s, radius), radius));
         }
         s = (s + step).max(s + f64::EPSILON * s.max(1e-9)).min(end);
     }
@@ -415,15 +454,55 @@ mod tests {
     use super::*;
     use crate::vector::VectorUnit;
 
+    const ERROR: f64 = 4e-11;
+
     fn first(polynomial: &[f64], end: f64) -> Verdict {
-        VectorUnit::default().run(FirstRoot { polynomial, error: 4e-11, end })
+        let mut row = [0.0; ROW];
+        row[..polynomial.len()].copy_from_slice(polynomial);
+        VectorUnit::default().run(FirstRoot { polynomial: &row, error: ERROR, end })
+    }
+
+    fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; p.len() + q.len() - 1];
+        for (i, a) in p.iter().enumerate() {
+            q.iter().enumerate().for_each(|(j, b)| product[i + j] += a * b);
+        }
+        product
+    }
+
+    fn value(p: &[f64], s: f64) -> f64 {
+        p.iter().rev().fold(0.0, |value, c| value * s + c)
+    }
+
+    /// The lowest value on [0, end]: on a mesh, and between the neighbours of its lowest point by trisection.
+    fn lowest(p: &[f64], end: f64) -> f64 {
+        let at = |k: usize| end * k as f64 / 4000.0;
+        let lowest = (0..=4000).min_by(|&i, &j| value(p, at(i)).total_cmp(&value(p, at(j))));
+        let lowest = lowest.unwrap_or_default();
+        let (mut low, mut high) = (at(lowest.saturating_sub(1)), at((lowest + 1).min(4000)));
+        for _ in 0..60 {
+            let third = (high - low) / 3.0;
+            if value(p, low + third) < value(p, high - third) {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        value(p, low).min(value(p, end))
+    }
+
+    /// `height prod (s - place)^order - depth ERROR`: a dip at every place, all of them equally deep.
+    fn dips(places: &[f64], order: usize, height: f64, depth: f64) -> Vec<f64> {
+        let factors = places.iter().flat_map(|&place| std::iter::repeat_n(place, order));
+        let mut p = factors.fold(vec![height], |p, place| product(&p, &[-place, 1.0]));
+        p[0] -= depth * ERROR;
+        p
     }
 
     /// A line: the simplest function there is, with its root in the first part of the interval.
     #[test]
     fn a_line_crosses_once() {
-        let mut p = [0.0; ROW];
-        (p[0], p[1]) = (10.0, -3750.0);
+        let p = [10.0, -3750.0];
         for end in [0.05, 1.0] {
             let Verdict::Crossing { root, touch: None } = first(&p, end) else {
                 panic!("no crossing up to {end}");
@@ -431,5 +510,117 @@ mod tests {
             assert!((root - 10.0 / 3750.0).abs() < 1e-17);
         }
         assert!(matches!(first(&p, 0.002), Verdict::Clear { touch: None, in_band: None }));
+    }
+
+    /// The promise: a dip deeper than the error is a crossing, one that is shallower is told as a touch.
+    #[test]
+    fn planted_dips_are_crossings_exactly_where_they_are_deeper_than_the_error() {
+        // The coefficients, a few of order one, are rounded to some 1e-15, a part of 1e-4 of the error.
+        let depths =
+            [0.0, 0.5, 0.9, 0.99, 0.999, 1.001, 1.01, 1.03, 1.06, 1.1, 1.125, 1.2, 1.5, 2.0];
+        let near = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01];
+        let places = near.into_iter().chain((1..40).map(|k| 0.0251 * f64::from(k)));
+        let places: Vec<f64> = places.chain(near.map(|distance| 1.0 - distance)).collect();
+        for (&place, order, height, second) in places
+            .iter()
+            .flat_map(|place| [2, 4].map(|order| (place, order)))
+            .flat_map(|(place, order)| [1.0, 0.3, 0.01].map(|height| (place, order, height)))
+            .flat_map(|(place, order, height)| {
+                [None, Some(0.2), Some(0.61)].map(|second| (place, order, height, second))
+            })
+        {
+            // Nearer to each other than that, p does not leave the band between two dips of order four.
+            let second =
+                second.filter(|second| (place - second).abs() > 0.1 * f64::from(order as u32));
+            let mut both: Vec<f64> = std::iter::once(place).chain(second).collect();
+            both.sort_by(f64::total_cmp);
+            for depth in depths {
+                let p = dips(&both, order, height, depth);
+                let verdict = first(&p, 1.0);
+                let told = format!(
+                    "depth {depth} at {both:?}, order {order}, height {height}: {verdict:?}"
+                );
+                match verdict {
+                    Verdict::Crossing { root, .. } => {
+                        assert!(depth > 1.0, "{told}");
+                        // Within the band, and no later than the first dip.
+                        assert!(root <= both[0] && value(&p, root) <= ERROR, "{told}");
+                    }
+                    Verdict::Clear { touch, in_band } => {
+                        assert!(depth < 1.0, "{told}");
+                        let lowest = touch.or(in_band).expect(&told);
+                        assert!(lowest.value.abs() <= ERROR * (1.0 + RESOLUTION), "{told}");
+                    }
+                }
+            }
+        }
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig::with_cases(2000))]
+
+        /// Any polynomial, shifted so that its lowest value on a fine mesh lies in or about the band.
+        #[test]
+        fn whatever_falls_through_the_band_is_a_crossing(
+            coefficients in proptest::collection::vec(-1.0..1.0, 2..COEFFICIENTS),
+            decay in 0.3..1.0,
+            height in -8.0..0.0,
+            depth in -1.5..3.0,
+            end in 0.3..1.0,
+        ) {
+            let scales = (0..).map(|k| 10f64.powf(height) * f64::powi(decay, k));
+            let mut p: Vec<f64> = coefficients.iter().zip(scales).map(|(c, scale)| c * scale).collect();
+            let mesh: Vec<f64> = (0..=4000).map(|k| end * f64::from(k) / 4000.0).collect();
+            let lowest = lowest(&p, end);
+            p[0] -= lowest + depth * ERROR;
+            let below = mesh.iter().copied().find(|&s| value(&p, s) < -1.001 * ERROR);
+            match first(&p, end) {
+                Verdict::Crossing { root, .. } => {
+                    // Not deeper than the error only where it falls through the band beyond `end`.
+                    proptest::prop_assert!(depth > -0.001, "nothing crosses");
+                    proptest::prop_assert!(value(&p, root) <= ERROR);
+                    proptest::prop_assert!(below.is_none_or(|below| root <= below));
+                }
+                Verdict::Clear { touch, in_band } => {
+                    proptest::prop_assert!(below.is_none());
+                    let in_band_on_mesh = mesh.iter().any(|&s| value(&p, s) < 0.999 * ERROR);
+                    let told = touch.or(in_band).is_some();
+                    // What still falls at the end is told by the next panel.
+                    proptest::prop_assert!(told || !in_band_on_mesh || value(&p, end) <= ERROR);
+                }
+            }
+        }
+
+        /// Real roots at least 0.02 apart, complex ones at least 0.1 from the axis: between two of them p goes
+        /// farther than the error.
+        #[test]
+        fn the_first_of_planted_roots_is_found(
+            gaps in proptest::collection::vec(0.02..0.6, 1..6),
+            pairs in proptest::collection::vec((0.0..1.0, 0.1..1.0), 0..4),
+            end in 0.1..1.0,
+        ) {
+            let mut p = vec![1.0];
+            let mut root = 0.0;
+            for gap in &gaps {
+                root += gap;
+                p = product(&p, &[1.0, -1.0 / root]);
+            }
+            for (re, im) in pairs {
+                let square: f64 = re * re + im * im;
+                p = product(&p, &[1.0, -2.0 * re / square, 1.0 / square]);
+            }
+            let size: f64 = p.iter().map(|c| c.abs()).sum();
+            let slope: f64 = p.iter().zip(0..).skip(1).map(|(c, k)| c * f64::from(k) * f64::powi(gaps[0], k - 1)).sum();
+            let verdict = first(&p, end);
+            match verdict {
+                Verdict::Crossing { root, touch } => {
+                    // Some rounding of p, over its slope.
+                    let rounding = 64.0 * f64::EPSILON * size / slope.abs();
+                    proptest::prop_assert!((root - gaps[0]).abs() <= rounding, "off by {} of {rounding}", root - gaps[0]);
+                    proptest::prop_assert!(root <= end && touch.is_none());
+                }
+                Verdict::Clear { .. } => proptest::prop_assert!(end <= gaps[0] + 1.1 * ERROR / slope.abs(), "{verdict:?}"),
+            }
+        }
     }
 }

@@ -1,4 +1,4 @@
-//! The equation of motion of a small combination, `q'' = m^-1 (F - L'K q - L'C q')`, for the vector unit.
+//! The equation of motion of a small combination, `q'' = m^-1 (f - L'K q - L'C q')`, for the vector unit.
 //!
 //! The rows of `L'K` stand in groups of [`ROWS`], and in a group column after column, so that one coordinate is
 //! multiplied with all rows of a group at once. Coordinates that are held have rows of zeros.
@@ -29,7 +29,6 @@ pub(crate) struct DenseRows {
     damping: Option<Vec<Column>>,
     /// C = beta K otherwise.
     beta: f64,
-    force: Vec<f64>,
     /// 1 / m of the coordinates left free, 0 of the others.
     inverse_mass: Vec<f64>,
 }
@@ -44,7 +43,8 @@ pub(crate) struct Order<'a> {
     pub rate: f64,
     /// From a coefficient of q'' of this order to one of q two orders up.
     pub factor: f64,
-    /// Whether the constant force acts in this order.
+    /// f of every coordinate, and whether it acts in this order.
+    pub force: &'a [f64],
     pub forced: bool,
     /// A buffer.
     pub moved: &'a mut Vec<f64>,
@@ -82,14 +82,9 @@ impl DenseRows {
             merges.iter().for_each(|merge| add(kept[merge.position], merge.normal, merge.factor));
             columns.into_iter().map(cast).collect()
         };
-        let mut force = vec![0.0; rows];
         let mut inverse_mass = vec![0.0; rows];
         for &k in kept {
-            force[k] = scene.force[k];
             inverse_mass[k] = 1.0 / scene.mass.get(k, k);
-        }
-        for merge in merges {
-            force[kept[merge.position]] += merge.factor * scene.force[merge.normal];
         }
         let beta = scene.proportional.filter(|&(alpha, _)| alpha == 0.0).map(|(_, beta)| beta);
         Some(Self {
@@ -98,7 +93,6 @@ impl DenseRows {
             damping: beta.is_none().then(|| merged(&scene.damping)),
             beta: beta.unwrap_or(0.0),
             moving,
-            force,
             inverse_mass,
         })
     }
@@ -114,7 +108,7 @@ impl Kernel for Order<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { rows, q, dq, rate, factor, forced, moved, next } = self;
+        let Self { rows, q, dq, rate, factor, force, forced, moved, next } = self;
         let count = rows.moving.len();
         moved.resize(2 * count, 0.0);
         let (x, slope) = moved.split_at_mut(count);
@@ -130,7 +124,7 @@ impl Kernel for Order<'_> {
                 sum = added(simd, sum, product(simd, &damping[range], slope));
             }
             let sum: [f64; ROWS] = cast(sum);
-            let (force, inverse) = (&rows.force[g * ROWS..], &rows.inverse_mass[g * ROWS..]);
+            let (force, inverse) = (&force[g * ROWS..], &rows.inverse_mass[g * ROWS..]);
             for row in 0..next.len() {
                 let acceleration = inverse[row] * (forced * force[row] - sum[row]);
                 // What is held stays at zero, even where the rest is beyond the range of numbers.

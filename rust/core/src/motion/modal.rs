@@ -1,6 +1,8 @@
 //! Modal propagation: every mode of the combination moves on its own.
 //!
-//! `z' = lambda z + p0 + p1 t` for each mode. With `w = z''`, which is a pure exponential,
+//! The modes move about a reference, where it can be the equilibrium of the phase: rounding of the projection, which
+//! grows with the square of the condition of the modes, is then a part of the motion and not of the static
+//! displacement. `z' = lambda z + p0 + p1 t` for each mode, p0 and p1 what the reference leaves unbalanced. With `w = z''`, which is a pure exponential,
 //!
 //! ```text
 //! z(t + h) = z + h z' + h^2 phi2(lambda h) w,   z'(t + h) = z' + h phi1(lambda h) w,   w(t + h) = e^{lambda h} w
@@ -25,6 +27,9 @@ use crate::vector::{
 /// Quiet panels before a leap is tried, and the first leap in powers of two panels.
 const QUIET: u32 = 2;
 const FIRST_LEAP: usize = 3;
+
+/// The reference is at most so many times as far from the origin as the state.
+const FARTHEST: f64 = 16.0;
 
 /// Panels between two questions whether the fast modes have decayed.
 const PANELS_PER_LEVEL: u32 = 4;
@@ -68,9 +73,13 @@ pub(crate) struct ModalMotion {
     /// t^2 phi2, and z and z' at a time within the panel.
     phi2: Vec<ComplexGroup>,
     at: Vec<[ComplexGroup; 2]>,
+    /// Of the basis: the one about which the modes move.
+    reference: usize,
+    /// (q, q') of the kept coordinates along the reference at local time 0.
+    about: Vec<[f64; 2]>,
     /// Constant part of each event function at local time 0.
     constants: Vec<f64>,
-    /// (q, q') of the kept coordinates at local time 0.
+    /// (q, q') of the kept coordinates at local time 0, from the reference.
     gathered: Vec<[f64; 2]>,
     /// q at local time 0 of the coordinates that stick, in the order of the basis.
     stuck: Vec<f64>,
@@ -85,16 +94,38 @@ impl ModalMotion {
         self.quiet = 0;
         self.leap = FIRST_LEAP;
         self.stuck.clear();
-        self.stuck.extend(basis.sticking.iter().map(|stick| q[stick.coordinate]));
+        self.stuck.extend(basis.sticking.iter().map(|&(k, _)| q[k]));
+        self.refer(basis, q, u);
+        let stuck = &self.stuck;
         self.constants.clear();
-        self.constants.extend(basis.functions.iter().map(|function| {
-            let stuck: f64 = function.sticking.iter().map(|&(k, weight)| weight * q[k]).sum();
-            function.constant + stuck
+        self.constants.extend(basis.references[self.reference].functions.iter().map(|function| {
+            let stuck = function.sticking.iter().zip(stuck).map(|(weight, at)| weight * at);
+            function.constant + stuck.sum::<f64>()
         }));
         if self.modes.len() < basis.groups {
             self.grow(basis.groups);
         }
         self.unit.run(Project { motion: self, basis, q, u });
+    }
+
+    /// Chooses the equilibrium as the reference, unless it is so far away that the difference would cost digits.
+    fn refer(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
+        for (index, reference) in basis.references.iter().enumerate().rev() {
+            self.about.clear();
+            self.about.extend_from_slice(&reference.at);
+            for (sticking, &at) in reference.sticking.iter().zip(&self.stuck) {
+                for (about, of) in self.about.iter_mut().zip(sticking) {
+                    about[0] += of * at;
+                }
+            }
+            let largest = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+            let part = |k: usize| self.about.iter().fold(0.0, |size: f64, x| size.max(x[k].abs()));
+            if part(0) <= FARTHEST * largest(q) && part(1) <= FARTHEST * largest(u) {
+                self.reference = index;
+                return;
+            }
+        }
+        self.reference = 0;
     }
 
     #[cold]
@@ -121,7 +152,9 @@ impl ModalMotion {
     ) {
         let gathered = &mut self.gathered;
         gathered.clear();
-        gathered.extend(basis.kept.iter().map(|&k| [q[k], u[k]]));
+        let kept = basis.kept.iter().zip(&self.about);
+        gathered.extend(kept.map(|(&k, about)| [q[k] - about[0], u[k] - about[1]]));
+        let force = &basis.references[self.reference].force[..groups];
         for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
             let mut z = ComplexGroup::ZERO;
             let rows = basis.projection[g..].iter().step_by(groups);
@@ -129,13 +162,13 @@ impl ModalMotion {
                 z = z.add_scaled(simd, simd.splat_f64s(q), row.position);
                 z = z.add_scaled(simd, simd.splat_f64s(u), row.velocity);
             }
-            let force = &basis.force[g];
+            let (force, lambda) = (&force[g], basis.lambda.0[g]);
             let mut constant = force.constant;
-            for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
-                constant = constant.add_scaled(simd, simd.splat_f64s(at), stick.force.0[g]);
+            for (&stick, &at) in force.sticking.iter().zip(&self.stuck) {
+                constant = constant.add_scaled(simd, simd.splat_f64s(at), stick);
             }
-            let dz = constant.add_product(simd, force.lambda, z);
-            *modes = Modes { z, dz, w: force.linear.add_product(simd, force.lambda, dz) };
+            let dz = constant.add_product(simd, lambda, z);
+            *modes = Modes { z, dz, w: force.linear.add_product(simd, lambda, dz) };
         }
     }
 
@@ -145,9 +178,9 @@ impl ModalMotion {
 
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
     fn allows(&self, basis: &ModalBasis, level: &Level) -> bool {
-        basis.functions.iter().all(|function| {
-            let (mut bound, mut scale) = (0.0, 0.0);
-            for (g, weight) in function.weights.iter().enumerate() {
+        basis.functions.iter().zip(&self.constants).all(|(weights, constant)| {
+            let (mut bound, mut scale) = (0.0, constant.abs());
+            for (g, weight) in weights.iter().enumerate() {
                 let magnitudes: [f64; GROUP] = cast(weight.magnitude);
                 let reach: [f64; GROUP] = cast(level.modes[g].reach);
                 for lane in 0..GROUP {
@@ -214,8 +247,10 @@ impl ModalMotion {
             bounds[g].affine = simd.mul_add_f64s(dz.size(simd), width, z.size(simd));
             bounds[g].curvature = simd.mul_f64s(w.size(simd), at[g].envelope);
         }
-        for (function, constant) in basis.functions.iter().zip(&self.constants) {
-            let weights = &function.weights[..groups];
+        let affine_parts = &basis.references[self.reference].functions;
+        let functions = basis.functions.iter().zip(affine_parts).zip(&self.constants);
+        for ((weights, function), constant) in functions {
+            let weights = &weights[..groups];
             let (mut value, mut slope, mut scale, mut reach) = (ZEROS, ZEROS, ZEROS, ZEROS);
             for g in 0..groups {
                 let weight = weights[g];
@@ -287,8 +322,9 @@ impl ModalMotion {
             };
             middle[g] = modes[g].after(simd, &at[g].half, half);
         }
-        for (index, function) in basis.functions.iter().enumerate() {
-            let weights = &function.weights[..groups];
+        let affine_parts = &basis.references[self.reference].functions;
+        for (index, (weights, function)) in basis.functions.iter().zip(affine_parts).enumerate() {
+            let weights = &weights[..groups];
             let (constant, slope) = (self.constants[index], function.slope);
             let offset = constant + slope * self.start;
             let of_offset = offset.abs().max(constant.abs()) + width * slope.abs();
@@ -369,9 +405,9 @@ impl ModalMotion {
     /// (q, q') at `offset` after the start of the panel.
     pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
         self.unit.run(StateAt { motion: self, basis, offset, q, u });
-        for (stick, &at) in basis.sticking.iter().zip(&self.stuck) {
-            q[stick.coordinate] = at + stick.speed * (self.start + offset);
-            u[stick.coordinate] = stick.speed;
+        for (&(k, speed), &at) in basis.sticking.iter().zip(&self.stuck) {
+            q[k] = at + speed * (self.start + offset);
+            u[k] = speed;
         }
     }
 
@@ -402,12 +438,11 @@ impl ModalMotion {
             }
         }
         let t = simd.splat_f64s(offset);
-        let (modes, force, at) =
-            (&self.modes[..groups], &basis.force[..groups], &mut self.at[..groups]);
+        let (modes, lambda, at) =
+            (&self.modes[..groups], &basis.lambda.0[..groups], &mut self.at[..groups]);
         for g in 0..groups {
             let Modes { z, dz, w } = modes[g];
-            let phi1 =
-                ComplexGroup { re: t, im: ZEROS }.add_product(simd, force[g].lambda, phi2[g]);
+            let phi1 = ComplexGroup { re: t, im: ZEROS }.add_product(simd, lambda[g], phi2[g]);
             at[g] = [
                 z.add_scaled(simd, t, dz).add_product(simd, phi2[g], w),
                 dz.add_product(simd, phi1, w),
@@ -425,7 +460,7 @@ impl ModalMotion {
         let lambda = basis.lambda.get(r);
         let Modes { z, dz, w } = self.modes[r / GROUP];
         let [z, dz, w] = [z, dz, w].map(|group| group.get(r % GROUP));
-        let linear = basis.force[r / GROUP].linear.get(r % GROUP);
+        let linear = basis.references[self.reference].force[r / GROUP].linear.get(r % GROUP);
         // The force at the start of the panel.
         let force = dz - lambda * z;
         // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
@@ -454,7 +489,9 @@ impl ModalMotion {
     ) {
         self.modes_at(groups, simd, basis, offset);
         let at = &self.at[..groups];
-        for (kept, shape) in basis.kept.chunks(GROUP).zip(basis.shape.chunks(basis.count.max(1))) {
+        let time = self.start + offset;
+        let kept = basis.kept.chunks(GROUP).zip(self.about.chunks(GROUP));
+        for ((kept, about), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
             let (mut position, mut velocity) = (ZEROS, ZEROS);
             for (at, shape) in at.iter().zip(shape.chunks(GROUP)) {
                 let [z, dz] =
@@ -469,8 +506,9 @@ impl ModalMotion {
                 }
             }
             let [position, velocity]: [[f64; GROUP]; 2] = [cast(position), cast(velocity)];
-            for (lane, &k) in kept.iter().enumerate() {
-                (q[k], u[k]) = (position[lane], velocity[lane]);
+            for (lane, (&k, about)) in kept.iter().zip(about).enumerate() {
+                q[k] = about[0] + (about[1] * time + position[lane]);
+                u[k] = about[1] + velocity[lane];
             }
         }
     }
@@ -491,7 +529,8 @@ impl ModalMotion {
                 largest(r) * of(r, |modes| modes.w) * decay / lambda.norm().max(f64::MIN_POSITIVE)
             })
             .collect();
-        let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz)).sum::<f64>();
+        let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz));
+        let steady = self.about.iter().map(|about| about[1].abs()).chain(steady).sum::<f64>();
         let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
         // One that grows may rise from below rounding.
         (0..basis.count)

@@ -6,8 +6,11 @@ use num_complex::Complex64;
 
 use super::phi::{exponential_and_phi, inverse, phi2_bound};
 use super::{COEFFICIENTS, REACH};
+use crate::compensated::Doubled;
+use crate::eigen;
 use crate::event::EventFunction;
 use crate::reduction::Reduced;
+use crate::scene::Scene;
 use crate::spectrum::Mode;
 use crate::vector::{ComplexGroup, GROUP, Group, group, in_groups};
 
@@ -56,9 +59,12 @@ pub(crate) struct ModalBasis {
     pub(super) shape: Vec<ComplexGroup>,
     /// For each kept coordinate, of all groups of modes.
     pub(super) projection: Vec<Projection>,
-    pub(super) force: Vec<ModalForce>,
-    pub(super) sticking: Vec<StickingForce>,
-    pub(super) functions: Vec<ModalFunction>,
+    /// (coordinate, speed) of the contacts that stick.
+    pub(super) sticking: Vec<(usize, f64)>,
+    /// Weights of the modes in each event function.
+    pub(super) functions: Vec<Vec<Weight>>,
+    /// The motions about which the modes may move: the origin, and the equilibrium where there is one.
+    pub(super) references: Vec<Reference>,
     base_width: f64,
     levels: [OnceLock<Box<Level>>; LEVELS],
 }
@@ -70,30 +76,35 @@ pub(super) struct Projection {
     pub velocity: ComplexGroup,
 }
 
-/// `z' = lambda z + constant + linear t`.
-#[derive(Debug, Clone, Copy)]
+/// `position + velocity t`, a motion of the whole scene, and what is left to the modes that move about it.
+#[derive(Debug)]
+pub(super) struct Reference {
+    /// Of the kept coordinates at local time 0 with every sticking contact at 0, and the velocity.
+    pub at: Vec<[f64; 2]>,
+    /// What each sticking contact adds to the position per unit of its own.
+    pub sticking: Vec<Vec<f64>>,
+    /// For each group of modes.
+    pub force: Vec<ModalForce>,
+    /// For each event function.
+    pub functions: Vec<AffineFunction>,
+}
+
+/// `z' = lambda z + constant + linear t`: forces that do not hold the reference in balance.
+#[derive(Debug)]
 pub(super) struct ModalForce {
-    pub lambda: ComplexGroup,
     pub constant: ComplexGroup,
     pub linear: ComplexGroup,
+    /// Added to the constant per unit of the position of each sticking contact.
+    pub sticking: Vec<ComplexGroup>,
 }
 
-/// The modal force per unit of the tangential displacement at which a contact sticks.
+/// An event function along the reference, `constant + slope t`; the modes add `Re sum_r weights_r z_r`.
 #[derive(Debug)]
-pub(super) struct StickingForce {
-    pub coordinate: usize,
-    pub speed: f64,
-    pub force: ComplexVector,
-}
-
-/// An event function in modal coordinates: `constant + slope t + Re sum_r weights_r z_r`.
-#[derive(Debug)]
-pub(super) struct ModalFunction {
-    pub weights: Vec<Weight>,
+pub(super) struct AffineFunction {
     pub constant: f64,
-    /// (coordinate, weight) of the tangential displacements of sticking contacts.
-    pub sticking: Vec<(usize, f64)>,
     pub slope: f64,
+    /// Added to the constant per unit of the position of each sticking contact.
+    pub sticking: Vec<f64>,
 }
 
 /// Of a group of modes in an event function.
@@ -152,7 +163,12 @@ pub(super) struct Step {
 pub(super) struct Powers(pub [ComplexGroup; TAIL_GROUPS]);
 
 impl ModalBasis {
-    pub fn new(reduced: &Reduced, functions: &[EventFunction], mut modes: Vec<Mode>) -> Self {
+    pub fn new(
+        scene: &Scene,
+        reduced: &Reduced,
+        functions: &[EventFunction],
+        mut modes: Vec<Mode>,
+    ) -> Self {
         modes.sort_by(|p, q| p.eigenvalue.norm_sqr().total_cmp(&q.eigenvalue.norm_sqr()));
         let m = reduced.size();
         let count = modes.len();
@@ -176,60 +192,33 @@ impl ModalBasis {
                     product(&reduced.damping) + mode.eigenvalue * from_velocity[k * stride + r];
             }
         }
-        let modal_force = |force: &[f64]| -> ComplexVector {
-            let of_mode = |mode: &Mode| {
-                mode.left.iter().zip(force).map(|(v, f)| v * f).sum::<Complex64>() / mode.a
-            };
-            ComplexVector::of(&modes.iter().map(of_mode).collect::<Vec<_>>())
-        };
-        let sticking: Vec<StickingForce> = reduced
-            .sticking
-            .iter()
-            .map(|stick| StickingForce {
-                coordinate: stick.coordinate,
-                speed: stick.speed,
-                force: modal_force(&stick.load),
-            })
+        let references: Vec<Reference> = [Some(At::origin(reduced)), At::equilibrium(reduced)]
+            .into_iter()
+            .flatten()
+            .map(|at| at.reference(scene, reduced, functions, &modes))
             .collect();
-        let mut column = vec![usize::MAX; reduced.kept.last().map_or(0, |last| last + 1)];
+        let mut column = vec![usize::MAX; scene.size];
         reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
-        let column = |k: usize| column.get(k).copied().filter(|&j| j != usize::MAX);
+        let kept =
+            |&(k, weight): &(usize, f64)| (column[k] != usize::MAX).then(|| (column[k], weight));
         let functions = functions
             .iter()
             .map(|function| {
                 let functional = &function.functional;
                 let mut weights = vec![Complex64::default(); stride];
-                let mut constant = functional.constant;
-                let mut slope = 0.0;
-                let mut stuck_terms = Vec::new();
-                let stuck = |k: usize| sticking.iter().find(|stick| stick.coordinate == k);
-                for &(k, weight) in &functional.position {
-                    if let Some(j) = column(k) {
-                        for r in 0..count {
-                            weights[r] += weight * shape[j * stride + r];
-                        }
-                    } else if let Some(stick) = stuck(k) {
-                        stuck_terms.push((k, weight));
-                        slope += weight * stick.speed;
+                for (j, weight) in functional.position.iter().filter_map(kept) {
+                    for r in 0..count {
+                        weights[r] += weight * shape[j * stride + r];
                     }
                 }
-                for &(k, weight) in &functional.velocity {
-                    if let Some(j) = column(k) {
-                        for r in 0..count {
-                            weights[r] += weight * lambda[r] * shape[j * stride + r];
-                        }
-                    } else if let Some(stick) = stuck(k) {
-                        constant += weight * stick.speed;
+                for (j, weight) in functional.velocity.iter().filter_map(kept) {
+                    for r in 0..count {
+                        weights[r] += weight * lambda[r] * shape[j * stride + r];
                     }
                 }
                 let magnitudes: Vec<f64> = weights.iter().map(|weight| weight.norm()).collect();
                 let weights = complex_groups(&weights).zip(in_groups(&magnitudes));
-                ModalFunction {
-                    weights: weights.map(|(of, magnitude)| Weight { of, magnitude }).collect(),
-                    constant,
-                    sticking: stuck_terms,
-                    slope,
-                }
+                weights.map(|(of, magnitude)| Weight { of, magnitude }).collect()
             })
             .collect();
         let fastest = modes.last().map_or(0.0, |mode| mode.eigenvalue.norm());
@@ -249,8 +238,6 @@ impl ModalBasis {
             })
         });
         let lambda = ComplexVector::of(&lambda);
-        let constant = modal_force(&reduced.force_constant).0;
-        let linear = modal_force(&reduced.force_linear).0;
         Self {
             kept: reduced.kept.clone(),
             count,
@@ -260,15 +247,13 @@ impl ModalBasis {
                 .zip(complex_groups(&from_velocity))
                 .map(|(position, velocity)| Projection { position, velocity })
                 .collect(),
-            force: (0..groups)
-                .map(|g| ModalForce {
-                    lambda: lambda.0[g],
-                    constant: constant[g],
-                    linear: linear[g],
-                })
+            sticking: reduced
+                .sticking
+                .iter()
+                .map(|stick| (stick.coordinate, stick.speed))
                 .collect(),
-            sticking,
             functions,
+            references,
             // Without modes every motion is prescribed and linear: the width grows to that of the phase.
             base_width: if fastest > 0.0 { REACH / fastest } else { 1e-12 },
             levels: [const { OnceLock::new() }; LEVELS],
@@ -280,6 +265,109 @@ impl ModalBasis {
     pub(super) fn level(&self, level: usize) -> &Level {
         self.levels[level]
             .get_or_init(|| Box::new(Level::new(self, self.base_width * (level as f64).exp2())))
+    }
+}
+
+/// The kept coordinates along a reference.
+struct At {
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    sticking: Vec<Vec<f64>>,
+}
+
+impl At {
+    fn origin(reduced: &Reduced) -> Self {
+        let zero = vec![0.0; reduced.size()];
+        Self {
+            position: zero.clone(),
+            velocity: zero.clone(),
+            sticking: vec![zero; reduced.sticking.len()],
+        }
+    }
+
+    /// `K q1 = F1` and `K q0 = F0 - C q1`, solved in working precision: what that leaves stays as a force. Nothing
+    /// where the stiffness is singular.
+    fn equilibrium(reduced: &Reduced) -> Option<Self> {
+        let m = reduced.size();
+        let solve = |force: &[f64]| eigen::solve(m, &reduced.stiffness, force);
+        let velocity = solve(&reduced.force_linear);
+        let damped = reduced.damping.chunks_exact(m.max(1));
+        let damped = damped.map(|row| row.iter().zip(&velocity).map(|(c, u)| c * u).sum::<f64>());
+        let force: Vec<f64> =
+            reduced.force_constant.iter().zip(damped).map(|(f, c)| f - c).collect();
+        let position = solve(&force);
+        let sticking: Vec<_> = reduced.sticking.iter().map(|stick| solve(&stick.load)).collect();
+        let all = position.iter().chain(&velocity).chain(sticking.iter().flatten());
+        all.copied().all(f64::is_finite).then_some(Self { position, velocity, sticking })
+    }
+
+    /// Forces `L' (F - C q' - K q)` and event functions, in doubled precision: what a stiff scene leaves of them is
+    /// a small part of their terms.
+    fn reference(
+        self,
+        scene: &Scene,
+        reduced: &Reduced,
+        functions: &[EventFunction],
+        modes: &[Mode],
+    ) -> Reference {
+        let spread = |kept: &[f64], stuck: &dyn Fn(usize) -> f64| -> Vec<f64> {
+            let mut all = vec![0.0; scene.size];
+            reduced.kept.iter().zip(kept).for_each(|(&k, x)| all[k] = *x);
+            let sticks = reduced.sticking.iter().enumerate();
+            sticks.for_each(|(index, stick)| all[stick.coordinate] = stuck(index));
+            all
+        };
+        let position = spread(&self.position, &|_| 0.0);
+        let velocity = spread(&self.velocity, &|index| reduced.sticking[index].speed);
+        let sticking: Vec<Vec<f64>> = self
+            .sticking
+            .iter()
+            .enumerate()
+            .map(|(own, kept)| spread(kept, &|index| f64::from(index == own)))
+            .collect();
+        let dot = |terms: &mut dyn Iterator<Item = (usize, f64)>, x: &[f64]| -> Doubled {
+            terms.fold(Doubled::default(), |sum, (k, a)| sum.add(Doubled::product(a, x[k])))
+        };
+        let zeros = vec![0.0; scene.size];
+        let modal = |load: &[f64], q: &[f64], u: &[f64]| -> Vec<ComplexGroup> {
+            let of_row = |row: usize| -> Doubled {
+                let force =
+                    dot(&mut scene.stiffness.row(row), q).add(dot(&mut scene.damping.row(row), u));
+                Doubled::from(load[row]).add(force.times(-1.0))
+            };
+            let mut force: Vec<Doubled> = reduced.kept.iter().map(|&k| of_row(k)).collect();
+            for merge in &reduced.merges {
+                force[merge.position] =
+                    force[merge.position].add(of_row(merge.normal).times(merge.factor));
+            }
+            let of_mode = |mode: &Mode| {
+                let terms = mode.left.iter().zip(&force).map(|(v, f)| v * f.value());
+                terms.sum::<Complex64>() / mode.a
+            };
+            complex_groups(&modes.iter().map(of_mode).collect::<Vec<_>>()).collect()
+        };
+        let constant = modal(&scene.force, &position, &velocity);
+        let linear = modal(&zeros, &velocity, &zeros);
+        let of_sticks: Vec<_> = sticking.iter().map(|q| modal(&zeros, q, &zeros)).collect();
+        let force = constant.into_iter().zip(linear).enumerate().map(|(g, (constant, linear))| {
+            ModalForce { constant, linear, sticking: of_sticks.iter().map(|of| of[g]).collect() }
+        });
+        let affine = |EventFunction { functional, .. }: &EventFunction| {
+            let of_position = |q: &[f64]| dot(&mut functional.position.iter().copied(), q);
+            let of_velocity = dot(&mut functional.velocity.iter().copied(), &velocity);
+            let constant = Doubled::from(functional.constant).add(of_position(&position));
+            AffineFunction {
+                constant: constant.add(of_velocity).value(),
+                slope: of_position(&velocity).value(),
+                sticking: sticking.iter().map(|q| of_position(q).value()).collect(),
+            }
+        };
+        Reference {
+            force: force.collect(),
+            functions: functions.iter().map(affine).collect(),
+            at: self.position.into_iter().zip(self.velocity).map(|(q, u)| [q, u]).collect(),
+            sticking: self.sticking,
+        }
     }
 }
 

@@ -6,9 +6,13 @@
 //! the derivatives from the second on obey the homogeneous system, so what a polynomial of degree D
 //! leaves out is at most `|X_D| rho / (1 - rho)` with `rho = sigma h / (D + 1)`. No eigenvector is
 //! needed, so nothing is lost at a defective point.
+//!
+//! What is expanded is the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
+//! precision: rounding is then a part of the motion and not of the static displacement.
 
 use super::dense_rows::{DenseRows, Order};
 use super::{COEFFICIENTS, DEGREE, Panel};
+use crate::compensated::Doubled;
 use crate::eigen;
 use crate::error::Error;
 use crate::event::{EventFunction, Functional};
@@ -206,7 +210,14 @@ pub(crate) struct TaylorMotion {
     width: f64,
     /// Coordinates.
     size: usize,
-    /// Q_0 .. Q_{DEGREE + 1}, one after the other.
+    /// q at local time 0, from which displacements count, and `L' (F - K q)` there.
+    origin: Vec<f64>,
+    force: Vec<f64>,
+    /// Norm of the origin.
+    scale: f64,
+    /// Each event function at the origin at rest, and the sum of the absolute values of its terms.
+    constants: Vec<[f64; 2]>,
+    /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other.
     terms: Vec<f64>,
     residual: Vec<f64>,
     combined: Vec<f64>,
@@ -220,22 +231,59 @@ pub(crate) struct TaylorMotion {
 
 impl TaylorMotion {
     /// Starts a phase at local time 0 from (q, q').
-    pub fn restart(&mut self, scene: &Scene, operator: &TaylorOperator, q: &[f64], u: &[f64]) {
+    pub fn restart(
+        &mut self,
+        scene: &Scene,
+        operator: &TaylorOperator,
+        functions: &[EventFunction],
+        q: &[f64],
+        u: &[f64],
+    ) {
         let n = scene.size;
         self.start = 0.0;
         self.panels = 0;
         self.size = n;
+        self.origin.clear();
+        self.origin.resize(n, 0.0);
         self.terms.clear();
         self.terms.resize(n * (DEGREE + 2), 0.0);
         for &k in &operator.kept {
-            self.terms[k] = q[k];
+            self.origin[k] = q[k];
             self.terms[n + k] = u[k] * operator.width;
         }
         for &(k, speed) in &operator.sticking {
-            self.terms[k] = q[k];
+            self.origin[k] = q[k];
             self.terms[n + k] = speed * operator.width;
         }
+        self.balance(scene, operator);
+        let origin = &self.origin;
+        self.constants.clear();
+        self.constants.extend(functions.iter().map(|EventFunction { functional, .. }| {
+            let terms = functional.position.iter().map(|&(k, weight)| weight * origin[k]);
+            terms.fold([functional.constant, functional.constant.abs()], |[sum, size], term| {
+                [sum + term, size + term.abs()]
+            })
+        }));
         self.fill(scene, operator);
+    }
+
+    /// The force at the origin, and the norm of the origin.
+    fn balance(&mut self, scene: &Scene, operator: &TaylorOperator) {
+        let Self { origin, force, .. } = self;
+        let of_row = |row: usize| {
+            let terms =
+                scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, origin[k]));
+            terms.fold(Doubled::from(scene.force[row]), Doubled::add)
+        };
+        force.clear();
+        force.resize(origin.len(), 0.0);
+        operator.kept.iter().for_each(|&k| force[k] = of_row(k).value());
+        for merge in &operator.merges {
+            let k = operator.kept[merge.position];
+            force[k] = of_row(k).add(of_row(merge.normal).times(merge.factor)).value();
+        }
+        let sizes = operator.kept.iter().map(|&k| operator.weight[k] * origin[k].abs());
+        self.scale = operator.omega * sizes.fold(0.0, f64::max);
     }
 
     pub fn start(&self) -> f64 {
@@ -267,6 +315,7 @@ impl TaylorMotion {
                     dq,
                     rate,
                     factor,
+                    force: &self.force,
                     forced: k == 0,
                     moved,
                     next,
@@ -275,7 +324,7 @@ impl TaylorMotion {
             }
             let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
             if k == 0 {
-                residual.copy_from_slice(&scene.force);
+                residual.copy_from_slice(&self.force);
             } else {
                 residual.fill(0.0);
             }
@@ -299,7 +348,7 @@ impl TaylorMotion {
             operator.kept.iter().for_each(|&i| next[i] *= factor);
         }
         self.width = h;
-        let scale = (0..2).map(|k| self.term_norm(operator, k)).fold(0.0, f64::max);
+        let scale = (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max);
         let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
         if tail > TRUNCATION * scale {
             self.shorten((TRUNCATION * scale / tail).powf(1.0 / COEFFICIENTS as f64));
@@ -360,12 +409,13 @@ impl TaylorMotion {
         for (index, function) in functions.iter().enumerate() {
             let functional = &function.functional;
             let (higher, linear) = (sum(functional, rest), sum(functional, second));
-            let constant = functional.constant.abs() + sum(functional, first);
+            let [at_origin, size] = self.constants[index];
+            let constant = size + sum(functional, first);
             let curvature = rounding * higher + tail * operator.function_norms[index];
             let error = rounding * (constant + linear) + curvature;
             panel.error[index] = error;
             panel.curvature_error[index] = curvature;
-            let start = self.coefficient(functional, 0);
+            let start = at_origin + self.coefficient(functional, 0);
             panel.excluded[index] = start - linear - higher > error;
             if !panel.excluded[index] {
                 panel.row(index)[0] = start;
@@ -385,15 +435,14 @@ impl TaylorMotion {
         }
     }
 
-    /// The coefficient of order k of a functional.
+    /// The coefficient of order k of a functional, without its value at the origin.
     fn coefficient(&self, functional: &Functional, k: usize) -> f64 {
         let n = self.size;
         let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
         let rate = (k + 1) as f64 / self.width;
-        let constant = if k == 0 { functional.constant } else { 0.0 };
         let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
         let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
-        velocity.fold(position.fold(constant, |sum, term| sum + term), |sum, term| sum + term)
+        velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
     }
 
     /// Absolute values of the coefficients of every coordinate and velocity.
@@ -451,6 +500,7 @@ impl TaylorMotion {
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
         // What is held at zero has no terms, and stays at zero.
         self.horner(offset / self.width, q, u);
+        q.iter_mut().zip(&self.origin).for_each(|(q, origin)| *q += origin);
         for &(i, speed) in &operator.sticking {
             u[i] = speed;
         }
