@@ -27,7 +27,7 @@ def cycle(pad):
 
 def test_searches_agree_where_contacts_strike_in_turn(pad, cycle):
     # Two contacts strike in turn, infinitely often in a finite time: roundings say how many impacts are met.
-    diagram = ss.bifurcation(pad, friction=[0.6])
+    diagram = ss.bifurcation(pad, friction=[0.6]).data
     assert diagram.kind.item() == "cycle"
     assert diagram.period.item() == pytest.approx(cycle.period, rel=SAME)
     assert diagram.stability.item() == cycle.stability == "stable"
@@ -109,11 +109,11 @@ def test_stability_that_is_not_known_is_a_third_answer(symmetric):
 
 
 def test_stability_that_is_not_known_in_diagrams(symmetric):
-    diagram = table("friction", np.array([2.0]), [symmetric], {})
-    assert diagram.stability.item() == symmetric.stability
-    assert not diagram.stable.item()
+    data = table("friction", np.array([2.0]), [symmetric], {})
+    assert data.stability.item() == symmetric.stability
+    assert not data.stable.item()
     figure, axes = plt.subplots()
-    portraits.bifurcation_diagram(axes, diagram, "x1")
+    portraits.bifurcation_diagram(axes, ss.Bifurcation(data, (symmetric,)), "x1")
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     plt.close(figure)
     assert "stability not known" in shown
