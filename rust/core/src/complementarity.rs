@@ -123,6 +123,18 @@ fn verified_alone(contact: &Closed, w: &[f64; 4], a0: &[f64; 2]) -> Option<(Stat
     })
 }
 
+/// Forces of contacts with given statuses, consistent or not; `None` where they have none.
+pub(crate) fn forces(
+    contacts: &[Closed],
+    w: &[f64],
+    a0: &[f64],
+    statuses: &[Status],
+) -> Option<Vec<f64>> {
+    let mut elimination = Elimination::new(2 * contacts.len());
+    elimination.set(contacts, w, a0, statuses);
+    elimination.solve()
+}
+
 /// The statuses that a closed contact may take.
 fn choices(contact: &Closed) -> &'static [Status] {
     match contact.sliding {
@@ -171,32 +183,7 @@ fn try_statuses(
     elimination: &mut Elimination,
 ) -> Option<Solution> {
     let size = 2 * contacts.len();
-    // Rows: an acceleration that must vanish, or a force that is given by another.
-    let Elimination { matrix, rhs, .. } = elimination;
-    matrix.fill(0.0);
-    rhs.fill(0.0);
-    for (i, (contact, &status)) in contacts.iter().zip(statuses).enumerate() {
-        let (t, n) = (2 * i, 2 * i + 1);
-        let mut hold = |row: usize| {
-            matrix[row * size..(row + 1) * size].copy_from_slice(&w[row * size..(row + 1) * size]);
-            rhs[row] = -a0[row];
-        };
-        match status {
-            Status::Sticking => {
-                hold(t);
-                hold(n);
-            }
-            Status::Positive | Status::Negative => {
-                hold(n);
-                matrix[t * size + t] = 1.0;
-                matrix[t * size + n] = -status.friction_sign() * contact.friction;
-            }
-            Status::Detached => {
-                matrix[t * size + t] = 1.0;
-                matrix[n * size + n] = 1.0;
-            }
-        }
-    }
+    elimination.set(contacts, w, a0, statuses);
     let forces = elimination.solve()?;
     let terms = |k: usize| {
         let row = &w[k * size..(k + 1) * size];
@@ -247,6 +234,38 @@ impl Elimination {
             rhs: vec![0.0; size],
             factors: vec![0.0; size * size],
             order: vec![0; size],
+        }
+    }
+
+    /// The equations of contacts with given statuses.
+    fn set(&mut self, contacts: &[Closed], w: &[f64], a0: &[f64], statuses: &[Status]) {
+        // Rows: an acceleration that must vanish, or a force that is given by another.
+        let Self { size, matrix, rhs, .. } = self;
+        let size = *size;
+        matrix.fill(0.0);
+        rhs.fill(0.0);
+        for (i, (contact, &status)) in contacts.iter().zip(statuses).enumerate() {
+            let (t, n) = (2 * i, 2 * i + 1);
+            let mut hold = |row: usize| {
+                matrix[row * size..(row + 1) * size]
+                    .copy_from_slice(&w[row * size..(row + 1) * size]);
+                rhs[row] = -a0[row];
+            };
+            match status {
+                Status::Sticking => {
+                    hold(t);
+                    hold(n);
+                }
+                Status::Positive | Status::Negative => {
+                    hold(n);
+                    matrix[t * size + t] = 1.0;
+                    matrix[t * size + n] = -status.friction_sign() * contact.friction;
+                }
+                Status::Detached => {
+                    matrix[t * size + t] = 1.0;
+                    matrix[n * size + n] = 1.0;
+                }
+            }
         }
     }
 
@@ -486,6 +505,63 @@ mod tests {
             let pivoted = verified(&contacts, &w, &a0, &statuses).expect("consistent");
             proptest::prop_assert!(same_motion(&all.expect("unique"), &pivoted));
         }
+    }
+
+    /// Knuth's MMIX generator, as in `tests/impulse_problems.py`.
+    fn below(state: &mut u64, bound: u64) -> f64 {
+        *state =
+            state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        ((*state >> 33) % bound) as f64
+    }
+
+    fn impulse_problem(count: usize, seed: u64) -> (Vec<Closed>, Vec<f64>, Vec<f64>) {
+        let mut state = seed;
+        let size = 2 * count;
+        let factor: Vec<f64> =
+            (0..size * size).map(|_| (below(&mut state, 2047) - 1023.0) / 1024.0).collect();
+        let product = |i: usize, j: usize| -> f64 {
+            (0..size).map(|k| factor[i * size + k] * factor[j * size + k]).sum()
+        };
+        let unit = |i: usize, j: usize| if i == j { 1.0 } else { 0.0 };
+        let w = (0..size * size)
+            .map(|k| product(k / size, k % size) + unit(k / size, k % size))
+            .collect();
+        let (mut contacts, mut velocity) = (Vec::new(), Vec::new());
+        for _ in 0..count {
+            let slip = (512.0 + below(&mut state, 1024)) / 1024.0;
+            velocity.push(slip * (1.0 - 2.0 * below(&mut state, 2)));
+            let approach = (1024.0 + below(&mut state, 1024)) / 1024.0;
+            velocity.push(-approach * (-27.0 - below(&mut state, 27)).exp2());
+            let friction = below(&mut state, 512) / 1024.0;
+            contacts.push(Closed { friction, static_friction: friction, sliding: None });
+        }
+        (contacts, w, velocity)
+    }
+
+    /// Approaches of 1e-8 to 1e-16 beside slips of 1, against all combinations in 50 digits.
+    #[test]
+    fn slow_approaches_beside_fast_slips() {
+        let mut lines = include_str!("../../../tests/reference/impulse_problems.txt").lines();
+        for (count, problems) in [(2, 4000), (3, 3000), (4, 3000), (6, 100)] {
+            for seed in 0..problems {
+                let expected = lines.next().expect("a line for each problem");
+                let (contacts, w, velocity) = impulse_problem(count, seed);
+                let found = solve(&contacts, &w, &velocity);
+                let place = format!("{count} contacts, seed {seed}: {expected}, {found:?}");
+                if expected == "several" {
+                    // Beyond those enumerated any one of them will do.
+                    assert!(count > ENUMERATED || found.is_err(), "{place}");
+                    continue;
+                }
+                let statuses =
+                    crate::status::Combination::parse(expected, count).expect("statuses");
+                let exact = forces(&contacts, &w, &velocity, statuses.statuses()).expect("regular");
+                let found = found.expect(&place);
+                assert_eq!(found.statuses, statuses.statuses(), "{place}");
+                assert_eq!(found.forces, exact, "{place}");
+            }
+        }
+        assert!(lines.next().is_none());
     }
 
     /// Painleve's rod: the sliding contact needs a negative W_nn + sigma mu W_nt. Pressed (a0_n < 0)
