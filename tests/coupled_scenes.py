@@ -10,7 +10,7 @@ import stickslip as ss
 def masses_on_a_belt(
     count: int, coupling: float, restitution: float, height: float = 1e-4
 ) -> tuple[ss.Scene, ss.State]:
-    """Return masses pressed on a belt, at different heights; ``coupling`` is the off-diagonal part of n' M^-1 n."""
+    """Return masses pressed on a belt, at different heights; ``coupling``: off-diagonal entries of n' M^-1 n."""
     inverse = np.eye(count) + coupling * (1.0 - np.eye(count))
     mass = np.zeros((2 * count, 2 * count))
     mass[:count, :count] = np.eye(count)
@@ -36,8 +36,8 @@ def elastic_block(
 ) -> ss.Scene:
     """Return a block of bilinear quadrilaterals on a belt, clamped on top, reduced after Craig and Bampton.
 
-    Plane strain, 40 x 20 x 10 mm, 10 GPa, 2500 kg/m3, pressed 1 um into the belt. The consistent mass couples the
-    contacts, which are spread over the lower edge.
+    Plane strain, 40 x 20 x 10 mm, 10 GPa, 2500 kg/m3, pressed 1 um into the belt. The consistent mass couples
+    the contacts, which are spread over the lower edge.
     """
     nx, ny = elements
     length, height, thickness, modulus, poisson, density = 0.04, 0.02, 0.01, 10e9, 0.3, 2500.0

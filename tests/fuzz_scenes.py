@@ -7,7 +7,6 @@ from scipy import sparse
 
 import stickslip as ss
 
-
 #: Parts of the scenes: contacts coupled by mass, and the reference model beside a defective point.
 COUPLED, DEFECTIVE = 0.2, 0.1
 #: Friction of the reference model at which two modes coalesce.
@@ -49,10 +48,10 @@ def near_defective(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
 
 
 def coupled_by_mass(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
-    """Return a chain of 2 to 8 subsystems whose contact masses are tied to each other, in flight above the slider.
+    """Return a chain of 2 to 8 subsystems whose contact masses are tied to each other, in flight.
 
-    The tangential and the normal directions are tied apart from each other, so that the normal forces do not depend
-    on friction and no paradox of Painleve is possible.
+    The tangential and the normal directions are tied apart from each other, so that the normal forces do not
+    depend on friction and no paradox of Painleve is possible.
     """
     count = int(rng.integers(2, 9))
     friction = rng.uniform(0.0, 1.5, count)

@@ -2,9 +2,9 @@
 
     python tests/impulse_problems.py > tests/reference/impulse_problems.txt
 
-The problems are drawn again, number by number, by the test in `complementarity.rs` that reads the file: all entries
-are small integers over powers of two, exact in both languages. Slip is about 1 m/s, approach 1e-8 to 1e-16 m/s.
-A line holds the only combination of statuses that is consistent, or `several`.
+The problems are drawn again, number by number, by the test in `complementarity.rs` that reads the file: all
+entries are small integers over powers of two, exact in both languages. Slip is about 1 m/s, approach 1e-8 to
+1e-16 m/s. A line holds the only combination of statuses that is consistent, or `several`.
 """
 
 from __future__ import annotations
@@ -62,7 +62,9 @@ def statuses_of(count: int, seed: int) -> str:
     scales = np.abs(velocity) + np.abs(forces) @ np.abs(w).T
     found = []
     for k, name in enumerate(names):
-        if consistent(name, forces[k], after[k], friction, CANDIDATE * scales[k] / np.diag(w), CANDIDATE * scales[k]):
+        if consistent(
+            name, forces[k], after[k], friction, CANDIDATE * scales[k] / np.diag(w), CANDIDATE * scales[k]
+        ):
             matrix, vector = mp.matrix(size, size), mp.matrix(size, 1)
             exact_w = mp.matrix(w.tolist())
             fill(matrix, vector, name, exact_w, velocity, friction)
@@ -103,7 +105,7 @@ def consistent(name, forces, after, friction, force_slack, slack) -> bool:  # ty
             return False
         if status == "s" and abs(forces[t]) > friction[i] * forces[n] + force_slack[t]:
             return False
-        if status == "+" and after[t] > slack[t] or status == "-" and after[t] < -slack[t]:
+        if (status == "+" and after[t] > slack[t]) or (status == "-" and after[t] < -slack[t]):
             return False
     return True
 

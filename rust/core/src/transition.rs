@@ -425,8 +425,11 @@ impl Coupled<'_> {
                 moving.retain(|&i| i != loosest);
                 continue;
             }
+            let Some(held) = self.held(&problem, &solution.statuses, u) else {
+                return Ok(None);
+            };
             q.copy_from_slice(&position);
-            self.hold(&problem, &solution.statuses, u);
+            u.copy_from_slice(&held);
             let members = pressed.iter().filter(|(i, _)| moving.contains(i) || struck.contains(i));
             let flights = members.clone().map(|&(i, n)| flight(i, n));
             return Ok(Some(JointClosing {
@@ -448,8 +451,14 @@ impl Coupled<'_> {
             .collect()
     }
 
-    /// Takes the normal velocities of contacts away by the impulses that their statuses allow.
-    fn hold(&self, problem: &[(usize, Option<f64>)], statuses: &[Status], u: &mut [f64]) {
+    /// The velocities when the impulses that the statuses of contacts allow have taken their normal ones away; `None`
+    /// where these impulses are not determined.
+    fn held(
+        &self,
+        problem: &[(usize, Option<f64>)],
+        statuses: &[Status],
+        u: &[f64],
+    ) -> Option<Vec<f64>> {
         let (laws, w, velocities) = self.gathered(problem, "impulses", |row| {
             let law = &self.scene.contacts[row / 2];
             match row.is_multiple_of(2) {
@@ -457,11 +466,10 @@ impl Coupled<'_> {
                 false => u[law.normal],
             }
         });
-        let Some(impulses) = complementarity::forces(&laws, &w, &velocities, statuses) else {
-            return;
-        };
+        let impulses = complementarity::forces(&laws, &w, &velocities, statuses)?;
+        let mut u = u.to_vec();
         let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
-        self.push(&closed, &impulses, u);
+        self.push(&closed, &impulses, &mut u);
         for (&i, status) in closed.iter().zip(statuses).filter(|(_, status)| status.is_closed()) {
             let law = &self.scene.contacts[i];
             u[law.normal] = 0.0;
@@ -469,6 +477,7 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
+        Some(u)
     }
 
     /// Adds to the velocities what impulses (tangential, normal) on contacts make of them.
