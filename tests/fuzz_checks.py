@@ -305,7 +305,7 @@ def complementarity(sampled: Sampled) -> str:
         "penetration": gap < -length,
         "gap of a closed contact": closed & (np.abs(gap) > held * length),
         "tension": closed & (normal < -force),
-        "force of an open contact": ~closed & ((normal != 0.0) | (friction != 0.0)),
+        "force of an open contact": ~closed & (np.maximum(np.abs(normal), np.abs(friction)) > held * force),
         "friction cone": np.abs(friction) > static * normal + (1 + static) * force,
         "slip while sticking": (status == ord("s")) & (np.abs(slip) > held * speed),
         "slip along friction": along & (kinetic > 0.0),

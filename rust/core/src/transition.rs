@@ -428,6 +428,10 @@ impl Coupled<'_> {
             let Some(held) = self.held(&problem, &solution.statuses, u) else {
                 return Ok(None);
             };
+            // What touches and is not part of the closing must not be drawn into the slider by it.
+            if closed.iter().any(|&i| held[contacts[i].normal] < 0.0) {
+                return Ok(None);
+            }
             q.copy_from_slice(&position);
             u.copy_from_slice(&held);
             let members = pressed.iter().filter(|(i, _)| moving.contains(i) || struck.contains(i));
