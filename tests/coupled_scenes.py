@@ -10,7 +10,7 @@ import stickslip as ss
 def masses_on_a_belt(
     count: int, coupling: float, restitution: float, height: float = 1e-4
 ) -> tuple[ss.Scene, ss.State]:
-    """Return masses pressed on a belt, at different heights, with W = 1 on and ``coupling`` off its diagonal."""
+    """Return masses pressed on a belt, at different heights; W is 1, and ``coupling`` off its diagonal."""
     inverse = np.eye(count) + coupling * (1.0 - np.eye(count))
     mass = np.zeros((2 * count, 2 * count))
     mass[:count, :count] = np.eye(count)

@@ -428,17 +428,24 @@ impl Coupled<'_> {
             let Some(held) = self.held(&problem, &solution.statuses, u) else {
                 return Ok(None);
             };
-            // What touches and is not part of the closing must not be drawn into the slider by it.
-            if closed.iter().any(|&i| held[contacts[i].normal] < 0.0) {
-                return Ok(None);
-            }
+            let members: Vec<(usize, f64)> = pressed
+                .iter()
+                .filter(|(i, _)| moving.contains(i) || struck.contains(i))
+                .map(|&(i, n)| (i, flight(i, n)))
+                .collect();
+            let longest = members.iter().map(|member| member.1).fold(0.0, f64::max);
+            // What touches and is not part of the closing must not be drawn into the slider by it: then only the
+            // unresolved velocities are dropped.
+            let drawn = closed.iter().any(|&i| held[contacts[i].normal] < 0.0);
             q.copy_from_slice(&position);
-            u.copy_from_slice(&held);
-            let members = pressed.iter().filter(|(i, _)| moving.contains(i) || struck.contains(i));
-            let flights = members.clone().map(|&(i, n)| flight(i, n));
+            if drawn {
+                moving.iter().for_each(|&i| u[contacts[i].normal] = 0.0);
+            } else {
+                u.copy_from_slice(&held);
+            }
             return Ok(Some(JointClosing {
-                flight: flights.fold(0.0, f64::max),
-                contacts: members.map(|entry| entry.0).collect(),
+                contacts: members.into_iter().map(|member| member.0).collect(),
+                flight: longest,
             }));
         }
         Ok(None)
