@@ -31,11 +31,12 @@ def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
 def near_defective(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
     """Return the reference model, its friction 1e-16 to 1 of a defective value away from it, and a start."""
     away = rng.choice([-1.0, 1.0]) * 10.0 ** -rng.uniform(0.0, 16.0)
+    friction = float(rng.choice(DEFECTIVE_POINTS)) * (1.0 + away)
     scene = ss.models.two_subsystems(
-        friction=float(rng.choice(DEFECTIVE_POINTS)) * (1.0 + away),
+        friction=friction,
         slider_speed=float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-3.0, 0.0),
         preload_displacement=1e-3,
-    )
+    ).replace(static_friction=friction)
     kick = {name: rng.normal() * 10.0 ** rng.uniform(-5, -2) for name in ("x1", "x2", "x5", "x6")}
     try:
         start = ss.sliding_equilibrium(scene).perturbed(velocity=kick)

@@ -206,7 +206,7 @@ fn try_statuses(
                 forces[t].abs() <= limit * forces[n] + limit * rounding(n) + rounding(t)
             }
             // Slip that begins must go against the friction force.
-            _ if contact.sliding.is_none() => {
+            _ if contact.sliding.is_none() && contact.static_friction > 0.0 => {
                 let (acceleration, terms) = terms(t);
                 -status.friction_sign() * acceleration >= -ROUNDING * terms
             }
