@@ -13,12 +13,17 @@ use faer::{Auto, Mat, Par, Spec};
 use num_complex::Complex64;
 
 use crate::banded::Banded;
-use crate::eigenpair::EigenPair;
+use crate::eigenpair::{EigenPair, norm};
 use crate::schur::{self, SMALL};
 
 /// An entry this small beside the diagonal ones of its row and column is a hundredth of their rounding. It can't
 /// be seen in the eigenvalues, but balancing would stretch the vectors by the square root of its inverse.
 const NEGLIGIBLE: f64 = 1e-2 * f64::EPSILON;
+
+/// Distance of eigenvalues, relative to the largest modulus, below which rounding mixes their vectors.
+const INDISTINCT: f64 = 1e-11;
+/// Condition of the vectors of such values up to which they span a space of their own each.
+const SEMISIMPLE: f64 = 1e4;
 
 /// Eigenpairs of a real matrix (row-major), one of each conjugate pair: the one with positive
 /// imaginary part. Diagonal blocks that no entry connects are solved apart.
@@ -129,7 +134,61 @@ fn general_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
         pair.right.iter_mut().zip(&scale).for_each(|(z, d)| *z *= d);
         pair.left.iter_mut().zip(&scale).for_each(|(z, d)| *z /= d);
     }
+    biorthogonal(&mut pairs);
     pairs
+}
+
+/// Makes the left vectors of values that rounding can't tell apart bi-orthogonal to the right ones. The solver
+/// leaves any basis X, Y of both invariant subspaces; `Y (X' Y)^-1` is the one with `Y' X = 1`. Of a cluster that
+/// is nearly defective X' Y can't be inverted, and the vectors stay, with their condition to tell.
+fn biorthogonal(pairs: &mut [EigenPair]) {
+    let largest = pairs.iter().map(|pair| pair.value.norm_sqr()).fold(0.0, f64::max);
+    let near = |p: Complex64, q: Complex64| (p - q).norm_sqr() <= INDISTINCT.powi(2) * largest;
+    let apart = |i: usize| pairs[..i].iter().all(|other| !near(other.value, pairs[i].value));
+    if (0..pairs.len()).all(apart) {
+        return;
+    }
+    let mut open: Vec<usize> = (0..pairs.len()).collect();
+    while let Some(seed) = open.pop() {
+        let mut cluster = vec![seed];
+        let mut next = 0;
+        while next < cluster.len() {
+            let value = pairs[cluster[next]].value;
+            let (close, far): (Vec<_>, _) =
+                open.iter().partition(|&&k| near(pairs[k].value, value));
+            (open, next) = (far, next + 1);
+            cluster.extend(close);
+        }
+        let size = cluster.len();
+        if size == 1 {
+            continue;
+        }
+        let gram: Vec<Complex64> = (0..size * size)
+            .map(|k| {
+                let (right, left) =
+                    (&pairs[cluster[k / size]].right, &pairs[cluster[k % size]].left);
+                right.iter().zip(left).map(|(x, y)| x * y).sum()
+            })
+            .collect();
+        let factors = ComplexFactors::new(size, &gram);
+        let lefts: Vec<Vec<Complex64>> = (0..size)
+            .map(|j| {
+                let mut unit = vec![Complex64::default(); size];
+                unit[j] = Complex64::from(1.0);
+                let weights = factors.solve(&unit);
+                let mut left = vec![Complex64::default(); pairs[seed].left.len()];
+                for (weight, &k) in weights.iter().zip(&cluster) {
+                    left.iter_mut().zip(&pairs[k].left).for_each(|(sum, y)| *sum += weight * y);
+                }
+                left
+            })
+            .collect();
+        let condition = |(left, &k): (&Vec<Complex64>, &usize)| norm(left) * norm(&pairs[k].right);
+        // A comparison that also fails for NaN.
+        if lefts.iter().zip(&cluster).map(condition).all(|condition| condition <= SEMISIMPLE) {
+            cluster.into_iter().zip(lefts).for_each(|(k, left)| pairs[k].left = left);
+        }
+    }
 }
 
 fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
@@ -546,6 +605,27 @@ mod tests {
     fn a_lost_determinant_has_no_sign() {
         assert_eq!(determinant_sign(2, &[1.0, 2.0, 2.0, 4.0]), 0.0);
         assert_eq!(determinant_sign(2, &[0.0, 0.0, 2.0, 4.0]), 0.0);
+    }
+
+    /// `M^-1 K` with `K = 1` and a mass that is neither symmetric nor of distinct eigenvalues.
+    #[test]
+    fn vectors_of_repeated_values_are_biorthogonal() {
+        for n in [4, SMALL + 8] {
+            let entry = |k: usize| match (k / n, k % n) {
+                (i, j) if i == j => 1.0,
+                (0, _) => 0.3,
+                _ => 0.6,
+            };
+            let matrix: Vec<f64> = (0..n * n).map(entry).collect();
+            let pairs = real_matrix(n, &matrix);
+            for (i, p) in pairs.iter().enumerate() {
+                for (j, q) in pairs.iter().enumerate().filter(|&(j, _)| j != i) {
+                    let product: Complex64 = p.right.iter().zip(&q.left).map(|(x, y)| x * y).sum();
+                    let relative = product.norm() / (norm(&p.right) * norm(&q.left));
+                    assert!(relative < 1e-12, "{n}: {i}, {j}: {relative:e}");
+                }
+            }
+        }
     }
 
     #[test]

@@ -103,8 +103,9 @@ impl MassFactor {
         if pencil.mass.is_diagonal() && (0..m).all(|i| mass[i * m + i] > 0.0) {
             return Ok(Self::Diagonal((0..m).map(|i| mass[i * m + i].sqrt()).collect()));
         }
-        let symmetric = (0..m).all(|i| (0..i).all(|j| mass[i * m + j] == mass[j * m + i]));
-        if symmetric && let Ok(factor) = eigen::cholesky(m, &mass) {
+        if is_symmetric(m, &mass)
+            && let Ok(factor) = eigen::cholesky(m, &mass)
+        {
             return Ok(Self::Cholesky(factor));
         }
         match eigen::smallest_relative_pivot(m, &mass) {
@@ -122,7 +123,13 @@ impl MassFactor {
             Self::Cholesky(factor) => {
                 let mut half = transpose(m, &eigen::lower_solve(m, factor, matrix));
                 half = eigen::lower_solve(m, factor, &half);
-                transpose(m, &half)
+                // Rounding would hide the symmetry that makes the vectors of a repeated value orthogonal.
+                match is_symmetric(m, matrix) {
+                    true => {
+                        (0..m * m).map(|k| 0.5 * (half[k] + half[(k % m) * m + k / m])).collect()
+                    }
+                    false => transpose(m, &half),
+                }
             }
             Self::General(mass) => eigen::solve(m, mass, matrix),
         }
@@ -163,6 +170,10 @@ impl MassFactor {
             Self::General(mass) => eigen::transposed_solve(mass, &vector),
         }
     }
+}
+
+fn is_symmetric(m: usize, matrix: &[f64]) -> bool {
+    (0..m).all(|i| (0..i).all(|j| matrix[i * m + j] == matrix[j * m + i]))
 }
 
 fn transpose(m: usize, matrix: &[f64]) -> Vec<f64> {
