@@ -77,14 +77,6 @@ impl Doubled {
         quotient
     }
 
-    /// `sum_k weight_k x_k`
-    pub fn dot(terms: impl Iterator<Item = (Self, f64)>) -> Self {
-        terms.fold(Self::default(), |sum, (weight, x)| {
-            let (high, low) = two_product(weight.high, x);
-            sum.add(Self { high, low: low + weight.low * x })
-        })
-    }
-
     pub fn value(self) -> f64 {
         self.high + self.low
     }

@@ -15,6 +15,7 @@ mod basis;
 mod batch;
 mod blocks;
 mod branches;
+mod columns;
 mod compensated;
 mod complementarity;
 mod contact;
