@@ -131,6 +131,10 @@ class Path:
     def critical_points(
         self, imaginary: float
     ) -> tuple[list[_CriticalKind], Complex, Complex, Complex, Real]: ...
+    # the same of the Hopf points alone, number of eigenproblems, number of modes followed between them
+    def hopf_points(
+        self,
+    ) -> tuple[tuple[list[_CriticalKind], Complex, Complex, Complex, Real], int, int]: ...
     def growth(self, values: Real) -> tuple[Complex, Index]: ...
 
 # least stable eigenvalue and number of unstable ones, (k,)

@@ -12,10 +12,10 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::attractor::{Attractor, Search};
-use crate::critical::{CriticalKind, critical_points};
 use crate::cycle::Cycle;
 use crate::error::Error;
 use crate::family::{Family, Template};
+use crate::hopf::hopf_points;
 use crate::lyapunov::Lyapunov;
 use crate::modes::Modes;
 use crate::path::Path;
@@ -307,10 +307,11 @@ fn hopf_point(
     range: &HopfRange,
 ) -> Result<(f64, f64), Error> {
     let path = Path::friction(scene, combination, &range.contacts, range.lower, range.upper)?;
-    let points = critical_points(&path, 0.0)?;
-    let first = points
+    let found = hopf_points(&path)?;
+    let first = found
+        .points
         .iter()
-        .find(|point| point.kind == CriticalKind::Hopf && point.slope > 0.0)
+        .find(|point| point.slope > 0.0)
         .map(|point| (point.value, point.eigenvalue.norm()));
     Ok(first.unwrap_or((f64::NAN, f64::NAN)))
 }

@@ -147,16 +147,14 @@ impl Path {
         let points = py
             .detach(|| core::critical_points(&self.inner, imaginary))
             .map_err(|error| raise(py, &error))?;
-        let each = |f: fn(&core::CriticalPoint) -> Complex64| {
-            points.iter().map(f).collect::<Vec<_>>().into_pyarray(py)
-        };
-        Ok((
-            points.iter().map(|point| point.kind.name()).collect(),
-            each(|point| point.complex_value),
-            each(|point| point.eigenvalue),
-            each(|point| point.other),
-            points.iter().map(|point| point.slope).collect::<Vec<_>>().into_pyarray(py),
-        ))
+        Ok(critical_arrays(py, &points))
+    }
+
+    /// The Hopf points alone, how many eigenproblems lay the mesh, and how many modes were followed from one to the next.
+    fn hopf_points<'py>(&self, py: Python<'py>) -> PyResult<(CriticalArrays<'py>, usize, usize)> {
+        let core::HopfSearch { points, nodes, followed } =
+            py.detach(|| core::hopf_points(&self.inner)).map_err(|error| raise(py, &error))?;
+        Ok((critical_arrays(py, &points), nodes, followed))
     }
 
     /// Least stable eigenvalue and number of unstable ones at each value.
@@ -181,6 +179,20 @@ type CriticalArrays<'py> = (
     ComplexArray<'py>,
     Bound<'py, PyArray1<f64>>,
 );
+
+fn critical_arrays<'py>(py: Python<'py>, points: &[core::CriticalPoint]) -> CriticalArrays<'py> {
+    let each = |f: fn(&core::CriticalPoint) -> Complex64| {
+        points.iter().map(f).collect::<Vec<_>>().into_pyarray(py)
+    };
+    (
+        points.iter().map(|point| point.kind.name()).collect(),
+        each(|point| point.complex_value),
+        each(|point| point.eigenvalue),
+        each(|point| point.other),
+        points.iter().map(|point| point.slope).collect::<Vec<_>>().into_pyarray(py),
+    )
+}
+
 type GrowthArrays<'py> = (ComplexArray<'py>, Bound<'py, PyArray1<i64>>);
 
 fn growth_arrays<'py>(py: Python<'py>, growth: &[core::Growth]) -> GrowthArrays<'py> {
