@@ -319,7 +319,7 @@ def speed(console: Console) -> None:
     add("402 free coordinates, left and right vectors; peer: scipy.linalg.eig(A, B)", ours, whole)
     add("the same; peer: scipy.linalg.eig of the half-size problem, formed by hand", ours, half)
     for free in (28, 48, 60):
-        job = f"{free} free coordinates, dense, refined; peer: scipy.linalg.eig of the half-size problem"
+        job = f"{free} free coordinates, dense, refined; peer: scipy.linalg.eig, half size"
         add(job, *refined_times(free))
     console.print(table)
 

@@ -1,6 +1,7 @@
 """An elastic block pressed on a moving belt: plane strain, bilinear quadrilaterals, its top edge held."""
 
 import numpy as np
+import scipy.linalg
 
 import stickslip as ss
 
@@ -33,7 +34,7 @@ def element(width, height):
 
 
 def quad_block(columns, rows, every=1, *, lumped=True, friction=0.3):
-    """Return the scene of a mesh whose lower nodes, one in `every`, touch the belt; node after node, x before y."""
+    """Return the scene of a mesh, one in `every` lower node on the belt; dofs are x and y node by node."""
     stiffness_part, mass_part = element(LENGTH / columns, HEIGHT / rows)
     if lumped:
         mass_part = np.diag(mass_part.sum(axis=1))
@@ -60,4 +61,40 @@ def quad_block(columns, rows, every=1, *, lumped=True, friction=0.3):
             for k in range(0, across, every)
         ],
         impact_friction=not lumped,
+    )
+
+
+def reduced_block(columns, rows, every, modes):
+    """Return a Craig-Bampton model of the block with dense stiffness, and masses lumped at its contacts.
+
+    ``S = M_bb - M_bq M_qb``, the inertia that the modes leave at the contacts, is replaced by its row sums.
+    """
+    scene = quad_block(columns, rows, lumped=False)
+    stiffness, mass = np.asarray(scene.stiffness), np.asarray(scene.mass)
+    count = mass.shape[0]
+    kept = 2 * np.arange(0, columns + 1, every)
+    kept = np.concatenate([kept, kept + 1])
+    inner = np.setdiff1d(np.arange(count), kept)
+    k_inner, m_inner = (matrix[np.ix_(inner, inner)] for matrix in (stiffness, mass))
+    shapes = scipy.linalg.eigh(k_inner, m_inner, subset_by_index=(0, modes - 1))[1]
+    basis = np.zeros((count, kept.size + modes))
+    basis[kept, : kept.size] = np.eye(kept.size)
+    basis[inner, : kept.size] = -np.linalg.solve(k_inner, stiffness[np.ix_(inner, kept)])
+    basis[inner, kept.size :] = shapes
+    coupling = (basis.T @ mass @ basis)[: kept.size, kept.size :]
+    left = (basis.T @ mass @ basis)[: kept.size, : kept.size] - coupling @ coupling.T
+    # Coordinates in which mass couples modes and contacts no longer.
+    basis[:, : kept.size] -= basis[:, kept.size :] @ coupling.T
+    reduced = basis.T @ stiffness @ basis
+    contacts = kept.size // 2
+    lumped = np.maximum(left.sum(axis=1), 0.2 * np.diag(left))
+    return ss.Scene(
+        np.concatenate([lumped, np.ones(modes)]),
+        0.5 * (reduced + reduced.T),
+        damping=scene.damping,
+        force=basis.T @ scene.force,
+        contacts=[
+            ss.Contact(tangential=k, normal=contacts + k, friction=0.3, slider_speed=1.0)
+            for k in range(contacts)
+        ],
     )

@@ -188,7 +188,7 @@ def test_hopf_points_alone_are_those_among_all_critical_points():
 
 
 def test_only_modes_near_the_axis_are_followed():
-    """Of the 99 modes of a mesh a few come near the axis; joining all of them took thousands of eigenproblems."""
+    """Of the 104 modes of a mesh a few come near the axis; to join all takes thousands of eigenproblems."""
     scene = quad_block(10, 5, 2)
     values, nodes, followed = counted_hopf_points(scene, friction=(0.0, 0.3))
     assert len(values) == 3

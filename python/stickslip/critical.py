@@ -119,9 +119,7 @@ def _path_over(
     return name, Family(model, combination).path(name, lower, upper, **fixed), upper - lower
 
 
-def _points(
-    name: str, found: tuple[list[Kind], Complex, Complex, Complex, Real]
-) -> list[CriticalPoint]:
+def _points(name: str, found: tuple[list[Kind], Complex, Complex, Complex, Real]) -> list[CriticalPoint]:
     return [
         CriticalPoint(
             kind=kind,
@@ -154,10 +152,10 @@ def hopf_points(model: Model, combination: str | None = None, **parameters: Any)
 
     Notes
     -----
-    Only the modes that may reach the imaginary axis are followed: over an interval of the mesh a mode can come there by
-    its slope, or by meeting another mode near an exceptional point, where the square of the difference of the two
-    eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need not be joined. The limits of
-    `critical_points` hold.
+    Only the modes that may reach the imaginary axis are followed: over an interval of the mesh a mode can
+    come there by its slope, or by meeting another mode near an exceptional point, where the square of the
+    difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
+    not be joined. The limits of `critical_points` hold.
     """
     name, path, _ = _path_over("hopf_points", model, combination, parameters)
     found, _, _ = path.hopf_points()
