@@ -276,7 +276,7 @@ def chain_times(subsystems: int) -> tuple[float, float, float]:
 
 
 def refined_times(free: int) -> tuple[float, float]:
-    """Return the times of refined modes of a dense stiffness, and of LAPACK for the same half-size problem."""
+    """Return the times of refined modes of a dense stiffness, and of LAPACK at half size."""
     contacts = free // 8
     n = free + contacts
     rng = np.random.default_rng(0)
