@@ -8,6 +8,7 @@ use faer::linalg::evd::{
     ComputeEigenvectors, EvdParams, SelfAdjointEvdParams, evd_real, evd_scratch, self_adjoint_evd,
     self_adjoint_evd_scratch,
 };
+use faer::linalg::solvers::ShapeCore;
 use faer::prelude::Solve;
 use faer::{Auto, Mat, Par, Spec};
 use num_complex::Complex64;
@@ -410,9 +411,32 @@ pub(crate) fn lower_transposed_solve(factor: &[f64], vector: &[Complex64]) -> Ve
 
 /// `matrix^-1 rhs`, both n by n and row-major.
 pub(crate) fn solve(n: usize, matrix: &[f64], rhs: &[f64]) -> Vec<f64> {
-    let columns = rhs.len() / n.max(1);
-    let solution = row_major(n, n, matrix).partial_piv_lu().solve(row_major(n, columns, rhs));
-    (0..n * columns).map(|k| solution[(k / columns, k % columns)]).collect()
+    Factors::new(n, matrix).solve(rhs)
+}
+
+/// A real matrix (n by n, row-major) for many solutions with it.
+#[derive(Debug)]
+pub(crate) struct Factors(faer::linalg::solvers::PartialPivLu<f64>);
+
+impl Factors {
+    pub fn new(n: usize, matrix: &[f64]) -> Self {
+        Self(row_major(n, n, matrix).partial_piv_lu())
+    }
+
+    /// `matrix^-1 rhs`, n rows, row-major.
+    pub fn solve(&self, rhs: &[f64]) -> Vec<f64> {
+        let n = self.0.nrows();
+        let columns = rhs.len() / n.max(1);
+        let solution = self.0.solve(row_major(n, columns, rhs));
+        (0..rhs.len()).map(|k| solution[(k / columns, k % columns)]).collect()
+    }
+
+    /// `matrix^-T vector`
+    pub fn transposed_solve(&self, vector: &[Complex64]) -> Vec<Complex64> {
+        let part = |i: usize, j: usize| if j == 0 { vector[i].re } else { vector[i].im };
+        let solution = self.0.solve_transpose(Mat::from_fn(vector.len(), 2, part));
+        (0..vector.len()).map(|i| Complex64::new(solution[(i, 0)], solution[(i, 1)])).collect()
+    }
 }
 
 /// `matrix^-1 rhs` for a complex matrix (n by n, row-major) and right-hand sides one after the other.
@@ -481,15 +505,6 @@ fn eliminate(n: usize, matrix: &mut [f64], rhs: &mut [f64]) -> f64 {
         }
     }
     sign
-}
-
-/// `matrix^-T vector`
-pub(crate) fn transposed_solve(matrix: &[f64], vector: &[Complex64]) -> Vec<Complex64> {
-    let n = vector.len();
-    let transposed: Vec<f64> = (0..n * n).map(|k| matrix[(k % n) * n + k / n]).collect();
-    let parts: Vec<f64> = vector.iter().flat_map(|z| [z.re, z.im]).collect();
-    let solution = solve(n, &transposed, &parts);
-    solution.chunks_exact(2).map(|part| Complex64::new(part[0], part[1])).collect()
 }
 
 /// Size up to which a matrix is eliminated with complete pivoting.

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use crate::basis::{CombinationBasis, Wanted};
 use crate::blocks;
-use crate::cost::{AT_ONCE, Cost, Rental};
+use crate::cost::{AT_ONCE, Cost, Novelty, Rental};
 use crate::error::{Error, RunFailure};
 use crate::event::Trigger;
 use crate::motion::Motion;
@@ -157,6 +157,7 @@ pub(crate) struct Run<'a> {
     known: Vec<Known>,
     /// Places of those from `COMPARED` on.
     places: HashMap<Combination, usize>,
+    novelty: Novelty,
     pub q: Vec<f64>,
     pub u: Vec<f64>,
     pub trajectory: Trajectory,
@@ -191,6 +192,7 @@ impl<'a> Run<'a> {
             time: Clock::default(),
             known: Vec::new(),
             places: HashMap::new(),
+            novelty: Novelty::default(),
             q,
             u,
             trajectory: Trajectory::new(scene),
@@ -235,7 +237,7 @@ impl<'a> Run<'a> {
         let after = loop {
             let panels = self.trajectory.counters.panels;
             let rental = self.known[*current].rental;
-            let allowed = rental.map_or(usize::MAX, |rental| rental.panels());
+            let allowed = rental.map_or(usize::MAX, |rental| rental.panels(self.novelty));
             let end = search.follow(self, motion, basis, departures, allowed);
             if let Some(rental) = &mut self.known[*current].rental {
                 rental.add(self.trajectory.counters.panels - panels);
@@ -292,7 +294,8 @@ impl<'a> Run<'a> {
         }
         // An event is part of the motion once the phase that it begins can be propagated.
         let returns = settlement.statuses == basis.combination.statuses();
-        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over()) {
+        let novelty = self.novelty;
+        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over(novelty)) {
             *current = match self.meet(&settlement.statuses) {
                 Ok(current) => current,
                 Err(error) => {
@@ -399,8 +402,9 @@ impl<'a> Run<'a> {
                 true => None,
                 false => self.places.get(&Combination::new(statuses.to_vec())).copied(),
             });
+        self.novelty.count(place.is_none());
         if let Some(place) = place {
-            if self.known[place].rental.is_some_and(|rental| rental.is_over()) {
+            if self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty)) {
                 let combination = self.known[place].basis.combination.clone();
                 let basis = self.find(&combination, Wanted::SoundModes)?;
                 self.known[place] = Known { basis, rental: None };
