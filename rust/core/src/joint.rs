@@ -162,7 +162,9 @@ impl Closing {
 pub(crate) fn coupled_with(w: &[f64], count: usize, contact: usize) -> Vec<usize> {
     let size = 2 * count;
     let tied = |i: usize, j: usize| {
-        [(0, 0), (0, 1), (1, 0), (1, 1)].iter().any(|(a, b)| w[(2 * i + a) * size + 2 * j + b] != 0.0)
+        [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .iter()
+            .any(|(a, b)| w[(2 * i + a) * size + 2 * j + b] != 0.0)
     };
     let mut found = vec![contact];
     let mut next = 0;

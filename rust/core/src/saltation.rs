@@ -437,9 +437,8 @@ fn joint_closings(
         let (own, others): (Vec<_>, Vec<_>) =
             rest.into_iter().partition(|event| tied.contains(&event.0));
         rest = others;
-        let of_kind = |kind: EventKind| {
-            own.iter().filter(move |event| event.1 == kind).map(|event| event.0)
-        };
+        let of_kind =
+            |kind: EventKind| own.iter().filter(move |event| event.1 == kind).map(|event| event.0);
         let series: Vec<usize> = of_kind(EventKind::Accumulation).collect();
         let candidates = series.iter().copied().chain(of_kind(EventKind::Impact));
         // The contact that strikes has the gap that closes soonest: those of the others are not in the numbers any more.
