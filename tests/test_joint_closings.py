@@ -54,21 +54,6 @@ def test_the_number_of_impacts_does_not_matter(cycle):
     assert fewer.largest_multiplier == pytest.approx(cycle.largest_multiplier, rel=1e-9)
 
 
-def test_limits_within_a_series_are_no_events_of_their_own():
-    # One contact comes to rest and is lifted again several times; how often, roundings say, other ones in every period.
-    run = settled(0.1, friction=0.7)
-    found = run.limit_cycle()
-    assert found.stable is True
-    assert found.is_followed()
-    limits = np.array([run.events.time[limit.event] for limit in run.accumulations])
-    begin = run.duration - 10.0 * found.period
-    counts = [
-        np.count_nonzero((limits > begin + k * found.period) & (limits <= begin + (k + 1) * found.period))
-        for k in range(10)
-    ]
-    assert len(set(counts)) > 1
-
-
 def test_the_motion_of_an_orbit_has_the_events_of_a_run(cycle):
     events = cycle.run.events
     kinds = np.flatnonzero(events.kind == "accumulation")

@@ -53,12 +53,6 @@ impl Entry {
     fn is_impact(&self) -> bool {
         self.label.0.iter().any(|event| event.1 == EventKind::Impact)
     }
-
-    /// Whether it is a limit of bounces within a series that goes on: contacts of the series are still open.
-    fn is_limit_within(&self) -> bool {
-        let (events, after) = &self.label;
-        events.iter().any(|event| event.1 == EventKind::Accumulation) && !all_closed(events, after)
-    }
 }
 
 impl Trajectory {
@@ -69,8 +63,7 @@ impl Trajectory {
         self.recurring(search, &labels, &sequence).or_else(|| {
             // The run may end within a series of impacts, whose limit it does not reach.
             let whole = sequence.len();
-            let within = |entry: &mut Entry| entry.is_impact() || entry.is_limit_within();
-            while sequence.pop_if(within).is_some() {}
+            while sequence.pop_if(|entry| entry.is_impact()).is_some() {}
             let ends_within = sequence.len() < whole;
             ends_within.then(|| self.recurring(search, &labels, &sequence)).flatten()
         })
@@ -212,27 +205,14 @@ impl Trajectory {
     }
 }
 
-/// Whether a combination has all contacts closed to which something happened.
-fn all_closed(events: &[(usize, EventKind)], combination: &Combination) -> bool {
-    events.iter().all(|event| combination.statuses()[event.0].is_closed())
-}
-
 /// The sequence of labels in which every series of impacts up to its limit is one entry: the contacts in it, and the
-/// combination after it. A contact may come to the limit of its own bounces within a series of several, before another
-/// one lifts it again; roundings decide on that as well, so that such limits are part of the series that closes them all.
+/// combination after it.
 fn condensed(labels: &[Label]) -> Vec<Entry> {
     let mut sequence: Vec<Entry> = Vec::with_capacity(labels.len());
     for (k, (events, combination)) in labels.iter().enumerate() {
         let is_limit = events.iter().any(|event| event.1 == EventKind::Accumulation);
         let mut events = events.clone();
-        while is_limit
-            && let Some(before) = sequence.pop_if(|entry| {
-                entry.is_impact()
-                    || entry.is_limit_within()
-                        && all_closed(&entry.label.0, combination)
-                        && all_closed(&events, combination)
-            })
-        {
+        while is_limit && let Some(before) = sequence.pop_if(|entry| entry.is_impact()) {
             events.extend(before.label.0);
         }
         if is_limit {
