@@ -12,7 +12,7 @@ from stickslip.energy import STATUSES
 from stickslip.figures import NAMES
 from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
 from stickslip.report import drawing
-from stickslip.report.findings import Findings
+from stickslip.report.findings import AT_REST, BIG, Findings
 from stickslip.transient import Trajectory
 
 #: Events and lines of tables, contacts of phase portraits.
@@ -102,7 +102,7 @@ def cycle_section(found: Findings) -> str:
         return section("cycle", "Limit cycle", note("There is no motion to settle.", "warning"))
     if found.cycle is None:
         parts = [note(f"No limit cycle: {found.reasons['cycle']}")]
-        if found.settled != "equilibrium" and found.scene.contacts and found.last.duration > 0.0:
+        if found.settled not in AT_REST and found.scene.contacts and found.last.duration > 0.0:
             parts.append(
                 _portraits(found, f"Phase portraits of the last {number(found.last.duration, 4)} s.")
             )
@@ -167,7 +167,7 @@ def cycle_section(found: Findings) -> str:
 
 def spectrum_section(found: Findings) -> str:
     """Return the spectrum of what the motion settles to."""
-    if found.lines is None or not found.moving or found.settled == "equilibrium":
+    if found.lines is None or not found.moving or found.settled in AT_REST:
         return section("spectrum", "Spectrum", note("No spectrum: no motion is left."))
     exact = found.lines.attrs["method"] == "exact"
     dofs = [found.scene.dofs[k] for k in found.moving][:2]
@@ -212,6 +212,11 @@ def spectrum_section(found: Findings) -> str:
 def energy_section(found: Findings) -> str:
     """Return where the energy comes from and where it goes."""
     balance, last = found.balance, found.last
+    if found.is_large and last is not None:
+        left_out = (
+            f"Energy is left out of the page of a scene of more than {BIG} dofs; Trajectory.balance computes it."
+        )
+        return section("energy", "Energy", note(left_out))
     if balance is None or last is None or last.duration == 0.0:
         return section("energy", "Energy", note("There is no motion.", "warning"))
     over = "one period" if found.cycle is not None else f"the last {number(last.duration, 4)} s"
@@ -307,8 +312,8 @@ def _portraits(found: Findings, caption: str) -> str:
     with drawing.style():
         drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
         panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
+        portraits.phase_portraits(panels[:count], last, range(count))
         for i, axes in enumerate(panels[:count]):
-            portraits.phase_portrait(axes, last, i)
             axes.set_title(f"contact {scene.contact_labels()[i]}")
         for axes in panels[count:]:
             axes.set_visible(False)
