@@ -296,9 +296,7 @@ def _tangential(
 ) -> list[tuple[Names, Real, Real]]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of each contact."""
     motion = run.sample(instants(run, samples))
-    position, velocity, status = (
-        motion[name].to_numpy() for name in ("position", "velocity", "status")
-    )
+    position, velocity, status = (motion[name].to_numpy() for name in ("position", "velocity", "status"))
     directions = [run.scene.tangential_direction(contact) for contact in contacts]
     return [
         (status[:, contact], MICROMETRES * (position @ direction), velocity @ direction)

@@ -17,6 +17,8 @@ from stickslip.transient import Trajectory
 
 #: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4
+#: Instants at which the motion of a large scene is drawn.
+COARSE = 1201
 #: Contacts whose status is drawn, and roundings of the turnover up to which a work is zero.
 STATUSES_SHOWN, ROUNDINGS = 12, 64
 
@@ -48,7 +50,7 @@ def transient_section(found: Findings) -> str:
         dofs = [scene.dofs[k] for k in found.moving]
         with drawing.style():
             history = _panels(len(dofs), 1.25)
-            portraits.displacements(history.axes, run, dofs)
+            portraits.displacements(history.axes, run, dofs, samples=_samples(found))
             for axes in history.axes:
                 axes.label_outer()
         parts.append(
@@ -213,9 +215,7 @@ def energy_section(found: Findings) -> str:
     """Return where the energy comes from and where it goes."""
     balance, last = found.balance, found.last
     if found.is_large and last is not None:
-        left_out = (
-            f"Energy is left out of the page of a scene of more than {BIG} dofs; Trajectory.balance computes it."
-        )
+        left_out = f"Energy is left out of the page of a scene of more than {BIG} dofs; Trajectory.balance computes it."
         return section("energy", "Energy", note(left_out))
     if balance is None or last is None or last.duration == 0.0:
         return section("energy", "Energy", note("There is no motion.", "warning"))
@@ -284,6 +284,11 @@ def energy_section(found: Findings) -> str:
     )
 
 
+def _samples(found: Findings) -> int:
+    """Return at how many instants motion is drawn; of many dofs each costs as much as the drawing."""
+    return COARSE if found.is_large else portraits.SAMPLES
+
+
 def _panels(count: int, height: float) -> Figure:
     figure = Figure(figsize=(7.2, 0.5 + height * count), layout="constrained")
     figure.subplots(count, 1, sharex=True, squeeze=False)
@@ -312,7 +317,7 @@ def _portraits(found: Findings, caption: str) -> str:
     with drawing.style():
         drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
         panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
-        portraits.phase_portraits(panels[:count], last, range(count))
+        portraits.phase_portraits(list(panels[:count]), last, range(count), _samples(found))
         for i, axes in enumerate(panels[:count]):
             axes.set_title(f"contact {scene.contact_labels()[i]}")
         for axes in panels[count:]:

@@ -216,7 +216,6 @@ def _computation(found: Findings, begun: float | None) -> str:
     rows = [("stickslip", __version__)]
     if found.run is not None:
         rows.append(("touches within rounding", str(len(found.run.grazings))))
-        rows += [(name.replace("_", " "), str(count)) for name, count in found.run.counters.items()]
     if found.balance is not None and found.balance.turnover > 0.0:
         rows.append(
             ("energy residual over turnover", number(abs(found.balance.residual) / found.balance.turnover, 2))

@@ -473,7 +473,7 @@ impl Problem<'_> {
             .map(|matrix| matrix.products(&columns));
         let whole = solved.into_iter().zip(mass).zip(damping).zip(stiffness).collect();
         each(m, whole, |(((solved, mass), damping), stiffness)| {
-            let Solved { value: mut eigenvalue, condition, right, left } = solved;
+            let Solved { value: mut eigenvalue, mut condition, right, left } = solved;
             let slope = |lambda: Complex64| {
                 let terms = mass.iter().zip(&damping);
                 project(&left, terms.map(|(m, c)| m.times(2.0 * lambda).add(*c).value()))
@@ -481,6 +481,16 @@ impl Problem<'_> {
             let rows = |lambda| -> Vec<Complex64> {
                 quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value).collect()
             };
+            // A rigid body: in the scaling in which its condition is smallest, two equal zeros seem to be simple.
+            let terms = mass.iter().zip(&damping).zip(&left);
+            let scale: f64 = terms
+                .map(|((m, c), v)| {
+                    v.norm() * (2.0 * eigenvalue.norm() * m.value().norm() + c.value().norm())
+                })
+                .sum();
+            if slope(eigenvalue).norm() <= f64::EPSILON * scale {
+                condition = f64::INFINITY;
+            }
             if condition <= WELL_CONDITIONED {
                 let projected = project(&left, rows(eigenvalue).into_iter());
                 let correction = projected / slope(eigenvalue);
