@@ -232,7 +232,7 @@ def _combinations(works: _core.Works, labels: list[int] | list[str]) -> xr.Datas
     import xarray as xr
 
     names = list(dict.fromkeys(works.combination))
-    # Rows by name: to compare every phase with every name takes seconds where each phase has a name of its own.
+    # To compare every phase with every name takes seconds where each phase has a name of its own.
     by_name: dict[str, list[int]] = {name: [] for name in names}
     for row, name in enumerate(works.combination):
         by_name[name].append(row)

@@ -138,7 +138,7 @@ def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
     force = value**2 * inertia + value * viscous + elastic
     share = np.where(value.imag == 0.0, 1.0, 0.5)
     directions = contact_directions(scene)
-    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in the space they span.
+    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in their span.
     friction = contact_forces(directions, force)[0::2]
     slip = _times(directions[0::2], velocity)
     contact = share * (friction * slip.conj()).real
@@ -169,7 +169,7 @@ def contact_directions(scene: Scene) -> scipy.sparse.csr_array:
 
 
 def contact_forces(directions: scipy.sparse.csr_array, load: Any) -> Any:
-    """Return the forces along rows of `contact_directions` whose sum is a load over dofs, by least squares."""
+    """Return the forces along rows of `contact_directions` that add up to a load, by least squares."""
     gram = scipy.sparse.csr_array(directions @ directions.T)
     lengths = gram.diagonal()
     if (abs(gram - scipy.sparse.diags_array(lengths)) > 0.0).nnz == 0:

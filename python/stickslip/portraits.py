@@ -113,7 +113,7 @@ def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, sam
 def phase_portraits(
     panels: Sequence[Axes], motion: Trajectory | Cycle, contacts: Sequence[int], samples: int = SAMPLES
 ) -> None:
-    """Draw several contacts as `phase_portrait` does, one on each of some axes; the motion is sampled once."""
+    """Draw several contacts as `phase_portrait` does, one on each of some axes, from one sampling."""
     run = _run(motion)
     for axes, contact, curve in zip(panels, contacts, _tangential(run, contacts, samples), strict=True):
         _portrait(axes, run, contact, *curve)

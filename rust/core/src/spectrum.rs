@@ -534,7 +534,11 @@ pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<
             .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
             .fold(0.0, f64::max)
     };
-    let gamma = row_sum(stiffness).sqrt().max(row_sum(damping)).max(f64::MIN_POSITIVE);
+    // Bodies that nothing holds or damps have no scale, and any will do.
+    let gamma = match row_sum(stiffness).sqrt().max(row_sum(damping)) {
+        0.0 => 1.0,
+        gamma => gamma,
+    };
     // gamma enters as a power of two, so the scaling itself is exact.
     let gamma = gamma.log2().round().exp2();
     let size = 2 * m;
