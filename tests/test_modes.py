@@ -337,7 +337,7 @@ def test_a_rigid_body_beside_damped_dofs_is_a_defective_zero():
 
 
 def test_a_mode_is_unstable_beyond_its_rounding():
-    """An undamped scene in which friction couples nothing neither grows nor decays, whatever rounding leaves."""
+    """What rounding leaves of the growth of an undamped mode is no growth."""
     scene = ss.models.two_subsystems(friction=0.3, damping=0.0)
     modes = ss.complex_modes(scene)
     assert (modes.eigenvalues.real[modes.unstable] > modes.rounding[modes.unstable]).all()

@@ -195,7 +195,7 @@ def test_a_run_that_its_limit_stops_is_shown_up_to_there():
     assert found.cycle is None
     text = page(found, published=False)
     check(text)
-    assert f"the time limit of computing was reached at {found.run.duration:g} s" in text
+    assert f"the time limit of computing, 0.001 s, was reached at {found.run.duration:g} s" in text
 
 
 def test_only_the_published_matrices_are_the_published_model():

@@ -215,7 +215,7 @@ def energy_section(found: Findings) -> str:
     """Return where the energy comes from and where it goes."""
     balance, last = found.balance, found.last
     if found.is_large and last is not None:
-        left_out = f"Energy is left out of the page of a scene of more than {BIG} dofs; Trajectory.balance computes it."
+        left_out = f"Energy is left out for more than {BIG} dofs; Trajectory.balance computes it."
         return section("energy", "Energy", note(left_out))
     if balance is None or last is None or last.duration == 0.0:
         return section("energy", "Energy", note("There is no motion.", "warning"))

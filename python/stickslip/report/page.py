@@ -197,8 +197,8 @@ def verdict(found: Findings) -> str:
         second = "Disturbed, the motion comes to rest again."
     elif found.settled == "decaying":
         second = (
-            f"Disturbed, no contact changes its status in the {number(found.run.duration)} s that were computed, "
-            "and every mode decays: no limit cycle was looked for."
+            f"Disturbed, no contact changes its status in the {number(found.run.duration)} s "
+            "that were computed, and every mode decays: no limit cycle was looked for."
         )
     else:
         second = f"Disturbed, it finds no limit cycle: {found.reasons['cycle']}."
