@@ -2,6 +2,7 @@
 
 import json
 from decimal import Decimal
+from itertools import pairwise
 
 import pytest
 from click.testing import CliRunner
@@ -146,4 +147,7 @@ def test_figures_show_the_run():
     assert drawn.get_ydata() == pytest.approx(1e6 * (motion - motion[0]).values)
     axes = figures.contact_status(run).axes[0]
     spans = sum(len(collection.get_paths()) for collection in axes.collections)
-    assert spans == 2 * (len(run.events) + 1)
+    # One bar for each stretch in which a contact keeps its status.
+    letters = [run.start.combination, *run.events.combination]
+    changes = [sum(a[contact] != b[contact] for a, b in pairwise(letters)) for contact in (0, 1)]
+    assert spans == sum(changes) + 2

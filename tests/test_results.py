@@ -4,7 +4,7 @@ import copy
 import inspect
 import pickle
 import re
-from functools import cache
+from functools import cache, partial
 from html.parser import HTMLParser
 
 import numpy as np
@@ -49,6 +49,9 @@ def examples():
         "Margin": cycle.margins()[0],
         "BranchPoint": unstable,
         "Balance": cycle.balance(),
+        "Basins": ss.Basins(xr.DataArray([[0]], dims=("x1", "x2"), name="attractor"), (cycle,)),
+        "Bifurcation": ss.Bifurcation(xr.Dataset({"period": ("friction", [cycle.period])}), (cycle,)),
+        "Branch": ss.Branch(xr.Dataset({"period": ("friction", [cycle.period])}), (cycle,), (), "range"),
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
         "StickslipError": ss.StickslipError("something"),
         "InputError": ss.InputError("friction: must be >= 0, got -1"),
@@ -66,11 +69,11 @@ def examples():
 
 
 NAMES = [
-    "Accumulation", "Balance", "BranchPoint", "Case", "Contact", "CriticalPoint", "Cycle", "CyclePhase",
-    "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "NoSteadySlidingError",
-    "NotPeriodicError", "OrbitError",
-    "Outcome", "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
-    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
+    "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
+    "CriticalPoint", "Cycle", "CyclePhase", "Events", "Grazing", "InputError", "Margin", "ModeSelection",
+    "Modes", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome", "Proportional", "Reduced",
+    "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State", "StatusTable", "StickslipError",
+    "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
 ]  # fmt: skip
 
 
@@ -96,6 +99,8 @@ def same(a, b):
         return same(a.identity, b.identity)
     if hasattr(a, "data") and hasattr(a, "indptr"):
         return same([a.data, a.indices, a.indptr], [b.data, b.indices, b.indptr])
+    if isinstance(a, partial):
+        return same([a.func, a.args, a.keywords], [b.func, b.args, b.keywords])
     if isinstance(a, BaseException):
         return same(a.args, b.args) and same(vars(a), vars(b))
     if type(a).__module__.startswith("stickslip") and hasattr(a, "__dict__"):

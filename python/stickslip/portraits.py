@@ -79,7 +79,19 @@ def displacements(
     origin: Literal["mean", "start"] = "mean",
     samples: int = SAMPLES,
 ) -> None:
-    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once."""
+    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once.
+
+    Parameters
+    ----------
+    panels
+        The axes to draw on, one for each dof.
+    motion, origin, samples
+        As for `displacement`.
+    dofs
+        Names of the dofs.
+    labels
+        Names of the curves for a legend, one for each dof.
+    """
     run = _run(motion)
     indices = [dof_index("dof", dof, run.scene.dofs) for dof in dofs]
     times = np.linspace(0.0, run.duration, samples)
@@ -106,8 +118,22 @@ def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, sam
     samples
         Points of the curve.
     """
+    phase_portraits([axes], motion, [contact], samples)
+    return axes
+
+
+def phase_portraits(
+    panels: Sequence[Axes], motion: Trajectory | Cycle, contacts: Sequence[int], samples: int = SAMPLES
+) -> None:
+    """Draw several contacts as `phase_portrait` does, one on each of some axes, from one sampling."""
     run = _run(motion)
-    status, displaced, velocity = _tangential(run, contact, samples)
+    for axes, contact, curve in zip(panels, contacts, _tangential(run, contacts, samples), strict=True):
+        _portrait(axes, run, contact, *curve)
+
+
+def _portrait(
+    axes: Axes, run: Trajectory, contact: int, status: Names, displaced: Real, velocity: Real
+) -> None:
     present = [letter for letter in COLOURS if (status == letter).any()]
     for letter in present:
         axes.plot(
@@ -123,7 +149,6 @@ def phase_portrait(axes: Axes, motion: Trajectory | Cycle, contact: int = 0, sam
     )
     axes.set(xlabel="tangential displacement, µm", ylabel="tangential velocity, m/s")
     axes.legend(frameon=False, fontsize="small")
-    return axes
 
 
 def contact_status(axes: Axes, motion: Trajectory | Cycle, contacts: Sequence[int] | None = None) -> Axes:
@@ -204,7 +229,7 @@ def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
         Index of the contact.
     """
     for (name, cycle), (colour, style) in zip(cycles.items(), endless(OVERLAY), strict=False):
-        _, displaced, velocity = _tangential(cycle.run, contact)
+        ((_, displaced, velocity),) = _tangential(cycle.run, [contact])
         centred = displaced - 0.5 * (displaced.max() + displaced.min())
         axes.plot(centred, velocity, color=colour, linestyle=style, linewidth=1.2, label=name)
     axes.set(xlabel="tangential displacement about its middle, µm", ylabel="tangential velocity, m/s")
@@ -278,9 +303,14 @@ def _run(motion: Trajectory | Cycle) -> Trajectory:
     return motion.run if isinstance(motion, Cycle) else motion
 
 
-def _tangential(run: Trajectory, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
-    """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
+def _tangential(
+    run: Trajectory, contacts: Sequence[int], samples: int = SAMPLES
+) -> list[tuple[Names, Real, Real]]:
+    """Return statuses, displacement in µm and velocity in m/s along the tangent of each contact."""
     motion = run.sample(instants(run, samples))
-    direction = run.scene.tangential_direction(contact)
-    displaced = MICROMETRES * (motion.position.to_numpy() @ direction)
-    return motion.status.to_numpy()[:, contact], displaced, motion.velocity.to_numpy() @ direction
+    position, velocity, status = (motion[name].to_numpy() for name in ("position", "velocity", "status"))
+    directions = [run.scene.tangential_direction(contact) for contact in contacts]
+    return [
+        (status[:, contact], MICROMETRES * (position @ direction), velocity @ direction)
+        for contact, direction in zip(contacts, directions, strict=True)
+    ]

@@ -14,7 +14,6 @@ import numpy as np
 from stickslip.dataset_file import replace_file
 from stickslip.markup import facts, number, section
 from stickslip.path import Model
-from stickslip.report.comparison import comparison_section
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
@@ -126,6 +125,9 @@ def page(found: Findings, begun: float | None = None, *, published: bool | None 
         "energy": energy_section(found),
     }
     if published if published is not None else found.of_the_paper:
+        # It loads all that the paper needs.
+        from stickslip.report.comparison import comparison_section
+
         sections["published"] = comparison_section()
     sections["computation"] = _computation(found, begun)
     links = "\n".join(f'<li><a href="#{name}">{escape(CONTENTS[name])}</a></li>' for name in sections)
@@ -180,7 +182,7 @@ def verdict(found: Findings) -> str:
             first = f"Steady sliding is unstable: {count} ({shown}{more})."
         else:
             largest = float(modes.eigenvalues.real.max())
-            kind = "stable" if largest < 0.0 else "neutral"
+            kind = "marginal" if modes.marginal.any() else "stable"
             first = f"Steady sliding is {kind}: the largest growth rate is {number(largest, 4)} 1/s."
     if found.run is None:
         return first
@@ -193,6 +195,11 @@ def verdict(found: Findings) -> str:
         )
     elif found.settled == "equilibrium":
         second = "Disturbed, the motion comes to rest again."
+    elif found.settled == "decaying":
+        second = (
+            f"Disturbed, no contact changes its status in the {number(found.run.duration)} s "
+            "that were computed, and every mode decays: no limit cycle was looked for."
+        )
     else:
         second = f"Disturbed, it finds no limit cycle: {found.reasons['cycle']}."
     if found.balance is not None and found.cycle is not None:
@@ -209,7 +216,6 @@ def _computation(found: Findings, begun: float | None) -> str:
     rows = [("stickslip", __version__)]
     if found.run is not None:
         rows.append(("touches within rounding", str(len(found.run.grazings))))
-        rows += [(name.replace("_", " "), str(count)) for name, count in found.run.counters.items()]
     if found.balance is not None and found.balance.turnover > 0.0:
         rows.append(
             ("energy residual over turnover", number(abs(found.balance.residual) / found.balance.turnover, 2))

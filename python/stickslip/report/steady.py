@@ -7,7 +7,7 @@ import numpy as np
 from stickslip import mode_figures
 from stickslip.critical import CriticalPoint
 from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
-from stickslip.mode_shape import power_of
+from stickslip.mode_shape import contact_directions, contact_forces, power_of
 from stickslip.modes import Modes
 from stickslip.report import drawing, mode_motion
 from stickslip.report.findings import Findings
@@ -106,13 +106,9 @@ def equilibrium_section(found: Findings) -> str:
     state, scene = found.equilibrium, found.scene
     # At rest in the structure N and T are the rows of K x - F.
     load = scene.stiffness @ state.position - scene.force
-    normals = [scene.normal_direction(i) for i in range(len(scene.contacts))]
-    tangents = [scene.tangential_direction(i) for i in range(len(scene.contacts))]
-    directions = np.array([*normals, *tangents]).T
-    forces = np.linalg.lstsq(directions, load, rcond=None)[0] if normals else np.zeros(0)
-    count = len(normals)
+    forces = contact_forces(contact_directions(scene), load).real
     rows = [
-        [str(label), float(forces[i]), float(forces[count + i]), letter]
+        [str(label), float(forces[2 * i + 1]), float(forces[2 * i]), letter]
         for i, (label, letter) in enumerate(zip(scene.contact_labels(), state.combination, strict=True))
     ]
     return section(
@@ -266,7 +262,9 @@ def _verdict(modes: Modes, mode: int) -> str:
     growth = modes.eigenvalues[mode].real
     if modes.defective[mode]:
         return "defective"
-    return "unstable" if growth > 0.0 else "decays" if growth < 0.0 else "neutral"
+    if modes.marginal[mode]:
+        return "marginal"
+    return "unstable" if growth > 0.0 else "decays"
 
 
 def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:
