@@ -37,6 +37,7 @@ mod graded;
 mod harmonics;
 mod hopf;
 mod inverse_iteration;
+mod leading;
 mod lyapunov;
 mod matrix;
 pub mod models;
