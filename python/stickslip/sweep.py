@@ -91,9 +91,9 @@ def sweep(
     left and right vectors, with as many points between them as it takes (core, `branches`). Branches of two
     parameters are continuous along the last one and, at its first value, along the first one: around an
     exceptional point no labels are continuous everywhere. With `modes`, points are added until that
-    correlation alone is decisive for the followed modes, down to a thousandth of the range: where two modes
-    veer sharper than the points tell, each branch goes on with the shape it had. ``stable`` takes all modes
-    into account.
+    correlation alone is decisive for the followed modes, at most three between two values; what is not
+    decided then is told in ``meetings``. Where two modes veer sharper than the points tell, each branch goes
+    on with the shape it had. ``stable`` takes all modes into account.
     """
     family = Family(model, combination)
     arrays = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
@@ -122,8 +122,8 @@ def sweep(
         }
         result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
-    first = {name: float(values[0]) for name, values in axes.items()}
-    scene = model if isinstance(model, Scene) else family.scene(**fixed, **first)
+    start = {name: float(values[0]) for name, values in axes.items()}
+    scene = model if isinstance(model, Scene) else family.scene(**fixed, **start)
     return _dataset(model, scene.contact_labels(), axes, result)
 
 

@@ -2,8 +2,8 @@
 //!
 //! A branch whose largest real part over the given values is among the n largest is, where it takes that value, among
 //! the n largest modes: following the first n modes of every value both ways finds it. Branches are continued by the
-//! correlation of their vectors alone. An interval is halved until that is decisive for the followed modes, down to
-//! [`RESOLUTION`]: a veering sharper than the mesh is crossed along the shape of the mode, where the mesh of all modes
+//! correlation of their vectors alone. An interval is halved until that is decisive for the followed modes, at most
+//! [`HALVINGS`] times: a veering sharper than the mesh is crossed along the shape of the mode, where the mesh of all modes
 //! would follow it round the bend.
 
 use rayon::prelude::*;
@@ -12,8 +12,9 @@ use crate::branches::{Link, Mesh, Node, regular_nodes};
 use crate::error::Error;
 use crate::path::Path;
 
-/// Smallest interval, of the whole range; what is not decided there counts as a meeting.
-const RESOLUTION: f64 = 1e-3;
+/// How often the interval between two given values is halved; what is not decided then counts as a meeting. The cost is
+/// bounded: a large problem has dense modes that veer or meet everywhere.
+const HALVINGS: usize = 2;
 /// Of a member that is not followed.
 const NOWHERE: usize = usize::MAX;
 
@@ -28,11 +29,11 @@ pub(crate) fn leading(
     let mut mesh = Following {
         followed: nodes.iter().map(|node| foremost(node, modes)).collect(),
         links: vec![None; nodes.len() - 1],
+        halvings: vec![0; nodes.len() - 1],
         nodes,
     };
-    let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
     while mesh.links.iter().any(Option::is_none) {
-        mesh.join(path, resolution)?;
+        mesh.join(path)?;
         mesh.spread();
     }
     let first = (0..mesh.followed[0].len()).filter(|&k| mesh.followed[0][k]).collect();
@@ -65,6 +66,8 @@ struct Following {
     followed: Vec<Vec<bool>>,
     /// None: still to be joined.
     links: Vec<Option<Link>>,
+    /// How often each interval has been halved.
+    halvings: Vec<usize>,
 }
 
 enum Joined {
@@ -74,12 +77,10 @@ enum Joined {
 
 impl Following {
     /// Joins or divides every open interval.
-    fn join(&mut self, path: &Path, resolution: f64) -> Result<(), Error> {
+    fn join(&mut self, path: &Path) -> Result<(), Error> {
         let open: Vec<usize> = (0..self.links.len()).filter(|&k| self.links[k].is_none()).collect();
-        let joined = open
-            .par_iter()
-            .map(|&k| self.interval(path, k, resolution))
-            .collect::<Result<Vec<_>, Error>>()?;
+        let joined =
+            open.par_iter().map(|&k| self.interval(path, k)).collect::<Result<Vec<_>, Error>>()?;
         // From the last one on, so that the places of those before stay.
         for (&k, joined) in open.iter().zip(joined).rev() {
             match joined {
@@ -88,18 +89,20 @@ impl Following {
                     self.followed.insert(k + 1, vec![false; node.members().len()]);
                     self.nodes.insert(k + 1, node);
                     self.links.insert(k, None);
+                    self.halvings[k] += 1;
+                    self.halvings.insert(k, self.halvings[k]);
                 }
             }
         }
         Ok(())
     }
 
-    fn interval(&self, path: &Path, k: usize, resolution: f64) -> Result<Joined, Error> {
+    fn interval(&self, path: &Path, k: usize) -> Result<Joined, Error> {
         let (from, to) = (&self.nodes[k], &self.nodes[k + 1]);
         if let Some(next) = self.continued(k) {
             return Ok(Joined::Link(Link { next, meeting: false }));
         }
-        if to.value - from.value > resolution
+        if self.halvings[k] < HALVINGS
             && let Some(node) = Node::between(path, from, to)?
         {
             return Ok(Joined::Divided(node));
