@@ -38,6 +38,7 @@ mod harmonics;
 mod hopf;
 mod inverse_iteration;
 mod joint;
+mod leading;
 mod lyapunov;
 mod matrix;
 pub mod models;
