@@ -257,6 +257,9 @@ impl<'a> Walk<'a> {
             let mean = |row: usize| 0.5 * (after[row] + before[row]);
             let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
             let reset = |row: usize| {
+                if !self.scene.contacts_coupled() {
+                    return 0.0;
+                }
                 let (q0, q1) = (&self.cursor.q, trajectory.phase_state(phase).0);
                 let middle: Vec<f64> = q0.iter().zip(q1).map(|(a, b)| 0.5 * (a + b)).collect();
                 (self.scene.force[row] - self.scene.stiffness.row_dot(row, &middle))
