@@ -5,6 +5,7 @@ import pytest
 
 import stickslip as ss
 from coupled_scenes import elastic_block, masses_on_a_belt
+from fuzz_scenes import fuzz_scene
 
 CASES = [
     (count, coupling, restitution)
@@ -12,12 +13,14 @@ CASES = [
     for coupling in (0.3, 0.6, 0.9)
     for restitution in (0.0, 0.5)
 ]
-#: What the rounding of gaps (some hundred ulp of a static displacement of 0.1 m, times the loads, at each
-#: impact) leaves of the works, relative.
-BALANCE = 1e-9
+#: Rounding of the works, some hundred ulp.
+ROUNDING = 256 * np.finfo(float).eps
+#: Of the works, where the series have thousands of flights. Each rounds a gap by some ulp of the static
+#: displacement of 0.1 m, and the loads of 10 N work on the sum of those roundings.
+FLIGHTS = 1e-9
 
 
-def check(run):
+def check(run, balanced):
     """Complementarity between the events, and the balance of energy."""
     scene = run.scene
     count = len(scene.contacts)
@@ -37,7 +40,7 @@ def check(run):
     balance = run.balance()
     turnover = sum(abs(float(getattr(balance, name))) for name in ("stored", "external", "damping"))
     turnover += np.abs(balance.contact).sum() + np.abs(balance.impact).sum()
-    assert abs(balance.residual) <= BALANCE * turnover
+    assert abs(balance.residual) <= balanced * turnover
 
 
 @pytest.mark.parametrize(("count", "coupling", "restitution"), CASES)
@@ -45,7 +48,7 @@ def test_masses_on_a_belt_come_to_rest(count, coupling, restitution):
     scene, start = masses_on_a_belt(count, coupling, restitution)
     run = ss.simulate(scene, start, 0.05)
     assert run.stop_reason == "duration"
-    check(run)
+    check(run, ROUNDING if coupling < 0.9 else FLIGHTS)
     # A hundred events per contact and millisecond, on the mean of the series.
     assert len(run.events) <= 100 * count * 1e3 * run.events.time[-1]
 
@@ -64,7 +67,29 @@ def test_both_methods_come_to_rest_alike(restitution):
     for limit in modal.accumulations:
         assert modal.events.kind[limit.event] == "accumulation"
         assert limit.bounces >= 1
-        assert 0.0 <= limit.error < 1e-6
+        # A flight under 10 N as high as gaps are known, 1e4 ulp of 0.1 m; then others lift.
+        flight = np.sqrt(8 * 1e4 * np.finfo(float).eps * 0.1 / 10.0)
+        assert 0.0 <= limit.error < 2.0 * flight / (1.0 - restitution)
+
+
+@pytest.mark.parametrize("count", [4, 5])
+def test_a_nested_series_does_not_feed_on_rounding(count):
+    """Gaps of some ulp of the static displacement were lifted and fell again, without end."""
+    scene, start = masses_on_a_belt(count, 0.9, 0.5)
+    run = ss.simulate(scene, start, 0.5, max_events=30_000)
+    assert run.stop_reason == "duration"
+    assert run.events.combination[-1] == "+" * count
+    assert len(run.events) <= 100 * count * 1e3 * run.events.time[-1]
+
+
+def test_any_state_of_a_motion_is_a_start():
+    """What one contact carries depends on the status of the others."""
+    scene, start = fuzz_scene(5, 37)
+    run = ss.simulate(scene, start, 0.1, max_events=200)
+    edges = np.concatenate([[0.0], run.events.time])
+    longest = np.argsort(np.diff(edges))[-20:]
+    for time in 0.5 * (edges[longest] + edges[longest + 1]):
+        assert ss.simulate(scene, run.state(time), 1e-9).stop_reason == "duration"
 
 
 def test_repeated_eigenvalues_by_modes_and_series():
@@ -88,4 +113,4 @@ def test_a_reduced_block_lifts_off(restitution):
     assert run.stop_reason == "max_events"
     assert "impact" in run.events.kind
     assert "accumulation" in run.events.kind
-    check(run)
+    check(run, FLIGHTS)

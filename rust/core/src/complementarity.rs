@@ -148,22 +148,43 @@ fn choices(contact: &Closed) -> &'static [Status] {
 fn enumerate(contacts: &[Closed], w: &[f64], a0: &[f64]) -> Result<Solution, Unsolved> {
     let choices: Vec<&[Status]> = contacts.iter().map(choices).collect();
     let mut elimination = Elimination::new(2 * contacts.len());
-    let mut found: Option<Solution> = None;
+    let mut found: Vec<Solution> = Vec::new();
     let mut counter = vec![0; contacts.len()];
     loop {
         let statuses: Vec<Status> = counter.iter().zip(&choices).map(|(&k, c)| c[k]).collect();
-        if let Some(solution) = try_statuses(contacts, w, a0, &statuses, &mut elimination) {
-            match &found {
-                Some(other) if !same_motion(other, &solution) => return Err(Unsolved::Several),
-                Some(_) => {}
-                None => found = Some(solution),
-            }
+        if let Some(solution) = try_statuses(contacts, w, a0, &statuses, &mut elimination)
+            && !found.iter().any(|other| same_motion(other, &solution))
+        {
+            found.push(solution);
         }
         let Some(position) = (0..counter.len()).find(|&k| counter[k] + 1 < choices[k].len()) else {
-            return found.ok_or(Unsolved::None);
+            return only(found);
         };
         counter[..position].fill(0);
         counter[position] += 1;
+    }
+}
+
+/// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
+/// smaller force: it slips only where static friction can't hold it, so a solution gives way to one in which the same
+/// contacts stick, and more.
+fn only(mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
+    let sticks = |solution: &Solution, i: usize| solution.statuses[i] == Status::Sticking;
+    let closed = |solution: &Solution, i: usize| solution.statuses[i].is_closed();
+    let gives_way = |one: &Solution, other: &Solution| {
+        let mut contacts = 0..one.statuses.len();
+        contacts.clone().any(|i| sticks(other, i) && !sticks(one, i))
+            && contacts.all(|i| {
+                closed(one, i) == closed(other, i) && (sticks(other, i) || !sticks(one, i))
+            })
+    };
+    let remains: Vec<usize> = (0..found.len())
+        .filter(|&k| !found.iter().any(|other| gives_way(&found[k], other)))
+        .collect();
+    match remains[..] {
+        [] => Err(Unsolved::None),
+        [k] => Ok(found.swap_remove(k)),
+        _ => Err(Unsolved::Several),
     }
 }
 
@@ -563,6 +584,28 @@ mod tests {
             }
         }
         assert!(lines.next().is_none());
+    }
+
+    /// T = 1.2 is more than kinetic and less than static friction: the contacts stick, though slip under T = 1 would go
+    /// the right way. Where static friction can't hold the first, only the second sticks.
+    #[test]
+    fn static_friction_holds_what_it_can() {
+        let contact = Closed { friction: 1.0, static_friction: 1.5, sliding: None };
+        let w = [
+            [1.0, 0.0, 0.1, 0.0],
+            [0.0, 1.0, 0.0, 0.0],
+            [0.1, 0.0, 1.0, 0.0],
+            [0.0, 0.0, 0.0, 1.0],
+        ]
+        .concat();
+        for (pulls, expected) in [
+            ([1.2, 1.2], [Status::Sticking, Status::Sticking]),
+            ([1.8, 1.2], [Status::Positive, Status::Sticking]),
+        ] {
+            let a0 = [-pulls[0] - 0.1 * pulls[1], -1.0, -pulls[1] - 0.1 * pulls[0], -1.0];
+            let solution = solve(&[contact; 2], &w, &a0).expect("one motion");
+            assert_eq!(solution.statuses, expected);
+        }
     }
 
     /// Painleve's rod: the sliding contact needs a negative W_nn + sigma mu W_nt. Pressed (a0_n < 0)

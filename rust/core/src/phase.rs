@@ -47,7 +47,7 @@ pub(crate) struct PhaseSearch {
     waiting: bool,
     touches: Vec<Grazing>,
     unit: VectorUnit,
-    /// Bound of the error of the event function found, in its own unit.
+    /// Bound of the error of the gaps that close at the event found, m.
     pub error: f64,
     /// What vanishes at the event found, by contact.
     pub triggers: Vec<(usize, Trigger)>,
@@ -105,14 +105,17 @@ impl PhaseSearch {
             }
             self.triggers.clear();
             if let Some((index, at)) = found {
+                self.error = 0.0;
                 for (other, function) in functions.iter().enumerate() {
                     if other == index || self.vanishes(other, at) {
                         self.triggers.push((function.contact, function.trigger));
+                        if function.trigger == Trigger::GapClosed {
+                            self.error = self.error.max(self.panel.error[other]);
+                        }
                     }
                 }
                 motion.state(at * width, &mut run.q, &mut run.u);
                 self.exact_approach(run, functions, index, at);
-                self.error = self.panel.error[index];
                 return PhaseEnd::Event { after: motion.start() + at * width };
             }
             if let Some(limit) = limit.filter(|limit| limit.at <= end) {

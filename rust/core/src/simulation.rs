@@ -130,8 +130,6 @@ impl Clock {
     }
 }
 
-/// The bound of the error of a gap adds up roundings as if all had one sign: what is left of them, about.
-const UNRESOLVED: f64 = 1.0 / 64.0;
 /// Impacts of one contact over which the ratio of a series is measured, twice.
 const ROUND: usize = 4;
 /// Events, per contact, among which those impacts are looked for.
@@ -331,7 +329,7 @@ impl<'a> Run<'a> {
         let time = self.time.seconds;
         let struck = |contact| search.triggers.contains(&(contact, Trigger::GapClosed));
         Series {
-            rounding: UNRESOLVED * search.error,
+            rounding: search.error,
             rests: (0..self.scene.contacts.len())
                 .map(|contact| self.rest(contact, struck(contact)))
                 .collect(),

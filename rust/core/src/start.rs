@@ -2,6 +2,7 @@
 
 use crate::contact::check_finite;
 use crate::error::Error;
+use crate::event::Functional;
 use crate::scene::{Scene, State};
 use crate::status::{Combination, Status};
 use crate::transition::Departure;
@@ -89,7 +90,7 @@ impl Scene {
                 quantity,
                 value,
             };
-            let normal = self.reaction(law.normal);
+            let (_, normal) = self.force_as(&state.combination, contact, status);
             let normal_force = normal.value(&q, &u);
             let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
             if normal_force < -tolerance {
@@ -97,7 +98,7 @@ impl Scene {
             }
             let slip = u[law.tangential] - law.slider_speed;
             if slip == 0.0 && law.static_friction > 0.0 {
-                let friction = self.reaction(law.tangential);
+                let (friction, _) = self.force_as(&state.combination, contact, Status::Sticking);
                 let required = friction.value(&q, &u);
                 let limit = law.static_friction * normal_force;
                 let tolerance =
@@ -115,6 +116,23 @@ impl Scene {
         Ok((q, u))
     }
 
+    /// (T, N) of a contact if it had a status and the others theirs of `combination`: where mass couples contacts, what
+    /// one of them carries depends on all.
+    fn force_as(
+        &self,
+        combination: &Combination,
+        contact: usize,
+        status: Status,
+    ) -> (Functional, Functional) {
+        if !self.contacts_coupled() {
+            let law = &self.contacts[contact];
+            return (self.reaction(law.tangential), self.reaction(law.normal));
+        }
+        let mut statuses = combination.statuses().to_vec();
+        statuses[contact] = status;
+        self.contact_forces(&Combination::new(statuses)).swap_remove(contact)
+    }
+
     /// Functions of the start state that are exactly zero leave from zero: their multiplicity is found
     /// from the derivatives, each compared with its rounding.
     pub(crate) fn initial_departures(
@@ -129,24 +147,24 @@ impl Scene {
             .enumerate()
             .map(|(contact, &status)| {
                 let law = &self.contacts[contact];
-                let vanishes = |row: usize| {
-                    let reaction = self.reaction(row);
+                let force = |status| self.force_as(combination, contact, status);
+                let vanishes = |reaction: &Functional| {
                     reaction.value(q, u).abs() <= START_TOLERANCE * reaction.magnitude(q, u)
                 };
                 match status {
                     Status::Detached if q[law.normal] == 0.0 => {
                         if u[law.normal] > 0.0 {
                             Departure::Gap(1)
-                        } else if vanishes(law.normal) {
+                        } else if vanishes(&force(Status::Positive).1) {
                             Departure::Gap(3)
                         } else {
                             Departure::Gap(2)
                         }
                     }
                     _ if status.is_sliding() && u[law.tangential] == law.slider_speed => {
-                        let normal = self.reaction(law.normal).value(q, u);
+                        let normal = force(status).1.value(q, u);
                         let friction = status.friction_sign() * law.friction * normal;
-                        let required = self.reaction(law.tangential);
+                        let required = force(Status::Sticking).0;
                         let excess = (required.value(q, u) - friction).abs();
                         let rounding = START_TOLERANCE * required.magnitude(q, u);
                         Departure::Slip(if excess <= rounding { 2 } else { 1 })

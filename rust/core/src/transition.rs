@@ -446,7 +446,7 @@ impl Coupled<'_> {
                 moving.retain(|&i| i != loosest);
                 continue;
             }
-            let Some(held) = self.held(&problem, &solution.statuses, u) else {
+            let Some(mut held) = self.held(&problem, &solution.statuses, u) else {
                 return Ok(None);
             };
             let members: Vec<(usize, f64)> = pressed
@@ -455,15 +455,15 @@ impl Coupled<'_> {
                 .map(|&(i, n)| (i, flight(i, n)))
                 .collect();
             let longest = members.iter().map(|member| member.1).fold(0.0, f64::max);
-            // What touches and is not part of the closing must not be drawn into the slider by it: then only the
-            // unresolved velocities are dropped.
-            let drawn = closed.iter().any(|&i| held[contacts[i].normal] < 0.0);
-            q.copy_from_slice(&position);
-            if drawn {
-                moving.iter().for_each(|&i| u[contacts[i].normal] = 0.0);
-            } else {
-                u.copy_from_slice(&held);
+            // What touches and is not part of the closing is drawn onto its slider by it, and strikes it.
+            let mut touching: Vec<usize> = closed.iter().chain(&joined).copied().collect();
+            touching.sort_unstable();
+            touching.dedup();
+            if touching.iter().any(|&i| held[contacts[i].normal] < 0.0) {
+                self.strike(&touching, &position, &mut held)?;
             }
+            q.copy_from_slice(&position);
+            u.copy_from_slice(&held);
             return Ok(Some(JointClosing {
                 contacts: members.into_iter().map(|member| member.0).collect(),
                 flight: longest,

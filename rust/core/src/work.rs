@@ -11,7 +11,9 @@
 //! friction heat                   -p_t (s+ + s-) / 2    >= 0 for a Coulomb impulse
 //! ```
 //!
-//! The limit of a series of bounces takes what is left of the relative motion, `1/2 m g'^2` after its last one.
+//! The limit of a series of bounces takes what is left of the relative motion, `1/2 m g'^2` after its last one. Where
+//! several contacts close together, their gaps g of some rounding close too: what the load `F - K x` works on that way
+//! is part of what the impacts take.
 
 use crate::compensated::Doubled;
 use crate::energy::FrictionForces;
@@ -254,6 +256,15 @@ impl<'a> Walk<'a> {
             let impulse = |row: usize| self.scene.mass.row_dot(row, &jump);
             let mean = |row: usize| 0.5 * (after[row] + before[row]);
             let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
+            let reset = |row: usize| {
+                if !self.scene.contacts_coupled() {
+                    return 0.0;
+                }
+                let (q0, q1) = (&self.cursor.q, trajectory.phase_state(phase).0);
+                let middle: Vec<f64> = q0.iter().zip(q1).map(|(a, b)| 0.5 * (a + b)).collect();
+                (self.scene.force[row] - self.scene.stiffness.row_dot(row, &middle))
+                    * (q1[row] - q0[row])
+            };
             let struck = trajectory
                 .events_at(phase)
                 .any(|event| event.contact == contact && event.kind == EventKind::Impact);
@@ -262,7 +273,7 @@ impl<'a> Walk<'a> {
                 self.works.impacts.push(ImpactWork {
                     time,
                     contact,
-                    normal: -p_n * mean(law.normal),
+                    normal: -p_n * mean(law.normal) + reset(law.normal),
                     slider: p_t * law.slider_speed,
                     friction: -p_t * (mean(law.tangential) - law.slider_speed),
                 });
