@@ -84,7 +84,7 @@ def test_a_nested_series_does_not_feed_on_rounding(count):
 
 def test_any_state_of_a_motion_is_a_start():
     """What one contact carries depends on the status of the others."""
-    scene, start = fuzz_scene(5, 37)
+    scene, start = fuzz_scene(5, 37, coupled=True)
     run = ss.simulate(scene, start, 0.1, max_events=200)
     edges = np.concatenate([[0.0], run.events.time])
     longest = np.argsort(np.diff(edges))[-20:]

@@ -275,6 +275,9 @@ struct JointClosing {
     flight: f64,
 }
 
+/// Status and departure of every contact, and the end of a series of impacts if there is one.
+type Settled = (Vec<(Status, Departure)>, Option<JointClosing>);
+
 /// A quick bound leaves this much to what is then computed.
 const MARGIN: f64 = 4.0;
 
@@ -293,7 +296,7 @@ impl Coupled<'_> {
         series: &Series,
         q: &mut [f64],
         u: &mut [f64],
-    ) -> Result<(Vec<(Status, Departure)>, Option<JointClosing>), RunFailure> {
+    ) -> Result<Settled, RunFailure> {
         let contacts = &self.scene.contacts;
         let mut joint = None;
         let struck: Vec<usize> = triggers
