@@ -22,7 +22,7 @@ from batch_throughput import peak
 from report import Report, machine, versions
 
 import stickslip as ss
-from stickslip.models import Link, Subsystem, chain
+from stickslip.scene.models import Link, Subsystem, chain
 
 #: The published subsystems and the springs between and before them.
 SUBSYSTEMS = (

@@ -17,7 +17,7 @@ from chain_scaling import scene_of
 from report import Report, machine, versions
 
 import stickslip as ss
-from stickslip.case import Case
+from stickslip.files.case import Case
 
 #: Dofs, of four per subsystem.
 SIZES = (100, 1000)

@@ -11,7 +11,7 @@ import scipy.sparse
 import xarray as xr
 
 import stickslip as ss
-from stickslip import scene as scene_module
+from stickslip.scene import scene as scene_module
 
 NAN, INF = float("nan"), float("inf")
 HUGE = 10**400

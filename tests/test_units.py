@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import stickslip as ss
-from stickslip.units import parameter_units
+from stickslip.locus.units import parameter_units
 
 TIMES = np.linspace(0.0, 0.2, 5)
 

@@ -42,7 +42,7 @@ class _Package(ModuleType):
         return value
 
     def __setattr__(self, name: str, value: Any) -> None:
-        # Importing a module binds it to its package; `stickslip.sweep` has to stay the function.
+        # Importing a module binds it to its package; `stickslip.locus.sweep` has to stay the function.
         if not (isinstance(value, ModuleType) and name in _SOURCES):
             super().__setattr__(name, value)
 

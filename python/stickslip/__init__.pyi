@@ -1,19 +1,25 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from stickslip import energy_figures, figures, mode_figures, models, paper, portraits, study
-from stickslip.arclength import trace_branch
-from stickslip.attractors import disturbed_sliding
-from stickslip.basins import Basins, basins
-from stickslip.batch import Outcome, simulate_many
-from stickslip.bifurcation import Bifurcation, bifurcation
-from stickslip.branch import Branch, BranchPoint, follow_branch
-from stickslip.branch_points import branch_points
-from stickslip.case import Case, load_case, load_scene
-from stickslip.contact import Contact
-from stickslip.critical import CriticalPoint, critical_points, hopf_points
-from stickslip.cycle import Cycle, CyclePhase, Margin
-from stickslip.dataset_file import read_dataset, write_dataset
-from stickslip.energy import Balance
+from stickslip import study
+from stickslip.energy import figures as energy_figures
+from stickslip.motion import figures
+from stickslip.modes import figures as mode_figures
+from stickslip.scene import models
+from stickslip.reference import figures as paper
+from stickslip.cycles import figures as portraits
+from stickslip.cycles.arclength import trace_branch
+from stickslip.cycles.attractors import disturbed_sliding
+from stickslip.cycles.basins import Basins, basins
+from stickslip.transient.batch import Outcome, simulate_many
+from stickslip.cycles.bifurcation import Bifurcation, bifurcation
+from stickslip.cycles.branch import Branch, BranchPoint, follow_branch
+from stickslip.cycles.branch_points import branch_points
+from stickslip.files.case import Case, load_case, load_scene
+from stickslip.scene.contact import Contact
+from stickslip.locus.critical import CriticalPoint, critical_points, hopf_points
+from stickslip.cycles.cycle import Cycle, CyclePhase, Margin
+from stickslip.files.dataset_file import read_dataset, write_dataset
+from stickslip.motion.energy import Balance
 from stickslip.errors import (
     InputError,
     NoSteadySlidingError,
@@ -27,20 +33,20 @@ from stickslip.errors import (
     StudyError,
     StudyInterrupted,
 )
-from stickslip.modal_energy import modal_energy
-from stickslip.mode_selection import ModeSelection, mode_selection
-from stickslip.mode_shape import mode_power, orbit, phase_lag
-from stickslip.modes import Modes, complex_modes
-from stickslip.reduction import Reduced, reduce
+from stickslip.energy.modal import modal_energy
+from stickslip.energy.selection import ModeSelection, mode_selection
+from stickslip.modes.shape import mode_power, orbit, phase_lag
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.reduction import Reduced, reduce
 from stickslip.report import write_report
-from stickslip.scene import Proportional, Scene
-from stickslip.sensitivity import entry_sensitivity, sensitivity
-from stickslip.stability import stability
-from stickslip.state import State, sliding_equilibrium
-from stickslip.status_table import StatusTable, status_table
+from stickslip.scene.scene import Proportional, Scene
+from stickslip.locus.sensitivity import entry_sensitivity, sensitivity
+from stickslip.locus.stability import stability
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.modes.status_table import StatusTable, status_table
 from stickslip.study import Study
-from stickslip.sweep import sweep
-from stickslip.transient import Accumulation, Events, Grazing, Trajectory, simulate
+from stickslip.locus.sweep import sweep
+from stickslip.transient.trajectory import Accumulation, Events, Grazing, Trajectory, simulate
 
 __version__: str
 

@@ -10,11 +10,11 @@ from typing import Any, Literal, final
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.arrays import Complex, Index, Real, SparseData
-from stickslip.attractors import Settled
-from stickslip.contact import ContactData
+from stickslip.scene.checks import Complex, Index, Real, SparseData
+from stickslip.cycles.attractors import Settled
+from stickslip.scene.contact import ContactData
 from stickslip.errors import StickslipError
-from stickslip.modes import ModesData
+from stickslip.modes.modes import ModesData
 
 __all__ = [
     "Batch",

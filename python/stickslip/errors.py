@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.basins import Basins
-    from stickslip.bifurcation import Bifurcation
-    from stickslip.transient import Trajectory
+    from stickslip.cycles.basins import Basins
+    from stickslip.cycles.bifurcation import Bifurcation
+    from stickslip.transient.trajectory import Trajectory
 
 
 class StickslipError(Exception):

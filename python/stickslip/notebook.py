@@ -6,17 +6,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.arrays import Real
-from stickslip.contact import described_direction
-from stickslip.markup import facts, table
-from stickslip.scene import described_damping, shortened
+from stickslip.scene.checks import Real
+from stickslip.scene.contact import described_direction
+from stickslip.show.html import facts, table
+from stickslip.scene.scene import described_damping, shortened
 
 if TYPE_CHECKING:
-    from stickslip.cycle import Cycle
-    from stickslip.energy import Balance
-    from stickslip.modes import Modes
-    from stickslip.scene import Scene
-    from stickslip.transient import Events, Trajectory
+    from stickslip.cycles.cycle import Cycle
+    from stickslip.motion.energy import Balance
+    from stickslip.modes.modes import Modes
+    from stickslip.scene.scene import Scene
+    from stickslip.transient.trajectory import Events, Trajectory
 
 #: Events shown of a run.
 SHOWN = 12

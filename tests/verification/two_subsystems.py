@@ -6,8 +6,8 @@ import numpy as np
 
 import stickslip as ss
 from conftest import reference_solution
-from stickslip import reproduce
-from stickslip.published import published
+from stickslip.reference import comparison as reproduce
+from stickslip.reference.numbers import published
 from verification.case import Case, Quantity
 
 RUNS = {

@@ -11,20 +11,20 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.attractors import set_in_motion
-from stickslip.critical import CriticalPoint, critical_points
-from stickslip.cycle import Cycle
-from stickslip.energy import Balance
+from stickslip.cycles.attractors import set_in_motion
+from stickslip.locus.critical import CriticalPoint, critical_points
+from stickslip.cycles.cycle import Cycle
+from stickslip.motion.energy import Balance
 from stickslip.errors import InputError, NotPeriodicError, RunError
-from stickslip.models import two_subsystems
-from stickslip.modes import Modes, complex_modes
-from stickslip.path import Model
-from stickslip.published import published
+from stickslip.scene.models import two_subsystems
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.locus.path import Model
+from stickslip.reference.numbers import published
 from stickslip.report.mode_motion import published_inclinations
-from stickslip.scene import Scene
-from stickslip.state import State, sliding_equilibrium
-from stickslip.sweep import sweep
-from stickslip.transient import Trajectory, simulate
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.locus.sweep import sweep
+from stickslip.transient.trajectory import Trajectory, simulate
 
 #: Growth of the disturbance, as a power of e, over the transient that is shown.
 GROWTH = 30.0
@@ -237,7 +237,7 @@ def _loci(
     elif frictions == {0.0}:
         reasons["loci"] = "no loci: friction is zero"
     elif modes.eigenvalues.size > LARGE:
-        reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.sweep"
+        reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.locus.sweep"
     if "loci" in reasons:
         return "", None, []
     # Steady sliding does not depend on static friction, which may not be less than friction.

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from stickslip.arrays import Complex, Real
-from stickslip.models import two_subsystems
-from stickslip.modes import Modes
-from stickslip.scene import Scene
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.models import two_subsystems
+from stickslip.modes.modes import Modes
+from stickslip.scene.scene import Scene
 
 #: Dofs beyond which a shape is drawn without names.
 NAMED = 24

@@ -7,13 +7,14 @@ from collections import Counter
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip import energy_figures, portraits
-from stickslip.energy import STATUSES
-from stickslip.figures import NAMES
-from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
-from stickslip.report import drawing
+from stickslip.energy import figures as energy_figures
+from stickslip.cycles import figures as portraits
+from stickslip.motion.energy import STATUSES
+from stickslip.motion.figures import NAMES
+from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
+from stickslip.show import svg as drawing
 from stickslip.report.findings import Findings
-from stickslip.transient import Trajectory
+from stickslip.transient.trajectory import Trajectory
 
 #: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4

@@ -11,15 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dataset_file import replace_file
-from stickslip.markup import facts, number, section
-from stickslip.path import Model
-from stickslip.report.comparison import comparison_section
+from stickslip.files.dataset_file import replace_file
+from stickslip.show.html import facts, number, section
+from stickslip.locus.path import Model
+from stickslip.reference.section import comparison_section
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
-from stickslip.scene import Scene
-from stickslip.state import State
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State
 
 #: The page may load nothing at all.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"

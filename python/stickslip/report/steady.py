@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip import mode_figures
-from stickslip.critical import CriticalPoint
-from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
-from stickslip.mode_shape import power_of
-from stickslip.modes import Modes
-from stickslip.report import drawing, mode_motion
+from stickslip.modes import figures as mode_figures
+from stickslip.locus.critical import CriticalPoint
+from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
+from stickslip.modes.shape import power_of
+from stickslip.modes.modes import Modes
+from stickslip.report import mode_motion
+from stickslip.show import svg as drawing
 from stickslip.report.findings import Findings
-from stickslip.scene import Proportional
+from stickslip.scene.scene import Proportional
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4

@@ -6,7 +6,7 @@ statistics -> figures (`stickslip.study.figures`).
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.study.outputs import OUTPUTS, Output
+from stickslip.study.sample.outputs import OUTPUTS, Output
 from stickslip.study.parameters import GaussianCopula
 from stickslip.study.perturbation import eigenvalue_moments
 from stickslip.study.samplers import unit_design
@@ -19,7 +19,7 @@ from stickslip.study.statistics import (
     unstable,
 )
 from stickslip.study.study import Study, unstacked
-from stickslip.study.study_file import study_of
+from stickslip.files.study_file import study_of
 
 if TYPE_CHECKING:
     from stickslip.study import figures as figures

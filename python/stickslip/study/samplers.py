@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.arrays import Real
+from stickslip.scene.checks import Real
 from stickslip.errors import InputError
 
 #: Samplers of the unit cube by name, with the options each takes.

@@ -14,8 +14,8 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from stickslip.arrays import Real, real_number
-from stickslip.contact import nearest
+from stickslip.scene.checks import Real, real_number
+from stickslip.scene.contact import nearest
 from stickslip.errors import InputError
 from stickslip.study.samplers import LEVELS, problem, salib, unit_design
 
