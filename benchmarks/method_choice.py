@@ -20,9 +20,9 @@ from typing import Literal
 
 import numpy as np
 from chain_scaling import on_cycles, scene_of, settled
-from report import Report, machine, versions
 
 import stickslip as ss
+from report import Report, machine, versions
 
 SIZES = (10, 20, 30, 50, 100, 200, 300)
 Method = Literal["modal", "taylor", "auto"]

@@ -19,9 +19,9 @@ import numpy as np
 import scipy.linalg
 from batch_throughput import peak
 from numpy.typing import NDArray
-from report import Report, machine, versions
 
 import stickslip as ss
+from report import Report, machine, versions
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))

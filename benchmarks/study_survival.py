@@ -20,6 +20,7 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
 from report import Report
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))

@@ -24,9 +24,9 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from report import Report, left_out, machine, versions
 
 import stickslip as ss
+from report import Report, left_out, machine, versions
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from conftest import reference_solution

@@ -45,7 +45,9 @@ def test_every_public_name_is_there_and_once_in_the_stub():
 
 def test_a_function_keeps_its_name_from_its_module():
     # `stickslip.locus.sweep` is a module too, which the import system binds to the package.
-    code = "import stickslip.locus.sweep, stickslip as ss; assert callable(ss.sweep) and callable(ss.stability)"
+    code = (
+        "import stickslip.locus.sweep, stickslip as ss; assert callable(ss.sweep) and callable(ss.stability)"
+    )
     loaded(code + "; from stickslip import reproduce; assert reproduce.rows")
 
 

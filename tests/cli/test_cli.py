@@ -19,8 +19,8 @@ from scipy import stats
 import stickslip as ss
 from stickslip.cli import main
 from stickslip.cli.verbs.simulate import KINDS
-from stickslip.study.run import store
 from stickslip.files.study_file import distribution
+from stickslip.study.run import store
 
 COMMAND = [sys.executable, "-c", "from stickslip.cli import main; main(prog_name='stickslip')"]
 VERBS = sorted(main.commands)

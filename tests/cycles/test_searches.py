@@ -7,7 +7,6 @@ import pytest
 import stickslip as ss
 from pad_on_disc import pad_on_disc
 from return_map import differenced_multipliers
-from stickslip.cycles import figures as portraits
 from stickslip.cycles.attractors import described, disturbed_sliding
 from stickslip.cycles.bifurcation import table
 
@@ -113,7 +112,7 @@ def test_stability_that_is_not_known_in_diagrams(symmetric):
     assert data.stability.item() == symmetric.stability
     assert not data.stable.item()
     figure, axes = plt.subplots()
-    portraits.bifurcation_diagram(axes, ss.Bifurcation(data, (symmetric,)), "x1")
+    ss.plot.bifurcation_diagram(axes, ss.Bifurcation(data, (symmetric,)), "x1")
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     plt.close(figure)
     assert "stability not known" in shown

@@ -5,7 +5,6 @@ import pytest
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.energy import figures as energy_figures
 
 
 @pytest.fixture(scope="module")
@@ -19,7 +18,7 @@ def cycle(run):
 
 
 def test_energy_history_of_a_cycle(cycle):
-    figure = energy_figures.energy_history(cycle.run)
+    figure = ss.plot.energy_history(cycle.run)
     stored, rate, powers, status = figure.axes
     flow = cycle.run.energy(rate.lines[0].get_xdata())
     assert rate.lines[0].get_ydata() == pytest.approx(flow.energy_rate.values)
@@ -38,7 +37,7 @@ def test_every_flow_has_a_colour_of_its_own():
     run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
     balance = run.limit_cycle().balance()
     assert balance.impact_loss > 0.0
-    axes = energy_figures.energy_flow(balance).axes[0]
+    axes = ss.plot.energy_flow(balance).axes[0]
     names = [text.get_text().split("\n")[0] for text in axes.texts][:-1]
     colours = [patch.get_facecolor() for patch in axes.patches][: len(names)]
     owners = {name.removeprefix("slider of ").removeprefix("friction heat of ") for name in names}
@@ -48,7 +47,7 @@ def test_every_flow_has_a_colour_of_its_own():
 
 def test_energy_flow_is_in_proportion(cycle):
     balance = cycle.balance()
-    figure = energy_figures.energy_flow(balance)
+    figure = ss.plot.energy_flow(balance)
     axes = figure.axes[0]
     texts = [text.get_text() for text in axes.texts]
     for expected in ("slider of contact 0\n26.87 mJ", "dampers\n2.133 mJ", "impacts\n32.3 nJ"):
@@ -63,13 +62,13 @@ def test_energy_flow_is_in_proportion(cycle):
 
 
 def test_growth_and_selection_figures(run):
-    shares = energy_figures.modal_shares(run, 0.0, 0.15, "++")
+    shares = ss.plot.modal_shares(run, 0.0, 0.15, "++")
     lines = {line.get_label(): line for line in shares.axes[0].lines}
     assert "119.4 Hz" in lines
     energy = ss.modal_energy(run, lines["all"].get_xdata()[:50])
     assert lines["all"].get_ydata()[:50] == pytest.approx(1e3 * energy.total.values)
     selection = ss.mode_selection(run.scene, np.linspace(1e-5, 1e-4, 4), phases=4)
-    figure = energy_figures.gain_over_amplitude(selection)
+    figure = ss.plot.gain_over_amplitude(selection)
     assert isinstance(figure, Figure)
     curve = figure.axes[0].lines[0]
     assert curve.get_ydata() == pytest.approx((selection.gains.net / selection.gains.energy).values[0])

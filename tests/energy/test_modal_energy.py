@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import stickslip as ss
 from random_scenes import drawn_scenes
-from stickslip.scene.structure import Structure, mode_friction
+from stickslip.modes.shape import mode_friction
+from stickslip.scene.structure import Structure
 
 EPS = np.finfo(float).eps
 COMBINATIONS = ["".join(pair) for pair in itertools.product("+-sd", repeat=2)]

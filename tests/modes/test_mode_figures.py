@@ -3,14 +3,14 @@ import pytest
 from matplotlib.animation import AbstractMovieWriter
 
 import stickslip as ss
-from stickslip.modes import figures as mode_figures
+from stickslip.modes.figures import MOST
 
 MASSES = {"m1": ("x1", "x2"), "m3": ("x5", "x6")}
 
 
 def test_loci_show_the_branches():
     branches = ss.sweep(ss.models.two_subsystems(), friction=[0.5, 1.5, 1.0])
-    figure = mode_figures.loci(branches)
+    figure = ss.plot.loci(branches)
     growth, frequency = figure.axes
     assert growth.get_xlabel() == "friction coefficient"
     assert growth.get_ylabel() == "real part, 1/s"
@@ -26,7 +26,7 @@ def test_loci_show_the_branches():
 
 def test_a_stability_map_shows_growth_and_its_border():
     values = {"friction": np.linspace(0.0, 3.0, 31), "slider_speed": [0.01, 0.05, 0.1]}
-    figure = mode_figures.stability_map(ss.sweep(ss.models.two_subsystems(), **values))
+    figure = ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), **values))
     growth, count, *bars = figure.axes
     assert growth.get_ylabel() == "friction coefficient"
     assert growth.get_xlabel() == count.get_xlabel() == "slider speed, m/s"
@@ -38,12 +38,12 @@ def test_a_stability_map_shows_growth_and_its_border():
     for border, expected in ((borders[0], hopf[0]), (borders[1], hopf[1]), (borders[-1], hopf[0])):
         assert border[:, 1].min() == pytest.approx(expected, abs=0.05)
     with pytest.raises(ss.InputError, match=r"two values of each at least, got {'friction': 31}"):
-        mode_figures.stability_map(ss.sweep(ss.models.two_subsystems(), friction=values["friction"]))
+        ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), friction=values["friction"]))
 
 
 def test_shapes_show_every_mode():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
-    figure = mode_figures.shapes(modes)
+    figure = ss.plot.shapes(modes)
     titles = [axes.get_title() for axes in figure.axes]
     assert titles[:2] == ["mode 1: 91.56 Hz", "mode 2: 112.20 Hz"]
     heights = [bar.get_height() for bar in figure.axes[0].patches]
@@ -64,25 +64,25 @@ def test_shapes_of_a_long_chain_are_few():
     chain = ss.models.chain([part] * 10, [link] * 9, wall_stiffness=1.8e6, friction=0.4, slider_speed=0.025)
     modes = ss.complex_modes(chain)
     upper = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
-    figure = mode_figures.shapes(modes)
+    figure = ss.plot.shapes(modes)
     numbers = [int(axes.get_title().split()[1].rstrip(":")) for axes in figure.axes]
-    assert len(numbers) == mode_figures.MOST < upper.size
+    assert len(numbers) == MOST < upper.size
     growth = modes.eigenvalues[upper].real
     assert growth[np.array(numbers) - 1].min() >= np.delete(growth, np.array(numbers) - 1).max()
     # One artist for all dofs, with as many lines as there are dofs.
     assert not figure.axes[0].patches
     assert len(figure.axes[0].collections[0].get_paths()) == chain.size
     assert figure.get_figheight() < 8.0
-    chosen = [axes.get_title() for axes in mode_figures.shapes(modes, [2, 1]).axes if axes.get_visible()]
+    chosen = [axes.get_title() for axes in ss.plot.shapes(modes, [2, 1]).axes if axes.get_visible()]
     assert [title.split(":")[0] for title in chosen] == ["mode 2", "mode 1"]
     with pytest.raises(ss.InputError, match=r"numbers: expected modes in 1\.\.\d+, got \[0\]"):
-        mode_figures.shapes(modes, [0])
+        ss.plot.shapes(modes, [0])
 
 
 def test_orbits_show_the_motion():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     mode = int(np.argmax(modes.eigenvalues.real))
-    figure = mode_figures.orbits(modes, mode, MASSES)
+    figure = ss.plot.orbits(modes, mode, MASSES)
     motion = ss.orbit(modes, mode, ("x1", "x2"))
     assert figure.axes[0].lines[0].get_xydata() == pytest.approx(motion.to_numpy())
     assert "grows" in figure.get_suptitle()
@@ -109,7 +109,7 @@ class Pictures(AbstractMovieWriter):
 def test_an_animation_is_one_period():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     pictures = Pictures()
-    mode_figures.animated(modes, 0, MASSES, frames=8).save("unused", writer=pictures)
+    ss.plot.animated(modes, 0, MASSES, frames=8).save("unused", writer=pictures)
     seen = pictures.seen
     assert len(seen) == 8
     # Opposite phases are mirrored at the place of rest.
@@ -121,9 +121,9 @@ def test_an_animation_is_one_period():
 def test_hostile_input():
     modes = ss.complex_modes(ss.models.two_subsystems())
     with pytest.raises(ss.InputError, match="masses: expected at least one"):
-        mode_figures.orbits(modes, 0, {})
+        ss.plot.orbits(modes, 0, {})
     with pytest.raises(ss.InputError, match="places: expected one for each of 2"):
-        mode_figures.animated(modes, 0, MASSES, places=[(0.0, 0.0)])
+        ss.plot.animated(modes, 0, MASSES, places=[(0.0, 0.0)])
     grid = ss.sweep(ss.models.two_subsystems(), friction_0=[0.0, 1.0], friction_1=[0.0, 1.0])
     with pytest.raises(ss.InputError, match="loci: expected a sweep over one parameter"):
-        mode_figures.loci(grid)
+        ss.plot.loci(grid)

@@ -8,7 +8,7 @@ import stickslip as ss
 
 
 def test_table_4_at_one_call():
-    record = json.loads((files("stickslip") / "data" / "published.json").read_text())
+    record = json.loads((files("stickslip.reference") / "published.json").read_text())
     rows = [row for row in record["status_frequencies"] if row["table"] == "Table 4"]
     table = ss.status_table(ss.models.two_subsystems(friction=2.2), [row["status"] for row in rows])
     for row in rows:

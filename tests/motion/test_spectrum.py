@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from stickslip.cycles import figures as portraits
 
 
 @pytest.fixture(scope="module")
@@ -97,18 +96,18 @@ def test_ill_posed_spectra(run, arguments, message):
 def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
     diagram = ss.bifurcation(run.scene, friction=[0.5, 1.5, 2.2], stretch=0.6)
     for draw in (
-        lambda axes: portraits.displacement(axes, run, "x2"),
-        lambda axes: portraits.phase_portrait(axes, cycle, contact=1),
-        lambda axes: portraits.spectrum(axes, run.spectrum("x2")),
-        lambda axes: portraits.spectrum(axes, run.spectrum("x2", end=0.1)),
-        lambda axes: portraits.overlay(axes, {"friction 1.5": cycle}),
-        lambda axes: portraits.bifurcation_diagram(axes, diagram, "x2"),
+        lambda axes: ss.plot.displacement(axes, run, "x2"),
+        lambda axes: ss.plot.phase_portrait(axes, cycle, contact=1),
+        lambda axes: ss.plot.spectrum(axes, run.spectrum("x2")),
+        lambda axes: ss.plot.spectrum(axes, run.spectrum("x2", end=0.1)),
+        lambda axes: ss.plot.overlay(axes, {"friction 1.5": cycle}),
+        lambda axes: ss.plot.bifurcation_diagram(axes, diagram, "x2"),
     ):
         axes = matplotlib.figure.Figure().subplots()
         assert draw(axes) is axes
         assert len(axes.lines) >= 1
     bars = matplotlib.figure.Figure().subplots()
-    assert portraits.contact_status(bars, cycle) is bars
+    assert ss.plot.contact_status(bars, cycle) is bars
     drawn = sum(len(collection.get_paths()) for collection in bars.collections)
     # One bar as long as the status of a contact stays the same.
     letters = [[combination[contact] for combination in cycle.combinations] for contact in (0, 1)]
@@ -116,12 +115,12 @@ def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
     # The first contact is on top.
     assert bars.yaxis_inverted()
     with pytest.raises(ss.InputError, match="x99"):
-        portraits.displacement(bars, run, "x99")
+        ss.plot.displacement(bars, run, "x99")
 
 
 def test_statuses_survive_grey(cycle, axes):
     """Each status has a line style and a hatching of its own, whatever its colour turns into."""
-    assert len(set(portraits.STYLES.values())) == len(set(portraits.HATCHES.values())) == 4
-    portraits.phase_portrait(axes, cycle)
+    assert len(set(ss.plot.STYLES.values())) == len(set(ss.plot.HATCHES.values())) == 4
+    ss.plot.phase_portrait(axes, cycle)
     drawn = [line for line in axes.lines if not line.get_label().startswith("_")]
     assert len({line.get_linestyle() for line in drawn}) == len(drawn) == 2

@@ -11,9 +11,8 @@ from matplotlib.colors import to_rgb
 from matplotlib.text import Text
 
 import stickslip as ss
-from stickslip.motion import figures
-from stickslip.reference import figures as paper
 from stickslip.reference import comparison as reproduce
+from stickslip.reference import figures as paper
 from stickslip.reference.numbers import published
 
 NUMBERS = range(2, 16)
@@ -46,13 +45,13 @@ def legend(figure):
 def test_there_is_one_function_for_each():
     assert list(paper.FIGURES) == list(NUMBERS)
     for number in NUMBERS:
-        assert paper.FIGURES[number] is getattr(ss.paper, f"figure_{number}")
+        assert paper.FIGURES[number] is getattr(ss.reference.figures, f"figure_{number}")
 
 
 @pytest.mark.parametrize("number", NUMBERS)
 def test_is_legible_in_a_column(number, tmp_path):
     figure = drawn(number)
-    figures.save(figure, tmp_path / "figure.svg")
+    ss.plot.save(figure, tmp_path / "figure.svg")
     width, height = 25.4 * figure.get_size_inches()
     assert width == pytest.approx(85.0)
     assert height <= 160.0

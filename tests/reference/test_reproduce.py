@@ -6,9 +6,9 @@ from decimal import Decimal
 import pytest
 from click.testing import CliRunner
 
-from stickslip.reference import numbers as published
-from stickslip.reference import comparison as reproduce
 from stickslip.cli import main
+from stickslip.reference import comparison as reproduce
+from stickslip.reference import numbers as published
 from stickslip.reference.numbers import MISLABELS, MISPRINTS, agrees, last_digit
 
 
@@ -75,7 +75,7 @@ def test_every_erratum_of_the_record_is_one_the_program_checks():
 
 def changed(path, value):
     """The record with one entry changed."""
-    text = published.files("stickslip").joinpath("data/published.json").read_text(encoding="utf-8")
+    text = published.files("stickslip.reference").joinpath("published.json").read_text(encoding="utf-8")
     record = json.loads(text, parse_float=Decimal, parse_int=Decimal)
     entry = record
     for key in path[:-1]:
@@ -139,12 +139,12 @@ def test_command_line_fails_on_a_difference(monkeypatch):
 
 
 def test_figures_show_the_run():
-    from stickslip.motion import figures
+    from matplotlib.figure import Figure
 
     run = reproduce.standard_run(0.2)
-    drawn = figures.history(run, ("x1",)).axes[0].lines[0]
+    drawn = ss.plot.history(run, ("x1",)).axes[0].lines[0]
     motion = run.sample(drawn.get_xdata()).position.sel(dof="x1")
     assert drawn.get_ydata() == pytest.approx(1e6 * (motion - motion[0]).values)
-    axes = figures.contact_status(run).axes[0]
+    axes = ss.plot.contact_status(Figure().subplots(), run)
     spans = sum(len(collection.get_paths()) for collection in axes.collections)
     assert spans == 2 * (len(run.events) + 1)

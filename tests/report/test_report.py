@@ -10,9 +10,10 @@ from click.testing import CliRunner
 
 import stickslip as ss
 from stickslip.cli import main
-from stickslip.report import findings, page
-from stickslip.report.mode_motion import published_inclinations
+from stickslip.reference import known
 from stickslip.reference.comparison import rows
+from stickslip.report import findings, page
+from stickslip.scene.known import Known
 
 #: Elements that have no end tag.
 VOID = {"meta", "link", "br", "input", "img"}
@@ -90,7 +91,12 @@ def check(text):
 
 @pytest.fixture(scope="module")
 def standard():
-    found = findings(ss.models.two_subsystems(), "the <standard> run", settings={"duration": 0.6})
+    found = findings(
+        ss.models.two_subsystems(),
+        "the <standard> run",
+        settings={"duration": 0.6},
+        known=known(ss.models.two_subsystems()),
+    )
     return found, page(found)
 
 
@@ -170,7 +176,7 @@ def test_a_shape_in_motion_is_the_mode(standard):
 def test_a_scene_without_limit_cycle_has_a_page(scene, says):
     found = findings(scene, "scene")
     # The published section depends on the model alone and is checked above.
-    text = page(found, published=False)
+    text = page(found)
     outline = check(text)
     for words in says:
         assert words in text
@@ -181,7 +187,7 @@ def test_a_scene_without_limit_cycle_has_a_page(scene, says):
 
 def test_a_chaotic_motion_is_named_with_its_exponent():
     found = findings(ss.models.two_subsystems(slider_speed=0.2), "chaos")
-    text = page(found, published=False)
+    text = page(found)
     check(text)
     assert found.settled == "chaotic"
     assert re.search(r"No limit cycle: the motion is chaotic: largest Lyapunov exponent \d", text)
@@ -193,21 +199,23 @@ def test_a_run_that_its_limit_stops_is_shown_up_to_there():
     found = findings(ss.models.two_subsystems(), "cut", settings={"duration": 1e4, "time_limit": 1e-3})
     assert 0.0 < found.run.duration < 1e4
     assert found.cycle is None
-    text = page(found, published=False)
+    text = page(found)
     check(text)
     assert f"the time limit of computing was reached at {found.run.duration:g} s" in text
 
 
 def test_only_the_published_matrices_are_the_published_model():
-    assert published_inclinations(ss.models.two_subsystems(friction=2.2, external_force=3.0)) == (0.3, 0.75)
-    assert published_inclinations(ss.models.two_subsystems(damping=2e-4)) is None
-    assert published_inclinations(ss.models.two_subsystems(labels="printed")) is None
-    assert published_inclinations(belt()) is None
+    assert [
+        c.inclination for c in known(ss.models.two_subsystems(friction=2.2, external_force=3.0)).columns
+    ] == [0.3, 0.75]
+    assert known(ss.models.two_subsystems(damping=2e-4)) == Known()
+    assert known(ss.models.two_subsystems(labels="printed")) == Known()
+    assert known(belt()) == Known()
 
 
 def test_the_paper_belongs_to_its_own_scenes():
     def of_the_paper(scene):
-        return findings(scene, "x", settings={"duration": 0.01}).of_the_paper
+        return known(scene).section is not None
 
     assert of_the_paper(ss.models.two_subsystems(friction=2.2, slider_speed=0.05))
     assert not of_the_paper(ss.models.two_subsystems(friction=0.6))
@@ -222,7 +230,7 @@ def test_the_parameter_of_the_sweep_is_followed():
     )
     assert found.parameter == "wall_stiffness"
     assert found.loci.wall_stiffness.to_numpy().tolist() == [1.8e6, 1.9e6]
-    assert "Stability over wall stiffness" in page(found, published=False)
+    assert "Stability over wall stiffness" in page(found)
 
 
 def test_nothing_is_searched_where_every_mode_decays(monkeypatch):
@@ -237,7 +245,7 @@ def test_nothing_is_searched_where_every_mode_decays(monkeypatch):
 
 def test_the_verb_writes_the_page(tmp_path):
     file = tmp_path / "belt.toml"
-    belt(static_friction=0.4).save(file)
+    ss.save(belt(static_friction=0.4), file)
     result = CliRunner().invoke(main, ["report", str(file), "--duration", "2.0"])
     assert result.exit_code == 0, result.output
     assert "Steady sliding is neutral" in result.output

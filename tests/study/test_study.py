@@ -26,8 +26,7 @@ from scipy import stats
 import stickslip as ss
 import study_models as models
 from stickslip.study import GaussianCopula, Output, eigenvalue_moments, unit_design
-from stickslip.study.run import runners
-from stickslip.study.run import store
+from stickslip.study.run import runners, store
 from stickslip.study.sample.fingerprint import described_function
 
 

@@ -9,10 +9,10 @@ import time
 
 import numpy as np
 import pytest
+from test_closed_forms import oscillator
 
 import stickslip as ss
 from equal_chain import equal_chain
-from test_closed_forms import oscillator
 
 #: s; a run that reaches it did not stop
 ENDLESS = 1e9

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import click
 
-from stickslip.cli.verbs.completion import completion
-from stickslip.cli.verbs.cycle import cycle
+from stickslip.cli.completion import completion
 from stickslip.cli.exits import Verbs
+from stickslip.cli.verbs.cycle import cycle
 from stickslip.cli.verbs.figures import figures
 from stickslip.cli.verbs.init import init
 from stickslip.cli.verbs.modes import modes

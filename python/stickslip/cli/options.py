@@ -259,7 +259,7 @@ def progress(work: Sequence[T], description: str) -> Iterable[T]:
 
 def save_figure(figure: Figure, path: Path, dpi: int) -> None:
     """Write a figure in the form that its suffix names."""
-    from stickslip.motion.figures import save
+    from stickslip.show.style import save
 
     save(figure, path, dpi)
 

@@ -8,16 +8,16 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stickslip import _core
-from stickslip.scene.checks import real_number
 from stickslip.errors import InputError
 from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.checks import real_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
 
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 Growth: TypeAlias = tuple[float, float, float]
 #: What the core says a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
-Settled: TypeAlias = "tuple[str, _core.Cycle | None, Growth, _core.Trajectory | None]"
+Settled: TypeAlias = "_core._Settled"
 #: That, and why the last stretch ended.
 Outcome: TypeAlias = tuple[Settled, str]
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.scene.checks import real_array
 from stickslip.cycles.attractors import LOOKS, described, is_valid, positive_time, settled, stretch_of
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, SearchInterrupted
+from stickslip.scene.checks import real_array
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 

@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.scene.checks import Index, Real
 from stickslip.cycles.attractors import (
     LOOKS,
     Outcome,
@@ -23,9 +22,10 @@ from stickslip.cycles.attractors import (
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import SearchInterrupted
 from stickslip.locus.path import Model, along
+from stickslip.locus.units import parameter_units
+from stickslip.scene.checks import Index, Real
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
-from stickslip.locus.units import parameter_units
 
 
 @dataclass(frozen=True, repr=False, eq=False)

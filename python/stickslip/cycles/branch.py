@@ -7,12 +7,12 @@ from typing import Any, Literal
 
 import xarray as xr
 
-from stickslip.scene.checks import described
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
 from stickslip.locus.path import Model, SceneAt, along
 from stickslip.locus.units import parameter_units
+from stickslip.scene.checks import described
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10

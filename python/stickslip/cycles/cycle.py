@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, Literal, NamedTuple
 
@@ -10,16 +10,17 @@ import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.cycles.attractors import described
-from stickslip.scene.contact import dof_index
-from stickslip.motion.energy import Balance
-from stickslip.errors import NotPeriodicError, RunInterrupted
 from stickslip.cycles.harmonics import harmonic_energy
 from stickslip.modes.modes import Modes, complex_modes
+from stickslip.motion.energy import Balance
+from stickslip.motion.errors import NotPeriodicError, RunInterrupted
+from stickslip.motion.motion import Motion
+from stickslip.scene.checks import Complex, Real, whole_number
+from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
-from stickslip.transient.trajectory import Trajectory
+from stickslip.show.summary import Summary, Table
 
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
@@ -224,15 +225,15 @@ class Cycle:
         return xr.DataArray(values, dims="dof", coords=coords, name=name, attrs={"units": "m"})
 
     @cached_property
-    def run(self) -> Trajectory:
+    def run(self) -> Motion:
         """One period as a motion from 0 to `period`, to be sampled, drawn, and balanced like any other."""
         core = self.core.trajectory()
         position, velocity, combination = core.state(0.0)
         start = State(position, velocity, combination, self.scene.dofs)
-        return Trajectory(self.scene, start, core)
+        return Motion(self.scene, start, core)
 
     def balance(self) -> Balance:
-        """Return where the energy of one period comes from and goes: `Trajectory.balance` over the orbit.
+        """Return where the energy of one period comes from and goes: `Motion.balance` over the orbit.
 
         On a limit cycle nothing is stored: contact and external work equal damping and impact losses.
         """
@@ -264,7 +265,7 @@ class Cycle:
         -----
         Where impacts make velocities jump, works decay as 1 / harmonic^2.
         """
-        return harmonic_energy(self, count)
+        return harmonic_energy(self.scene, self.period, self.harmonics(count))
 
     @cached_property
     def modes(self) -> dict[str, Modes]:
@@ -344,7 +345,7 @@ class Cycle:
         xarray.Dataset
             ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, mode) of `table`;
             ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
-            `harmonics`; one period as `Trajectory.sample` gives it (time). The attributes
+            `harmonics`; one period as `Motion.sample` gives it (time). The attributes
             ``period`` s, ``stable`` (-1: not known), ``stability``, ``structural_zeros``.
 
         Raises
@@ -425,10 +426,24 @@ class Cycle:
         )
         return f"Cycle({lines}, {self.stability}{known})"
 
-    def _repr_html_(self) -> str:
-        from stickslip.notebook import cycle_html
+    def summary(self) -> Summary:
+        """Return period, stability and a table of the phases."""
+        facts = [
+            ("period", f"{1e3 * self.period:.9g} ms"),
+            ("frequency", f"{self.frequency:.6g} Hz"),
+            ("stability", self.stability),
+            ("largest multiplier", f"{self.largest_multiplier:.4g}"),
+        ]
+        rows = [
+            (phase.combination, 1e3 * phase.start, 1e3 * phase.duration)
+            for phase in self.phases
+            if phase.duration > 0.0
+        ]
+        headings = ("combination", "start, ms", "duration, ms")
+        return Summary(facts, [Table("Phases of one period", headings, rows)])
 
-        return cycle_html(self)
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.scene, self.core.record())
@@ -439,7 +454,7 @@ def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
 
 
 def limit_cycle(
-    run: Trajectory, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+    run: Motion, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
 ) -> Cycle:
     """Return the periodic orbit that a run settles to; see `Trajectory.limit_cycle`.
 
@@ -453,7 +468,7 @@ def limit_cycle(
     kind, core, growth, last = run.core.attractor(further, method)
     if core is not None:
         return Cycle(run.scene, core)
-    ended = run if last is None else Trajectory(run.scene, run.state(run.duration), last)
+    ended = run if last is None else replace(run, start=run.state(run.duration), core=last)
     if ended.stop_reason == "interrupted":
         raise RunInterrupted(ended)
     label, message = described(kind, growth, ended.core.stop_message)

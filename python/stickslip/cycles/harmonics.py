@@ -11,21 +11,26 @@ impulses of impacts belong to f_k: their normal part carries the impact losses.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import xarray as xr
 
+from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure
 
-if TYPE_CHECKING:
-    from stickslip.cycles.cycle import Cycle
 
+def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Dataset:
+    """Return mean energies and works per period by harmonic; see `Cycle.harmonic_energy`.
 
-def harmonic_energy(cycle: Cycle, count: int) -> xr.Dataset:
-    """Return mean energies and works per period by harmonic; see `Cycle.harmonic_energy`."""
-    series = cycle.harmonics(count)
-    structure = Structure.of(cycle.scene)
+    Parameters
+    ----------
+    scene
+        The scene.
+    period
+        Of the motion, s.
+    series
+        Its Fourier series, see `Cycle.harmonics`.
+    """
+    structure = Structure.of(scene)
     c = series.coefficient.to_numpy().T
     omega = 2.0 * np.pi * series.frequency.to_numpy()
     u = 1j * omega * c
@@ -34,7 +39,7 @@ def harmonic_energy(cycle: Cycle, count: int) -> xr.Dataset:
     unbalanced = structure.stiffness @ c + structure.damping @ u - structure.mass @ (c * omega**2)
     force = structure.impulse_response.T @ unbalanced
     moving = structure.directions.T @ u
-    work = 2.0 * cycle.period * np.real(force * moving.conj())
+    work = 2.0 * period * np.real(force * moving.conj())
     mass, damping, stiffness = (
         np.einsum("ik,ij,jk->k", a.conj(), matrix, a).real
         for a, matrix in ((u, structure.mass), (u, structure.damping), (c, structure.stiffness))
@@ -46,11 +51,11 @@ def harmonic_energy(cycle: Cycle, count: int) -> xr.Dataset:
             "elastic": ("harmonic", weight * stiffness, joule),
             "friction_work": (by_contact, work[::2].T, joule | {"sign": "into the structure"}),
             "normal_work": (by_contact, work[1::2].T, joule | {"sign": "into the structure"}),
-            "damping": ("harmonic", 2.0 * cycle.period * damping, joule | {"sign": "dissipated"}),
+            "damping": ("harmonic", 2.0 * period * damping, joule | {"sign": "dissipated"}),
         },
         coords={
             "harmonic": series.harmonic.to_numpy(),
             "frequency": ("harmonic", series.frequency.to_numpy(), {"units": "Hz"}),
-            "contact": cycle.scene.contact_labels(),
+            "contact": scene.contact_labels(),
         },
     )

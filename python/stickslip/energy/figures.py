@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch, Rectangle
 from matplotlib.path import Path
 
-from stickslip.motion.energy import Balance
-from stickslip.motion.figures import COLOURS
 from stickslip.energy.modal import modal_energy
 from stickslip.energy.selection import ModeSelection
-from stickslip.transient.trajectory import Trajectory
+from stickslip.motion.energy import Balance
+from stickslip.motion.motion import Motion
+from stickslip.show.style import COLOURS
 
 #: Samples of an interval: some hundred per period of the cycle of ten of them.
 SAMPLES = 2001
@@ -31,7 +31,7 @@ BOX = 0.2
 Flow = tuple[str, float, str]
 
 
-def energy_history(run: Trajectory, t0: float = 0.0, t1: float | None = None) -> Figure:
+def energy_history(run: Motion, t0: float = 0.0, t1: float | None = None) -> Figure:
     """Return stored energy, its rate, powers and contact status over time (the paper's Figs. 13 to 15).
 
     The rate is that of the state equation; the sum of the powers is drawn over it, dashed.
@@ -244,7 +244,7 @@ def gain_over_amplitude(selection: ModeSelection) -> Figure:
     return figure
 
 
-def modal_shares(run: Trajectory, t0: float, t1: float, combination: str) -> Figure:
+def modal_shares(run: Motion, t0: float, t1: float, combination: str) -> Figure:
     """Return the energy of every mode over time while a combination holds, and the whole of the deviation.
 
     Parameters

@@ -14,17 +14,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.modes.modes import complex_modes
+from stickslip.modes.shape import mode_friction
+from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Scene
-from stickslip.scene.structure import Structure, mode_friction
+from stickslip.scene.structure import Structure
 
 if TYPE_CHECKING:
-    from stickslip.transient.trajectory import Trajectory
+    from stickslip.motion.motion import Motion
 
 
-def modal_energy(run: Trajectory, times: ArrayLike) -> xr.Dataset:
+def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
     """Return what every complex mode holds and receives, in the combination of each instant.
 
     The motion less the quasi-static one of the combination (its equilibrium, carried along by sticking

@@ -23,13 +23,13 @@ import scipy.optimize
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.errors import InputError
 from stickslip.modes.modes import complex_modes
+from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.scene.structure import Structure
-from stickslip.transient.trajectory import simulate
+from stickslip.transient.simulate import simulate
 
 #: Terms of the gain of one cycle.
 TERMS = ("energy", "contact", "damping", "impact", "net")

@@ -11,10 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.scene.checks import Real, described, real_number
 from stickslip.errors import InputError
-from stickslip.locus.path import known_parameters
-from stickslip.scene.scene import Scene
 from stickslip.files.scene_file import (
     MODELS,
     Matrices,
@@ -25,9 +22,13 @@ from stickslip.files.scene_file import (
     scene_from,
     scene_table,
 )
-from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.transient.trajectory import Trajectory, run_settings, simulate
+from stickslip.locus.path import known_parameters
+from stickslip.scene.checks import Real, described, real_number
+from stickslip.scene.scene import Scene, checked
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.transient.simulate import run_settings, simulate
+from stickslip.transient.trajectory import Trajectory
 
 START_KEYS = ("position", "velocity", "combination")
 #: Settings of `simulate` with their defaults; the duration has none.
@@ -49,7 +50,7 @@ class Case:
     Parameters
     ----------
     model
-        A `Scene`, or a function from keywords to one; a function of `stickslip.scene.models`, or a
+        A `Scene`, or a function from keywords to one; a function of `stickslip.models`, or a
         `functools.partial` of one, can be saved.
     start
         ``position`` and ``velocity``, what is added to the sliding equilibrium, m and m/s: amounts by dof, or
@@ -223,6 +224,36 @@ def parameter_values(name: str, value: Any) -> Real:
     return np.array([real_number(name, one) for one in value])
 
 
+def save(what: Scene | Case, path: str | Path, matrices: Matrices = "auto") -> None:
+    """Write a scene or a case as TOML; `load_scene` and `load_case` read it back exactly.
+
+    A scene that a function of `stickslip.models` made is written as that model and its arguments, also
+    after `replace` of what the model takes; any other, or with `matrices`, by its matrices.
+
+    Parameters
+    ----------
+    what
+        A `Scene`, or a `Case`: a scene with a start, settings of a run and parameter values.
+    path
+        The file, usually ``.toml``.
+    matrices
+        Where matrices and vectors go, see `Case.save`; ``auto``: into the file itself, or beside it where
+        they are large.
+
+    Raises
+    ------
+    InputError
+        If `what` is neither, `matrices` is none of these, or a name is no text that a file can hold.
+    OSError
+        If the file cannot be written.
+    """
+    if isinstance(what, Case):
+        what.save(path, matrices)
+        return
+    model = checked(what).model if matrices == "auto" else None
+    Case(what if model is None or not _same(model(), what) else model).save(path, matrices)
+
+
 def load_case(path: str | Path) -> Case:
     """Return the case that a scene file holds; see `Case` and `stickslip.files.scene_file`.
 
@@ -248,7 +279,7 @@ def load_case(path: str | Path) -> Case:
 
 
 def load_scene(path: str | Path) -> Scene:
-    """Return the scene that a scene file holds, see `Scene.save` and `load_case`.
+    """Return the scene that a scene file holds, see `save` and `load_case`.
 
     Raises
     ------
@@ -270,3 +301,18 @@ def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
         elif value is not None:
             table[key] = value
     return table
+
+
+def _same(a: Scene, b: Scene) -> bool:
+    """Return whether two scenes of the same model have the same numbers and names, to the last bit."""
+
+    def laws(scene: Scene) -> list[Any]:
+        return [tuple(vars(contact).values()) for contact in scene.contacts]
+
+    return (
+        (a.dofs, a.damping, a.impact_friction) == (b.dofs, b.damping, b.impact_friction)
+        and laws(a) == laws(b)
+        and np.array_equal(a.mass, b.mass)
+        and np.array_equal(a.force, b.force)
+        and (a.stiffness != b.stiffness).nnz == 0
+    )

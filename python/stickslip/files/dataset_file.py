@@ -18,7 +18,6 @@ import shutil
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from importlib import import_module
 from numbers import Number
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -26,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from stickslip.errors import InputError
+from stickslip.scene.checks import package
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -124,20 +124,6 @@ def replace_file(path: str | Path, content: bytes | memoryview) -> None:
     with _draft(file) as draft:
         draft.write_bytes(content)
         draft.replace(file)
-
-
-def package(name: str, wanted: str) -> Any:
-    """Return a package of the extra ``study``.
-
-    Raises
-    ------
-    InputError
-        If it is missing; the message begins with what it is wanted for.
-    """
-    try:
-        return import_module(name)
-    except ImportError:
-        raise InputError(f"{wanted}: this needs {name}; pip install 'stickslip[study]'") from None
 
 
 @contextmanager

@@ -13,8 +13,8 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
-from stickslip.scene.contact import nearest
 from stickslip.errors import InputError
+from stickslip.scene.contact import nearest
 
 #: What a file is named by.
 FORMATS = ("npz", "mat", "mtx")

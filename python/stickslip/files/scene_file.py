@@ -1,7 +1,7 @@
 """Scene files: a scene as TOML, its large matrices in files beside it.
 
 `[scene]` has the arguments of `Scene` and its `[[scene.contact]]`; or `[model]` has the name of a function of
-`stickslip.scene.models` and its arguments. A matrix is rows of numbers, ``{ file = "k.npz", name = "K" }`` relative
+`stickslip.models` and its arguments. A matrix is rows of numbers, ``{ file = "k.npz", name = "K" }`` relative
 to the scene file, or ``{ shape = [n, n], row = [...], column = [...], value = [...] }`` if it is sparse.
 """
 
@@ -20,12 +20,12 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse
 
-from stickslip.scene import models
-from stickslip.scene.contact import Contact, nearest
 from stickslip.errors import InputError
 from stickslip.files.matrix_file import read_matrix, write_matrix
-from stickslip.scene.scene import Proportional, Scene
 from stickslip.files.toml_text import Inline
+from stickslip.scene import models
+from stickslip.scene.contact import Contact, nearest
+from stickslip.scene.scene import Proportional, Scene
 
 #: Numbers of a matrix up to which it is written into the scene file itself.
 INLINE = 600

@@ -17,11 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.scene.checks import real_number
-from stickslip.files.case import RANGE_KEYS, Case, parameter_values
-from stickslip.scene.contact import nearest
 from stickslip.errors import InputError
+from stickslip.files.case import RANGE_KEYS, Case, parameter_values
 from stickslip.files.scene_file import known, located
+from stickslip.scene.checks import real_number
+from stickslip.scene.contact import nearest
 from stickslip.study.study import Study
 
 #: Arguments of `Study` that a file may have; the rest comes from its other sections.

@@ -7,9 +7,9 @@ from typing import Any, Literal
 
 import numpy as np
 
-from stickslip.scene.checks import real_number
 from stickslip.errors import InputError
 from stickslip.locus.path import Family, Model, interval
+from stickslip.scene.checks import real_number
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 

@@ -17,9 +17,9 @@ import numpy as np
 import scipy.fft
 
 from stickslip import _core
+from stickslip.errors import InputError
 from stickslip.scene.checks import Real, real_array, real_number
 from stickslip.scene.contact import LAW, nearest
-from stickslip.errors import InputError
 from stickslip.scene.scene import Proportional, Scene
 
 #: A scene, or a function from named parameters to one.

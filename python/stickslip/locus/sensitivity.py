@@ -17,13 +17,13 @@ import scipy.linalg
 import xarray as xr
 
 from stickslip import _core
-from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.errors import InputError
-from stickslip.modes.modes import Modes, complex_modes
 from stickslip.locus.path import Family, Model, contact_parameter
+from stickslip.locus.units import parameter_units
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Proportional, Scene
-from stickslip.locus.units import parameter_units
 
 #: Largest relative error of a derivative, condition^2 times rounding, up to which it counts as defined.
 _DEFINED = 1e-6

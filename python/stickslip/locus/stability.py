@@ -9,10 +9,10 @@ import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.scene.checks import Real, real_array
 from stickslip.errors import InputError
-from stickslip.scene.models import LABELS, radians, two_subsystems
 from stickslip.locus.path import Family, Model, contact_parameter
+from stickslip.scene.checks import Real, real_array
+from stickslip.scene.models import LABELS, radians, two_subsystems
 from stickslip.scene.scene import Scene
 
 #: Parameters of the two-subsystem model that its stability depends on, with the number of values per scene.

@@ -13,12 +13,12 @@ from rich.console import Console
 from rich.progress import track
 
 from stickslip import _core
-from stickslip.scene.checks import Complex, Real, real_array, real_number
 from stickslip.errors import InputError
 from stickslip.locus.path import Family, Model
-from stickslip.scene.scene import Scene
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
+from stickslip.scene.checks import Complex, Real, real_array, real_number
+from stickslip.scene.scene import Scene
 
 _Part = TypeVar("_Part")
 
@@ -111,8 +111,8 @@ def sweep(
         }
         result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
-    first = {name: float(values[0]) for name, values in axes.items()}
-    scene = model if isinstance(model, Scene) else family.scene(**fixed, **first)
+    lowest = {name: float(values[0]) for name, values in axes.items()}
+    scene = model if isinstance(model, Scene) else family.scene(**fixed, **lowest)
     return _dataset(model, scene.contact_labels(), axes, result)
 
 

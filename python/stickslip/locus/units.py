@@ -10,7 +10,7 @@ from stickslip.scene.scene import Scene
 
 #: Of a contact's law, by whatever model.
 LAW_UNITS = {"friction": "1", "static_friction": "1", "slider_speed": "m/s", "restitution": "1", "gap": "m"}
-#: Of the functions of `stickslip.scene.models`; stiffnesses are told by the end of their names.
+#: Of the functions of `stickslip.models`; stiffnesses are told by the end of their names.
 MODEL_UNITS = {
     "upper_mass": "kg",
     "contact_mass": "kg",

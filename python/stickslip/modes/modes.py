@@ -4,33 +4,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, TypedDict
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.scene import Scene, checked_combination
+from stickslip.show.summary import Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-class ModesData(TypedDict):
-    """2m modes of the core; matrices of complex numbers are Fortran-contiguous."""
-
-    eigenvalues: Complex  # (2m,)
-    right_displacement: Complex  # (m, 2m)
-    left_displacement: Complex  # (m, 2m)
-    a: Complex  # (2m,)
-    b: Complex  # (2m,)
-    shapes: Complex  # (n, 2m)
-    condition: Real  # (2m,)
-    defective: NDArray[np.bool_]  # (2m,)
-    residual: Real  # (2m,)
-    mass: Real  # (m, m)
-    damping: Real  # (m, m)
-    stiffness: Real  # (m, m)
 
 
 #: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, the eigenvalue's own.
@@ -193,9 +177,24 @@ class Modes:
         return "  ".join(word for word, holds in known.items() if holds)
 
     def _repr_html_(self) -> str:
-        from stickslip.notebook import modes_html
+        return self.summary()._repr_html_()
 
-        return modes_html(self)
+    def summary(self) -> Summary:
+        """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""
+        upper = np.flatnonzero(self.eigenvalues.imag >= 0.0)
+        rows = [
+            (
+                str(k),
+                f"{self.frequencies[k]:.4f}",
+                float(self.damping_ratios[k]) + 0.0,
+                float(self.eigenvalues[k].real) + 0.0,
+                self.remark(int(k)),
+            )
+            for k in upper
+        ]
+        headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
+        kinds = ["unstable" if self.unstable[k] and not self.marginal[k] else "" for k in upper]
+        return Summary(tables=[Table(f"Modes of {self.combination}", headings, rows, kinds)])
 
 
 def signed(value: float, digits: int) -> str:

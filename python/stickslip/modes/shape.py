@@ -9,11 +9,15 @@ import numpy as np
 import scipy.sparse
 import xarray as xr
 
-from stickslip.scene.checks import Complex, Real
-from stickslip.scene.contact import dof_index
 from stickslip.errors import InputError
 from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.structure import Structure
+
+#: T / (mu N) of every status whose friction force Coulomb's law gives.
+FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0}
 
 
 def orbit(
@@ -164,6 +168,21 @@ def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
         },
         coords={"contact": labels, "mode": np.arange(value.size)},
     )
+
+
+def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
+    """Return the phasors of the friction forces T of every mode, (c, m), N per m of displacement.
+
+    The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work
+    in a mode, its tangential displacement being prescribed: 0.
+    """
+    unbalanced = (structure.mass @ modes.shapes) * modes.eigenvalues**2
+    unbalanced += (structure.damping @ modes.shapes) * modes.eigenvalues + structure.stiffness @ modes.shapes
+    normal = (structure.impulse_response.T @ unbalanced)[1::2]
+    pairs = zip(modes.combination, scene.contacts, strict=True)
+    factor = np.array([FRICTION_SIGN[status] * contact.friction for status, contact in pairs])
+    phasors: Complex = factor[:, None] * normal
+    return phasors
 
 
 def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:

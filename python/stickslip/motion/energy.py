@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.scene.checks import Index, Names, Real, real_array
 from stickslip.scene.scene import Scene
+from stickslip.show.summary import Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -112,9 +113,13 @@ class Balance:
         ]
 
     def _repr_html_(self) -> str:
-        from stickslip.notebook import balance_html
+        return self.summary()._repr_html_()
 
-        return balance_html(self)
+    def summary(self) -> Summary:
+        """Return a table of the works."""
+        caption = f"Energy from {self.start:g} s to {self.end:g} s"
+        rows = [(name, value) for name, value, _ in self.rows()]
+        return Summary(tables=[Table(caption, ("", "work, J"), rows)])
 
     def __repr__(self) -> str:
         lines = [f"  {name:<10} {value + 0.0:+.6e} J{note}" for name, value, note in self.rows()]
@@ -133,7 +138,7 @@ IMPACT_TERMS = ("impact_normal", "impact_slider", "impact_friction")
 
 
 def energy(scene: Scene, core: _core.Trajectory, times: ArrayLike) -> xr.Dataset:
-    """Return energies and powers of a computed motion; see `Trajectory.energy`."""
+    """Return energies and powers of a computed motion; see `Motion.energy`."""
     import xarray as xr
 
     at = np.atleast_1d(real_array("times", times, 0, 1))
@@ -164,7 +169,7 @@ def energy(scene: Scene, core: _core.Trajectory, times: ArrayLike) -> xr.Dataset
 
 
 def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> Balance:
-    """Return the works over (start, end] of a computed motion; see `Trajectory.balance`."""
+    """Return the works over (start, end] of a computed motion; see `Motion.balance`."""
     works = _core.works(core, start, end)
     labels = scene.contact_labels()
     combination = np.array(works.combination, dtype=np.str_)

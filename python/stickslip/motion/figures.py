@@ -1,31 +1,40 @@
-"""Figures of motions."""
+"""Figures of motions.
+
+Statuses differ in lightness and in line style or hatching, so that a figure printed in grey still reads.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
+from typing import Literal, Protocol
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stickslip.scene.checks import Real
+from stickslip.motion.motion import Motion
+from stickslip.scene.checks import Names, Real
 from stickslip.scene.contact import dof_index
-from stickslip.cycles.cycle import Cycle
-from stickslip.transient.trajectory import Trajectory
+from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, STYLES, status_legend
 
-#: One colour per status, the same in every figure.
-COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
-NAMES = {"+": "positive sliding", "-": "negative sliding", "s": "sticking", "d": "detached"}
-#: Samples of one period.
-PERIOD = 4097
 #: Samples of a history: some thirty per period of the fastest visible line.
 HISTORY = 6001
-#: Points per inch that journals ask for at least.
-DPI = 300
+#: Samples of a curve.
+SAMPLES = 4001
+#: Smallest amplitude drawn, of the largest.
+FLOOR = 1e-6
 
 
-def history(run: Trajectory, dofs: Sequence[str] | None = None) -> Figure:
+class Periodic(Protocol):
+    """What has one period as a motion: a `Cycle`."""
+
+    @property
+    def run(self) -> Motion:
+        """One period."""
+
+
+def history(run: Motion, dofs: Sequence[str] | None = None) -> Figure:
     """Return displacements over time, relative to the start.
 
     Parameters
@@ -57,35 +66,168 @@ def history(run: Trajectory, dofs: Sequence[str] | None = None) -> Figure:
     return figure
 
 
-def phase_plane(run: Trajectory) -> Figure:
+def phase_plane(run: Motion) -> Figure:
     """Return slip motion of every contact in its phase plane, from the start on (the paper's Fig. 6)."""
-    return _phase_planes(run, 4 * HISTORY, "Phase plane of the contact masses")
+    return phase_planes(run, 4 * HISTORY, "Phase plane of the contact masses")
 
 
-def limit_cycle(cycle: Cycle) -> Figure:
-    """Return the slip motion of every contact over one period of the limit cycle."""
-    sequence = " → ".join(cycle.combinations)
-    title = f"Limit cycle, period {1e3 * cycle.period:.4f} ms: {sequence}"
-    return _phase_planes(cycle.run, PERIOD, title)
+def displacement(
+    axes: Axes,
+    motion: Motion | Periodic,
+    dof: str,
+    label: str | None = None,
+    *,
+    origin: Literal["mean", "start"] = "mean",
+    samples: int = SAMPLES,
+) -> Axes:
+    """Draw the displacement of a dof over time, about its mean or from the start.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    motion
+        A run, or a cycle, of which one period is drawn.
+    dof
+        Name of the dof.
+    label
+        For the legend.
+    origin
+        What is drawn as zero.
+    samples
+        Points of the curve.
+
+    Raises
+    ------
+    InputError
+        If the dof is unknown.
+    """
+    displacements([axes], motion, [dof], [label], origin=origin, samples=samples)
+    return axes
 
 
-def contact_status(run: Trajectory) -> Figure:
-    """Return the status of every contact over time (the paper's Fig. 7)."""
-    contacts = run.scene.contact_labels()
-    figure = Figure(figsize=(9.0, 1.2 + 0.7 * len(contacts)), layout="constrained")
-    axes = figure.subplots()
-    present = {run.start.combination, *run.events.combination}
-    for contact in range(len(contacts)):
-        for status, spans in status_spans(run, contact).items():
-            axes.broken_barh(spans, (contact - 0.4, 0.8), facecolors=COLOURS[status])
-    axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(contacts)))
-    axes.set_yticklabels([f"contact {label}" for label in contacts])
+def displacements(
+    panels: Sequence[Axes],
+    motion: Motion | Periodic,
+    dofs: Sequence[str],
+    labels: Sequence[str | None] | None = None,
+    *,
+    origin: Literal["mean", "start"] = "mean",
+    samples: int = SAMPLES,
+) -> None:
+    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once."""
+    run = motion_of(motion)
+    indices = [dof_index("dof", dof, run.scene.dofs) for dof in dofs]
+    times = np.linspace(0.0, run.duration, samples)
+    position = run.sample(times).position.to_numpy()
+    names = [None] * len(dofs) if labels is None else labels
+    for axes, dof, index, label in zip(panels, dofs, indices, names, strict=True):
+        x = position[:, index]
+        zero = x[0] if origin == "start" else x.mean()
+        axes.plot(times, MICROMETRES * (x - zero), color=OVERLAY[0][0], linewidth=0.8, label=label)
+        axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
+
+
+def phase_portrait(axes: Axes, motion: Motion | Periodic, contact: int = 0, samples: int = SAMPLES) -> Axes:
+    """Draw tangential velocity over displacement of a contact, by status; the slider's speed is dashed.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    motion
+        A run, or a cycle.
+    contact
+        Index of the contact.
+    samples
+        Points of the curve.
+    """
+    run = motion_of(motion)
+    status, displaced, velocity = tangential(run, contact, samples)
+    present = [letter for letter in COLOURS if (status == letter).any()]
+    for letter in present:
+        axes.plot(
+            np.where(status == letter, displaced, np.nan),
+            velocity,
+            color=COLOURS[letter],
+            linestyle=STYLES[letter],
+            linewidth=1.3,
+            label=f"{letter}  {NAMES[letter]}",
+        )
+    axes.axhline(
+        run.scene.contacts[contact].slider_speed, color="black", linewidth=0.6, linestyle=(0, (6, 3))
+    )
+    axes.set(xlabel="tangential displacement, µm", ylabel="tangential velocity, m/s")
+    axes.legend(frameon=False, fontsize="small")
+    return axes
+
+
+def contact_status(axes: Axes, motion: Motion | Periodic, contacts: Sequence[int] | None = None) -> Axes:
+    """Draw the status of contacts over time as bars.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    motion
+        A run, or a cycle.
+    contacts
+        Indices of contacts; None: all of them.
+    """
+    run = motion_of(motion)
+    shown = range(len(run.scene.contacts)) if contacts is None else contacts
+    labels = [run.scene.contact_labels()[contact] for contact in shown]
+    by_contact = [status_spans(run, contact) for contact in shown]
+    for letter, colour in COLOURS.items():
+        named = f"{letter}  {NAMES[letter]}"
+        for contact, spans in enumerate(by_contact):
+            if letter in spans:
+                axes.broken_barh(
+                    spans[letter],
+                    (contact - 0.4, 0.8),
+                    facecolors=colour,
+                    hatch=HATCHES[letter],
+                    edgecolor="white",
+                    linewidth=0.0,
+                    label=named,
+                )
+                named = "_"
+    axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
+    axes.set_yticklabels([f"contact {label}" for label in labels])
     axes.invert_yaxis()
-    _status_legend(axes, "".join(sorted(set("".join(present)))))
-    return figure
+    axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    return axes
 
 
-def status_spans(run: Trajectory, contact: int) -> dict[str, list[tuple[float, float]]]:
+def spectrum(axes: Axes, lines: xr.Dataset, label: str | None = None) -> Axes:
+    """Draw a spectrum of one dof: stems for the exact lines of a cycle, a curve for a sampled stretch.
+
+    Parameters
+    ----------
+    axes
+        Where to draw; amplitudes are on a logarithmic scale of six decades.
+    lines
+        From `Trajectory.spectrum` of one dof.
+    label
+        For the legend.
+    """
+    frequency = lines.frequency.to_numpy()
+    amplitude = MICROMETRES * lines.amplitude.to_numpy()
+    moving = frequency > 0.0
+    floor = FLOOR * amplitude[moving].max()
+    seen = moving & (amplitude >= floor)
+    if lines.attrs.get("method") == "exact":
+        axes.vlines(frequency[seen], floor, amplitude[seen], color=OVERLAY[0][0], linewidth=1.0)
+        axes.plot(frequency[moving], amplitude[moving], "o", markersize=3, color=OVERLAY[0][0], label=label)
+    else:
+        axes.plot(frequency[moving], amplitude[moving], color=OVERLAY[1][0], linewidth=0.9, label=label)
+    axes.set(xlabel="frequency, Hz", ylabel="amplitude, µm", yscale="log")
+    axes.set_xlim(0.0, 1.03 * frequency[seen].max())
+    axes.set_ylim(bottom=floor)
+    return axes
+
+
+def status_spans(run: Motion, contact: int) -> dict[str, list[tuple[float, float]]]:
     """Return the stretches of every status of a contact that occurs, as (begin, width), s."""
     letters = [run.start.combination[contact], *(found[contact] for found in run.events.combination)]
     begins = np.concatenate([[0.0], run.events.time])
@@ -98,7 +240,7 @@ def status_spans(run: Trajectory, contact: int) -> dict[str, list[tuple[float, f
     return {status: found for status, found in spans.items() if found}
 
 
-def instants(run: Trajectory, samples: int) -> Real:
+def instants(run: Motion, samples: int) -> Real:
     """Return equidistant times, and the instants just before and after every event, s.
 
     A curve through them shows each status from its first to its last instant.
@@ -109,27 +251,8 @@ def instants(run: Trajectory, samples: int) -> Real:
     )
 
 
-def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
-    """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
-
-    Parameters
-    ----------
-    figure
-        The figure.
-    path
-        The file.
-    dpi
-        Points per inch of a `.png`, and of what is drawn as points in other forms.
-    """
-    import matplotlib
-
-    # What would tell when and by which version a file was made.
-    metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
-    with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=dpi, metadata=metadata.get(Path(path).suffix))
-
-
-def _phase_planes(run: Trajectory, samples: int, title: str) -> Figure:
+def phase_planes(run: Motion, samples: int, title: str) -> Figure:
+    """Return tangential velocity over displacement of every contact, a panel for each, by status."""
     motion = run.sample(instants(run, samples))
     scene = run.scene
     labels = scene.contact_labels()
@@ -146,12 +269,19 @@ def _phase_planes(run: Trajectory, samples: int, title: str) -> Figure:
         axes.axhline(contact.slider_speed, color="black", linewidth=0.6, linestyle="--", zorder=1)
         axes.set(xlabel="tangential displacement, µm", title=f"contact {label}")
     panels[0].set_ylabel("tangential velocity, m/s (dashed: slider)")
-    _status_legend(panels[-1], "".join(np.unique(motion.status)))
+    status_legend(panels[-1], "".join(np.unique(motion.status)))
     figure.suptitle(title)
     return figure
 
 
-def _status_legend(axes: Axes, present: str) -> None:
-    for status in present:
-        axes.plot([], [], color=COLOURS[status], linewidth=4, label=f"{status}  {NAMES[status]}")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+def motion_of(motion: Motion | Periodic) -> Motion:
+    """Return a motion as it is, of a cycle one period."""
+    return motion if isinstance(motion, Motion) else motion.run
+
+
+def tangential(run: Motion, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
+    """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
+    motion = run.sample(instants(run, samples))
+    direction = run.scene.tangential_direction(contact)
+    displaced = MICROMETRES * (motion.position.to_numpy() @ direction)
+    return motion.status.to_numpy()[:, contact], displaced, motion.velocity.to_numpy() @ direction

@@ -1,33 +1,41 @@
-"""Spectra of motions: the exact lines of a limit cycle, and the discrete transform of any stretch."""
+"""The discrete Fourier transform of a stretch of a motion."""
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.signal
 import xarray as xr
+from numpy.typing import ArrayLike
 
+from stickslip.errors import InputError
 from stickslip.scene.checks import real_number, whole_number
 from stickslip.scene.contact import dof_index
-from stickslip.errors import InputError
-from stickslip.transient.trajectory import Trajectory
+from stickslip.scene.scene import Scene
 
 #: Samples of a stretch unless told otherwise, and the fewest that make a spectrum.
 SAMPLES = 2**14
 FEWEST = 8
 
 
-def exact_spectrum(run: Trajectory, dof: str | None, harmonics: int, further: float) -> xr.Dataset:
-    """Return the lines of the limit cycle that a run settles to; see `Trajectory.spectrum`."""
-    cycle = run.limit_cycle(further)
-    lines = cycle.harmonics(harmonics).swap_dims(harmonic="frequency")
-    lines.attrs.update(method="exact", period=cycle.period)
-    return lines if dof is None else lines.isel(dof=dof_index("dof", dof, run.scene.dofs))
+class Sampled(Protocol):
+    """What can be sampled from 0 to its duration: a `Motion`."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that moves."""
+
+    @property
+    def duration(self) -> float:
+        """End of the motion, s."""
+
+    def sample(self, times: ArrayLike) -> xr.Dataset:
+        """Return ``position`` (time, dof), m."""
 
 
 def sampled_spectrum(
-    run: Trajectory,
+    run: Sampled,
     dof: str | None,
     begin: float | None,
     end: float | None,
@@ -35,7 +43,7 @@ def sampled_spectrum(
     window: Any,
     detrend: str | None,
 ) -> xr.Dataset:
-    """Return the discrete Fourier transform of a stretch of a run; see `Trajectory.spectrum`."""
+    """Return the discrete Fourier transform of a stretch of a run; see `Motion.spectrum`."""
     first = 0.0 if begin is None else real_number("begin", begin)
     last = run.duration if end is None else real_number("end", end)
     if not 0.0 <= first < last <= run.duration:

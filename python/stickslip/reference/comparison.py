@@ -8,10 +8,8 @@ from decimal import Decimal
 from functools import cache
 from typing import Any, Literal
 
-from stickslip.scene.checks import Real
-from stickslip.locus.critical import critical_points
 from stickslip.cycles.cycle import Cycle
-from stickslip.scene.models import two_subsystems
+from stickslip.locus.critical import critical_points
 from stickslip.modes.modes import complex_modes
 from stickslip.reference.numbers import (
     TABLE_1_FREQUENCIES,
@@ -21,9 +19,12 @@ from stickslip.reference.numbers import (
     misprint,
     published,
 )
+from stickslip.scene.checks import Real
+from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import sliding_equilibrium
-from stickslip.transient.trajectory import Trajectory, simulate
+from stickslip.transient.simulate import simulate
+from stickslip.transient.trajectory import Trajectory
 
 #: Displacement whose spectrum is published: vertical of the first upper mass.
 UPPER_VERTICAL = "x2"

@@ -18,16 +18,16 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from stickslip.energy import figures as energy_figures
-from stickslip.modes import figures as mode_figures
-from stickslip.cycles import figures as portraits
+from stickslip import plot
 from stickslip.cycles.cycle import Cycle
-from stickslip.modes.shape import orbit
-from stickslip.scene.models import two_subsystems
-from stickslip.modes.modes import complex_modes
-from stickslip.reference.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
+from stickslip.energy.figures import SAMPLES as ENERGY_SAMPLES
 from stickslip.locus.sweep import sweep
-from stickslip.transient.trajectory import Trajectory
+from stickslip.modes.modes import complex_modes
+from stickslip.modes.shape import orbit
+from stickslip.motion.motion import Motion
+from stickslip.reference.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
+from stickslip.scene.models import two_subsystems
+from stickslip.show.style import UNSTABLE
 
 #: Width of a column, inches.
 COLUMN = 85.0 / 25.4
@@ -84,7 +84,7 @@ def figure_2() -> Figure:
     figure = _sized(90.0)
     panels = figure.subplots(3, 2, sharex=True, sharey=True)
     for axes, mode in zip(panels.ravel(), np.flatnonzero(modes.eigenvalues.imag > 0.0), strict=True):
-        mode_figures.draw_shape(axes, modes, int(mode))
+        plot.draw_shape(axes, modes, int(mode))
     panels[0, 0].set_ylim(-1.15, 1.15)
     figure.supylabel("displacement, largest = 1", fontsize=7.0)
     return figure
@@ -96,7 +96,7 @@ def figure_3() -> Figure:
     figure = _sized(110.0)
     growth, frequency = figure.subplots(2, 1, sharex=True)
     branches = sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301))
-    mode_figures.draw_loci(growth, frequency, branches)
+    plot.draw_loci(growth, frequency, branches)
     growth.set_xlabel("")
     for axes in (growth, frequency):
         axes.set_xlim(*FRICTIONS)
@@ -119,7 +119,7 @@ def figure_4() -> Figure:
             ]
         )
         path = motion @ turn.T
-        axes.plot(*path.T, color=mode_figures.UNSTABLE, linewidth=0.8)
+        axes.plot(*path.T, color=UNSTABLE, linewidth=0.8)
         axes.plot(*path[0], marker="o", color="black", markersize=3)
         axes.set_title(name)
         axes.set_aspect("equal")
@@ -136,7 +136,7 @@ def figure_5() -> Figure:
     figure = _sized(100.0)
     panels = figure.subplots(4, 1, sharex=True)
     for axes, dof in zip(panels, ("x1", "x2", "x3", "x7"), strict=True):
-        portraits.displacement(axes, run, dof, origin="start", samples=SAMPLES)
+        plot.displacement(axes, run, dof, origin="start", samples=SAMPLES)
         axes.lines[0].set_linewidth(0.4)
         axes.label_outer()
     return figure
@@ -149,7 +149,7 @@ def figure_6() -> Figure:
     run = standard_run()
     panels = figure.subplots(2, 1)
     for contact, (axes, mass) in enumerate(zip(panels, CONTACTS, strict=True)):
-        portraits.phase_portrait(axes, run, contact, SAMPLES)
+        plot.phase_portrait(axes, run, contact, SAMPLES)
         # All but the many rounds of sliding stays as wide as it is.
         axes.lines[0].set_linewidth(0.4)
         axes.set_title(mass)
@@ -176,7 +176,7 @@ def figure_8() -> Figure:
     run = standard_run()
     figure = _sized(85.0)
     growing, settled = figure.subplots(2, 1, sharex=True)
-    portraits.spectrum(growing, run.spectrum(UPPER_VERTICAL, end=float(run.events.time[0])))
+    plot.spectrum(growing, run.spectrum(UPPER_VERTICAL, end=float(run.events.time[0])))
     growing.set_title("up to the first status change")
     _lines(settled, run.limit_cycle(), "limit cycle")
     _decades(growing, settled)
@@ -192,7 +192,7 @@ def figure_9() -> Figure:
     figure = _sized(115.0)
     panels = figure.subplots(2, 1)
     for contact, (axes, mass) in enumerate(zip(panels, CONTACTS, strict=True)):
-        portraits.overlay(axes, cycles, contact)
+        plot.overlay(axes, cycles, contact)
         axes.set_title(mass)
     panels[0].set_xlabel("")
     _common_legend(figure, panels)
@@ -213,7 +213,7 @@ def figure_11() -> Figure:
     grid = figure.subplots(len(cycles), 2)
     for row, (name, cycle) in zip(grid, cycles.items(), strict=True):
         for contact, (axes, mass) in enumerate(zip(row, CONTACTS, strict=True)):
-            portraits.overlay(axes, {name: cycle}, contact)
+            plot.overlay(axes, {name: cycle}, contact)
             _without_legend(axes)
             axes.set(title=f"{mass}, {name}", xlabel="", ylabel="")
     figure.supxlabel("tangential displacement about its middle, µm", fontsize=7.0)
@@ -278,7 +278,7 @@ def _spectra(cycles: Mapping[str, Cycle]) -> Figure:
 
 def _lines(axes: Axes, cycle: Cycle, title: str) -> None:
     lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-    portraits.spectrum(axes, lines.sel(dof=UPPER_VERTICAL))
+    plot.spectrum(axes, lines.sel(dof=UPPER_VERTICAL))
     axes.set_title(f"{title}, main line {cycle.main_frequency(UPPER_VERTICAL):.2f} Hz")
 
 
@@ -289,14 +289,14 @@ def _decades(*panels: Axes) -> None:
         axes.set_ylim(1e-6 * highest, 3.0 * highest)
 
 
-def _energy(run: Trajectory, begin: float, end: float) -> Figure:
-    flow = run.energy(np.linspace(begin, end, energy_figures.SAMPLES))
+def _energy(run: Motion, begin: float, end: float) -> Figure:
+    flow = run.energy(np.linspace(begin, end, ENERGY_SAMPLES))
     figure = _sized(140.0)
     panels = figure.subplots(4, 1, sharex=True, height_ratios=[3.0, 2.0, 3.0, 1.2])
     stored, rate, powers, status = panels
-    energy_figures.stored_energy(stored, flow)
-    energy_figures.energy_rate(rate, flow)
-    energy_figures.power_terms(powers, flow.assign_coords(contact=list(CONTACTS)))
+    plot.stored_energy(stored, flow)
+    plot.energy_rate(rate, flow)
+    plot.power_terms(powers, flow.assign_coords(contact=list(CONTACTS)))
     _status(status, run, begin, end)
     for axes in panels:
         for line in axes.lines:
@@ -305,8 +305,8 @@ def _energy(run: Trajectory, begin: float, end: float) -> Figure:
     return figure
 
 
-def _status(axes: Axes, run: Trajectory, begin: float, end: float) -> None:
-    portraits.contact_status(axes, run)
+def _status(axes: Axes, run: Motion, begin: float, end: float) -> None:
+    plot.contact_status(axes, run)
     axes.set_xlim(begin, end)
     axes.set_yticklabels(CONTACTS)
 

@@ -17,7 +17,7 @@ from typing import Any
 @cache
 def published() -> dict[str, Any]:
     """Return the record of published numbers; every number is a `Decimal` with its printed digits."""
-    text = files("stickslip").joinpath("data/published.json").read_text(encoding="utf-8")
+    text = files("stickslip.reference").joinpath("published.json").read_text(encoding="utf-8")
     record: dict[str, Any] = json.loads(text, parse_float=Decimal, parse_int=Decimal)
     return record
 

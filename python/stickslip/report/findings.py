@@ -12,19 +12,20 @@ import numpy as np
 import xarray as xr
 
 from stickslip.cycles.attractors import set_in_motion
-from stickslip.locus.critical import CriticalPoint, critical_points
 from stickslip.cycles.cycle import Cycle
-from stickslip.motion.energy import Balance
-from stickslip.errors import InputError, NotPeriodicError, RunError
-from stickslip.scene.models import two_subsystems
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.errors import InputError
+from stickslip.locus.critical import CriticalPoint, critical_points
 from stickslip.locus.path import Model
-from stickslip.reference.numbers import published
-from stickslip.report.mode_motion import published_inclinations
+from stickslip.locus.sweep import sweep
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.motion.energy import Balance
+from stickslip.motion.errors import NotPeriodicError, RunError
+from stickslip.motion.motion import Motion
+from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
-from stickslip.locus.sweep import sweep
-from stickslip.transient.trajectory import Trajectory, simulate
+from stickslip.transient.simulate import simulate
+from stickslip.transient.trajectory import Trajectory
 
 #: Growth of the disturbance, as a power of e, over the transient that is shown.
 GROWTH = 30.0
@@ -79,43 +80,11 @@ class Findings:
     run: Trajectory | None
     cycle: Cycle | None
     settled: str
-    last: Trajectory | None
+    last: Motion | None
     balance: Balance | None
     lines: xr.Dataset | None
     reasons: dict[str, str]
-
-    @property
-    def inclinations(self) -> tuple[float, float] | None:
-        """Inclinations of the sliders if this is the published model, whatever its friction and loads."""
-        return published_inclinations(self.scene)
-
-    @property
-    def of_the_paper(self) -> bool:
-        """Whether this is the published model at parameters for which the paper has results."""
-        if self.inclinations is None:
-            return False
-        return any(
-            self._is_as(
-                two_subsystems(friction=float(case["friction"]), slider_speed=float(case["slider_speed"]))
-            )
-            for case in published()["limit_cycles"]
-        )
-
-    def _is_as(self, other: Scene) -> bool:
-        laws = [
-            (
-                contact.friction,
-                contact.static_friction,
-                contact.slider_speed,
-                contact.restitution,
-                contact.gap,
-            )
-            for scene in (self.scene, other)
-            for contact in scene.contacts
-        ]
-        half = len(laws) // 2
-        same = laws[:half] == laws[half:] and self.scene.impact_friction == other.impact_friction
-        return same and np.array_equal(self.scene.force, other.force)
+    known: Known
 
     @cached_property
     def moving(self) -> list[int]:
@@ -136,6 +105,7 @@ def findings(
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
     over: Mapping[str, Any] | None = None,
+    known: Known = Known(),  # noqa: B008
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Compute what a report tells.
@@ -148,13 +118,15 @@ def findings(
         What to call it.
     start
         Where the motion starts; None: steady sliding with its leading mode set in motion
-        (`disturbed_sliding`), in the published model with 1 mm/s of ``x1``.
+        (`disturbed_sliding`), or what is `known` of it.
     settings
         Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
         e^30, but 20 to 400 of its periods; without a time limit: 3 s of computing.
     model, over
         The model that the scene is of (None: the scene itself), one of its parameters and the values over
         which its eigenvalues are followed; None: friction.
+    known
+        What is known of the scene beyond its numbers.
     told
         Called with what begins to be computed.
 
@@ -171,11 +143,7 @@ def findings(
     parameter, loci, critical = _loci(scene, modes, scene if model is None else model, over, reasons)
     begin = start
     if begin is None and equilibrium is not None:
-        begin = (
-            set_in_motion(scene, equilibrium, modes)
-            if published_inclinations(scene) is None
-            else equilibrium.perturbed(velocity={"x1": 1e-3})
-        )
+        begin = set_in_motion(scene, equilibrium, modes) if known.start is None else known.start
     run = None
     if begin is None:
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
@@ -207,6 +175,7 @@ def findings(
         balance=None if last is None else last.balance(),
         lines=lines,
         reasons=reasons,
+        known=known,
     )
 
 
@@ -237,7 +206,7 @@ def _loci(
     elif frictions == {0.0}:
         reasons["loci"] = "no loci: friction is zero"
     elif modes.eigenvalues.size > LARGE:
-        reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.locus.sweep"
+        reasons["loci"] = f"no loci: {modes.eigenvalues.size} eigenvalues; see stickslip.sweep"
     if "loci" in reasons:
         return "", None, []
     # Steady sliding does not depend on static friction, which may not be less than friction.
@@ -298,7 +267,7 @@ def _motion(
         run = simulate(scene, start, **{"time_limit": PATIENCE, **settings})
     except RunError as error:
         reasons["stopped"] = f"the motion could not be continued: {error}"
-        return error.partial
+        return error.partial if isinstance(error.partial, Trajectory) else None
     if run.stop_reason == "time_limit":
         reasons["stopped"] = f"the time limit of computing was reached at {run.duration:g} s"
     elif run.stop_reason == "grazing":
@@ -310,7 +279,7 @@ def _motion(
 
 def _settled(
     run: Trajectory, modes: Modes, reasons: dict[str, str]
-) -> tuple[Cycle | None, str, Trajectory | None]:
+) -> tuple[Cycle | None, str, Motion | None]:
     # What decays and meets no event needs no search, which would take minutes for a thousand dofs.
     resting = len(run.events) == 0 and run.start.combination == modes.combination
     if resting and (modes.eigenvalues.real < 0.0).all():

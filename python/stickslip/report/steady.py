@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip.modes import figures as mode_figures
+from stickslip import plot
 from stickslip.locus.critical import CriticalPoint
-from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
-from stickslip.modes.shape import power_of
 from stickslip.modes.modes import Modes
+from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
-from stickslip.show import svg as drawing
 from stickslip.report.findings import Findings
 from stickslip.scene.scene import Proportional
+from stickslip.scene.structure import dense
+from stickslip.show import svg as drawing
+from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4
@@ -77,7 +78,7 @@ def scene_section(found: Findings) -> str:
         if damping is not None and not isinstance(damping, Proportional):
             named.append(("Damping matrix, N s/m", damping))
         for caption, matrix in named:
-            entries = mode_motion.dense(matrix)
+            entries = dense(matrix)
             rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]
             matrices.append(table(caption, ["", *scene.dofs], rows))
     return section(
@@ -185,7 +186,7 @@ def modes_section(found: Findings) -> str:
     for p in shown:
         k = chosen[p]
         verdict = "unstable" if modes.unstable[k] else "stable"
-        moved = mode_motion.drawing(scene, modes, int(k), found.inclinations)
+        moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
         growth = number(modes.eigenvalues[k].real, 4)
         caption = f"mode {p + 1}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
         cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
@@ -221,7 +222,7 @@ def loci_section(found: Findings) -> str:
     what += "" if unit == "1" else f", {unit}"
     heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
-        drawn = mode_figures.loci(found.loci)
+        drawn = plot.loci(found.loci)
     exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"

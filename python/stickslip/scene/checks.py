@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import numbers
 import sys
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.sparse
@@ -15,12 +16,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from stickslip.errors import InputError
 
+if TYPE_CHECKING:
+    from stickslip._core import _SparseData
+
 Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Names = NDArray[np.str_]
-#: A matrix in compressed rows as the core takes and gives it: data, column indices, row pointers.
-SparseData = tuple[Real, Index, Index]
 #: Letters of a value that an error message shows.
 WIDTH = 160
 
@@ -127,7 +129,7 @@ def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
     return rows
 
 
-def core_matrix(matrix: Real | scipy.sparse.csr_array) -> Real | SparseData:
+def core_matrix(matrix: Real | scipy.sparse.csr_array) -> Real | _SparseData:
     """Return a matrix in the form the compiled core takes."""
     if isinstance(matrix, np.ndarray):
         return matrix
@@ -141,3 +143,17 @@ def _is_real(value: Any) -> bool:
 def _described_array(given: np.ndarray[Any, Any]) -> str:
     text = np.array2string(given, threshold=6, edgeitems=2).replace("\n", "")
     return f"{text} (dtype {given.dtype})"
+
+
+def package(name: str, wanted: str) -> Any:
+    """Return a package of the extra ``study``.
+
+    Raises
+    ------
+    InputError
+        If it is missing; the message begins with what it is wanted for.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InputError(f"{wanted}: this needs {name}; pip install 'stickslip[study]'") from None

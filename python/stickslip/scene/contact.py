@@ -8,16 +8,15 @@ import numbers
 import operator
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.errors import InputError
+from stickslip.scene.checks import Real, described, real_array, real_number
 
-#: A contact as the core takes it: tangential and normal (dof index or (n,) vector), friction,
-#: static_friction, slider_speed, restitution, gap.
-ContactData = tuple[int | Real, int | Real, float, float, float, float, float]
+if TYPE_CHECKING:
+    from stickslip._core import _ContactData
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -76,7 +75,7 @@ class Contact:
 LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap")
 
 
-def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> ContactData:
+def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _ContactData:
     """Return a contact as the core takes it, its directions resolved against the dof names.
 
     Raises

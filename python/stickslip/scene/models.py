@@ -18,9 +18,9 @@ import numpy as np
 import scipy.sparse
 
 from stickslip import _core
+from stickslip.errors import InputError
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import Contact, per_contact
-from stickslip.errors import InputError
 from stickslip.scene.scene import Proportional, Scene
 
 #: A number for all, or one per subsystem or contact.

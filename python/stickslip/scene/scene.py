@@ -9,7 +9,6 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -17,20 +16,20 @@ import scipy.sparse
 from numpy.typing import ArrayLike
 
 from stickslip import _core
+from stickslip.errors import InputError
 from stickslip.scene.checks import Real, core_matrix, described, real_array, real_matrix, real_number
 from stickslip.scene.contact import (
     LAW,
     Contact,
-    ContactData,
     core_contact,
     described_direction,
     nearest,
     per_contact,
 )
-from stickslip.errors import InputError
+from stickslip.show.summary import Summary, Table
 
 if TYPE_CHECKING:
-    from stickslip.files.scene_file import Matrices
+    from stickslip._core import _ContactData
 
 #: A matrix as a scene keeps it: read-only, dense or in compressed rows.
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
@@ -38,6 +37,17 @@ Matrix: TypeAlias = Real | scipy.sparse.csr_array
 HIDDEN = ("core", "model")
 #: Dense matrices that are in memory at once while a scene with a full mass is made.
 DENSE_COPIES = 6
+#: Columns of the table of contacts.
+HEADINGS = (
+    "contact",
+    "tangential",
+    "normal",
+    "friction",
+    "static friction",
+    "slider speed, m/s",
+    "restitution",
+    "gap, m",
+)
 
 
 @dataclass(frozen=True)
@@ -182,32 +192,6 @@ class Scene:
             return None
         return partial(self.model, **law)
 
-    def save(self, path: str | Path, matrices: Matrices = "auto") -> None:
-        """Write the scene as TOML; `load_scene` reads it back exactly.
-
-        A scene that a function of `stickslip.scene.models` made is written as that model and its arguments, also
-        after `replace` of what the model takes; any other, or with `matrices`, by its matrices.
-
-        Parameters
-        ----------
-        path
-            The file, usually ``.toml``.
-        matrices
-            Where matrices and vectors go, see `Case.save`; ``auto``: into the file itself, or beside it where
-            they are large.
-
-        Raises
-        ------
-        InputError
-            If `matrices` is none of these, or a name is no text that a file can hold.
-        OSError
-            If the file cannot be written.
-        """
-        from stickslip.files.case import Case
-
-        model = self.model if matrices == "auto" else None
-        Case(self if model is None or not _same(model(), self) else model).save(path, matrices)
-
     def contact_labels(self) -> list[int] | list[str]:
         """Return how tables label the contacts: indices, or names as soon as one contact has a name."""
         return _labels(self.contacts)
@@ -259,9 +243,32 @@ class Scene:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        from stickslip.notebook import scene_html
+        return self.summary()._repr_html_()
 
-        return scene_html(self)
+    def summary(self) -> Summary:
+        """Return the size of the scene and a table of its contacts."""
+        rows = [
+            (
+                str(label),
+                described_direction(contact.tangential, self.dofs),
+                described_direction(contact.normal, self.dofs),
+                float(contact.friction),
+                float(contact.friction if contact.static_friction is None else contact.static_friction),
+                float(contact.slider_speed),
+                float(contact.restitution),
+                float(contact.gap),
+            )
+            for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
+        ]
+        masses = self.mass if self.mass.ndim == 1 else np.diag(self.mass)
+        low, high = masses.min(), masses.max()
+        shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+        facts = [
+            ("dofs", f"{self.size}: {', '.join(shortened(self.dofs))}"),
+            ("mass", f"{'lumped' if self.mass.ndim == 1 else 'coupled'}, {shown} kg"),
+            ("damping", described_damping(self.damping)),
+        ]
+        return Summary(facts, [Table("Contacts of the scene", HEADINGS, rows)])
 
 
 def checked(scene: Any) -> Scene:
@@ -376,28 +383,13 @@ def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene
     return scene
 
 
-def _same(a: Scene, b: Scene) -> bool:
-    """Return whether two scenes of the same model have the same numbers and names, to the last bit."""
-
-    def laws(scene: Scene) -> list[Any]:
-        return [tuple(vars(contact).values()) for contact in scene.contacts]
-
-    return (
-        (a.dofs, a.damping, a.impact_friction) == (b.dofs, b.damping, b.impact_friction)
-        and laws(a) == laws(b)
-        and np.array_equal(a.mass, b.mass)
-        and np.array_equal(a.force, b.force)
-        and (a.stiffness != b.stiffness).nnz == 0
-    )
-
-
 def _labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
     if all(contact.name is None for contact in contacts):
         return list(range(len(contacts)))
     return [str(i) if c.name is None else c.name for i, c in enumerate(contacts)]
 
 
-def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[ContactData]:
+def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_ContactData]:
     """Return contacts as the core takes them.
 
     Raises

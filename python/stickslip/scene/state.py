@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from stickslip.errors import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import dof_index
-from stickslip.errors import InputError
 from stickslip.scene.scene import Scene, checked, default_dofs
 
 #: Change of a state: dof name or index to amount, or one amount per dof.

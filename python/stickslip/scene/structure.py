@@ -8,13 +8,9 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from stickslip.scene.checks import Complex, Real
+from stickslip.scene.checks import Real
 from stickslip.scene.contact import core_contact
-from stickslip.modes.modes import Modes
 from stickslip.scene.scene import Proportional, Scene
-
-#: T / (mu N) of every status whose friction force Coulomb's law gives.
-FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0}
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,13 +40,13 @@ class Structure:
     def of(cls, scene: Scene) -> Structure:
         """Return the matrices of a scene."""
         mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-        stiffness = _dense(scene.stiffness)
+        stiffness = dense(scene.stiffness)
         if scene.damping is None:
             damping = np.zeros_like(mass)
         elif isinstance(scene.damping, Proportional):
             damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
         else:
-            damping = _dense(scene.damping)
+            damping = dense(scene.damping)
         directions = np.zeros((scene.size, 2 * len(scene.contacts)))
         for i, contact in enumerate(scene.contacts):
             for k, direction in enumerate(core_contact(contact, i, scene.dofs)[:2]):
@@ -62,21 +58,7 @@ class Structure:
         return cls(mass, damping, stiffness, scene.force, directions, impulse_response)
 
 
-def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
-    """Return the phasors of the friction forces T of every mode, (c, m), N per m of displacement.
-
-    The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work
-    in a mode, its tangential displacement being prescribed: 0.
-    """
-    unbalanced = (structure.mass @ modes.shapes) * modes.eigenvalues**2
-    unbalanced += (structure.damping @ modes.shapes) * modes.eigenvalues + structure.stiffness @ modes.shapes
-    normal = (structure.impulse_response.T @ unbalanced)[1::2]
-    pairs = zip(modes.combination, scene.contacts, strict=True)
-    factor = np.array([FRICTION_SIGN[status] * contact.friction for status, contact in pairs])
-    phasors: Complex = factor[:, None] * normal
-    return phasors
-
-
-def _dense(matrix: Any) -> Real:
+def dense(matrix: Any) -> Real:
+    """Return a matrix of a scene, dense or sparse, as an array."""
     dense: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
     return dense

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.scene.checks import Real, real_array, real_number
 from stickslip.errors import InputError
+from stickslip.scene.checks import Real, real_array, real_number
 from stickslip.study.sample.fingerprint import fingerprint
 
 #: Distance from 0 and 1 that quantiles keep, half an ulp of 1: no distribution gives infinity.

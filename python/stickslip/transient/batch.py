@@ -11,12 +11,14 @@ from typing import Any, Literal
 from rich.progress import Progress
 
 from stickslip import _core
-from stickslip.scene.checks import Real
-from stickslip.errors import InputError, RunError, StickslipError
-from stickslip.show.progress import progress_bar
+from stickslip.errors import InputError, StickslipError
+from stickslip.motion.errors import RunError
+from stickslip.scene.checks import Real, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import Change, State, change_vector
-from stickslip.transient.trajectory import Trajectory, count, run_settings
+from stickslip.show.progress import progress_bar
+from stickslip.transient.simulate import run_settings
+from stickslip.transient.trajectory import Trajectory
 
 #: Runs per thread that are in progress or wait to be handed out: enough that no thread idles when one run
 #: takes as long as fifteen others, and all that is in memory at a time.
@@ -91,7 +93,7 @@ def simulate_many(
     """
     batch = _core.Batch(
         *run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing),
-        count("threads", threads, least=1),
+        None if threads is None else whole_number("threads", threads, 1),
     )
     bar = progress_bar(progress)
     total = len(scenes) if isinstance(scenes, Sized) else len(starts) if isinstance(starts, Sized) else None

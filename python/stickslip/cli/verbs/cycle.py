@@ -68,7 +68,7 @@ def cycle(
             raise
         click.echo(f"no limit cycle ({error.kind}): {error}", err=True)
         raise SystemExit(NEGATIVE) from None
-    from stickslip.motion.figures import limit_cycle
+    from stickslip.plot import limit_cycle
 
     answer.give(
         lambda: found.dataset(samples), ("phase",), lambda out: _show(out, found), lambda: limit_cycle(found)

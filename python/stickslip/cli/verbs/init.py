@@ -29,6 +29,6 @@ def init(scene: Path, model: str, force: bool) -> None:
     """
     if scene.exists() and not force:
         raise click.UsageError(f"{scene} exists; --force replaces it")
-    text = files("stickslip").joinpath(f"data/{model}.toml").read_text(encoding="utf-8")
+    text = files("stickslip.cli").joinpath(f"templates/{model}.toml").read_text(encoding="utf-8")
     scene.write_text(text, encoding="utf-8")
     click.echo(f"wrote {scene}", err=True)

@@ -62,7 +62,7 @@ def modes(
         found = ss.complex_modes(case.scene, combination)
 
     def drawn() -> Figure:
-        from stickslip.modes.figures import shapes
+        from stickslip.plot import shapes
 
         with waiting("drawing"):
             return shapes(found, numbers)

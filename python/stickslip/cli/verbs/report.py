@@ -28,8 +28,9 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
     two-subsystem model at published parameters also every published number and figure beside the
     computed one.
     """
-    from stickslip.files.case import load_case
     from stickslip.errors import InputError
+    from stickslip.files.case import load_case
+    from stickslip.reference.section import known
     from stickslip.report import write_report
     from stickslip.report.page import verdict
 
@@ -54,6 +55,7 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
             settings=settings,
             model=case.model,
             over=over,
+            known=known(case.scene),
             told=status.update,
         )
     click.echo(verdict(found))

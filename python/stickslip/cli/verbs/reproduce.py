@@ -97,15 +97,14 @@ def comparison_table(found: list[Row]) -> Table:
 def write_figures(folder: Path, dpi: int) -> list[Path]:
     """Write the figures of the published model, and its unstable mode in motion, and return their paths."""
     import numpy as np
+    from matplotlib.figure import Figure
 
-    from stickslip.energy import figures as energy_figures
-    from stickslip.motion import figures
-    from stickslip.modes import figures as mode_figures
-    from stickslip.scene.models import two_subsystems
-    from stickslip.modes.modes import complex_modes
-    from stickslip.reference.numbers import published
-    from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
+    from stickslip import plot
     from stickslip.locus.sweep import sweep
+    from stickslip.modes.modes import complex_modes
+    from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
+    from stickslip.reference.numbers import published
+    from stickslip.scene.models import two_subsystems
 
     folder.mkdir(parents=True, exist_ok=True)
     run = standard_run()
@@ -113,23 +112,25 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
     cycle, onset = run.limit_cycle(), float(run.events.time[0])
     growing = complex_modes(run.scene)
     leading = int(np.argmax(growing.eigenvalues.real))
+    statuses = Figure(figsize=(9.0, 1.2 + 0.7 * len(run.scene.contacts)), layout="constrained")
+    plot.contact_status(statuses.subplots(), run)
     drawn = {
-        "mode-shapes.png": mode_figures.shapes(complex_modes(two_subsystems(friction=0.0))),
-        "loci.png": mode_figures.loci(sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301))),
-        "mode-orbits.png": mode_figures.orbits(growing, leading, MASSES),
-        "history.png": figures.history(run),
-        "phase-plane.png": figures.phase_plane(run),
-        "contact-status.png": figures.contact_status(run),
-        "energy.png": energy_figures.energy_history(run),
-        "energy-cycle.png": energy_figures.energy_history(cycle.run),
-        "energy-growth.png": energy_figures.energy_history(run, onset - 0.03, onset + 0.01),
-        "energy-flow.png": energy_figures.energy_flow(cycle.balance()),
-        "limit-cycle.png": figures.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
+        "mode-shapes.png": plot.shapes(complex_modes(two_subsystems(friction=0.0))),
+        "loci.png": plot.loci(sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301))),
+        "mode-orbits.png": plot.orbits(growing, leading, MASSES),
+        "history.png": plot.history(run),
+        "phase-plane.png": plot.phase_plane(run),
+        "contact-status.png": statuses,
+        "energy.png": plot.energy_history(run),
+        "energy-cycle.png": plot.energy_history(cycle.run),
+        "energy-growth.png": plot.energy_history(run, onset - 0.03, onset + 0.01),
+        "energy-flow.png": plot.energy_flow(cycle.balance()),
+        "limit-cycle.png": plot.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
     }
     for name, figure in drawn.items():
-        figures.save(figure, folder / name, dpi)
+        plot.save(figure, folder / name, dpi)
     animation = folder / "mode.gif"
-    mode_figures.animated(growing, leading, MASSES).save(animation, writer="pillow")
+    plot.animated(growing, leading, MASSES).save(animation, writer="pillow")
     return [*(folder / name for name in drawn), animation]
 
 

@@ -87,7 +87,7 @@ def simulate(
     settings = {"method": method, "max_events": max_events, "time_limit": time_limit}
     duration = with_duration(scene, case, duration)
 
-    def give(run: ss.Trajectory) -> None:
+    def give(run: ss.Motion) -> None:
         answer.give(
             lambda: run.dataset(samples),
             ("event",) if events else ("time",),
@@ -105,13 +105,13 @@ def simulate(
     give(run)
 
 
-def _figure(run: ss.Trajectory, dofs: tuple[str, ...]) -> Figure:
-    from stickslip.motion.figures import history
+def _figure(run: ss.Motion, dofs: tuple[str, ...]) -> Figure:
+    from stickslip.plot import history
 
     return history(run, dofs or None)
 
 
-def _show(out: Console, run: ss.Trajectory) -> None:
+def _show(out: Console, run: ss.Motion) -> None:
     out.print(repr(run), markup=False)
     shares = run.time_by_combination()
     total = run.duration or 1.0

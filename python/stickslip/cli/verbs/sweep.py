@@ -9,8 +9,8 @@ import click
 import numpy as np
 
 import stickslip as ss
-from stickslip.files.case import parameter_values
 from stickslip.cli.options import Answer, answer_options, loaded, named, parameter, scene_argument, table
+from stickslip.files.case import parameter_values
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -49,7 +49,7 @@ def sweep(
     if answer.plot is not None and len(values) == 2 and min(map(len, values.values())) < 2:
         raise click.UsageError("--plot needs at least two values of each of two parameters")
     branches = ss.sweep(case.model, combination, **values)
-    from stickslip.modes.figures import loci, stability_map
+    from stickslip.locus.figures import loci, stability_map
 
     figure = loci if len(values) == 1 else stability_map
 

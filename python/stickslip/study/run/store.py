@@ -21,10 +21,10 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from stickslip.files.dataset_file import package
 from stickslip.errors import InputError, StoreError
-from stickslip.study.sample.evaluation import Columns
+from stickslip.scene.checks import package
 from stickslip.study.run.identity import differences
+from stickslip.study.sample.evaluation import Columns
 from stickslip.study.sample.outputs import Column
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from stickslip import _core
-from stickslip.scene.checks import Real
 from stickslip.cycles.attractors import described
 from stickslip.errors import StickslipError
+from stickslip.scene.checks import Real
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, change_vector
 from stickslip.study.sample.model import SampledModel, contacts_named

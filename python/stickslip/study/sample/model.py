@@ -10,12 +10,12 @@ from inspect import signature
 from typing import Any
 
 from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.locus.path import Model, contact_parameter
 from stickslip.scene import models
 from stickslip.scene.checks import Real, real_number
 from stickslip.scene.contact import LAW, core_contact, nearest
-from stickslip.errors import InputError
 from stickslip.scene.models import Link, Subsystem
-from stickslip.locus.path import Model, contact_parameter
 from stickslip.scene.scene import Scene
 
 #: Fields of a chain as a whole.

@@ -8,8 +8,8 @@ from typing import Any, Literal
 
 import numpy as np
 
-from stickslip.scene.contact import nearest
 from stickslip.errors import InputError
+from stickslip.scene.contact import nearest
 from stickslip.study.sample.fingerprint import described_function
 
 #: What an output is computed from: stability, the Hopf point, the motion itself, what it settles to.
