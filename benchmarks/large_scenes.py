@@ -68,7 +68,7 @@ def main() -> None:
                 scene = scene_of(size // 4).replace(
                     friction=FRICTION, damping=ss.Proportional(stiffness=damping)
                 )
-                save(scene, folder / file)
+                ss.save(scene, folder / file)
                 for verb, arguments in verbs(file, chosen.sweep_options.split()).items():
                     if chosen.only is None or verb.startswith(chosen.only):
                         rows.append([str(size), kind, verb, seconds(arguments, folder)])

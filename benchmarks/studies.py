@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 import stickslip as ss
 from report import Report, machine, versions
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
 from peers.solve_ivp import prepare
 from stiffness_uncertainty import STIFFNESSES, parameters

@@ -23,7 +23,7 @@ import xarray as xr
 
 from report import Report
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 import study_models as models
 
 SAMPLES, CHUNK = 400, 7

@@ -52,7 +52,7 @@ assert_type(cycle.combinations, tuple[str, ...])
 assert_type(cycle.multipliers, NDArray[np.complex128])
 assert_type([phase.duration for phase in cycle.phases], list[float])
 for outcome in ss.simulate_many((model(mu) for mu in (0.1, 0.2)), duration=1.0, velocity={"x1": 1e-3}):
-    assert_type(outcome.run, ss.Motion | None)
+    assert_type(outcome.run, ss.Trajectory | None)
 assert_type(ss.plot.history(run), Figure)
 assert_type(ss.reference.figures.figure_3(), Figure)
 assert_type(ss.load_scene("scene.toml"), ss.Scene)

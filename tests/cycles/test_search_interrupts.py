@@ -7,6 +7,8 @@ import textwrap
 
 import pytest
 
+import interrupts
+
 #: Two blocks, weakly tied, on belts of their own: at rest, or on a torus that is watched without end.
 SEARCH = """
     import sys
@@ -58,7 +60,9 @@ SEARCH = """
     ],
 )
 def test_an_interrupt_is_heard_at_once_and_what_is_done_is_kept(search, kept):
-    path = os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join(
+        [os.path.dirname(__file__), os.path.dirname(interrupts.__file__), os.environ.get("PYTHONPATH", "")]
+    )
     process = subprocess.run(
         [sys.executable, "-c", textwrap.dedent(SEARCH), search],
         stdout=subprocess.PIPE,

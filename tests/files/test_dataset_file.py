@@ -14,7 +14,6 @@ from hypothesis.extra.numpy import arrays
 
 import stickslip as ss
 from stickslip.files.dataset_file import csv_text, split_complex
-from test_units import datasets  # noqa: F401  (a fixture)
 
 NUMBERS = st.floats()
 FORMATS = [".nc", ".json", ".zarr"]
@@ -76,7 +75,7 @@ def labelled(array):
 
 
 @pytest.fixture(scope="module")
-def public(datasets):  # noqa: F811
+def public(datasets):
     """Every labelled array of the package, of studies too."""
     study = ss.Study(
         ss.models.two_subsystems,

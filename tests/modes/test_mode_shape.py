@@ -2,10 +2,9 @@ import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
-from test_modes import combinations
 
 import stickslip as ss
-from random_scenes import drawn_scenes
+from random_scenes import combinations, drawn_scenes
 
 
 @given(drawn_scenes(), st.data())

@@ -12,19 +12,11 @@ from hypothesis import strategies as st
 
 import equal_chain
 import stickslip as ss
-from random_scenes import drawn_scenes
+from random_scenes import combinations, drawn_scenes
 
 EPS = np.finfo(float).eps
 #: Condition number of an eigenvalue up to which a scene counts as away from defective points.
 WELL_CONDITIONED = 1e3
-
-
-def combinations(scene):
-    def allowed(combination):
-        pairs = zip(combination, scene.contacts, strict=True)
-        return not any(s == "s" and c.static_friction == 0.0 for s, c in pairs)
-
-    return st.text("+-sd", min_size=len(scene.contacts), max_size=len(scene.contacts)).filter(allowed)
 
 
 @given(drawn_scenes(), st.data())

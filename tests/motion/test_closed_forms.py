@@ -6,32 +6,10 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from one_mass import MASS, oscillator
 
 EPS = np.finfo(float).eps
 #: kg
-MASS = 1.5
-
-
-def oscillator(
-    *,
-    friction=0.0,
-    static=None,
-    speed=0.0,
-    restitution=0.0,
-    stiffness=(3e4, 5e4),
-    load=(0.0, -20.0),
-    damping=None,
-):
-    """One mass: x1 along a slider, x2 normal to it."""
-    contact = ss.Contact(
-        tangential=0,
-        normal=1,
-        friction=friction,
-        static_friction=static,
-        slider_speed=speed,
-        restitution=restitution,
-    )
-    return ss.Scene([MASS, MASS], np.diag(stiffness), damping=damping, force=load, contacts=[contact])
 
 
 @given(st.floats(0.05, 0.5), st.floats(0.6, 6.0))

@@ -1,10 +1,9 @@
 """`method="auto"`: which propagator a phase gets, by counted work alone."""
 
 import numpy as np
-from test_run_limits import long_chain
 
 import stickslip as ss
-from equal_chain import equal_chain
+from equal_chain import equal_chain, long_chain
 
 EPS = np.finfo(float).eps
 

@@ -3,9 +3,9 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from test_closed_forms import MASS
 
 import stickslip as ss
+from one_mass import MASS
 
 #: Free coordinates in sliding.
 MOVING = [0, 2, 3]

@@ -6,6 +6,7 @@ from decimal import Decimal
 import pytest
 from click.testing import CliRunner
 
+import stickslip as ss
 from stickslip.cli import main
 from stickslip.reference import comparison as reproduce
 from stickslip.reference import numbers as published

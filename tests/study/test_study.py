@@ -204,7 +204,7 @@ def test_a_store_holds_one_writer_and_nothing_else(tmp_path: Path) -> None:
         study.run(tmp_path / "x.zarr")
     holder = (
         "import sys, time; sys.path.insert(0, sys.argv[2]); import study_models as m;"
-        "from stickslip.study import store; s = m.verdicts();"
+        "from stickslip.study.run import store; s = m.verdicts();"
         "held = store.ZarrStore(sys.argv[1], s._layout(), 8); print('held', flush=True); time.sleep(60)"
     )
     here = str(Path(models.__file__).parent)

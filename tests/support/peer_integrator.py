@@ -14,6 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.integrate import solve_ivp
 
+import stickslip as ss
+
 #: Depth, m, below which a gap that was closed to rounding, and pulled open at once, counts as closed again.
 ROUNDING = 1e-16
 #: Events at one instant that the contacts can explain.
@@ -233,3 +235,35 @@ def _watched(row, constant):
     function.terminal = True
     function.direction = -1.0
     return function
+
+
+#: Longest steps of the peer, s. The shorter ones are for scenes with two zeros within a longer step.
+STEPS = (1e-4, 1e-5, 1e-6)
+
+
+def assert_same_motion(scene, start, duration):
+    run = ss.simulate(scene, start, duration)
+    events = run.events
+    ours = list(zip(events.contact, events.kind, events.combination, strict=True))
+    for step in STEPS:
+        rough = integrate(scene, start, duration, longest_step=2 * step)
+        fine = integrate(scene, start, duration, longest_step=step)
+        if rough is not None and fine is not None and rough.labels() == fine.labels() == ours:
+            break
+    else:
+        assert ours == ([] if fine is None else fine.labels())
+    n = scene.size
+    position, velocity = run.event_states()
+    end = run.state(duration)
+    states = np.vstack([np.hstack([position, velocity]), np.concatenate([end.position, end.velocity])])
+    theirs, roughly = (np.vstack([*motion.states, motion.end_state]) for motion in (fine, rough))
+    scale = np.repeat([np.abs(theirs[:, :n]).max(), np.abs(theirs[:, n:]).max()], n)
+    # What the peer changes by from steps twice as long, fourfold: at an impact of 2e-3 m/s rounding of its
+    # event functions adds as much.
+    own_error = 4 * np.abs((theirs - roughly) / scale).max() + 1e-12
+    assert own_error < 1e-5, "the peer is too far off to say anything"
+    assert np.abs((states - theirs) / scale).max() <= own_error
+    times = np.array([fine.time, rough.time])
+    time_error = 4 * np.abs(times[0] - times[1]).max(initial=0.0) + 1e-12 * duration
+    assert np.abs(events.time - times[0]).max(initial=0.0) <= time_error
+    return run

@@ -107,3 +107,13 @@ def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max
         mass if full_matrices else np.diag(mass), stiffness, damping=damping, force=force, contacts=contacts
     )
     return Drawn(scene, equilibrium, normal_force, rng)
+
+
+def combinations(scene):
+    """Combinations of a scene; a contact without friction cannot stick."""
+
+    def allowed(combination):
+        pairs = zip(combination, scene.contacts, strict=True)
+        return not any(s == "s" and c.static_friction == 0.0 for s, c in pairs)
+
+    return st.text("+-sd", min_size=len(scene.contacts), max_size=len(scene.contacts)).filter(allowed)

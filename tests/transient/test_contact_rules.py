@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_closed_forms import MASS
-from test_peer_solve_ivp import assert_same_motion
 
 import stickslip as ss
 from equal_chain import equal_chain
+from one_mass import MASS
+from peer_integrator import assert_same_motion
 
 EPS = np.finfo(float).eps
 

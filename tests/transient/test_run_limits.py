@@ -9,10 +9,11 @@ import time
 
 import numpy as np
 import pytest
-from test_closed_forms import oscillator
 
+import interrupts
 import stickslip as ss
-from equal_chain import equal_chain
+from equal_chain import long_chain
+from one_mass import oscillator
 
 #: s; a run that reaches it did not stop
 ENDLESS = 1e9
@@ -21,14 +22,6 @@ ENDLESS = 1e9
 def chattering_belt(**changes):
     """A mass on a belt, with static friction: two events every few milliseconds, for ever."""
     return oscillator(friction=0.3, static=0.6, speed=0.1, **changes), ss.State([0.0, 0.0], [0.1, 0.0], "s")
-
-
-def long_chain(count=1000):
-    """4000 coordinates, so that a panel takes milliseconds: masses that fall on their sliders one by one."""
-    scene = equal_chain(count, friction=0.5)
-    position = np.zeros(4 * count)
-    position[3::4] = np.linspace(1e-5, 1e-4, count)
-    return scene, ss.State(position, np.zeros(4 * count), "d" * count)
 
 
 def test_time_limit():
@@ -79,7 +72,9 @@ INTERRUPTED = """
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
 @pytest.mark.parametrize("scene", [chattering_belt, long_chain])
 def test_ctrl_c_stops_a_run_and_keeps_it(scene):
-    path = os.pathsep.join([os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+    path = os.pathsep.join(
+        [os.path.dirname(__file__), os.path.dirname(interrupts.__file__), os.environ.get("PYTHONPATH", "")]
+    )
     with subprocess.Popen(
         [sys.executable, "-c", textwrap.dedent(INTERRUPTED).replace("SCENE", scene.__name__)],
         stdout=subprocess.PIPE,

@@ -5,7 +5,7 @@ from collections import Counter
 import numpy as np
 
 import stickslip as ss
-from conftest import reference_solution
+from reference_runs import reference_solution
 from stickslip.reference import comparison as reproduce
 from stickslip.reference.numbers import published
 from verification.case import Case, Quantity
