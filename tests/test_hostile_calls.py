@@ -238,6 +238,7 @@ def test_a_rigid_pad_with_masses_of_its_contacts():
     assert resting.position[0] == pytest.approx(0.5 * 10.0 / 1e4, rel=1e-3)
 
 
+@pytest.mark.process
 def test_figures_of_studies_are_there_without_a_second_import():
     code = "import sys, stickslip as ss; ss.study.Study; assert 'matplotlib' not in sys.modules; "
     code += "ss.plot.overview"

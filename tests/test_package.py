@@ -22,10 +22,12 @@ def loaded(code):
     return HEAVY & set(done.stdout.split())
 
 
+@pytest.mark.process
 def test_importing_the_package_loads_nothing_heavy():
     assert loaded("import stickslip") == set()
 
 
+@pytest.mark.process
 def test_modes_and_runs_take_no_figures():
     modes = "import stickslip as ss; ss.complex_modes(ss.models.two_subsystems())"
     assert loaded(modes) <= {"numpy", "scipy", "scipy.sparse"}

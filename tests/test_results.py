@@ -4,7 +4,7 @@ import copy
 import inspect
 import pickle
 import re
-from functools import cache
+from functools import cache, partial
 from html.parser import HTMLParser
 
 import numpy as np
@@ -40,6 +40,10 @@ def examples():
         "StatusTable": ss.status_table(scene, ["++", "ss"]),
         "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
         "Trajectory": run,
+        "Motion": cycle.run,
+        "Basins": ss.Basins(xr.DataArray([0], dims="x"), (cycle,)),
+        "Bifurcation": ss.Bifurcation(xr.Dataset({"x": 1.0}), (cycle,)),
+        "Branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
         "Events": run.events,
         "Grazing": grazing,
         "Accumulation": drop.accumulations[0],
@@ -56,7 +60,7 @@ def examples():
         "RunError": ss.RunError("cannot go on", drop),
         "RunInterrupted": ss.RunInterrupted(drop),
         "SearchInterrupted": ss.SearchInterrupted(xr.Dataset({"x": 1.0}), 3, 10),
-        "OrbitError": ss.OrbitError("no orbit", None),
+        "OrbitError": ss.OrbitError("no orbit"),
         "NotPeriodicError": ss.NotPeriodicError("chaotic", drop, "chaotic", 3.0, 0.5),
         "StoreError": ss.StoreError("another study"),
         "StudyError": ss.StudyError("cannot go on", xr.Dataset({"x": 1.0})),
@@ -66,8 +70,9 @@ def examples():
 
 
 NAMES = [
-    "Accumulation", "Balance", "BranchPoint", "Case", "Contact", "CriticalPoint", "Cycle", "CyclePhase",
-    "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "NoSteadySlidingError",
+    "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact", "CriticalPoint", "Cycle",
+    "CyclePhase", "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "Motion",
+    "NoSteadySlidingError",
     "NotPeriodicError", "OrbitError",
     "Outcome", "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
     "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
@@ -88,7 +93,7 @@ def same(a, b):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
     if isinstance(a, ss.Events):
         return same(vars_of(a, "time", "contact", "kind", "combination"), vars_of(b, *EVENTS))
-    if isinstance(a, ss.Trajectory | ss.Cycle):
+    if isinstance(a, ss.Motion | ss.Cycle):
         return same(a.scene, b.scene) and same(a.core.record(), b.core.record())
     if isinstance(a, ss.Scene):
         return same(a.__reduce__()[1], b.__reduce__()[1])
@@ -100,6 +105,8 @@ def same(a, b):
         return same(a.args, b.args) and same(vars(a), vars(b))
     if type(a).__module__.startswith("stickslip") and hasattr(a, "__dict__"):
         return same(public(a), public(b))
+    if isinstance(a, partial):
+        return same([a.func, a.args, a.keywords], [b.func, b.args, b.keywords])
     if isinstance(a, float | complex):
         return np.array(a).tobytes() == np.array(b).tobytes()
     return bool(a == b)

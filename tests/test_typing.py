@@ -71,6 +71,7 @@ WRONG = {
 HEAD = "import stickslip as ss\nfrom script import cycle, run, scene, start\n"
 
 
+@pytest.mark.process
 def test_a_script_passes_strictly_and_mistakes_are_seen(tmp_path):
     pytest.importorskip("mypy")
     (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")

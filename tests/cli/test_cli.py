@@ -303,7 +303,7 @@ def test_figures(tmp_path):
     written = sorted((tmp_path / "new" / "folder").iterdir())
     assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]
     assert all("<svg" in path.read_text()[:1000] for path in written)
-    run("figures", 2, "--out", tmp_path, "--format", "png")
+    run("figures", 2, "--output", tmp_path, "--format", "png")
     # A column of a journal, 85 mm, at 300 points per inch.
     assert struct.unpack(">I", (tmp_path / "figure-02.png").read_bytes()[16:20])[0] == int(85 / 25.4 * 300)
     assert "16 is not in the range 2<=x<=15" in run("figures", 16, code=2).stderr
@@ -314,12 +314,14 @@ def test_completion_scripts(shell):
     assert "_STICKSLIP_COMPLETE" in run("completion", shell).stdout
 
 
+@pytest.mark.process
 def test_completion_completes_verbs():
     words = {"_STICKSLIP_COMPLETE": "bash_complete", "COMP_WORDS": "stickslip si", "COMP_CWORD": "1"}
     done = subprocess.run(COMMAND, env={**os.environ, **words}, capture_output=True, text=True)
     assert done.stdout.split() == ["plain,simulate"]
 
 
+@pytest.mark.process
 def test_help_loads_nothing_heavy():
     code = "import sys; from stickslip.cli import main; main(['--help'], standalone_mode=False)"
     code += "; print(*sys.modules)"

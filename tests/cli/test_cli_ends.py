@@ -47,6 +47,7 @@ def examples():
                         yield command
 
 
+@pytest.mark.process
 @pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
 def test_a_shell_hands_over_the_examples_of_help_as_they_stand():
     """Bash expands braces; zsh, and bash with failglob, refuse brackets that match no file."""
@@ -66,6 +67,7 @@ def test_what_help_says_to_type_is_quoted():
         assert re.findall(r"(?<!['{])\b\w+=[\[{]\w", text.replace("NAME=[values]", "")) == []
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no full device")
 @pytest.mark.parametrize(
     "arguments", [["modes", "SCENE"], ["modes", "SCENE", "--csv"], ["modes", "--help"], ["--help"]]
@@ -77,6 +79,7 @@ def test_a_full_disk_is_told_in_one_line(brake, arguments):
     assert done.stderr == "Error: cannot write: No space left on device\n"
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="pipes end otherwise there")
 @pytest.mark.parametrize("arguments", [["modes", "SCENE"], ["simulate", "SCENE", "--csv"], ["--help"]])
 def test_a_closed_pipe_is_told_in_one_line(brake, arguments):
@@ -95,6 +98,7 @@ def test_a_file_on_a_full_disk_is_named(brake, tmp_path):
     assert f"Error: {target}: No space left on device" in run("modes", brake, "-o", target, code=2).stderr
 
 
+@pytest.mark.process
 @pytest.mark.parametrize(("encoding", "angle"), [("cp1252", "at 0.0° "), ("ascii", "at 0.0 deg")])
 def test_output_has_other_letters_where_the_encoding_has_none(brake, encoding, angle):
     """Windows writes files and pipes in its code page."""
@@ -106,6 +110,7 @@ def test_output_has_other_letters_where_the_encoding_has_none(brake, encoding, a
     assert "Period 8.90849261 ms" in printed
 
 
+@pytest.mark.process
 def test_names_that_the_encoding_does_not_have_are_escaped(tmp_path):
     path = tmp_path / "belt.toml"
     run("init", path, "--model", "oscillator")
@@ -144,6 +149,7 @@ def test_interrupted_before_the_verb_begins(monkeypatch):
     assert "interrupted" in run("modes", code=130).stderr
 
 
+@pytest.mark.process
 def test_warnings_show_no_source(brake):
     done = process("study", brake, "--sampler", "sobol", "--samples", 100, "--csv", stdout=subprocess.PIPE)
     assert done.stderr == (

@@ -95,7 +95,7 @@ def test_a_run_too_short_says_so():
 @pytest.mark.parametrize("further", [-1.0, np.nan, np.inf, "1"])
 def test_further_is_checked(further, cycle):
     with pytest.raises(ss.InputError, match="further"):
-        cycle.run.limit_cycle(further=further)
+        ss.Trajectory(cycle.scene, cycle.run.start, cycle.run.core).limit_cycle(further=further)
 
 
 @given(

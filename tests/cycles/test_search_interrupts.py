@@ -50,6 +50,7 @@ SEARCH = """
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
 @pytest.mark.parametrize(
     ("search", "kept"),

@@ -253,6 +253,7 @@ print(len(os.listdir("/proc/self/task")))
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform != "linux", reason="counts the threads that the kernel knows")
 def test_the_modes_of_a_small_scene_need_no_other_thread():
     """A process with threads can't be forked."""

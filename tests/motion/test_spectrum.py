@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.show.style import HATCHES, STYLES
 
 
 @pytest.fixture(scope="module")
@@ -120,7 +121,7 @@ def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
 
 def test_statuses_survive_grey(cycle, axes):
     """Each status has a line style and a hatching of its own, whatever its colour turns into."""
-    assert len(set(ss.plot.STYLES.values())) == len(set(ss.plot.HATCHES.values())) == 4
+    assert len(set(STYLES.values())) == len(set(HATCHES.values())) == 4
     ss.plot.phase_portrait(axes, cycle)
     drawn = [line for line in axes.lines if not line.get_label().startswith("_")]
     assert len({line.get_linestyle() for line in drawn}) == len(drawn) == 2

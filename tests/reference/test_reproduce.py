@@ -3,6 +3,7 @@
 import json
 from decimal import Decimal
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
@@ -148,4 +149,5 @@ def test_figures_show_the_run():
     assert drawn.get_ydata() == pytest.approx(1e6 * (motion - motion[0]).values)
     axes = ss.plot.contact_status(Figure().subplots(), run)
     spans = sum(len(collection.get_paths()) for collection in axes.collections)
-    assert spans == 2 * (len(run.events) + 1)
+    letters = np.array([list(name) for name in (run.start.combination, *run.events.combination)])
+    assert spans == 2 + (letters[1:] != letters[:-1]).sum()

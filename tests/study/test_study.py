@@ -62,6 +62,7 @@ def test_bits_of_verdicts_do_not_depend_on_threads_and_chunks() -> None:
         assert_same_bits(study.run(**arguments), expected)
 
 
+@pytest.mark.process
 def test_bits_do_not_depend_on_the_executor(expected: xr.Dataset) -> None:
     # Threads of a forked process would wait for threads that it does not have.
     with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as pool:
@@ -139,6 +140,7 @@ def run_and_kill(path: Path, samples: int, chunk: int, more: int) -> int:
     return complete_chunks(path)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="needs kill -9")
 def test_a_killed_run_goes_on(tmp_path: Path) -> None:
     samples, chunk = 400, 5
@@ -190,6 +192,7 @@ def test_a_store_names_the_parameter_that_differs(tmp_path: Path) -> None:
         other.run(tmp_path / "x.zarr")
 
 
+@pytest.mark.process
 def test_a_store_holds_one_writer_and_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "notes").mkdir()
     (tmp_path / "notes" / "x.txt").write_text("not a study")
@@ -232,6 +235,7 @@ def test_another_machine_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
         models.verdicts().run(tmp_path / "x.zarr")
 
 
+@pytest.mark.process
 @pytest.mark.filterwarnings("default")
 def test_dask_with_a_worker_killed_on_the_way(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     distributed = pytest.importorskip("distributed")
@@ -264,6 +268,7 @@ def die(scene: ss.Scene) -> float:
     os._exit(1)
 
 
+@pytest.mark.process
 def test_what_is_complete_survives_lost_workers(tmp_path: Path) -> None:
     study = ss.Study(
         ss.models.two_subsystems,
@@ -307,6 +312,7 @@ def test_ctrl_c_while_a_chunk_is_written_leaves_no_half_sample(
     assert np.flatnonzero(partial.status != "pending").tolist() == list(range(20))
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
 def test_ctrl_c_during_a_chunk_keeps_what_is_done(tmp_path: Path) -> None:
     """Whole chunks are kept, all that were complete before, with the bits of an uninterrupted study."""
@@ -644,6 +650,7 @@ def test_errors_travel_with_what_is_done(kind: type[Exception], expected: xr.Dat
     assert error.partial.identical(expected)
 
 
+@pytest.mark.process
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="needs a terminal")
 def test_progress_shows_rate_and_time_left() -> None:
     code = (
@@ -752,6 +759,7 @@ def test_bad_arguments_are_named(arguments: dict[str, object], message: str) -> 
         ss.Study(**(good | arguments))  # type: ignore[arg-type]
 
 
+@pytest.mark.process
 def test_bad_arguments_of_a_run_are_named() -> None:
     study = models.verdicts()
     for arguments, message in (

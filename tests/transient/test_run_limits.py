@@ -69,6 +69,7 @@ INTERRUPTED = """
 """
 
 
+@pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
 @pytest.mark.parametrize("scene", [chattering_belt, long_chain])
 def test_ctrl_c_stops_a_run_and_keeps_it(scene):

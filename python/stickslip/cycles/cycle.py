@@ -432,7 +432,10 @@ class Cycle:
             ("period", f"{1e3 * self.period:.9g} ms"),
             ("frequency", f"{self.frequency:.6g} Hz"),
             ("stability", self.stability),
-            ("largest multiplier", f"{self.largest_multiplier:.4g}"),
+            (
+                "largest multiplier",
+                "not known" if np.isnan(self.largest_multiplier) else f"{self.largest_multiplier:.4g}",
+            ),
         ]
         rows = [
             (phase.combination, 1e3 * phase.start, 1e3 * phase.duration)
