@@ -275,6 +275,33 @@ def chain_times(subsystems: int) -> tuple[float, float, float]:
     )
 
 
+def refined_times(free: int) -> tuple[float, float]:
+    """Return the times of refined modes of a dense stiffness, and of LAPACK at half size."""
+    contacts = free // 8
+    n = free + contacts
+    rng = np.random.default_rng(0)
+    rotation = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    stiffness = (rotation * np.linspace(1e6, 1e9, n)) @ rotation.T
+    force = np.zeros(n)
+    force[contacts : 2 * contacts] = -1e3
+    scene = ss.Scene(
+        np.ones(n),
+        0.5 * (stiffness + stiffness.T),
+        force=force,
+        damping=ss.Proportional(stiffness=1e-7),
+        contacts=[
+            ss.Contact(tangential=i, normal=contacts + i, friction=0.3, slider_speed=1.0)
+            for i in range(contacts)
+        ],
+    )
+    half = ss.reduce(scene, "+" * contacts)
+    normalised = np.linalg.solve(half.mass, half.stiffness)
+    return (
+        best_of(20, lambda: ss.complex_modes(scene)),
+        best_of(20, lambda: scipy.linalg.eig(normalised, left=True, right=True)),
+    )
+
+
 def speed(console: Console) -> None:
     table = Table(title=f"Time, s ({os.cpu_count()} processors)", title_justify="left")
     for heading in ("job", "stickslip", "peer", "ratio"):
@@ -291,6 +318,9 @@ def speed(console: Console) -> None:
     ours, whole, half = chain_times(134)
     add("402 free coordinates, left and right vectors; peer: scipy.linalg.eig(A, B)", ours, whole)
     add("the same; peer: scipy.linalg.eig of the half-size problem, formed by hand", ours, half)
+    for free in (28, 48, 60):
+        job = f"{free} free coordinates, dense, refined; peer: scipy.linalg.eig, half size"
+        add(job, *refined_times(free))
     console.print(table)
 
 

@@ -196,8 +196,8 @@ def test_sparse_masses():
         [[2.0, 1.0, 0.0, 0.0], [1.0, 4.0, 1.0, 0.0], [0.0, 1.0, 4.0, 1.0], [0.0, 0.0, 1.0, 2.0]]
     )
     for kind in (scipy.sparse.csr_array, scipy.sparse.coo_array, scipy.sparse.csc_matrix):
-        modes = ss.complex_modes(masses(mass=kind(consistent), contacts=[contact()]))
-        dense = ss.complex_modes(masses(mass=consistent, contacts=[contact()]))
+        modes = ss.complex_modes(masses(mass=kind(consistent), contacts=[contact()]), "+")
+        dense = ss.complex_modes(masses(mass=consistent, contacts=[contact()]), "+")
         assert modes.eigenvalues.tobytes() == dense.eigenvalues.tobytes()
 
 
@@ -248,12 +248,12 @@ def test_figures_of_studies_are_there_without_a_second_import():
 def test_marginal_modes():
     """Without damping nothing grows or decays, whatever rounding says; with the least damping it does."""
     free = masses(contacts=[contact()], stiffness=np.diag([1e4, 2e4, 3e4, 4e4]) + 1e3)
-    assert ss.complex_modes(free).marginal.all()
+    assert ss.complex_modes(free, "+").marginal.all()
     matrix = free.replace(damping=np.zeros((4, 4)))
-    assert ss.complex_modes(matrix).marginal.all()
-    damped = ss.complex_modes(free.replace(damping=ss.Proportional(stiffness=1e-11)))
+    assert ss.complex_modes(matrix, "+").marginal.all()
+    damped = ss.complex_modes(free.replace(damping=ss.Proportional(stiffness=1e-11)), "+")
     assert not damped.marginal.any()
-    assert "marginal" in repr(ss.complex_modes(free))
+    assert "marginal" in repr(ss.complex_modes(free, "+"))
     assert "-0.000000" not in repr(damped)
     growing = ss.complex_modes(MODEL())
     assert not growing.marginal.any()

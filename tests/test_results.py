@@ -70,12 +70,11 @@ def examples():
 
 
 NAMES = [
-    "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact", "CriticalPoint", "Cycle",
-    "CyclePhase", "Events", "Grazing", "InputError", "Margin", "ModeSelection", "Modes", "Motion",
-    "NoSteadySlidingError",
-    "NotPeriodicError", "OrbitError",
-    "Outcome", "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
-    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
+    "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
+    "CriticalPoint", "Cycle", "CyclePhase", "Events", "Grazing", "InputError", "Margin", "ModeSelection",
+    "Modes", "Motion", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome", "Proportional",
+    "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State", "StatusTable",
+    "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
 ]  # fmt: skip
 
 

@@ -138,6 +138,9 @@ class Reduced:
     left_basis: _Real  # (n, m) L
 
 _CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
+_CriticalArrays = tuple[
+    list[_CriticalKind], list[int | None], _Complex, _Complex, _Complex, _Real, list[bool]
+]
 #: (lower, upper, mass, damping, stiffness, statics) on one interval: Chebyshev coefficients (k, m, m);
 #: proportional
 #: damping as coefficients (k,) of its mass and stiffness factors; of `Reduced.statics` each (k, ., .)
@@ -167,9 +170,9 @@ class Path:
     # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
     # point, and
     # whether steady sliding exists there
-    def critical_points(
-        self, imaginary: float
-    ) -> tuple[list[_CriticalKind], list[int | None], _Complex, _Complex, _Complex, _Real, list[bool]]: ...
+    def critical_points(self, imaginary: float) -> _CriticalArrays: ...
+    # the same of the Hopf points alone, number of eigenproblems, number of modes followed between them
+    def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
     def growth(self, values: _Real) -> dict[str, Any]: ...
 
 # eigenvalue: least stable, unstable: number, steady_sliding: (k,); normal_force: (k, c)

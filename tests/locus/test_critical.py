@@ -2,8 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from stickslip.path import Family
 
 import stickslip as ss
+from quad_block import quad_block
 
 EPS = np.finfo(float).eps
 
@@ -161,3 +163,40 @@ def test_parameters_beside_the_range_are_fixed():
 def test_hostile_ranges_are_refused(arguments, message):
     with pytest.raises(ss.InputError, match=message):
         ss.critical_points(ss.models.two_subsystems(), **arguments)
+
+
+def counted_hopf_points(model, **parameter):
+    """Hopf points, eigenproblems of the mesh, and modes followed from one of its points to the next."""
+    ((name, ends),) = parameter.items()
+    path = Family(model).path(name, *ends)
+    (_, places, *_), nodes, followed = path.hopf_points()
+    return places.real, nodes, followed
+
+
+def test_hopf_points_alone_are_those_among_all_critical_points():
+    rng = np.random.default_rng(3)
+    found = 0
+    for _ in range(6):
+        spread = {name: rng.uniform(0.7, 1.4, 2) for name in ("upper_mass", "contact_mass")}
+        scene = ss.models.two_subsystems(damping=10.0 ** rng.uniform(-6.0, -4.0), **spread)
+        every = kinds(ss.critical_points(scene, friction=(0.0, 3.0)), "hopf")
+        alone = ss.hopf_points(scene, friction=(0.0, 3.0))
+        assert [p.value for p in alone] == pytest.approx([p.value for p in every], rel=1e-12)
+        assert [p.direction for p in alone] == [p.direction for p in every]
+        found += len(every)
+    assert found >= 6
+
+
+def test_only_modes_near_the_axis_are_followed():
+    """Of the 104 modes of a mesh a few come near the axis; to join all takes thousands of eigenproblems."""
+    scene = quad_block(10, 5, 2)
+    values, nodes, followed = counted_hopf_points(scene, friction=(0.0, 0.3))
+    assert len(values) == 3
+    for value in values:
+        before, after = (
+            ss.complex_modes(scene.replace(friction=value + side)).unstable.sum() for side in (-1e-6, 1e-6)
+        )
+        assert after == before + 2
+    # One eigenproblem for each interval and a few halvings; one mode in a hundred in each.
+    assert nodes <= 100
+    assert followed <= 2 * nodes

@@ -1,4 +1,4 @@
-"""Random chains for the fuzz campaign: scene i of a seed depends on the two numbers alone."""
+"""Random scenes for the fuzz campaign: scene i of a seed depends on the two numbers alone."""
 
 from __future__ import annotations
 
@@ -7,8 +7,94 @@ from scipy import sparse
 
 import stickslip as ss
 
+#: Parts of the scenes: contacts coupled by mass, and the reference model beside a defective point.
+COUPLED, DEFECTIVE = 0.2, 0.1
+#: Friction of the reference model at which two modes coalesce.
+DEFECTIVE_POINTS = (0.612484152848668518, 1.989108991216879)
+
 
 def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return a scene whose contact i has the directions 4 i + 2 and 4 i + 3, and a start state.
+
+    Most are chains, some of them with contacts that mass couples; others are the reference model at a random
+    distance from a defective point.
+    """
+    rng = np.random.default_rng([seed, index, 1])
+    kind = rng.random()
+    if kind < DEFECTIVE:
+        return near_defective(rng)
+    if kind < DEFECTIVE + COUPLED:
+        return coupled_by_mass(rng)
+    return chain(seed, index)
+
+
+def near_defective(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
+    """Return the reference model, its friction 1e-16 to 1 of a defective value away from it, and a start."""
+    away = rng.choice([-1.0, 1.0]) * 10.0 ** -rng.uniform(0.0, 16.0)
+    friction = float(rng.choice(DEFECTIVE_POINTS)) * (1.0 + away)
+    scene = ss.models.two_subsystems(
+        friction=friction,
+        slider_speed=float(rng.choice([-1.0, 1.0])) * 10.0 ** rng.uniform(-3.0, 0.0),
+        preload_displacement=1e-3,
+    ).replace(static_friction=friction)
+    kick = {name: rng.normal() * 10.0 ** rng.uniform(-5, -2) for name in ("x1", "x2", "x5", "x6")}
+    try:
+        start = ss.sliding_equilibrium(scene).perturbed(velocity=kick)
+        ss.simulate(scene, start, 1e-9, max_events=0)
+    except ss.InputError:
+        position = np.zeros(8)
+        position[3::4] = 1e-4
+        start = ss.State(position, 0.1 * rng.normal(size=8), "dd")
+    return scene, start
+
+
+def coupled_by_mass(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
+    """Return a chain of 2 to 8 subsystems whose contact masses are tied to each other, in flight.
+
+    The tangential and the normal directions are tied apart from each other, so that the normal forces do not
+    depend on friction and no paradox of Painleve is possible.
+    """
+    count = int(rng.integers(2, 9))
+    friction = rng.uniform(0.0, 1.5, count)
+    scene = ss.models.chain(
+        [
+            ss.models.Subsystem(
+                upper_mass=rng.uniform(0.1, 1.0),
+                contact_mass=rng.uniform(0.1, 1.0),
+                inclination=rng.uniform(0.0, 1.2),
+                vertical_stiffness=2e5 * 10.0 ** rng.uniform(-0.5, 0.5),
+                horizontal_stiffness=5e5 * 10.0 ** rng.uniform(-0.5, 0.5),
+                ceiling_stiffness=1e5 * 10.0 ** rng.uniform(-0.5, 0.5),
+                preload_displacement=10.0 ** rng.uniform(-4.0, -2.5),
+                external_force=0.0,
+            )
+            for _ in range(count)
+        ],
+        [
+            ss.models.Link(horizontal_stiffness=1e6 * rng.uniform(0.1, 1.0), vertical_stiffness=1e5)
+            for _ in range(count - 1)
+        ],
+        wall_stiffness=1e6,
+        friction=friction,
+        static_friction=friction * np.where(rng.random(count) < 0.5, 1.0, rng.uniform(1.0, 1.6, count)),
+        slider_speed=rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 0.0, count),
+        restitution=np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.0, 0.8, count)),
+        damping=10.0 ** rng.uniform(-5.0, -3.5),
+        impact_friction=True,
+    )
+    mass = np.diag(scene.mass)
+    for first in (2, 3):
+        rows = np.arange(first, 4 * count, 4)
+        factors = rng.normal(size=(count, count))
+        tied = factors @ factors.T + 0.1 * count * np.eye(count)
+        scale = np.sqrt(np.diag(mass)[rows] / np.diag(tied))
+        mass[np.ix_(rows, rows)] = tied * np.outer(scale, scale)
+    position = np.zeros(4 * count)
+    position[3::4] = 10.0 ** rng.uniform(-5.0, -3.0, count)
+    return scene.replace(mass=mass), ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+
+
+def chain(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     """Return a chain of 1 to 6 subsystems and a start state that is consistent with it.
 
     Half of the scenes spread their parameters over one decade, half over four: frequencies then over four
@@ -67,10 +153,10 @@ def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
 
 
 def matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the diagonal of M, and dense C and K, of a chain."""
+    """Return dense M, C and K."""
     stiffness = scene.stiffness.toarray() if sparse.issparse(scene.stiffness) else np.asarray(scene.stiffness)
-    damping = scene.damping.mass * np.diag(scene.mass) + scene.damping.stiffness * stiffness
-    return scene.mass, damping, stiffness
+    mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
+    return mass, scene.damping.mass * mass + scene.damping.stiffness * stiffness, stiffness
 
 
 #: A motion that has decayed by e to this power is below rounding of what it was.
@@ -84,19 +170,20 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
     modulus of an eigenvalue up to then, 1/s. Coordinates that a combination holds only add zeros.
     """
     mass, _, stiffness = matrices(scene)
-    reduced = np.empty((len(combinations), mass.size, mass.size))
+    reduced = np.empty((len(combinations), *mass.shape))
     for k, combination in enumerate(combinations):
-        matrix = stiffness / mass[:, None]
+        both = np.stack([stiffness, mass])
         held = []
         for i, (letter, contact) in enumerate(zip(combination, scene.contacts, strict=True)):
             t, n = 4 * i + 2, 4 * i + 3
             if letter in "+-":
                 factor = contact.friction if letter == "-" else -contact.friction
-                matrix[t] += factor * stiffness[n] / mass[t]
+                both[:, t] += factor * np.stack([stiffness, mass])[:, n]
             held += {"d": [], "s": [t, n]}.get(letter, [n])
-        matrix[held] = 0.0
-        matrix[:, held] = 0.0
-        reduced[k] = matrix
+        both[:, held] = 0.0
+        both[:, :, held] = 0.0
+        both[1, held, held] = 1.0
+        reduced[k] = np.linalg.solve(both[1], both[0])
     kappa = np.linalg.eigvals(reduced).astype(complex)
     half = 0.5 * (scene.damping.mass + scene.damping.stiffness * kappa)
     root = np.sqrt(half**2 - kappa)

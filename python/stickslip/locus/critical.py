@@ -7,9 +7,10 @@ from typing import Any, Literal
 
 import numpy as np
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.locus.path import Family, Model, interval
-from stickslip.scene.checks import real_number
+from stickslip.scene.checks import Complex, Real, real_number
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 
@@ -120,13 +121,26 @@ def critical_points(
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
+    name, path, span = _path_over("critical_points", model, combination, parameters)
+    return _points(name, path.critical_points(proximity * span))
+
+
+def _path_over(
+    caller: str, model: Model, combination: str | None, parameters: dict[str, Any]
+) -> tuple[str, _core.Path, float]:
+    """Return the name of the one parameter with a range, the path over it, and its length."""
     ranges = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
     if len(ranges) != 1:
-        raise InputError(f"critical_points: expected one parameter with a range, got {list(ranges)}")
+        raise InputError(f"{caller}: expected one parameter with a range, got {list(ranges)}")
     ((name, value),) = ranges.items()
     lower, upper = interval(name, value)
     fixed = {key: real_number(key, number) for key, number in parameters.items() if key != name}
-    path = Family(model, combination).path(name, lower, upper, **fixed)
+    return name, Family(model, combination).path(name, lower, upper, **fixed), upper - lower
+
+
+def _points(
+    name: str, found: tuple[list[Kind], list[int | None], Complex, Complex, Complex, Real, list[bool]]
+) -> list[CriticalPoint]:
     return [
         CriticalPoint(
             kind=kind,
@@ -140,9 +154,7 @@ def critical_points(
             steady_sliding=steady,
             contact=contact,
         )
-        for kind, contact, place, eigenvalue, other, slope, steady in zip(
-            *path.critical_points(proximity * (upper - lower)), strict=True
-        )
+        for kind, contact, place, eigenvalue, other, slope, steady in zip(*found, strict=True)
     ]
 
 
@@ -156,12 +168,20 @@ def hopf_points(model: Model, combination: str | None = None, **parameters: Any)
     model, combination
         As for `sweep`.
     **parameters
-        As for `critical_points`; lock-in off the real axis is not looked for.
+        As for `critical_points`.
 
     Raises
     ------
     InputError
         As `critical_points`.
+
+    Notes
+    -----
+    Only the modes that may reach the imaginary axis are followed: over an interval of the mesh a mode can
+    come there by its slope, or by meeting another mode near an exceptional point, where the square of the
+    difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
+    not be joined. The limits of `critical_points` hold.
     """
-    points = critical_points(model, combination, **{"proximity": 0.0, **parameters})
-    return [point for point in points if point.kind == "hopf"]
+    name, path, _ = _path_over("hopf_points", model, combination, parameters)
+    found, _, _ = path.hopf_points()
+    return _points(name, found)

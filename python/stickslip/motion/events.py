@@ -102,5 +102,6 @@ class Accumulation(NamedTuple):
     event: int
     #: bounces left out whose remaining time is at least one ulp of t
     bounces: int
-    #: bound of the error of its time, s: the gap's acceleration is taken as constant over the rest
+    #: bound of the error of its time, s: the gap's acceleration is taken as constant over the rest; of a
+    #: series over several contacts that mass couples, its rest
     error: float

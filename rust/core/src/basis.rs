@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::sync::Arc;
 
 use crate::blocks::Block;
-use crate::cost::LARGEST;
+use crate::cost::largest;
 use crate::error::Error;
 use crate::event::EventFunction;
 use crate::motion::{ModalBasis, TaylorOperator};
@@ -62,7 +62,7 @@ impl CombinationBasis {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
         };
-        let large = scene.free(combination) > LARGEST;
+        let large = scene.free(combination) > largest(scene);
         let propagator = if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
             series()?
         } else {

@@ -20,7 +20,7 @@ use crate::spectrum::{Mode, Vectors, spectrum};
 
 /// Smallest interval, of the whole range; below it two branches count as meeting. Rounding splits a meeting pair by
 /// the square root of an ulp, so nothing finer could be told from rounding.
-const RESOLUTION: f64 = 1e-13;
+pub(crate) const RESOLUTION: f64 = 1e-13;
 /// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
 const KEPT: f64 = 0.5;
 const OTHERS: f64 = 0.25;
@@ -35,7 +35,7 @@ const UNCOUPLED: f64 = 1e-22;
 
 /// The modes at one parameter value, of each conjugate pair the one with positive imaginary part. Vectors are scaled to
 /// a largest entry of 1: a correlation of two modes depends on how each is shared between its right and left vector.
-#[derive(Debug, Clone)]
+#[derive(Debug, Default)]
 pub(crate) struct Node {
     pub value: f64,
     pub modes: Vec<Mode>,
@@ -101,6 +101,24 @@ impl Node {
         })
     }
 
+    /// A node that divides the interval between two others, without twins if that is possible; None where no number
+    /// is left between them.
+    pub fn between(path: &Path, from: &Node, to: &Node) -> Result<Option<Self>, Error> {
+        let mut division = None;
+        for part in DIVISIONS {
+            let value = from.value + part * (to.value - from.value);
+            if from.value < value && value < to.value {
+                let node = Node::new(path, value)?;
+                let clear = !node.has_twins();
+                division = Some(node);
+                if clear {
+                    break;
+                }
+            }
+        }
+        Ok(division)
+    }
+
     /// All 2m eigenvalues, conjugates adjacent, positive imaginary part first.
     pub fn members(&self) -> Vec<Member> {
         let mut members = Vec::with_capacity(2 * self.modes.len());
@@ -149,18 +167,26 @@ impl Node {
         product.norm_sqr() / (self.sizes[r] * other.sizes[s])
     }
 
-    /// The decisive continuation of modes, if there is one, and the correlations, row by row.
+    /// The decisive continuation of all modes, if there is one, and the correlations, row by row.
     pub fn continued(&self, other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
-        let count = self.modes.len();
-        if count != other.modes.len() {
+        if self.modes.len() != other.modes.len() {
             return (None, Vec::new());
         }
-        let correlations: Vec<f64> =
-            (0..count * count).map(|k| self.correlation(k / count, other, k % count)).collect();
-        let mut next = Vec::with_capacity(count);
+        let every: Vec<usize> = (0..self.modes.len()).collect();
+        self.continued_modes(&every, other)
+    }
+
+    /// The decisive continuation of the modes `rows` among all modes of the other node, if there is one, and their
+    /// correlations with all of them, row by row.
+    pub fn continued_modes(&self, rows: &[usize], other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
+        let count = other.modes.len();
+        let correlations: Vec<f64> = rows
+            .iter()
+            .flat_map(|&r| (0..count).map(move |s| self.correlation(r, other, s)))
+            .collect();
+        let mut next = Vec::with_capacity(rows.len());
         let mut taken = vec![false; count];
-        for r in 0..count {
-            let row = &correlations[r * count..(r + 1) * count];
+        for (row, &r) in correlations.chunks_exact(count.max(1)).zip(rows) {
             let best = (0..count).fold(0, |best, s| if row[s] > row[best] { s } else { best });
             let same = |s: usize| s == best || other.are_twins(best, s);
             let kept: f64 = (0..count).filter(|&s| same(s)).map(|s| row[s]).sum();
@@ -178,27 +204,44 @@ impl Node {
         (Some(next), correlations)
     }
 
-    /// Whether every pair of coupled eigenvalues keeps its distance to within half of it.
-    fn keeps_distances(&self, other: &Node, next: &[usize], correlations: &[f64]) -> bool {
-        let count = next.len();
+    /// Whether every pair of coupled eigenvalues among the modes `rows` keeps its distance to within half of it.
+    pub fn keeps_distances(
+        &self,
+        rows: &[usize],
+        other: &Node,
+        next: &[usize],
+        correlations: &[f64],
+    ) -> bool {
+        let count = other.modes.len();
         let steady = |before: Complex64, after: Complex64| {
             (after - before).norm_sqr() <= 0.25 * before.norm_sqr().min(after.norm_sqr())
         };
         let value = |node: &Node, mode: usize| node.modes[mode].eigenvalue;
-        (0..count).all(|r| {
-            let (before, after) = (value(self, r), value(other, next[r]));
+        (0..rows.len()).all(|k| {
+            let r = rows[k];
+            let (before, after) = (value(self, r), value(other, next[k]));
             let own_conjugate =
                 self.modes[r].is_real() || steady(before - before.conj(), after - after.conj());
             own_conjugate
-                && (0..r).all(|s| {
+                && (0..k).all(|l| {
+                    let s = rows[l];
                     let coupling =
-                        correlations[r * count + next[s]].max(correlations[s * count + next[r]]);
+                        correlations[k * count + next[l]].max(correlations[l * count + next[k]]);
                     coupling < UNCOUPLED
                         || self.are_twins(r, s)
-                        || other.are_twins(next[r], next[s])
-                        || steady(before - value(self, s), after - value(other, next[s]))
+                        || other.are_twins(next[k], next[l])
+                        || steady(before - value(self, s), after - value(other, next[l]))
                 })
         })
+    }
+
+    /// How near a mode r and a mode s, or its conjugate, come to a point where they meet: their distance, and the part
+    /// of the parameter's way `width` at which its square would vanish if it went on as it goes here.
+    pub fn approach(&self, r: usize, (s, conjugate): (usize, bool), width: f64) -> (f64, f64) {
+        let difference = self.modes[r].eigenvalue - turned(self.modes[s].eigenvalue, conjugate);
+        let slope = self.slopes[r] - turned(self.slopes[s], conjugate);
+        let distance = difference.norm();
+        (distance, distance / (2.0 * slope.norm() * width))
     }
 
     /// The members of `other` that continue the members here, given the continuation of modes.
@@ -337,8 +380,9 @@ impl Mesh {
         resolution: f64,
     ) -> Result<(), Error> {
         let (continued, correlations) = from.continued(to);
+        let every: Vec<usize> = (0..from.modes.len()).collect();
         if let Some(next) = &continued
-            && from.keeps_distances(to, next, &correlations)
+            && from.keeps_distances(&every, to, next, &correlations)
         {
             let next = from.members_of(to, next);
             if demand(from, to, &next) {
@@ -346,24 +390,15 @@ impl Mesh {
                 return Ok(());
             }
         }
-        if to.value - from.value > resolution {
-            let mut division = None;
-            for part in DIVISIONS {
-                let value = from.value + part * (to.value - from.value);
-                if from.value < value && value < to.value {
-                    let node = Node::new(path, value)?;
-                    let clear = !node.has_twins();
-                    division = Some(node);
-                    if clear {
-                        break;
-                    }
-                }
-            }
-            if let Some(node) = division {
-                self.refine(path, from, &node, demand, resolution)?;
-                self.nodes.push(node.clone());
-                return self.refine(path, &node, to, demand, resolution);
-            }
+        if to.value - from.value > resolution
+            && let Some(node) = Node::between(path, from, to)?
+        {
+            self.refine(path, from, &node, demand, resolution)?;
+            let place = self.nodes.len();
+            self.nodes.push(Node::default());
+            let refined = self.refine(path, &node, to, demand, resolution);
+            self.nodes[place] = node;
+            return refined;
         }
         let link = match continued {
             // A crossing of modes whose coupling is lost in rounding.

@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::branches::{Mesh, Node};
+use crate::branches::{Member, Mesh, Node};
 use crate::eigen::determinant_sign;
 use crate::error::Error;
 use crate::exceptional::{ExceptionalPoint, ImplicitDeterminant, exceptional_point};
@@ -68,9 +68,7 @@ pub struct CriticalPoint {
 pub fn critical_points(path: &Path, imaginary: f64) -> Result<Vec<CriticalPoint>, Error> {
     let (lower, upper) = path.range();
     let span = upper - lower;
-    let values: Vec<f64> = (0..=INTERVALS)
-        .map(|k| if k == INTERVALS { upper } else { lower + span * (k as f64 / INTERVALS as f64) })
-        .collect();
+    let values = initial_values(path, INTERVALS);
     let demand = |a: &Node, b: &Node, next: &[usize]| {
         b.value - a.value <= RESOLUTION * span || real_parts_settled(a, b, &successors(a, b, next))
     };
@@ -86,6 +84,13 @@ pub fn critical_points(path: &Path, imaginary: f64) -> Result<Vec<CriticalPoint>
     Ok(points)
 }
 
+/// Ends of so many equal intervals of the whole range.
+pub(crate) fn initial_values(path: &Path, intervals: usize) -> Vec<f64> {
+    let (lower, upper) = path.range();
+    let value = |k: usize| lower + (upper - lower) * (k as f64 / intervals as f64);
+    (0..intervals).map(value).chain([upper]).collect()
+}
+
 /// For every mode of `a` the mode of `b` that continues it, from the continuation of members.
 fn successors(a: &Node, b: &Node, next: &[usize]) -> Vec<usize> {
     let there = b.members();
@@ -98,11 +103,11 @@ fn successors(a: &Node, b: &Node, next: &[usize]) -> Vec<usize> {
 }
 
 /// The sign of a value, 0 within its uncertainty.
-fn significant_sign(value: f64, uncertainty: f64) -> f64 {
+pub(crate) fn significant_sign(value: f64, uncertainty: f64) -> f64 {
     if value.abs() > uncertainty { value.signum() } else { 0.0 }
 }
 
-fn uncertainty(node: &Node, mode: usize) -> f64 {
+pub(crate) fn uncertainty(node: &Node, mode: usize) -> f64 {
     NEUTRAL * node.modes[mode].condition * node.modes[mode].eigenvalue.norm()
 }
 
@@ -148,25 +153,102 @@ impl Stretch {
     }
 }
 
-fn real_part(a: &Node, b: &Node, mode: usize, next: &[usize]) -> Stretch {
+pub(crate) fn real_part(a: &Node, b: &Node, mode: usize, next: usize) -> Stretch {
     let width = b.value - a.value;
     Stretch {
-        value: [a.modes[mode].eigenvalue.re, b.modes[next[mode]].eigenvalue.re],
-        rise: [a.slopes[mode].re * width, b.slopes[next[mode]].re * width],
-        uncertainty: [uncertainty(a, mode), uncertainty(b, next[mode])],
+        value: [a.modes[mode].eigenvalue.re, b.modes[next].eigenvalue.re],
+        rise: [a.slopes[mode].re * width, b.slopes[next].re * width],
+        uncertainty: [uncertainty(a, mode), uncertainty(b, next)],
     }
 }
 
 /// Whether the roots of all real parts, and of their differences to the largest one, are known from the two ends.
 fn real_parts_settled(a: &Node, b: &Node, next: &[usize]) -> bool {
     let stretches: Vec<Stretch> =
-        (0..a.modes.len()).map(|mode| real_part(a, b, mode, next)).collect();
+        (0..a.modes.len()).map(|mode| real_part(a, b, mode, next[mode])).collect();
     let leaders = [leader(a), next.iter().position(|&mode| mode == leader(b)).unwrap_or(0)];
     stretches.iter().all(Stretch::is_settled)
         && leaders.iter().all(|&top| {
             (0..stretches.len())
                 .all(|mode| mode == top || stretches[top].minus(&stretches[mode]).is_settled())
         })
+}
+
+/// The node at p with the modes that continue some modes of `from`.
+fn followed(
+    path: &Path,
+    from: &Node,
+    modes: &[usize],
+    p: f64,
+) -> Result<(Node, Vec<usize>), Error> {
+    let node = Node::new(path, p)?;
+    let nearest = |mode: usize| {
+        let predicted = from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
+        let distance = |k: usize| (node.modes[k].eigenvalue - predicted).norm();
+        (0..node.modes.len()).fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
+    };
+    let next = match from.continued_modes(modes, &node).0 {
+        Some(next) => next,
+        None => modes.iter().map(|&mode| nearest(mode)).collect(),
+    };
+    Ok((node, next))
+}
+
+/// The root of `f(node, modes continued) = (value, slope)` between two nodes for some modes of `from`, by Newton's
+/// method kept inside its bracket; `sign` is that of f at `from`.
+pub(crate) fn root(
+    path: &Path,
+    [from, to]: [&Node; 2],
+    modes: &[usize],
+    sign: f64,
+    f: impl Fn(&Node, &[usize]) -> (f64, f64),
+) -> Result<(Node, Vec<usize>), Error> {
+    let (lower, upper) = path.range();
+    let (mut low, mut high) = (from.value, to.value);
+    let mut p = 0.5 * (low + high);
+    loop {
+        let (node, next) = followed(path, from, modes, p)?;
+        let (value, slope) = f(&node, &next);
+        if value * sign > 0.0 {
+            low = p
+        } else {
+            high = p
+        }
+        let step = -value / slope;
+        let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * (upper - lower));
+        if value == 0.0 || step.abs() <= resolution || high - low <= resolution {
+            return Ok((node, next));
+        }
+        let newton = p + step;
+        let bisected = 0.5 * (low + high);
+        let proposed = if newton > low && newton < high { newton } else { bisected };
+        if proposed == p || proposed <= low || proposed >= high {
+            return Ok((node, next));
+        }
+        p = proposed;
+    }
+}
+
+/// Where a mode of the first node passes the axis before the second, at which its sign is another one; None where it
+/// is real: those pass zero where the stiffness is singular.
+pub(crate) fn axis_crossing(
+    path: &Path,
+    ends: [&Node; 2],
+    mode: usize,
+    sign: f64,
+) -> Result<Option<CriticalPoint>, Error> {
+    let (root, next) = root(path, ends, &[mode], sign, |node, next| {
+        (node.modes[next[0]].eigenvalue.re, node.slopes[next[0]].re)
+    })?;
+    let eigenvalue = root.modes[next[0]].eigenvalue;
+    Ok((eigenvalue.im != 0.0).then(|| CriticalPoint {
+        kind: CriticalKind::Hopf,
+        value: root.value,
+        complex_value: root.value.into(),
+        eigenvalue,
+        other: Complex64::new(f64::NAN, f64::NAN),
+        slope: root.slopes[next[0]].re,
+    }))
 }
 
 struct Search<'a> {
@@ -176,67 +258,17 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The node at p with, for each mode of `from`, the mode that continues it.
-    fn followed(&self, from: &Node, p: f64) -> Result<(Node, Vec<usize>), Error> {
-        let node = Node::new(self.path, p)?;
-        let predicted =
-            |mode: usize| from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
-        let nearest = |mode: usize| {
-            let distance = |k: usize| (node.modes[k].eigenvalue - predicted(mode)).norm();
-            (0..node.modes.len())
-                .fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
-        };
-        let next = match from.continued(&node).0 {
-            Some(next) => next,
-            None => (0..from.modes.len()).map(nearest).collect(),
-        };
-        Ok((node, next))
-    }
-
-    /// The root of `f(node, modes continued) = (value, slope)` between two nodes, by Newton's method kept inside its
-    /// bracket; `sign` is that of f at `from`.
-    fn root(
-        &self,
-        from: &Node,
-        to: &Node,
-        sign: f64,
-        f: impl Fn(&Node, &[usize]) -> (f64, f64),
-    ) -> Result<(Node, Vec<usize>), Error> {
-        let (mut low, mut high) = (from.value, to.value);
-        let mut p = 0.5 * (low + high);
-        loop {
-            let (node, next) = self.followed(from, p)?;
-            let (value, slope) = f(&node, &next);
-            if value * sign > 0.0 {
-                low = p
-            } else {
-                high = p
-            }
-            let step = -value / slope;
-            let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * self.span);
-            if value == 0.0 || step.abs() <= resolution || high - low <= resolution {
-                return Ok((node, next));
-            }
-            let newton = p + step;
-            let bisected = 0.5 * (low + high);
-            let proposed = if newton > low && newton < high { newton } else { bisected };
-            if proposed == p || proposed <= low || proposed >= high {
-                return Ok((node, next));
-            }
-            p = proposed;
-        }
-    }
-
     /// Where a complex branch changes the sign of its real part.
     fn axis_crossings(&self) -> Result<Vec<CriticalPoint>, Error> {
         let carriers = self.mesh.carriers();
         let nodes = &self.mesh.nodes;
+        let members: Vec<Vec<Member>> = nodes.iter().map(Node::members).collect();
         let mut points: Vec<CriticalPoint> = Vec::new();
         for branch in 0..carriers.first().map_or(0, Vec::len) {
             // The last node at which this branch had a sign.
             let mut last: Option<(usize, f64)> = None;
             for (k, node) in nodes.iter().enumerate() {
-                let member = node.members()[carriers[k][branch]];
+                let member = members[k][carriers[k][branch]];
                 let value = node.eigenvalue(member);
                 let sign = significant_sign(value.re, uncertainty(node, member.mode));
                 if sign == 0.0 {
@@ -249,23 +281,8 @@ impl Search<'_> {
                     && k - start <= 2
                     && self.mesh.links[start..k].iter().all(|link| !link.meeting)
                 {
-                    let from = &nodes[start];
-                    let mode = from.members()[carriers[start][branch]].mode;
-                    let (root, next) = self.root(from, node, before, |node, next| {
-                        (node.modes[next[mode]].eigenvalue.re, node.slopes[next[mode]].re)
-                    })?;
-                    let eigenvalue = root.modes[next[mode]].eigenvalue;
-                    // Real ones pass zero where the stiffness is singular: see `divergences`.
-                    if eigenvalue.im != 0.0 {
-                        points.push(CriticalPoint {
-                            kind: CriticalKind::Hopf,
-                            value: root.value,
-                            complex_value: root.value.into(),
-                            eigenvalue,
-                            other: Complex64::new(f64::NAN, f64::NAN),
-                            slope: root.slopes[next[mode]].re,
-                        });
-                    }
+                    let mode = members[start][carriers[start][branch]].mode;
+                    points.extend(axis_crossing(self.path, [&nodes[start], node], mode, before)?);
                 }
                 last = Some((k, sign));
             }
@@ -491,7 +508,8 @@ impl Search<'_> {
         new: usize,
         points: &mut Vec<CriticalPoint>,
     ) -> Result<(), Error> {
-        let (root, next) = self.root(from, to, 1.0, |node, next| {
+        let modes: Vec<usize> = (0..from.modes.len()).collect();
+        let (root, next) = root(self.path, [from, to], &modes, 1.0, |node, next| {
             let part = |mode: usize| node.modes[next[mode]].eigenvalue.re;
             let slope = |mode: usize| node.slopes[next[mode]].re;
             (part(old) - part(new), slope(old) - slope(new))

@@ -8,17 +8,23 @@ use faer::linalg::evd::{
     ComputeEigenvectors, EvdParams, SelfAdjointEvdParams, evd_real, evd_scratch, self_adjoint_evd,
     self_adjoint_evd_scratch,
 };
+use faer::linalg::solvers::ShapeCore;
 use faer::prelude::Solve;
 use faer::{Auto, Mat, Par, Spec};
 use num_complex::Complex64;
 
 use crate::banded::Banded;
-use crate::eigenpair::EigenPair;
+use crate::eigenpair::{EigenPair, norm};
 use crate::schur::{self, SMALL};
 
 /// An entry this small beside the diagonal ones of its row and column is a hundredth of their rounding. It can't
 /// be seen in the eigenvalues, but balancing would stretch the vectors by the square root of its inverse.
 const NEGLIGIBLE: f64 = 1e-2 * f64::EPSILON;
+
+/// Distance of eigenvalues, relative to the largest modulus, below which rounding mixes their vectors.
+const INDISTINCT: f64 = 1e-11;
+/// Condition of the vectors of such values up to which they span a space of their own each.
+const SEMISIMPLE: f64 = 1e4;
 
 /// Eigenpairs of a real matrix (row-major), one of each conjugate pair: the one with positive
 /// imaginary part. Diagonal blocks that no entry connects are solved apart.
@@ -129,7 +135,61 @@ fn general_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
         pair.right.iter_mut().zip(&scale).for_each(|(z, d)| *z *= d);
         pair.left.iter_mut().zip(&scale).for_each(|(z, d)| *z /= d);
     }
+    biorthogonal(&mut pairs);
     pairs
+}
+
+/// Makes the left vectors of values that rounding can't tell apart bi-orthogonal to the right ones. The solver
+/// leaves any basis X, Y of both invariant subspaces; `Y (X' Y)^-1` is the one with `Y' X = 1`. Of a cluster that
+/// is nearly defective X' Y can't be inverted, and the vectors stay, with their condition to tell.
+fn biorthogonal(pairs: &mut [EigenPair]) {
+    let largest = pairs.iter().map(|pair| pair.value.norm_sqr()).fold(0.0, f64::max);
+    let near = |p: Complex64, q: Complex64| (p - q).norm_sqr() <= INDISTINCT.powi(2) * largest;
+    let apart = |i: usize| pairs[..i].iter().all(|other| !near(other.value, pairs[i].value));
+    if (0..pairs.len()).all(apart) {
+        return;
+    }
+    let mut open: Vec<usize> = (0..pairs.len()).collect();
+    while let Some(seed) = open.pop() {
+        let mut cluster = vec![seed];
+        let mut next = 0;
+        while next < cluster.len() {
+            let value = pairs[cluster[next]].value;
+            let (close, far): (Vec<_>, _) =
+                open.iter().partition(|&&k| near(pairs[k].value, value));
+            (open, next) = (far, next + 1);
+            cluster.extend(close);
+        }
+        let size = cluster.len();
+        if size == 1 {
+            continue;
+        }
+        let gram: Vec<Complex64> = (0..size * size)
+            .map(|k| {
+                let (right, left) =
+                    (&pairs[cluster[k / size]].right, &pairs[cluster[k % size]].left);
+                right.iter().zip(left).map(|(x, y)| x * y).sum()
+            })
+            .collect();
+        let factors = ComplexFactors::new(size, &gram);
+        let lefts: Vec<Vec<Complex64>> = (0..size)
+            .map(|j| {
+                let mut unit = vec![Complex64::default(); size];
+                unit[j] = Complex64::from(1.0);
+                let weights = factors.solve(&unit);
+                let mut left = vec![Complex64::default(); pairs[seed].left.len()];
+                for (weight, &k) in weights.iter().zip(&cluster) {
+                    left.iter_mut().zip(&pairs[k].left).for_each(|(sum, y)| *sum += weight * y);
+                }
+                left
+            })
+            .collect();
+        let condition = |(left, &k): (&Vec<Complex64>, &usize)| norm(left) * norm(&pairs[k].right);
+        // A comparison that also fails for NaN.
+        if lefts.iter().zip(&cluster).map(condition).all(|condition| condition <= SEMISIMPLE) {
+            cluster.into_iter().zip(lefts).for_each(|(k, left)| pairs[k].left = left);
+        }
+    }
 }
 
 fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
@@ -351,9 +411,32 @@ pub(crate) fn lower_transposed_solve(factor: &[f64], vector: &[Complex64]) -> Ve
 
 /// `matrix^-1 rhs`, both n by n and row-major.
 pub(crate) fn solve(n: usize, matrix: &[f64], rhs: &[f64]) -> Vec<f64> {
-    let columns = rhs.len() / n.max(1);
-    let solution = row_major(n, n, matrix).partial_piv_lu().solve(row_major(n, columns, rhs));
-    (0..n * columns).map(|k| solution[(k / columns, k % columns)]).collect()
+    Factors::new(n, matrix).solve(rhs)
+}
+
+/// A real matrix (n by n, row-major) for many solutions with it.
+#[derive(Debug)]
+pub(crate) struct Factors(faer::linalg::solvers::PartialPivLu<f64>);
+
+impl Factors {
+    pub fn new(n: usize, matrix: &[f64]) -> Self {
+        Self(row_major(n, n, matrix).partial_piv_lu())
+    }
+
+    /// `matrix^-1 rhs`, n rows, row-major.
+    pub fn solve(&self, rhs: &[f64]) -> Vec<f64> {
+        let n = self.0.nrows();
+        let columns = rhs.len() / n.max(1);
+        let solution = self.0.solve(row_major(n, columns, rhs));
+        (0..rhs.len()).map(|k| solution[(k / columns, k % columns)]).collect()
+    }
+
+    /// `matrix^-T vector`
+    pub fn transposed_solve(&self, vector: &[Complex64]) -> Vec<Complex64> {
+        let part = |i: usize, j: usize| if j == 0 { vector[i].re } else { vector[i].im };
+        let solution = self.0.solve_transpose(Mat::from_fn(vector.len(), 2, part));
+        (0..vector.len()).map(|i| Complex64::new(solution[(i, 0)], solution[(i, 1)])).collect()
+    }
 }
 
 /// `matrix^-1 rhs` for a complex matrix (n by n, row-major) and right-hand sides one after the other.
@@ -422,15 +505,6 @@ fn eliminate(n: usize, matrix: &mut [f64], rhs: &mut [f64]) -> f64 {
         }
     }
     sign
-}
-
-/// `matrix^-T vector`
-pub(crate) fn transposed_solve(matrix: &[f64], vector: &[Complex64]) -> Vec<Complex64> {
-    let n = vector.len();
-    let transposed: Vec<f64> = (0..n * n).map(|k| matrix[(k % n) * n + k / n]).collect();
-    let parts: Vec<f64> = vector.iter().flat_map(|z| [z.re, z.im]).collect();
-    let solution = solve(n, &transposed, &parts);
-    solution.chunks_exact(2).map(|part| Complex64::new(part[0], part[1])).collect()
 }
 
 /// Size up to which a matrix is eliminated with complete pivoting.
@@ -546,6 +620,27 @@ mod tests {
     fn a_lost_determinant_has_no_sign() {
         assert_eq!(determinant_sign(2, &[1.0, 2.0, 2.0, 4.0]), 0.0);
         assert_eq!(determinant_sign(2, &[0.0, 0.0, 2.0, 4.0]), 0.0);
+    }
+
+    /// `M^-1 K` with `K = 1` and a mass that is neither symmetric nor of distinct eigenvalues.
+    #[test]
+    fn vectors_of_repeated_values_are_biorthogonal() {
+        for n in [4, SMALL + 8] {
+            let entry = |k: usize| match (k / n, k % n) {
+                (i, j) if i == j => 1.0,
+                (0, _) => 0.3,
+                _ => 0.6,
+            };
+            let matrix: Vec<f64> = (0..n * n).map(entry).collect();
+            let pairs = real_matrix(n, &matrix);
+            for (i, p) in pairs.iter().enumerate() {
+                for (j, q) in pairs.iter().enumerate().filter(|&(j, _)| j != i) {
+                    let product: Complex64 = p.right.iter().zip(&q.left).map(|(x, y)| x * y).sum();
+                    let relative = product.norm() / (norm(&p.right) * norm(&q.left));
+                    assert!(relative < 1e-12, "{n}: {i}, {j}: {relative:e}");
+                }
+            }
+        }
     }
 
     #[test]

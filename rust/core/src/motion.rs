@@ -13,6 +13,7 @@ use crate::basis::{CombinationBasis, Propagator};
 use crate::scene::Scene;
 use crate::vector::GROUP;
 
+pub(crate) use dense_rows::DenseRows;
 use modal::ModalMotion;
 pub(crate) use modal_basis::ModalBasis;
 use taylor::TaylorMotion;

@@ -75,25 +75,24 @@ impl DoubledRows {
         rows
     }
 
-    fn size(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.start.len() - 1
+    }
+
+    /// Columns and entries of row i.
+    pub fn row_slices(&self, i: usize) -> (&[usize], &[Doubled]) {
+        let range = self.start[i]..self.start[i + 1];
+        (&self.columns[range.clone()], &self.entries[range])
     }
 
     /// Entries of row i as (column, value).
     fn row(&self, i: usize) -> impl Iterator<Item = (usize, Doubled)> + '_ {
-        let range = self.start[i]..self.start[i + 1];
-        self.columns[range.clone()].iter().copied().zip(self.entries[range].iter().copied())
+        let (columns, entries) = self.row_slices(i);
+        columns.iter().copied().zip(entries.iter().copied())
     }
 
     /// The matrix times a vector, in doubled precision.
     pub fn product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
-        // Half the work, and most modes of a stable system are real.
-        if vector.iter().all(|z| z.im == 0.0) {
-            let real = |i: usize| Doubled::dot(self.row(i).map(|(j, value)| (value, vector[j].re)));
-            return (0..self.size())
-                .map(|i| DoubledComplex { re: real(i), im: Doubled::default() })
-                .collect();
-        }
         (0..self.size())
             .map(|i| DoubledComplex::dot(self.row(i).map(|(j, value)| (value, vector[j]))))
             .collect()
@@ -107,15 +106,20 @@ impl DoubledRows {
         (0..self.size()).map(|i| self.row(i).map(|(j, value)| value.high * vector[j]).sum())
     }
 
-    /// `vector' matrix`, in doubled precision.
-    pub fn left_product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
-        let mut product = vec![DoubledComplex::default(); self.size()];
-        for (i, &z) in vector.iter().enumerate() {
+    pub fn transposed(&self) -> Self {
+        let mut start = vec![0; self.size() + 1];
+        self.columns.iter().for_each(|&j| start[j + 1] += 1);
+        (0..self.size()).for_each(|j| start[j + 1] += start[j]);
+        let mut place = start.clone();
+        let mut columns = vec![0; self.columns.len()];
+        let mut entries = vec![Doubled::default(); self.entries.len()];
+        for i in 0..self.size() {
             for (j, value) in self.row(i) {
-                product[j] = product[j].add(DoubledComplex::dot(std::iter::once((value, z))));
+                (columns[place[j]], entries[place[j]]) = (i, value);
+                place[j] += 1;
             }
         }
-        product
+        Self { start, columns, entries }
     }
 
     pub fn to_dense(&self) -> Vec<f64> {

@@ -47,6 +47,8 @@ pub(crate) struct PhaseSearch {
     waiting: bool,
     touches: Vec<Grazing>,
     unit: VectorUnit,
+    /// Bound of the error of the event function found, in its own unit.
+    pub error: f64,
     /// What vanishes at the event found, by contact.
     pub triggers: Vec<(usize, Trigger)>,
 }
@@ -110,6 +112,7 @@ impl PhaseSearch {
                 }
                 motion.state(at * width, &mut run.q, &mut run.u);
                 self.exact_approach(run, functions, index, at);
+                self.error = self.panel.error[index];
                 return PhaseEnd::Event { after: motion.start() + at * width };
             }
             if let Some(limit) = limit.filter(|limit| limit.at <= end) {

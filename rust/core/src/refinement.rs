@@ -12,6 +12,9 @@
 
 use num_complex::Complex64;
 
+use crate::columns::{Columns, Factors};
+use crate::eigenpair::{norm, turned};
+
 /// Corrections larger than this, relative to the vector, are no refinement: the pair is nearly defective.
 const LARGEST: f64 = 1e-4;
 
@@ -50,37 +53,33 @@ impl Eigenvectors<'_> {
         residuals: &[Vec<Complex64>],
         direction: f64,
     ) -> Vec<Vec<Complex64>> {
-        let conjugates = |i: usize| if self.values[i].im == 0.0 { 1 } else { 2 };
-        (0..vectors.len())
-            .map(|j| {
-                let mut vector = vectors[j].clone();
-                for (i, conjugated) in
-                    (0..vectors.len()).flat_map(|i| (0..conjugates(i)).map(move |c| (i, c == 1)))
-                {
-                    if i == j && !conjugated {
+        let count = vectors.len();
+        let is_pair = |i: usize| self.values[i].im != 0.0;
+        let packed = |vectors: &[Vec<Complex64>]| {
+            let places = vectors.iter().enumerate().map(|(i, vector)| (&vector[..], is_pair(i)));
+            Columns::new(vectors.first().map_or(0, Vec::len), places)
+        };
+        let components = packed(duals).products(&packed(residuals));
+        let sizes: Vec<f64> = vectors.iter().map(|vector| norm(vector)).collect();
+        let mut columns = packed(vectors);
+        let mut factors = Factors::zeros(&columns);
+        for j in 0..count {
+            for i in 0..count {
+                for conjugate in [false, true] {
+                    if i == j && !conjugate || conjugate && !is_pair(i) {
                         continue;
                     }
-                    let orient = |z: &Complex64| if conjugated { z.conj() } else { *z };
-                    let component: Complex64 =
-                        duals[i].iter().zip(&residuals[j]).map(|(y, r)| orient(y) * r).sum();
-                    let distance =
-                        (orient(&self.values[i]) - self.values[j]) * orient(&self.scales[i]);
-                    let factor = direction * component / distance;
-                    let size = |vector: &[Complex64]| {
-                        vector.iter().map(Complex64::norm_sqr).sum::<f64>().sqrt()
-                    };
+                    let distance = (turned(self.values[i], conjugate) - self.values[j])
+                        * turned(self.scales[i], conjugate);
+                    let factor = direction * components.get(i, conjugate, j) / distance;
                     // Also refuses NaN, of equal values.
-                    if factor.norm() * size(&vectors[i]) <= LARGEST * size(&vectors[j]) {
-                        for (target, x) in vector.iter_mut().zip(&vectors[i]) {
-                            *target += factor * orient(x);
-                        }
+                    if factor.norm() * sizes[i] <= LARGEST * sizes[j] {
+                        factors.add(i, conjugate, j, factor);
                     }
                 }
-                if self.values[j].im == 0.0 {
-                    vector.iter_mut().for_each(|z| z.im = 0.0);
-                }
-                vector
-            })
-            .collect()
+            }
+        }
+        columns.add_combinations(&factors);
+        (0..count).map(|j| columns.vector(j)).collect()
     }
 }

@@ -6,14 +6,15 @@ use std::time::Instant;
 
 use crate::basis::{CombinationBasis, Wanted};
 use crate::blocks;
-use crate::cost::{AT_ONCE, Cost, Rental};
+use crate::cost::{AT_ONCE, Cost, Novelty, Rental};
 use crate::error::{Error, RunFailure};
+use crate::event::Trigger;
 use crate::motion::Motion;
 use crate::phase::{PhaseEnd, PhaseSearch};
 use crate::scene::{Scene, State};
 use crate::status::{Combination, Status};
-use crate::trajectory::{Event, Phase, StopReason, Trajectory};
-use crate::transition::{Departure, Settlement, settle};
+use crate::trajectory::{Accumulation, Event, EventKind, Phase, StopReason, Trajectory};
+use crate::transition::{Departure, Series, Settlement, settle};
 
 /// How phases are propagated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -129,6 +130,13 @@ impl Clock {
     }
 }
 
+/// The bound of the error of a gap adds up roundings as if all had one sign: what is left of them, about.
+const UNRESOLVED: f64 = 1.0 / 64.0;
+/// Impacts of one contact over which the ratio of a series is measured, twice.
+const ROUND: usize = 4;
+/// Events, per contact, among which those impacts are looked for.
+const SEEN: usize = 32;
+
 /// Combinations that a run looks up by comparing statuses; those met later by their hash.
 const COMPARED: usize = 24;
 
@@ -149,6 +157,7 @@ pub(crate) struct Run<'a> {
     known: Vec<Known>,
     /// Places of those from `COMPARED` on.
     places: HashMap<Combination, usize>,
+    novelty: Novelty,
     pub q: Vec<f64>,
     pub u: Vec<f64>,
     pub trajectory: Trajectory,
@@ -183,6 +192,7 @@ impl<'a> Run<'a> {
             time: Clock::default(),
             known: Vec::new(),
             places: HashMap::new(),
+            novelty: Novelty::default(),
             q,
             u,
             trajectory: Trajectory::new(scene),
@@ -198,6 +208,7 @@ impl<'a> Run<'a> {
                 statuses: combination.statuses().to_vec(),
                 departures: self.scene.initial_departures(combination, &self.q, &self.u),
                 events: Vec::new(),
+                flight: None,
             },
             motion: Motion::new(self.scene, &basis, &self.q, &self.u),
             search: PhaseSearch::default(),
@@ -226,7 +237,7 @@ impl<'a> Run<'a> {
         let after = loop {
             let panels = self.trajectory.counters.panels;
             let rental = self.known[*current].rental;
-            let allowed = rental.map_or(usize::MAX, |rental| rental.panels());
+            let allowed = rental.map_or(usize::MAX, |rental| rental.panels(self.novelty));
             let end = search.follow(self, motion, basis, departures, allowed);
             if let Some(rental) = &mut self.known[*current].rental {
                 rental.add(self.trajectory.counters.panels - panels);
@@ -265,11 +276,16 @@ impl<'a> Run<'a> {
             let contact = search.triggers[0].0;
             return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
         }
+        let series = match self.scene.contacts_coupled() {
+            true => self.series(search),
+            false => Series::default(),
+        };
         let settled = settle(
             self.scene,
             self.time.seconds,
             &search.triggers,
             settlement,
+            &series,
             &mut self.q,
             &mut self.u,
         );
@@ -278,7 +294,8 @@ impl<'a> Run<'a> {
         }
         // An event is part of the motion once the phase that it begins can be propagated.
         let returns = settlement.statuses == basis.combination.statuses();
-        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over()) {
+        let novelty = self.novelty;
+        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over(novelty)) {
             *current = match self.meet(&settlement.statuses) {
                 Ok(current) => current,
                 Err(error) => {
@@ -290,6 +307,7 @@ impl<'a> Run<'a> {
         }
         let phase = self.trajectory.phases.len();
         let time = self.time.seconds;
+        self.count_accumulations(settlement, &series);
         self.trajectory.events.extend(settlement.events.iter().map(|&(contact, kind)| Event {
             time,
             contact,
@@ -308,6 +326,72 @@ impl<'a> Run<'a> {
         reason
     }
 
+    /// How far a series of impacts over several contacts has come.
+    fn series(&self, search: &PhaseSearch) -> Series {
+        let time = self.time.seconds;
+        let struck = |contact| search.triggers.contains(&(contact, Trigger::GapClosed));
+        Series {
+            rounding: UNRESOLVED * search.error,
+            rests: (0..self.scene.contacts.len())
+                .map(|contact| self.rest(contact, struck(contact)))
+                .collect(),
+            negligible: self.controls.accumulation_tolerance.max(time.next_up() - time),
+        }
+    }
+
+    /// The rest, s, of the impacts of a contact as a geometric series through the last ones, and the ratio of two
+    /// impacts that follow each other; infinite and 0 where their distances do not shrink. Several impacts of a contact
+    /// may make up one round of the series, so distances are measured over as many as there are, up to `ROUND`.
+    fn rest(&self, contact: usize, struck: bool) -> (f64, f64) {
+        let earlier = self.trajectory.events.iter().rev().take(SEEN * self.scene.contacts.len());
+        let strikes = earlier
+            .take_while(|event| event.kind != EventKind::Accumulation || event.contact != contact)
+            .filter(|event| event.contact == contact && event.kind == EventKind::Impact)
+            .map(|event| event.time);
+        let times: Vec<f64> = struck
+            .then_some(self.time.seconds)
+            .into_iter()
+            .chain(strikes)
+            .take(2 * ROUND + 1)
+            .collect();
+        let step = times.len().saturating_sub(1) / 2;
+        if step == 0 {
+            return (f64::INFINITY, 0.0);
+        }
+        let (last, before) = (times[0] - times[step], times[step] - times[2 * step]);
+        match last / before {
+            ratio if ratio < 1.0 => (last * ratio / (1.0 - ratio), ratio.powf(1.0 / step as f64)),
+            _ => (f64::INFINITY, 0.0),
+        }
+    }
+
+    /// Writes down what the accumulations among the events to come have left out.
+    fn count_accumulations(&mut self, settlement: &Settlement, series: &Series) {
+        let first = self.trajectory.events.len();
+        let limits = settlement.events.iter().enumerate();
+        let limits = limits.filter(|(_, event)| event.1 == EventKind::Accumulation);
+        let Some(flight) = settlement.flight else {
+            // Of one contact: other contacts may have events at the same instant.
+            for (k, _) in limits {
+                if let Some(limit) = self.trajectory.accumulations.last_mut() {
+                    limit.event = first + k;
+                }
+            }
+            return;
+        };
+        let time = self.time.seconds;
+        for (k, &(contact, _)) in limits {
+            let (rest, ratio) = series.rests[contact];
+            let error = if rest.is_finite() { rest } else { flight };
+            let bounces = (error / (time.next_up() - time)).ln() / -ratio.ln();
+            self.trajectory.accumulations.push(Accumulation {
+                event: first + k,
+                bounces: bounces.clamp(1.0, f64::MAX).ceil() as usize,
+                error,
+            });
+        }
+    }
+
     /// The place of a combination among those known, with the basis that the phase to come is to have.
     fn meet(&mut self, statuses: &[Status]) -> Result<usize, Error> {
         let compared = self.known.iter().take(COMPARED);
@@ -318,8 +402,9 @@ impl<'a> Run<'a> {
                 true => None,
                 false => self.places.get(&Combination::new(statuses.to_vec())).copied(),
             });
+        self.novelty.count(place.is_none());
         if let Some(place) = place {
-            if self.known[place].rental.is_some_and(|rental| rental.is_over()) {
+            if self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty)) {
                 let combination = self.known[place].basis.combination.clone();
                 let basis = self.find(&combination, Wanted::SoundModes)?;
                 self.known[place] = Known { basis, rental: None };

@@ -9,6 +9,7 @@
 
 use num_complex::Complex64;
 
+use crate::columns::Columns;
 use crate::compensated::DoubledComplex;
 use crate::eigen;
 use crate::eigenpair::{EigenPair, norm};
@@ -93,7 +94,7 @@ pub(crate) enum MassFactor {
     /// Lower Cholesky factor, row-major.
     Cholesky(Vec<f64>),
     /// The mass itself, neither symmetric nor definite: contacts coupled by mass, sliding with friction.
-    General(Vec<f64>),
+    General { mass: Vec<f64>, factors: eigen::Factors },
 }
 
 impl MassFactor {
@@ -103,12 +104,15 @@ impl MassFactor {
         if pencil.mass.is_diagonal() && (0..m).all(|i| mass[i * m + i] > 0.0) {
             return Ok(Self::Diagonal((0..m).map(|i| mass[i * m + i].sqrt()).collect()));
         }
-        let symmetric = (0..m).all(|i| (0..i).all(|j| mass[i * m + j] == mass[j * m + i]));
-        if symmetric && let Ok(factor) = eigen::cholesky(m, &mass) {
+        if is_symmetric(m, &mass)
+            && let Ok(factor) = eigen::cholesky(m, &mass)
+        {
             return Ok(Self::Cholesky(factor));
         }
         match eigen::smallest_relative_pivot(m, &mass) {
-            pivot if pivot > 1e-14 => Ok(Self::General(mass)),
+            pivot if pivot > 1e-14 => {
+                Ok(Self::General { factors: eigen::Factors::new(m, &mass), mass })
+            }
             pivot => Err(Error::SingularMass { combination: pencil.combination.clone(), pivot }),
         }
     }
@@ -122,9 +126,15 @@ impl MassFactor {
             Self::Cholesky(factor) => {
                 let mut half = transpose(m, &eigen::lower_solve(m, factor, matrix));
                 half = eigen::lower_solve(m, factor, &half);
-                transpose(m, &half)
+                // Rounding would hide the symmetry that makes the vectors of a repeated value orthogonal.
+                match is_symmetric(m, matrix) {
+                    true => {
+                        (0..m * m).map(|k| 0.5 * (half[k] + half[(k % m) * m + k / m])).collect()
+                    }
+                    false => transpose(m, &half),
+                }
             }
-            Self::General(mass) => eigen::solve(m, mass, matrix),
+            Self::General { factors, .. } => factors.solve(matrix),
         }
     }
 
@@ -142,7 +152,7 @@ impl MassFactor {
                 let half = dense(&|i, j| inverse[i * m + j], factor);
                 dense(&|i, j| factor[j * m + i], &half)
             }
-            Self::General(mass) => dense(&|i, j| inverse[i * m + j], mass),
+            Self::General { mass, .. } => dense(&|i, j| inverse[i * m + j], mass),
         }
     }
 
@@ -153,16 +163,20 @@ impl MassFactor {
                 vector
             }
             Self::Cholesky(factor) => eigen::lower_transposed_solve(factor, &vector),
-            Self::General(_) => vector,
+            Self::General { .. } => vector,
         }
     }
 
     fn left(&self, vector: Vec<Complex64>) -> Vec<Complex64> {
         match self {
             Self::Diagonal(_) | Self::Cholesky(_) => self.right(vector),
-            Self::General(mass) => eigen::transposed_solve(mass, &vector),
+            Self::General { factors, .. } => factors.transposed_solve(&vector),
         }
     }
+}
+
+fn is_symmetric(m: usize, matrix: &[f64]) -> bool {
+    (0..m).all(|i| (0..i).all(|j| matrix[i * m + j] == matrix[j * m + i]))
 }
 
 fn transpose(m: usize, matrix: &[f64]) -> Vec<f64> {
@@ -217,6 +231,14 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     }
 }
 
+/// A value with its vectors, before it is corrected.
+struct Solved {
+    value: Complex64,
+    condition: f64,
+    right: Vec<Complex64>,
+    left: Vec<Complex64>,
+}
+
 /// An eigenpair of `K x = kappa M x`.
 struct HalfMode {
     kappa: Complex64,
@@ -232,6 +254,9 @@ struct HalfMode {
     stiffness: Vec<DoubledComplex>,
 }
 
+/// A mode with the rows of `P(lambda) xi`.
+type GeneralMode = (Mode, Vec<Complex64>);
+
 struct Problem<'a> {
     pencil: &'a Pencil,
     factor: MassFactor,
@@ -244,12 +269,13 @@ impl Problem<'_> {
     fn half_modes(&self, stiffness: &[f64], vectors: Vectors) -> Vec<HalfMode> {
         let m = self.pencil.size;
         let corrected = |pairs: Vec<EigenPair>| -> Vec<HalfMode> {
-            let map = |pair: EigenPair| {
-                let condition = pair.condition();
-                let (right, left) = (self.factor.right(pair.right), self.factor.left(pair.left));
-                self.corrected(pair.value, condition, right, left)
+            let solved = |pair: EigenPair| Solved {
+                condition: pair.condition(),
+                value: pair.value,
+                right: self.factor.right(pair.right),
+                left: self.factor.left(pair.left),
             };
-            each(m, pairs, map)
+            self.corrected(each(m, pairs, solved))
         };
         let mut halves = corrected(eigen::real_matrix(m, stiffness));
         let largest =
@@ -276,42 +302,42 @@ impl Problem<'_> {
         halves
     }
 
-    /// A value with its vectors, corrected by their Rayleigh quotient `y' K x / y' M x`.
-    fn corrected(
-        &self,
-        mut kappa: Complex64,
-        condition: f64,
-        right: Vec<Complex64>,
-        left: Vec<Complex64>,
-    ) -> HalfMode {
-        let mass = self.pencil.mass.product(&right);
-        let stiffness = self.pencil.stiffness.product(&right);
-        let modal_mass = project(&left, mass.iter().map(|row| row.value()));
-        let mut correction = 0.0;
-        if condition <= WELL_CONDITIONED {
-            let residual = mass.iter().zip(&stiffness).map(|(m, k)| k.less(m, kappa));
-            let step = project(&left, residual) / modal_mass;
-            kappa += if kappa.im == 0.0 { step.re.into() } else { step };
-            correction = step.norm();
-        }
-        HalfMode { kappa, condition, correction, modal_mass, right, left, mass, stiffness }
+    /// Values with their vectors, corrected by their Rayleigh quotients `y' K x / y' M x`.
+    fn corrected(&self, solved: Vec<Solved>) -> Vec<HalfMode> {
+        let m = self.pencil.size;
+        let columns = packed(m, solved.iter().map(|half| (half.value, &half.right)));
+        let mass = self.pencil.mass.products(&columns);
+        let stiffness = self.pencil.stiffness.products(&columns);
+        let whole = solved.into_iter().zip(mass).zip(stiffness).collect();
+        each(m, whole, |((solved, mass), stiffness)| {
+            let Solved { value: mut kappa, condition, right, left } = solved;
+            let modal_mass = project(&left, mass.iter().map(|row| row.value()));
+            let mut correction = 0.0;
+            if condition <= WELL_CONDITIONED {
+                let residual = mass.iter().zip(&stiffness).map(|(m, k)| k.less(m, kappa));
+                let step = project(&left, residual) / modal_mass;
+                kappa += if kappa.im == 0.0 { step.re.into() } else { step };
+                correction = step.norm();
+            }
+            HalfMode { kappa, condition, correction, modal_mass, right, left, mass, stiffness }
+        })
     }
 
     /// All vectors after one step of refinement, and values corrected by them.
     fn refined(&self, mut halves: Vec<HalfMode>) -> Vec<HalfMode> {
+        let m = self.pencil.size;
         let residual = |kappa: Complex64, mass: &[DoubledComplex], stiffness: &[DoubledComplex]| {
             mass.iter().zip(stiffness).map(|(m, k)| k.less(m, kappa)).collect::<Vec<_>>()
         };
         let right: Vec<_> =
             halves.iter().map(|half| residual(half.kappa, &half.mass, &half.stiffness)).collect();
-        let Pencil { mass, stiffness, .. } = self.pencil;
+        let columns = packed(m, halves.iter().map(|half| (half.kappa, &half.left)));
+        let mass = self.pencil.mass.transposed().products(&columns);
+        let stiffness = self.pencil.stiffness.transposed().products(&columns);
         let left: Vec<_> = halves
             .iter()
-            .map(|half| {
-                let (mass, stiffness) =
-                    (mass.left_product(&half.left), stiffness.left_product(&half.left));
-                residual(half.kappa, &mass, &stiffness)
-            })
+            .zip(mass.iter().zip(&stiffness))
+            .map(|(half, (mass, stiffness))| residual(half.kappa, mass, stiffness))
             .collect();
         let scales: Vec<Complex64> = halves.iter().map(|half| half.modal_mass).collect();
         let values: Vec<Complex64> = halves.iter().map(|half| half.kappa).collect();
@@ -326,13 +352,13 @@ impl Problem<'_> {
         let solved = vectors.0.into_iter().zip(vectors.1);
         let refined = refined_right.into_iter().zip(refined_left);
         let each = halves.into_iter().zip(solved).zip(refined);
-        each.map(|((half, solved), refined)| {
+        let chosen = each.map(|((half, solved), refined)| {
             // A value that is not corrected belongs to its vectors as they were solved.
             let well = half.condition <= WELL_CONDITIONED;
             let (right, left) = if well { refined } else { solved };
-            self.corrected(half.kappa, half.condition, right, left)
-        })
-        .collect()
+            Solved { value: half.kappa, condition: half.condition, right, left }
+        });
+        self.corrected(chosen.collect())
     }
 
     /// The modes of both roots lambda; of real kappa below critical damping only the one that is not a conjugate.
@@ -379,45 +405,50 @@ impl Problem<'_> {
     ) -> Vec<Mode> {
         let m = self.pencil.size;
         let damping = self.factor.normalised(m, &damping_rows.to_dense());
-        let solved: Vec<Mode> = eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping))
-            .into_iter()
-            .map(|pair| {
-                let (upper, lower) = pair.right.split_at(m);
-                // Both blocks hold the shape; the larger one holds more of its digits.
-                let shape = if norm(upper) >= norm(lower) { upper } else { lower };
-                let right = self.factor.right(shape.to_vec());
-                let left = self.factor.left(pair.left[m..].to_vec());
-                let condition = match pair.scaled_condition() {
-                    condition if condition.is_nan() => f64::INFINITY,
-                    condition => condition,
-                };
-                self.general_mode(pair.value, condition, right, left, damping_rows)
-            })
-            .collect();
+        let solved = |pair: EigenPair| {
+            let (upper, lower) = pair.right.split_at(m);
+            // Both blocks hold the shape; the larger one holds more of its digits.
+            let shape = if norm(upper) >= norm(lower) { upper } else { lower };
+            let condition = match pair.scaled_condition() {
+                condition if condition.is_nan() => f64::INFINITY,
+                condition => condition,
+            };
+            Solved {
+                value: pair.value,
+                condition,
+                right: self.factor.right(shape.to_vec()),
+                left: self.factor.left(pair.left[m..].to_vec()),
+            }
+        };
+        let pairs = eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping));
+        let solved = self.general_corrected(each(m, pairs, solved), damping_rows);
         match vectors {
             Vectors::Refined if m <= REFINED_SIZE => (0..GENERAL_ROUNDS)
                 .fold(solved, |modes, _| self.general_refined(modes, damping_rows)),
             _ => solved,
         }
+        .into_iter()
+        .map(|(mode, _)| mode)
+        .collect()
     }
 
     /// All modes after one step of refinement of their vectors.
-    fn general_refined(&self, modes: Vec<Mode>, damping: &DoubledRows) -> Vec<Mode> {
-        let Pencil { mass, stiffness, .. } = self.pencil;
-        let column = |lambda: Complex64, products: [Vec<DoubledComplex>; 3]| -> Vec<Complex64> {
-            let [mass, damping, stiffness] = products;
-            quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value).collect()
+    fn general_refined(&self, modes: Vec<GeneralMode>, damping: &DoubledRows) -> Vec<GeneralMode> {
+        let Pencil { mass, stiffness, size, .. } = self.pencil;
+        let columns = packed(*size, modes.iter().map(|(mode, _)| (mode.eigenvalue, &mode.left)));
+        let [mass, damping_products, stiffness] =
+            [mass, damping, stiffness].map(|matrix| matrix.transposed().products(&columns));
+        let rows = modes.iter().zip(mass.iter().zip(&damping_products).zip(&stiffness));
+        let left_residuals: Vec<Vec<Complex64>> = rows
+            .map(|((mode, _), ((m, c), k))| {
+                quadratic(mode.eigenvalue, m, c, k).map(DoubledComplex::value).collect()
+            })
+            .collect();
+        let part = |f: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
+            modes.iter().map(|(mode, _)| f(mode)).collect()
         };
-        let matrices = [mass, damping, stiffness];
-        let residuals = |product: &dyn Fn(&DoubledRows, &Mode) -> Vec<DoubledComplex>| {
-            let of_mode =
-                |mode: &Mode| column(mode.eigenvalue, matrices.map(|matrix| product(matrix, mode)));
-            modes.iter().map(of_mode).collect::<Vec<_>>()
-        };
-        let right_residuals = residuals(&|matrix, mode| matrix.product(&mode.right));
-        let left_residuals = residuals(&|matrix, mode| matrix.left_product(&mode.left));
-        let part = |f: &dyn Fn(&Mode) -> Complex64| modes.iter().map(f).collect::<Vec<_>>();
         let (values, scales) = (part(&|mode| mode.eigenvalue), part(&|mode| mode.a));
+        let (modes, right_residuals): (Vec<Mode>, Vec<_>) = modes.into_iter().unzip();
         let right: Vec<_> = modes.iter().map(|mode| mode.right.clone()).collect();
         let left: Vec<_> = modes.iter().map(|mode| mode.left.clone()).collect();
         let before = Eigenvectors { values: &values, scales: &scales, right: &right, left: &left };
@@ -425,44 +456,47 @@ impl Problem<'_> {
             .refined_right(&right_residuals, 1.0)
             .into_iter()
             .zip(before.refined_left(&left_residuals, 1.0));
-        let refine = |(mode, (right, left)): (Mode, _)| match mode.condition <= WELL_CONDITIONED {
-            true => self.general_mode(mode.eigenvalue, mode.condition, right, left, damping),
+        let chosen = modes.into_iter().zip(refined).map(|(mode, refined)| {
             // A value that is not corrected belongs to its vectors as they were solved.
-            false => mode,
-        };
-        modes.into_iter().zip(refined).map(refine).collect()
+            let well = mode.condition <= WELL_CONDITIONED;
+            let (right, left) = if well { refined } else { (mode.right, mode.left) };
+            Solved { value: mode.eigenvalue, condition: mode.condition, right, left }
+        });
+        self.general_corrected(chosen.collect(), damping)
     }
 
-    /// A mode of these vectors, its eigenvalue corrected by their Rayleigh quotient.
-    fn general_mode(
-        &self,
-        mut eigenvalue: Complex64,
-        condition: f64,
-        right: Vec<Complex64>,
-        left: Vec<Complex64>,
-        damping: &DoubledRows,
-    ) -> Mode {
-        let mass = self.pencil.mass.product(&right);
-        let damping = damping.product(&right);
-        let stiffness = self.pencil.stiffness.product(&right);
-        let slope = |lambda: Complex64| {
-            let terms = mass.iter().zip(&damping);
-            project(&left, terms.map(|(m, c)| m.times(2.0 * lambda).add(*c).value()))
-        };
-        let rows =
-            |lambda| quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value);
-        if condition <= WELL_CONDITIONED {
-            let correction = project(&left, rows(eigenvalue)) / slope(eigenvalue);
-            eigenvalue -= if eigenvalue.im == 0.0 { correction.re.into() } else { correction };
-        }
-        Mode {
-            eigenvalue,
-            a: slope(eigenvalue),
-            condition,
-            residual: self.relative_residual(eigenvalue, &right, rows(eigenvalue)),
-            right,
-            left,
-        }
+    /// Modes of these vectors, their eigenvalues corrected by Rayleigh quotients.
+    fn general_corrected(&self, solved: Vec<Solved>, damping: &DoubledRows) -> Vec<GeneralMode> {
+        let m = self.pencil.size;
+        let columns = packed(m, solved.iter().map(|mode| (mode.value, &mode.right)));
+        let [mass, damping, stiffness] = [&self.pencil.mass, damping, &self.pencil.stiffness]
+            .map(|matrix| matrix.products(&columns));
+        let whole = solved.into_iter().zip(mass).zip(damping).zip(stiffness).collect();
+        each(m, whole, |(((solved, mass), damping), stiffness)| {
+            let Solved { value: mut eigenvalue, condition, right, left } = solved;
+            let slope = |lambda: Complex64| {
+                let terms = mass.iter().zip(&damping);
+                project(&left, terms.map(|(m, c)| m.times(2.0 * lambda).add(*c).value()))
+            };
+            let rows = |lambda| -> Vec<Complex64> {
+                quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value).collect()
+            };
+            if condition <= WELL_CONDITIONED {
+                let projected = project(&left, rows(eigenvalue).into_iter());
+                let correction = projected / slope(eigenvalue);
+                eigenvalue -= if eigenvalue.im == 0.0 { correction.re.into() } else { correction };
+            }
+            let rows = rows(eigenvalue);
+            let mode = Mode {
+                eigenvalue,
+                a: slope(eigenvalue),
+                condition,
+                residual: self.relative_residual(eigenvalue, &right, rows.iter().copied()),
+                right,
+                left,
+            };
+            (mode, rows)
+        })
     }
 
     /// `|P(lambda) right| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |right|)` of the rows of `P(lambda) right`.
@@ -514,6 +548,14 @@ fn quadratic(
 ) -> impl Iterator<Item = DoubledComplex> {
     let terms = mass.iter().zip(damping).zip(stiffness);
     terms.map(move |((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k))
+}
+
+/// Vectors side by side, those of complex values with their imaginary parts.
+fn packed<'a>(
+    size: usize,
+    vectors: impl Iterator<Item = (Complex64, &'a Vec<Complex64>)> + Clone,
+) -> Columns {
+    Columns::new(size, vectors.map(|(value, vector)| (&vector[..], value.im != 0.0)))
 }
 
 /// `left' column`

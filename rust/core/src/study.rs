@@ -11,10 +11,10 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::attractor::{Attractor, Search};
-use crate::critical::{CriticalKind, critical_points};
 use crate::cycle::{Cycle, Stability};
 use crate::error::{Error, RunFailure};
 use crate::family::{Family, Template};
+use crate::hopf::hopf_points;
 use crate::lyapunov::Lyapunov;
 use crate::modes::Modes;
 use crate::path::Path;
@@ -322,11 +322,8 @@ fn hopf_point(
     let HopfRange { contacts, lower, upper } = range;
     let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
     let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
-    let points = critical_points(&path, 0.0)?;
-    let mut destabilising = points
-        .iter()
-        .filter(|point| point.kind == CriticalKind::Hopf && point.slope > 0.0)
-        .peekable();
+    let found = hopf_points(&path)?;
+    let mut destabilising = found.points.iter().filter(|point| point.slope > 0.0).peekable();
     let lost = destabilising.peek().map(|point| point.value);
     let first = destabilising
         .find(|point| combination.is_some() || path.steady_at(point.value).exists)

@@ -1,6 +1,7 @@
 //! What the contacts do after an event: the one place where statuses change.
 
 use crate::complementarity::{self, Closed, Solution, Unsolved};
+use crate::eigen;
 use crate::error::RunFailure;
 use crate::event::Trigger;
 use crate::scene::Scene;
@@ -25,6 +26,20 @@ pub(crate) struct Settlement {
     pub departures: Vec<Departure>,
     /// By contact.
     pub events: Vec<(usize, EventKind)>,
+    /// The longest flight, s, that a joint closing of several contacts has left out.
+    pub flight: Option<f64>,
+}
+
+/// What a series of impacts over several contacts is judged by.
+#[derive(Debug, Default)]
+pub(crate) struct Series {
+    /// Bound of the error of a gap, m.
+    pub rounding: f64,
+    /// Rest of the impacts of each contact, s, as far as those before tell, infinite where they do not; and the ratio
+    /// of the distances of two that follow each other.
+    pub rests: Vec<(f64, f64)>,
+    /// The rest that may be left out, s.
+    pub negligible: f64,
 }
 
 /// Settles all contacts at an event in state (q, q'), which is brought to the exact zeros that the event
@@ -36,9 +51,11 @@ pub(crate) fn settle(
     time: f64,
     triggers: &[(usize, Trigger)],
     settlement: &mut Settlement,
+    series: &Series,
     q: &mut [f64],
     u: &mut [f64],
 ) -> Result<(), RunFailure> {
+    settlement.flight = None;
     let mut impact = false;
     for &(contact, trigger) in triggers {
         let law = &scene.contacts[contact];
@@ -59,10 +76,15 @@ pub(crate) fn settle(
     settlement.departures.fill(Departure::None);
     if let Some(w) = &scene.coordinates.delassus {
         let coupled = Coupled { scene, time, w };
-        let outcome = coupled.settle(triggers, &settlement.statuses, q, u)?;
+        let (outcome, joint) = coupled.settle(triggers, &settlement.statuses, series, q, u)?;
         for (contact, (after, departure)) in outcome.into_iter().enumerate() {
-            settlement.record(contact, of_contact(triggers, contact), after, departure);
+            let trigger = match &joint {
+                Some(joint) if joint.contacts.contains(&contact) => Some(Trigger::Accumulated),
+                _ => of_contact(triggers, contact),
+            };
+            settlement.record(contact, trigger, after, departure);
         }
+        settlement.flight = joint.map(|joint| joint.flight);
         return Ok(());
     }
     for &(contact, trigger) in triggers {
@@ -224,6 +246,17 @@ fn settle_contact(
     }
 }
 
+/// The end of a series of impacts over several contacts.
+#[derive(Debug)]
+struct JointClosing {
+    contacts: Vec<usize>,
+    /// The longest flight that it leaves out, s.
+    flight: f64,
+}
+
+/// A quick bound leaves this much to what is then computed.
+const MARGIN: f64 = 4.0;
+
 /// Contacts that mass couples: one complementarity problem over all that are closed.
 struct Coupled<'a> {
     scene: &'a Scene,
@@ -236,10 +269,12 @@ impl Coupled<'_> {
         &self,
         triggers: &[(usize, Trigger)],
         statuses: &[Status],
-        q: &[f64],
+        series: &Series,
+        q: &mut [f64],
         u: &mut [f64],
-    ) -> Result<Vec<(Status, Departure)>, RunFailure> {
+    ) -> Result<(Vec<(Status, Departure)>, Option<JointClosing>), RunFailure> {
         let contacts = &self.scene.contacts;
+        let mut joint = None;
         let struck: Vec<usize> = triggers
             .iter()
             .filter(|trigger| trigger.1 == Trigger::GapClosed)
@@ -250,7 +285,9 @@ impl Coupled<'_> {
                 .filter(|&i| statuses[i].is_closed() || struck.contains(&i))
                 .collect();
             self.strike(&closed, q, u)?;
+            joint = self.close_jointly(&struck, &closed, series, q, u)?;
         }
+        let joins = |i: usize| joint.as_ref().is_some_and(|joint| joint.contacts.contains(&i));
         let mut outcome: Vec<(Status, Departure)> =
             statuses.iter().map(|&status| (status, Departure::None)).collect();
         let mut forces_jump = false;
@@ -262,7 +299,7 @@ impl Coupled<'_> {
                 outcome[i] = settled;
                 forces_jump |= settled.0.is_sliding() && law.static_friction > law.friction;
             }
-            let arrived = trigger == Some(Trigger::Accumulated) || struck.contains(&i);
+            let arrived = trigger == Some(Trigger::Accumulated) || struck.contains(&i) || joins(i);
             forces_jump |= trigger == Some(Trigger::SlipZero) || arrived;
             let touching = statuses[i].is_closed() || arrived;
             if touching && u[law.normal] > 0.0 {
@@ -276,13 +313,9 @@ impl Coupled<'_> {
             }
         }
         if !forces_jump || problem.is_empty() {
-            return Ok(outcome);
+            return Ok((outcome, joint));
         }
-        let reactions = self.reactions(q, u);
-        let size = 2 * contacts.len();
-        let acceleration =
-            |row: usize| -(0..size).map(|k| self.w[row * size + k] * reactions[k]).sum::<f64>();
-        let solution = self.solve(&problem, "accelerations", acceleration, q, u)?;
+        let solution = self.accelerate(&problem, q, u)?;
         for (k, &(i, sliding)) in problem.iter().enumerate() {
             let status = solution.statuses[k];
             let before = outcome[i];
@@ -294,7 +327,128 @@ impl Coupled<'_> {
                 _ => (status, Departure::Slip(1)),
             };
         }
-        Ok(outcome)
+        Ok((outcome, joint))
+    }
+
+    /// The forces of contacts at rest in their normal directions.
+    fn accelerate(
+        &self,
+        problem: &[(usize, Option<f64>)],
+        q: &[f64],
+        u: &[f64],
+    ) -> Result<Solution, RunFailure> {
+        let reactions = self.reactions(q, u);
+        let size = reactions.len();
+        let acceleration =
+            |row: usize| -(0..size).map(|k| self.w[row * size + k] * reactions[k]).sum::<f64>();
+        self.solve(problem, "accelerations", acceleration, q, u)
+    }
+
+    /// Ends a series of impacts in which contacts lift each other, by closing all of them at once.
+    ///
+    /// Let N be the normal forces of the contacts when all of them are closed. While they fly, their gaps move as
+    /// under the constant load -N, with the kinetic energy `1/2 v' W^-1 v` of their normal velocities v, and impacts
+    /// only take energy away: of `E = 1/2 v' W^-1 v + N g` nothing comes back. So no gap exceeds `E / N_i` from here
+    /// on, and no flight lasts longer than `sqrt(8 E / W_ii) / N_i`. Once all gaps stay below the error to which they
+    /// are known, the order of the impacts that follow is not in the numbers any more, but what they do together is:
+    /// they end with g = v = 0, so that their impulses are those of N over the rest of the series and the impulse that
+    /// takes v away. That one is given here, with its friction, and N acts from now on: after the rest velocities are
+    /// the same, and positions differ by those gaps. The same closing takes the place of a series whose measured
+    /// rest and whose flights are `negligible`.
+    fn close_jointly(
+        &self,
+        struck: &[usize],
+        closed: &[usize],
+        series: &Series,
+        q: &mut [f64],
+        u: &mut [f64],
+    ) -> Result<Option<JointClosing>, RunFailure> {
+        let contacts = &self.scene.contacts;
+        let size = 2 * contacts.len();
+        let w = |i: usize, j: usize| self.w[(2 * i + 1) * size + 2 * j + 1];
+        let resting = |i: usize, u: &[f64]| closed.contains(&i) && u[contacts[i].normal] == 0.0;
+        let near = |i: usize, load: f64| {
+            let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal].abs());
+            let soon = series.negligible * w(i, i) * load;
+            let low = gap <= series.rounding && speed * speed <= w(i, i) * load * series.rounding;
+            low || gap <= soon * series.negligible && speed <= soon
+        };
+        let others = (0..contacts.len()).filter(|i| !struck.contains(i) && !resting(*i, u));
+        if struck.len() + others.clone().count() < 2 {
+            return Ok(None);
+        }
+        let load = MARGIN * self.reactions(q, u).chunks_exact(2).map(|r| r[1].abs()).sum::<f64>();
+        let mut moving: Vec<usize> =
+            (0..contacts.len()).filter(|&i| !resting(i, u) && near(i, load)).collect();
+        while !moving.is_empty() && moving.iter().chain(struck).any(|i| *i != moving[0]) {
+            let (mut position, mut velocity) = (q.to_vec(), u.to_vec());
+            moving.iter().for_each(|&i| position[contacts[i].normal] = 0.0);
+            let joined: Vec<usize> =
+                (0..contacts.len()).filter(|&i| resting(i, u) || moving.contains(&i)).collect();
+            joined.iter().for_each(|&i| velocity[contacts[i].normal] = 0.0);
+            let problem: Vec<(usize, Option<f64>)> = joined
+                .iter()
+                .map(|&i| {
+                    let slip = velocity[contacts[i].tangential] - contacts[i].slider_speed;
+                    (i, sliding_status(slip).map(Status::friction_sign))
+                })
+                .collect();
+            let solution = self.accelerate(&problem, &position, &velocity)?;
+            let pressed: Vec<(usize, f64)> = problem
+                .iter()
+                .enumerate()
+                .filter(|(k, _)| solution.statuses[*k].is_closed())
+                .map(|(k, &(i, _))| (i, solution.forces[2 * k + 1]))
+                .collect();
+            let count = moving.len();
+            moving.retain(|i| pressed.iter().any(|(j, _)| j == i));
+            if moving.len() < count {
+                continue;
+            }
+            let mass: Vec<f64> = pressed
+                .iter()
+                .flat_map(|&(i, _)| pressed.iter().map(move |&(j, _)| w(i, j)))
+                .collect();
+            let speeds: Vec<f64> = pressed.iter().map(|&(i, _)| u[contacts[i].normal]).collect();
+            let momenta = eigen::solve(pressed.len(), &mass, &speeds);
+            let kinetic: f64 = momenta.iter().zip(&speeds).map(|(p, v)| 0.5 * p * v).sum();
+            let lifted: f64 =
+                pressed.iter().map(|&(i, n)| n * q[contacts[i].normal].max(0.0)).sum();
+            let energy = kinetic + lifted;
+            let flight = |i: usize, n: f64| (8.0 * energy / w(i, i)).sqrt() / n;
+            let ends = |&(i, n): &(usize, f64)| {
+                energy <= n * series.rounding
+                    || series.rests[i].0.max(flight(i, n)) <= series.negligible
+            };
+            let open = pressed.iter().filter(|entry| moving.contains(&entry.0) && !ends(entry));
+            if let Some(&(loosest, _)) = open.min_by(|a, b| a.1.total_cmp(&b.1)) {
+                moving.retain(|&i| i != loosest);
+                continue;
+            }
+            let Some(held) = self.held(&problem, &solution.statuses, u) else {
+                return Ok(None);
+            };
+            let members: Vec<(usize, f64)> = pressed
+                .iter()
+                .filter(|(i, _)| moving.contains(i) || struck.contains(i))
+                .map(|&(i, n)| (i, flight(i, n)))
+                .collect();
+            let longest = members.iter().map(|member| member.1).fold(0.0, f64::max);
+            // What touches and is not part of the closing must not be drawn into the slider by it: then only the
+            // unresolved velocities are dropped.
+            let drawn = closed.iter().any(|&i| held[contacts[i].normal] < 0.0);
+            q.copy_from_slice(&position);
+            if drawn {
+                moving.iter().for_each(|&i| u[contacts[i].normal] = 0.0);
+            } else {
+                u.copy_from_slice(&held);
+            }
+            return Ok(Some(JointClosing {
+                contacts: members.into_iter().map(|member| member.0).collect(),
+                flight: longest,
+            }));
+        }
+        Ok(None)
     }
 
     /// `K q + C q' - F` over (tangential, normal) of every contact.
@@ -308,16 +462,61 @@ impl Coupled<'_> {
             .collect()
     }
 
-    fn solve(
+    /// The velocities when the impulses that the statuses of contacts allow have taken their normal ones away; `None`
+    /// where these impulses are not determined.
+    fn held(
+        &self,
+        problem: &[(usize, Option<f64>)],
+        statuses: &[Status],
+        u: &[f64],
+    ) -> Option<Vec<f64>> {
+        let (laws, w, velocities) = self.gathered(problem, "impulses", |row| {
+            let law = &self.scene.contacts[row / 2];
+            match row.is_multiple_of(2) {
+                true => u[law.tangential] - law.slider_speed,
+                false => u[law.normal],
+            }
+        });
+        let impulses = complementarity::forces(&laws, &w, &velocities, statuses)?;
+        let mut u = u.to_vec();
+        let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
+        self.push(&closed, &impulses, &mut u);
+        for (&i, status) in closed.iter().zip(statuses).filter(|(_, status)| status.is_closed()) {
+            let law = &self.scene.contacts[i];
+            u[law.normal] = 0.0;
+            if *status == Status::Sticking {
+                u[law.tangential] = law.slider_speed;
+            }
+        }
+        Some(u)
+    }
+
+    /// Adds to the velocities what impulses (tangential, normal) on contacts make of them.
+    fn push(&self, contacts: &[usize], impulses: &[f64], u: &mut [f64]) {
+        let size = 2 * self.scene.contacts.len();
+        for (i, law) in self.scene.contacts.iter().enumerate() {
+            for (row, coordinate) in [(2 * i, law.tangential), (2 * i + 1, law.normal)] {
+                u[coordinate] += contacts
+                    .iter()
+                    .enumerate()
+                    .map(|(k, &j)| {
+                        self.w[row * size + 2 * j] * impulses[2 * k]
+                            + self.w[row * size + 2 * j + 1] * impulses[2 * k + 1]
+                    })
+                    .sum::<f64>();
+            }
+        }
+    }
+
+    /// The laws of the contacts of a problem, their part of W, and `a0` of their rows.
+    fn gathered(
         &self,
         problem: &[(usize, Option<f64>)],
         level: &'static str,
         a0: impl Fn(usize) -> f64,
-        q: &[f64],
-        u: &[f64],
-    ) -> Result<Solution, RunFailure> {
+    ) -> (Vec<Closed>, Vec<f64>, Vec<f64>) {
         let contacts = &self.scene.contacts;
-        let closed: Vec<Closed> = problem
+        let closed = problem
             .iter()
             .map(|&(i, sliding)| Closed {
                 friction: contacts[i].friction,
@@ -331,11 +530,23 @@ impl Coupled<'_> {
             .collect();
         let rows: Vec<usize> = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]).collect();
         let size = 2 * contacts.len();
-        let w: Vec<f64> = rows
+        let w = rows
             .iter()
             .flat_map(|&row| rows.iter().map(move |&column| self.w[row * size + column]))
             .collect();
-        let a0: Vec<f64> = rows.iter().map(|&row| a0(row)).collect();
+        (closed, w, rows.iter().map(|&row| a0(row)).collect())
+    }
+
+    fn solve(
+        &self,
+        problem: &[(usize, Option<f64>)],
+        level: &'static str,
+        a0: impl Fn(usize) -> f64,
+        q: &[f64],
+        u: &[f64],
+    ) -> Result<Solution, RunFailure> {
+        let contacts = &self.scene.contacts;
+        let (closed, w, a0) = self.gathered(problem, level, a0);
         complementarity::solve(&closed, &w, &a0).map_err(|unsolved| RunFailure::ContactProblem {
             contacts: problem.iter().map(|entry| entry.0).collect(),
             time: self.time,
@@ -364,19 +575,7 @@ impl Coupled<'_> {
             }
         };
         let solution = self.solve(&problem, "impulses", velocity, q, &before)?;
-        let size = 2 * contacts.len();
-        for (i, law) in contacts.iter().enumerate() {
-            for (row, coordinate) in [(2 * i, law.tangential), (2 * i + 1, law.normal)] {
-                u[coordinate] += closed
-                    .iter()
-                    .enumerate()
-                    .map(|(k, &j)| {
-                        self.w[row * size + 2 * j] * solution.forces[2 * k]
-                            + self.w[row * size + 2 * j + 1] * solution.forces[2 * k + 1]
-                    })
-                    .sum::<f64>();
-            }
-        }
+        self.push(closed, &solution.forces, u);
         // What the impulses hold at zero is zero exactly.
         for (&i, &status) in closed.iter().zip(&solution.statuses) {
             let law = &contacts[i];

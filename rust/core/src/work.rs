@@ -228,6 +228,8 @@ impl<'a> Walk<'a> {
         for event in trajectory.events_at(phase) {
             match event.kind {
                 EventKind::Impact => impact = true,
+                // Where mass couples contacts, what one loses the others feel: the jump tells.
+                EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
                 EventKind::Accumulation => {
                     let rest = trajectory.phase_state(phase - 1).1
                         [self.scene.contacts[event.contact].normal];

@@ -171,27 +171,20 @@ impl Path {
                 Ok((points, self.inner.steady(&values)))
             })
             .map_err(|error| raise(py, &error))?;
-        let contact = |point: &core::CriticalPoint| match point.kind {
-            core::CriticalKind::Separation { contact } => Some(contact),
-            _ => None,
-        };
-        let each = |f: fn(&core::CriticalPoint) -> Complex64| {
-            points.iter().map(f).collect::<Vec<_>>().into_pyarray(py)
-        };
-        Ok((
-            points.iter().map(|point| point.kind.name()).collect(),
-            points.iter().map(contact).collect(),
-            each(|point| point.complex_value),
-            each(|point| point.eigenvalue),
-            each(|point| point.other),
-            points.iter().map(|point| point.slope).collect::<Vec<_>>().into_pyarray(py),
-            points
-                .iter()
-                .zip(&steady)
-                // At a separation steady sliding ends: rounding does not say on which side the point lies.
-                .map(|(point, steady)| contact(point).is_some() || steady.exists)
-                .collect(),
-        ))
+        Ok(critical_arrays(py, &points, &steady))
+    }
+
+    /// The Hopf points alone, how many eigenproblems lay the mesh, and how many modes were followed from one to the
+    /// next.
+    fn hopf_points<'py>(&self, py: Python<'py>) -> PyResult<(CriticalArrays<'py>, usize, usize)> {
+        let (core::HopfSearch { points, nodes, followed }, steady) = py
+            .detach(|| {
+                let found = core::hopf_points(&self.inner)?;
+                let values: Vec<f64> = found.points.iter().map(|point| point.value).collect();
+                Ok((found, self.inner.steady(&values)))
+            })
+            .map_err(|error| raise(py, &error))?;
+        Ok((critical_arrays(py, &points, &steady), nodes, followed))
     }
 
     /// The verdict at each value.
@@ -218,6 +211,34 @@ type CriticalArrays<'py> = (
     Bound<'py, PyArray1<f64>>,
     Vec<bool>,
 );
+
+fn critical_arrays<'py>(
+    py: Python<'py>,
+    points: &[core::CriticalPoint],
+    steady: &[core::Steady],
+) -> CriticalArrays<'py> {
+    let contact = |point: &core::CriticalPoint| match point.kind {
+        core::CriticalKind::Separation { contact } => Some(contact),
+        _ => None,
+    };
+    let each = |f: fn(&core::CriticalPoint) -> Complex64| {
+        points.iter().map(f).collect::<Vec<_>>().into_pyarray(py)
+    };
+    (
+        points.iter().map(|point| point.kind.name()).collect(),
+        points.iter().map(contact).collect(),
+        each(|point| point.complex_value),
+        each(|point| point.eigenvalue),
+        each(|point| point.other),
+        points.iter().map(|point| point.slope).collect::<Vec<_>>().into_pyarray(py),
+        points
+            .iter()
+            .zip(steady)
+            // At a separation steady sliding ends: rounding does not say on which side the point lies.
+            .map(|(point, steady)| contact(point).is_some() || steady.exists)
+            .collect(),
+    )
+}
 
 /// `steady_sliding` (k,) and `normal_force` (k, c), NaN for contacts that are not closed by the combination.
 fn set_steady<'py>(

@@ -52,6 +52,11 @@ pub(crate) struct Order<'a> {
 }
 
 impl DenseRows {
+    /// Whether the rows of a scene are worth forming.
+    pub fn are_quicker(scene: &Scene) -> bool {
+        scene.lumped && scene.size * scene.size <= PER_ENTRY * scene.stiffness.entries()
+    }
+
     /// The rows of a combination with lumped masses, unless it is so large and sparse that they would take longer.
     pub fn new(
         scene: &Scene,
@@ -60,7 +65,7 @@ impl DenseRows {
         merges: &[RowMerge],
     ) -> Option<Self> {
         let n = scene.size;
-        if !scene.lumped || n * n > PER_ENTRY * scene.stiffness.entries() {
+        if !Self::are_quicker(scene) {
             return None;
         }
         let mut moving: Vec<usize> = moving.collect();

@@ -1,0 +1,100 @@
+"""An elastic block pressed on a moving belt: plane strain, bilinear quadrilaterals, its top edge held."""
+
+import numpy as np
+import scipy.linalg
+
+import stickslip as ss
+
+YOUNG, POISSON, DENSITY = 10e9, 0.3, 2500.0
+LENGTH, HEIGHT, THICKNESS = 0.04, 0.02, 0.01
+
+
+def element(width, height):
+    """Return stiffness and mass (8, 8) of a rectangle, corners counterclockwise, by 2 x 2 Gauss points."""
+    factor = YOUNG / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
+    law = factor * np.array(
+        [[1.0 - POISSON, POISSON, 0.0], [POISSON, 1.0 - POISSON, 0.0], [0.0, 0.0, 0.5 - POISSON]]
+    )
+    corners = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
+    stiffness, mass = np.zeros((8, 8)), np.zeros((8, 8))
+    for s in corners[:, 0] / np.sqrt(3.0):
+        for t in np.array([-1.0, 1.0]) / np.sqrt(3.0):
+            shape = 0.25 * (1.0 + corners[:, 0] * s) * (1.0 + corners[:, 1] * t)
+            along = 0.25 * corners[:, 0] * (1.0 + corners[:, 1] * t) * 2.0 / width
+            across = 0.25 * corners[:, 1] * (1.0 + corners[:, 0] * s) * 2.0 / height
+            strain = np.zeros((3, 8))
+            strain[0, ::2], strain[1, 1::2] = along, across
+            strain[2, ::2], strain[2, 1::2] = across, along
+            moved = np.kron(shape, np.eye(2))
+            stiffness += strain.T @ law @ strain
+            mass += DENSITY * moved.T @ moved
+    # Each of the points s, t stands for a quarter; s runs over two points, twice each.
+    weight = THICKNESS * width * height / 8.0
+    return weight * stiffness, weight * mass
+
+
+def quad_block(columns, rows, every=1, *, lumped=True, friction=0.3):
+    """Return the scene of a mesh, one in `every` lower node on the belt; dofs are x and y node by node."""
+    stiffness_part, mass_part = element(LENGTH / columns, HEIGHT / rows)
+    if lumped:
+        mass_part = np.diag(mass_part.sum(axis=1))
+    across = columns + 1
+    count = 2 * across * (rows + 1)
+    stiffness, mass = np.zeros((count, count)), np.zeros((count, count))
+    for i in range(columns):
+        for j in range(rows):
+            nodes = np.array([i, i + 1, i + 1 + across, i + across]) + j * across
+            dofs = np.stack([2 * nodes, 2 * nodes + 1], axis=1).ravel()
+            stiffness[np.ix_(dofs, dofs)] += stiffness_part
+            mass[np.ix_(dofs, dofs)] += mass_part
+    # The top is lowered by 1 um; what it does to the other nodes is a load.
+    held = np.arange(2 * across * rows, count)
+    free = np.arange(2 * across * rows)
+    lowered = np.where(held % 2 == 1, -1e-6, 0.0)
+    return ss.Scene(
+        np.diag(mass)[free] if lumped else mass[np.ix_(free, free)],
+        stiffness[np.ix_(free, free)],
+        damping=ss.Proportional(stiffness=1e-7),
+        force=-stiffness[np.ix_(free, held)] @ lowered,
+        contacts=[
+            ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=friction, slider_speed=1.0)
+            for k in range(0, across, every)
+        ],
+        impact_friction=not lumped,
+    )
+
+
+def reduced_block(columns, rows, every, modes):
+    """Return a Craig-Bampton model of the block with dense stiffness, and masses lumped at its contacts.
+
+    ``S = M_bb - M_bq M_qb``, the inertia that the modes leave at the contacts, is replaced by its row sums.
+    """
+    scene = quad_block(columns, rows, lumped=False)
+    stiffness, mass = np.asarray(scene.stiffness), np.asarray(scene.mass)
+    count = mass.shape[0]
+    kept = 2 * np.arange(0, columns + 1, every)
+    kept = np.concatenate([kept, kept + 1])
+    inner = np.setdiff1d(np.arange(count), kept)
+    k_inner, m_inner = (matrix[np.ix_(inner, inner)] for matrix in (stiffness, mass))
+    shapes = scipy.linalg.eigh(k_inner, m_inner, subset_by_index=(0, modes - 1))[1]
+    basis = np.zeros((count, kept.size + modes))
+    basis[kept, : kept.size] = np.eye(kept.size)
+    basis[inner, : kept.size] = -np.linalg.solve(k_inner, stiffness[np.ix_(inner, kept)])
+    basis[inner, kept.size :] = shapes
+    coupling = (basis.T @ mass @ basis)[: kept.size, kept.size :]
+    left = (basis.T @ mass @ basis)[: kept.size, : kept.size] - coupling @ coupling.T
+    # Coordinates in which mass couples modes and contacts no longer.
+    basis[:, : kept.size] -= basis[:, kept.size :] @ coupling.T
+    reduced = basis.T @ stiffness @ basis
+    contacts = kept.size // 2
+    lumped = np.maximum(left.sum(axis=1), 0.2 * np.diag(left))
+    return ss.Scene(
+        np.concatenate([lumped, np.ones(modes)]),
+        0.5 * (reduced + reduced.T),
+        damping=scene.damping,
+        force=basis.T @ scene.force,
+        contacts=[
+            ss.Contact(tangential=k, normal=contacts + k, friction=0.3, slider_speed=1.0)
+            for k in range(contacts)
+        ],
+    )

@@ -1,0 +1,91 @@
+"""Series of impacts over contacts that mass couples."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from coupled_scenes import elastic_block, masses_on_a_belt
+
+CASES = [
+    (count, coupling, restitution)
+    for count in (2, 3, 4, 5, 6, 7, 8)
+    for coupling in (0.3, 0.6, 0.9)
+    for restitution in (0.0, 0.5)
+]
+#: What the rounding of gaps (some hundred ulp of a static displacement of 0.1 m, times the loads, at each
+#: impact) leaves of the works, relative.
+BALANCE = 1e-9
+
+
+def check(run):
+    """Complementarity between the events, and the balance of energy."""
+    scene = run.scene
+    count = len(scene.contacts)
+    edges = np.concatenate([[0.0], run.events.time, [run.duration]])
+    widths = np.diff(edges)
+    longest = np.argsort(widths)[-300:]
+    times = np.sort((edges[longest, None] + widths[longest, None] * np.array([0.1, 0.5, 0.9])).ravel())
+    data = run.sample(times)
+    gap = np.array([scene.normal_direction(i) for i in range(count)]) @ data.position.values.T
+    gap = gap.T + np.array([contact.gap for contact in scene.contacts])
+    # Rounding of motions about the static displacement under the same load.
+    static = np.linalg.solve(scene.stiffness, scene.force)
+    scale = max(np.abs(data.position.values).max(), np.abs(static).max())
+    assert gap.min() >= -1e3 * np.finfo(float).eps * scale
+    normal = data.normal_force.values
+    assert normal.min() >= -1e-9 * np.abs(normal).max()
+    balance = run.balance()
+    turnover = sum(abs(float(getattr(balance, name))) for name in ("stored", "external", "damping"))
+    turnover += np.abs(balance.contact).sum() + np.abs(balance.impact).sum()
+    assert abs(balance.residual) <= BALANCE * turnover
+
+
+@pytest.mark.parametrize(("count", "coupling", "restitution"), CASES)
+def test_masses_on_a_belt_come_to_rest(count, coupling, restitution):
+    scene, start = masses_on_a_belt(count, coupling, restitution)
+    run = ss.simulate(scene, start, 0.05)
+    assert run.stop_reason == "duration"
+    check(run)
+    # A hundred events per contact and millisecond, on the mean of the series.
+    assert len(run.events) <= 100 * count * 1e3 * run.events.time[-1]
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.2, 0.8])
+def test_both_methods_come_to_rest_alike(restitution):
+    scene, start = masses_on_a_belt(3, 0.3, restitution)
+    modal = ss.simulate(scene, start, 0.5, method="modal")
+    taylor = ss.simulate(scene, start, 0.5, method="taylor")
+    assert modal.events.combination[-1] == taylor.events.combination[-1] == "+++"
+    one, other = modal.state(0.5), taylor.state(0.5)
+    # The slide after the series has forgotten its order: both end within what its impulses were known to.
+    assert np.abs(one.position - other.position).max() <= 1e-9 * np.abs(one.position).max()
+    assert np.abs(one.velocity - other.velocity).max() <= 1e-8 * np.abs(one.velocity).max()
+    assert modal.accumulations
+    for limit in modal.accumulations:
+        assert modal.events.kind[limit.event] == "accumulation"
+        assert limit.bounces >= 1
+        assert 0.0 <= limit.error < 1e-6
+
+
+def test_repeated_eigenvalues_by_modes_and_series():
+    """All flight modes of the masses have one of two eigenvalues."""
+    scene, _ = masses_on_a_belt(4, 0.6, 0.5)
+    rng = np.random.default_rng(0)
+    start = ss.State(
+        np.r_[np.zeros(4), np.full(4, 1e-3)], np.r_[np.zeros(4), 0.01 * rng.normal(size=4)], "dddd"
+    )
+    modal, taylor = (
+        ss.simulate(scene, start, 1e-4, method=method).state(1e-4) for method in ("modal", "taylor")
+    )
+    assert modal.velocity == pytest.approx(taylor.velocity, rel=1e-12, abs=1e-16)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_reduced_block_lifts_off(restitution):
+    scene = elastic_block(restitution=restitution)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    run = ss.simulate(scene, start, 6e-4, max_events=1500)
+    assert run.stop_reason == "max_events"
+    assert "impact" in run.events.kind
+    assert "accumulation" in run.events.kind
+    check(run)
