@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from stickslip.path import Family
 
 import stickslip as ss
 from quad_block import quad_block
+from stickslip.locus.path import Family
 
 EPS = np.finfo(float).eps
 
