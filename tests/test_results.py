@@ -53,6 +53,9 @@ def examples():
         "Margin": cycle.margins()[0],
         "BranchPoint": unstable,
         "Balance": cycle.balance(),
+        "Basins": ss.Basins(xr.DataArray([[0]], dims=("x1", "x2"), name="attractor"), (cycle,)),
+        "Bifurcation": ss.Bifurcation(xr.Dataset({"period": ("friction", [cycle.period])}), (cycle,)),
+        "Branch": ss.Branch(xr.Dataset({"period": ("friction", [cycle.period])}), (cycle,), (), "range"),
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
         "StickslipError": ss.StickslipError("something"),
         "InputError": ss.InputError("friction: must be >= 0, got -1"),
@@ -100,6 +103,8 @@ def same(a, b):
         return same(a.identity, b.identity)
     if hasattr(a, "data") and hasattr(a, "indptr"):
         return same([a.data, a.indices, a.indptr], [b.data, b.indices, b.indptr])
+    if isinstance(a, partial):
+        return same([a.func, a.args, a.keywords], [b.func, b.args, b.keywords])
     if isinstance(a, BaseException):
         return same(a.args, b.args) and same(vars(a), vars(b))
     if type(a).__module__.startswith("stickslip") and hasattr(a, "__dict__"):

@@ -169,7 +169,7 @@ def counted_hopf_points(model, **parameter):
     """Hopf points, eigenproblems of the mesh, and modes followed from one of its points to the next."""
     ((name, ends),) = parameter.items()
     path = Family(model).path(name, *ends)
-    (_, places, *_), nodes, followed = path.hopf_points()
+    (_, _, places, *_), nodes, followed = path.hopf_points()
     return places.real, nodes, followed
 
 

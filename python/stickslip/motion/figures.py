@@ -115,7 +115,19 @@ def displacements(
     origin: Literal["mean", "start"] = "mean",
     samples: int = SAMPLES,
 ) -> None:
-    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once."""
+    """Draw several dofs as `displacement` does, one on each of some axes; the motion is sampled once.
+
+    Parameters
+    ----------
+    panels
+        The axes to draw on, one for each dof.
+    motion, origin, samples
+        As for `displacement`.
+    dofs
+        Names of the dofs.
+    labels
+        Names of the curves for a legend, one for each dof.
+    """
     run = motion_of(motion)
     indices = [dof_index("dof", dof, run.scene.dofs) for dof in dofs]
     times = np.linspace(0.0, run.duration, samples)
