@@ -6,6 +6,8 @@ import stiffness_uncertainty as example
 
 import stickslip as ss
 
+pytestmark = pytest.mark.slow
+
 
 def test_stiffness_uncertainty(tmp_path):
     results = example.squeal(64, tmp_path / "x.zarr")

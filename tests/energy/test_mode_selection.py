@@ -29,6 +29,7 @@ def test_small_amplitudes_gain_what_the_eigenvalue_says():
     np.testing.assert_allclose(ratio, expected[:, None] * np.ones(2), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_gain_of_every_amplitude_is_contact_less_losses(selection):
     gains = selection[1].gains
     defect = np.abs(gains.net - (gains.contact - gains.damping - gains.impact))

@@ -101,6 +101,7 @@ def public(datasets):
     }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_every_public_dataset_comes_back(public, tmp_path, suffix):
     for call, array in public.items():

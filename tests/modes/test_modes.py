@@ -233,6 +233,7 @@ def test_eigenvalues_where_the_plain_double_shift_wanders():
         assert apart.max() < 1e-10 * np.abs(expected).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("link", [1.0, 1e-3, 1e-6, 1e-9])
 @pytest.mark.parametrize("friction", [0.4, 1.5])
 def test_long_chains_of_equals_against_lapack(friction, link):

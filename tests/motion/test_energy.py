@@ -87,6 +87,7 @@ def test_without_damping_and_friction_only_impacts_take_energy(drawn, strength):
         assert balance.impact <= 1e-13 * energy
 
 
+@pytest.mark.slow
 @given(drawn_scenes(restitution=(0.0, 0.3, 0.8)), st.floats(1.0, 6.0), st.booleans())
 def test_what_an_impact_takes(drawn, strength, impact_friction):
     """Normal: 1/2 m (1 - e^2) g'^2; tangential impulse: slider work p_t v, heat -p_t (s+ + s-) / 2."""

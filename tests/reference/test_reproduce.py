@@ -115,6 +115,7 @@ def test_an_erratum_is_wrong_if_the_model_has_another_value(monkeypatch):
     assert [(row.source, row.published) for row in differing] == [("Table 2", "588.18")]
 
 
+@pytest.mark.slow
 def test_command_line(tmp_path):
     result = CliRunner().invoke(main, ["reproduce", "--output", str(tmp_path / "figures")])
     assert result.exit_code == 0, result.output

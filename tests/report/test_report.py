@@ -15,6 +15,8 @@ from stickslip.reference.comparison import rows
 from stickslip.report import findings, page
 from stickslip.scene.known import Known
 
+pytestmark = pytest.mark.slow
+
 #: Elements that have no end tag.
 VOID = {"meta", "link", "br", "input", "img"}
 

@@ -71,6 +71,7 @@ def test_the_closed_form_of_the_verdict() -> None:
     assert (steps.probability <= steps.upper).all()
 
 
+@pytest.mark.slow
 def test_sobol_points_have_less_variance_than_random_ones() -> None:
     """Of twenty estimates each of the mean growth rate, at equal number of samples."""
 

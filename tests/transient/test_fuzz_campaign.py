@@ -6,11 +6,14 @@ from dataclasses import asdict, replace
 from functools import cache
 
 import numpy as np
+import pytest
 
 import fuzz_campaign
 import stickslip as ss
 from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
 from fuzz_scenes import fuzz_scene
+
+pytestmark = pytest.mark.slow
 
 SCENES = 1000
 
