@@ -27,12 +27,12 @@ from .locus.critical import CriticalPoint, critical_points, hopf_points
 from .locus.sensitivity import entry_sensitivity, sensitivity
 from .locus.stability import stability
 from .locus.sweep import sweep
-from .modes.modes import Modes, complex_modes
+from .modes.modes import Mode, Modes, complex_modes
 from .modes.shape import mode_power, orbit, phase_lag
 from .modes.status_table import StatusTable, status_table
 from .motion.energy import Balance
 from .motion.errors import NotPeriodicError, RunError, RunInterrupted
-from .motion.events import Accumulation, Events, Grazing
+from .motion.events import Accumulation, Event, Events, Grazing
 from .motion.motion import Motion
 from .report import write_report
 from .scene import models
@@ -58,10 +58,12 @@ __all__ = [
     "CriticalPoint",
     "Cycle",
     "CyclePhase",
+    "Event",
     "Events",
     "Grazing",
     "InputError",
     "Margin",
+    "Mode",
     "ModeSelection",
     "Modes",
     "Motion",

@@ -92,7 +92,7 @@ def test_modes_are_drawn_as_asked(brake, tmp_path):
     target = tmp_path / "modes.png"
     sizes = {}
     for dpi in (100, 300):
-        run("modes", brake, "--plot", target, "--modes", "1,3", "--dpi", dpi)
+        run("modes", brake, "--plot", target, "--modes", "0,2", "--dpi", dpi)
         # Width and height stand in the header of a PNG.
         sizes[dpi] = struct.unpack(">II", target.read_bytes()[16:24])
     assert sizes[300] == pytest.approx(3.0 * np.array(sizes[100]), abs=3)
@@ -100,8 +100,8 @@ def test_modes_are_drawn_as_asked(brake, tmp_path):
     assert struct.unpack(">II", target.read_bytes()[16:24])[0] == 2700
     assert "--modes goes with --plot" in run("modes", brake, "--modes", "1", code=2).stderr
     refused = run("modes", brake, "--plot", target, "--modes", "1,99", code=2).stderr
-    assert "the scene has the modes 1 to 6, got [99]" in refused
-    assert "expected numbers of modes" in run("modes", brake, "--modes", "0", code=2).stderr
+    assert "the scene has the modes 0 to 11, got [99]" in refused
+    assert "expected numbers of modes" in run("modes", brake, "--modes", "-1", code=2).stderr
 
 
 def test_sweep(brake, tmp_path):

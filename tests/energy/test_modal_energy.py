@@ -75,7 +75,7 @@ def test_modes_add_up_to_the_motion_and_grow_by_their_own_power(standard):
     error = (2.0 * fastest * step) ** 2 / 6.0 * 2.0 * fastest * now.energy.values
     rounding = 1e-9 * np.nanmax(now.energy.values) / step
     assert (np.abs(rate - power) <= error + rounding)[valid].all()
-    np.testing.assert_allclose(now.share.sum("mode"), now.total, rtol=1e-12)
+    np.testing.assert_allclose(now.share.sum("pair"), now.total, rtol=1e-12)
     assert (now.energy.values[valid] >= 0.0).all()
 
 

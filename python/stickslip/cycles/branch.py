@@ -54,7 +54,8 @@ class BranchPoint:
         place = f"{self.kind} at {self.parameter} = {self.value:.12g}"
         if self.contact is None:
             return f"BranchPoint({place}, multiplier {self.multiplier:.6g}, {self.cycle.frequency:.6g} Hz)"
-        return f"BranchPoint({place}, contact {self.contact}: {self.event}, {self.cycle.frequency:.6g} Hz)"
+        name = self.cycle.scene.contact_labels()[self.contact]
+        return f"BranchPoint({place}, contact {name}: {self.event}, {self.cycle.frequency:.6g} Hz)"
 
 
 @dataclass(frozen=True, repr=False, eq=False)

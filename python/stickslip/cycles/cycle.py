@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -21,6 +21,9 @@ from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
 from stickslip.show.summary import Summary, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Harmonics of a series unless told otherwise.
 HARMONICS = 64
@@ -278,7 +281,7 @@ class Cycle:
         Returns
         -------
         xarray.Dataset
-            ``duration`` (phase), s; ``frequency`` (phase, mode), Hz, and ``growth`` (phase, mode), 1/s, one
+            ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, and ``growth`` (phase, pair), 1/s, one
             of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination`` (phase).
         """
         upper = {name: modes.eigenvalues[modes.eigenvalues.imag >= 0.0] for name, modes in self.modes.items()}
@@ -289,8 +292,8 @@ class Cycle:
         return xr.Dataset(
             {
                 "duration": ("phase", self.durations, {"units": "s"}),
-                "frequency": (("phase", "mode"), np.abs(rows) / (2.0 * np.pi), {"units": "Hz"}),
-                "growth": (("phase", "mode"), rows.real, {"units": "1/s"}),
+                "frequency": (("phase", "pair"), np.abs(rows) / (2.0 * np.pi), {"units": "Hz"}),
+                "growth": (("phase", "pair"), rows.real, {"units": "1/s"}),
             },
             coords={"combination": ("phase", list(self.combinations))},
         )
@@ -343,7 +346,7 @@ class Cycle:
         Returns
         -------
         xarray.Dataset
-            ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, mode) of `table`;
+            ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, pair) of `table`;
             ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
             `harmonics`; one period as `Motion.sample` gives it (time). The attributes
             ``period`` s, ``stable`` (-1: not known), ``stability``, ``structural_zeros``.
@@ -425,6 +428,21 @@ class Cycle:
             "" if np.isnan(self.largest_multiplier) else f", largest multiplier {self.largest_multiplier:.4g}"
         )
         return f"Cycle({lines}, {self.stability}{known})"
+
+    def plot(self, contact: int = 0, ax: Axes | None = None) -> Axes:
+        """Draw one period in the phase plane of a contact, by status.
+
+        Parameters
+        ----------
+        contact
+            Index of the contact.
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.motion.figures import phase_portrait
+        from stickslip.show.style import axes_of
+
+        return phase_portrait(axes_of(ax), self.run, contact)
 
     def summary(self) -> Summary:
         """Return period, stability and a table of the phases."""

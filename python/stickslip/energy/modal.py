@@ -43,10 +43,10 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        (time, mode), nan beyond the modes of a combination that has fewer: ``energy`` J of the mode alone,
-        ``share`` J (adds up to ``total`` (time); may be negative), ``contact_power`` W into the mode,
-        ``damping_power`` W, whose difference is the rate of ``energy``; ``frequency`` Hz, ``growth`` 1/s.
-        ``combination`` (time). Defective modes and those with lambda = 0 are nan.
+        (time, pair), one of each conjugate pair in the order of `Modes`, nan beyond those of a combination that
+        has fewer: ``energy`` J of the mode alone, ``share`` J (adds up to ``total`` (time); may be negative),
+        ``contact_power`` W into the mode, ``damping_power`` W, whose difference is the rate of ``energy``;
+        ``frequency`` Hz, ``growth`` 1/s. ``combination`` (time). Defective modes and those with lambda = 0 are nan.
 
     Raises
     ------
@@ -70,7 +70,7 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
             table[term][held] = value
         total[rows] = whole
     return xr.Dataset(
-        {name: (("time", "mode"), table[name], {"units": unit}) for name, unit in MODAL_TERMS.items()}
+        {name: (("time", "pair"), table[name], {"units": unit}) for name, unit in MODAL_TERMS.items()}
         | {"total": ("time", total, {"units": "J"}), "combination": ("time", combinations)},
         coords={"time": ("time", at, {"units": "s"})},
     )

@@ -126,11 +126,12 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
                 "growth": ("mode", modes.eigenvalues[chosen].real, {"units": "1/s"}),
                 "amplitude": ("mode", closed, {"units": "m"}),
                 "energy": ("mode", energy, {"units": "J"}),
-            }
+            },
+            coords={"mode": chosen},
         ),
         xr.Dataset(
             {term: (("mode", "amplitude"), table[:, :, k], {"units": "J"}) for k, term in enumerate(TERMS)},
-            coords={"amplitude": ("amplitude", given, {"units": "m"})},
+            coords={"mode": chosen, "amplitude": ("amplitude", given, {"units": "m"})},
         ),
     )
 

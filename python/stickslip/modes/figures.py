@@ -48,23 +48,22 @@ def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
     """
     known = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
     if numbers is None:
-        places = np.sort(np.argsort(-modes.eigenvalues[known].real, kind="stable")[:MOST])
+        chosen = known[np.sort(np.argsort(-modes.eigenvalues[known].real, kind="stable")[:MOST])].tolist()
         omitted = f": {MOST} of {known.size}, those with the largest growth" if known.size > MOST else ""
     else:
-        wrong = [number for number in numbers if number not in range(1, known.size + 1)]
+        wrong = [number for number in numbers if number not in range(len(modes))]
         if wrong or not numbers:
-            raise InputError(f"numbers: expected modes in 1..{known.size}, got {wrong or list(numbers)}")
-        places = np.array(numbers) - 1
+            raise InputError(f"numbers: expected modes in 0..{len(modes) - 1}, got {wrong or list(numbers)}")
+        chosen = list(numbers)
         omitted = ""
-    columns = min(3, places.size)
-    rows = -(-places.size // columns)
+    columns = min(3, len(chosen))
+    rows = -(-len(chosen) // columns)
     figure = Figure(figsize=(3.0 * columns, 2.3 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True).ravel()
-    for axes, place in zip(panels, places, strict=False):
-        mode = int(known[place])
+    for axes, mode in zip(panels, chosen, strict=False):
         draw_shape(axes, modes, mode)
-        axes.set_title(f"mode {place + 1}: {modes.frequencies[mode]:.2f} Hz", fontsize="medium")
-    for axes in panels[places.size :]:
+        axes.set_title(f"mode {mode}: {modes.frequencies[mode]:.2f} Hz", fontsize="medium")
+    for axes in panels[len(chosen) :]:
         axes.set_visible(False)
     panels[0].set_ylim(-1.1, 1.1)
     figure.supylabel("displacement, largest = 1")

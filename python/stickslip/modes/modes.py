@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,32 @@ from stickslip.show.summary import Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 
+#: Numbers of modes that a drawing bears.
+LABELLED = 24
 #: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, the eigenvalue's own.
 ROUNDINGS = 4
+
+
+class Mode(NamedTuple):
+    """One complex mode."""
+
+    #: place among the eigenvalues of its `Modes`, from 0 on
+    number: int
+    #: lambda, 1/s
+    eigenvalue: complex
+    #: ``|lambda| / 2 pi``, Hz
+    frequency: float
+    #: ``-Re(lambda) / |lambda|``
+    damping_ratio: float
+    #: whether it grows
+    unstable: bool
+    #: whether it has too few eigenvectors
+    defective: bool
+    #: displacement of every dof of the scene, (n,), the largest 1
+    shape: Complex
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -28,7 +51,8 @@ class Modes:
     ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors r = (xi, lambda xi) with
     ``lambda A r = -B r``, left vectors l = (v, lambda v) with ``lambda l' A = -l' B`` (plain transpose). m
     eigenvalues, sorted by modulus, the two of a conjugate pair adjacent, positive imaginary part first; real
-    ones occur.
+    ones occur. The number of a mode is its place among them, from 0 on: what tables and figures show, one of
+    each pair, is what `modes[number]` and every function of a mode takes.
 
     Attributes
     ----------
@@ -131,6 +155,59 @@ class Modes:
         zero: NDArray[np.bool_] = (growth == 0.0) | (growth <= self.rounding)
         return zero
 
+    def __len__(self) -> int:
+        return self.eigenvalues.size
+
+    def __getitem__(self, number: int) -> Mode:
+        """Return one mode by its number, its place among the eigenvalues from 0 on.
+
+        Raises
+        ------
+        IndexError
+            If there is no mode of that number.
+        """
+        place = range(len(self))[number]
+        return Mode(
+            place,
+            complex(self.eigenvalues[place]),
+            float(self.frequencies[place]),
+            float(self.damping_ratios[place]),
+            bool(self.unstable[place]),
+            bool(self.defective[place]),
+            self.shapes[:, place],
+        )
+
+    def __iter__(self) -> Iterator[Mode]:
+        return (self[number] for number in range(len(self)))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.style import STABLE, UNSTABLE, axes_of
+
+        axes = axes_of(ax)
+        upper = self.eigenvalues.imag >= 0.0
+        for grows, colour, marker, label in (
+            (False, STABLE, "o", "stable"),
+            (True, UNSTABLE, "^", "unstable"),
+        ):
+            chosen = np.flatnonzero(upper & (self.unstable == grows))
+            axes.plot(
+                self.eigenvalues[chosen].real, self.frequencies[chosen], marker, color=colour, label=label
+            )
+            for number in chosen[:LABELLED]:
+                place = (self.eigenvalues[number].real, self.frequencies[number])
+                axes.annotate(str(number), place, textcoords="offset points", xytext=(5, 3), fontsize="small")
+        axes.axvline(0.0, color="black", linewidth=0.6)
+        axes.set(xlabel="growth rate, 1/s", ylabel="frequency, Hz", title=f"Modes of {self.combination}")
+        axes.legend(frameon=False, fontsize="small")
+        return axes
+
     def dataset(self) -> xr.Dataset:
         """Return what a table or a file of the modes holds.
 
@@ -158,11 +235,11 @@ class Modes:
         )
 
     def __repr__(self) -> str:
-        lines = [f"Modes({self.combination!r})", "    frequency Hz  damping ratio"]
+        lines = [f"Modes({self.combination!r})", "mode    frequency Hz  damping ratio"]
         for k, (hertz, ratio) in enumerate(zip(self.frequencies, self.damping_ratios, strict=True)):
             if self.eigenvalues[k].imag >= 0.0:
                 remark = self.remark(k)
-                lines.append(f"  {hertz:14.4f}  {signed(ratio, 6):>13}{'  ' if remark else ''}{remark}")
+                lines.append(f"{k:>4}  {hertz:14.4f}  {signed(ratio, 6):>13}{'  ' if remark else ''}{remark}")
         return "\n".join(lines)
 
     def remark(self, mode: int) -> str:

@@ -24,7 +24,7 @@ class StatusTable:
     Attributes
     ----------
     data
-        Over ``combination`` and ``mode``, one of each conjugate pair, ascending in frequency, nan beyond the
+        Over ``combination`` and ``pair``, one of each conjugate pair, ascending in frequency, nan beyond the
         last: ``eigenvalue`` (1/s), ``frequency`` (Hz), ``damping_ratio``, ``unstable``.
     """
 
@@ -103,7 +103,7 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
     modulus = np.abs(eigenvalue)
     with np.errstate(invalid="ignore"):
         ratio = -eigenvalue.real / modulus
-    dims = ("combination", "mode")
+    dims = ("combination", "pair")
     return StatusTable(
         xr.Dataset(
             {
@@ -112,6 +112,6 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
                 "damping_ratio": (dims, ratio, {"units": "1"}),
                 "unstable": (dims, eigenvalue.real > 0.0),
             },
-            coords={"combination": chosen, "mode": np.arange(1, eigenvalue.shape[1] + 1)},
+            coords={"combination": chosen},
         )
     )

@@ -16,6 +16,7 @@ from stickslip.show.summary import Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 #: Order of the statuses in tables.
 STATUSES = ("+", "-", "s", "d")
@@ -114,6 +115,27 @@ class Balance:
 
     def _repr_html_(self) -> str:
         return self.summary()._repr_html_()
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw every work as a bar, into the structure positive.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.style import axes_of
+
+        axes = axes_of(ax)
+        names = [name.strip() for name, *_ in self.rows()]
+        values = 1e3 * np.array([value for _, value, _ in self.rows()])
+        places = np.arange(values.size)
+        axes.barh(places, values, color=np.where(values < 0.0, "#cc3311", "#4477aa").tolist())
+        axes.set_yticks(places, names)
+        axes.invert_yaxis()
+        axes.axvline(0.0, color="black", linewidth=0.6)
+        axes.set(xlabel="work, mJ", title=f"Energy from {self.start:g} s to {self.end:g} s")
+        return axes
 
     def summary(self) -> Summary:
         """Return a table of the works."""

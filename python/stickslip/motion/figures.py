@@ -6,16 +6,19 @@ Statuses differ in lightness and in line style or hatching, so that a figure pri
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal, Protocol
+from typing import Literal, Protocol, runtime_checkable
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import ArrayLike
 
-from stickslip.motion.motion import Motion
+from stickslip.motion.events import Events
 from stickslip.scene.checks import Names, Real
 from stickslip.scene.contact import dof_index
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State
 from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, STYLES, status_legend
 
 #: Samples of a history: some thirty per period of the fastest visible line.
@@ -26,15 +29,39 @@ SAMPLES = 4001
 FLOOR = 1e-6
 
 
+class Moving(Protocol):
+    """What can be drawn as a motion: a `Motion`, a `Trajectory`."""
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that moves."""
+
+    @property
+    def start(self) -> State:
+        """Where the motion starts."""
+
+    @property
+    def duration(self) -> float:
+        """End of the motion, s."""
+
+    @property
+    def events(self) -> Events:
+        """The events."""
+
+    def sample(self, times: ArrayLike) -> xr.Dataset:
+        """Return motion and contact forces, see `Motion.sample`."""
+
+
+@runtime_checkable
 class Periodic(Protocol):
     """What has one period as a motion: a `Cycle`."""
 
     @property
-    def run(self) -> Motion:
+    def run(self) -> Moving:
         """One period."""
 
 
-def history(run: Motion, dofs: Sequence[str] | None = None) -> Figure:
+def history(run: Moving, dofs: Sequence[str] | None = None) -> Figure:
     """Return displacements over time, relative to the start.
 
     Parameters
@@ -66,14 +93,14 @@ def history(run: Motion, dofs: Sequence[str] | None = None) -> Figure:
     return figure
 
 
-def phase_plane(run: Motion) -> Figure:
+def phase_plane(run: Moving) -> Figure:
     """Return slip motion of every contact in its phase plane, from the start on (the paper's Fig. 6)."""
     return phase_planes(run, 4 * HISTORY, "Phase plane of the contact masses")
 
 
 def displacement(
     axes: Axes,
-    motion: Motion | Periodic,
+    motion: Moving | Periodic,
     dof: str,
     label: str | None = None,
     *,
@@ -108,7 +135,7 @@ def displacement(
 
 def displacements(
     panels: Sequence[Axes],
-    motion: Motion | Periodic,
+    motion: Moving | Periodic,
     dofs: Sequence[str],
     labels: Sequence[str | None] | None = None,
     *,
@@ -140,7 +167,7 @@ def displacements(
         axes.set(xlabel="time, s", ylabel=f"{dof}, µm", xlim=(0.0, run.duration))
 
 
-def phase_portrait(axes: Axes, motion: Motion | Periodic, contact: int = 0, samples: int = SAMPLES) -> Axes:
+def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samples: int = SAMPLES) -> Axes:
     """Draw tangential velocity over displacement of a contact, by status; the slider's speed is dashed.
 
     Parameters
@@ -174,7 +201,7 @@ def phase_portrait(axes: Axes, motion: Motion | Periodic, contact: int = 0, samp
     return axes
 
 
-def contact_status(axes: Axes, motion: Motion | Periodic, contacts: Sequence[int] | None = None) -> Axes:
+def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int] | None = None) -> Axes:
     """Draw the status of contacts over time as bars.
 
     Parameters
@@ -239,7 +266,7 @@ def spectrum(axes: Axes, lines: xr.Dataset, label: str | None = None) -> Axes:
     return axes
 
 
-def status_spans(run: Motion, contact: int) -> dict[str, list[tuple[float, float]]]:
+def status_spans(run: Moving, contact: int) -> dict[str, list[tuple[float, float]]]:
     """Return the stretches of every status of a contact that occurs, as (begin, width), s."""
     letters = [run.start.combination[contact], *(found[contact] for found in run.events.combination)]
     begins = np.concatenate([[0.0], run.events.time])
@@ -252,7 +279,7 @@ def status_spans(run: Motion, contact: int) -> dict[str, list[tuple[float, float
     return {status: found for status, found in spans.items() if found}
 
 
-def instants(run: Motion, samples: int) -> Real:
+def instants(run: Moving, samples: int) -> Real:
     """Return equidistant times, and the instants just before and after every event, s.
 
     A curve through them shows each status from its first to its last instant.
@@ -263,7 +290,7 @@ def instants(run: Motion, samples: int) -> Real:
     )
 
 
-def phase_planes(run: Motion, samples: int, title: str) -> Figure:
+def phase_planes(run: Moving, samples: int, title: str) -> Figure:
     """Return tangential velocity over displacement of every contact, a panel for each, by status."""
     motion = run.sample(instants(run, samples))
     scene = run.scene
@@ -286,12 +313,12 @@ def phase_planes(run: Motion, samples: int, title: str) -> Figure:
     return figure
 
 
-def motion_of(motion: Motion | Periodic) -> Motion:
+def motion_of(motion: Moving | Periodic) -> Moving:
     """Return a motion as it is, of a cycle one period."""
-    return motion if isinstance(motion, Motion) else motion.run
+    return motion.run if isinstance(motion, Periodic) else motion
 
 
-def tangential(run: Motion, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
+def tangential(run: Moving, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
     motion = run.sample(instants(run, samples))
     direction = run.scene.tangential_direction(contact)

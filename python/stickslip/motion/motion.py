@@ -19,6 +19,7 @@ from stickslip.show.summary import Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -38,7 +39,7 @@ class Motion:
     @cached_property
     def events(self) -> Events:
         """The events."""
-        return Events(self.core)
+        return Events(self.core, self.scene.contact_labels())
 
     @cached_property
     def grazings(self) -> tuple[Grazing, ...]:
@@ -287,6 +288,29 @@ class Motion:
     def __repr__(self) -> str:
         counted = f"{len(self.events)} events, {len(self.grazings)} grazings"
         return f"{type(self).__name__}({self.duration:g} s, {counted}, stopped by {self.stop_reason})"
+
+    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw the displacement of a dof over time, from the start.
+
+        Parameters
+        ----------
+        dof
+            Name of the dof; None: the one that moves most.
+        ax
+            Where to draw; None: on axes of its own.
+
+        Raises
+        ------
+        InputError
+            If the dof is unknown.
+        """
+        from stickslip.motion.figures import displacement
+        from stickslip.show.style import axes_of
+
+        if dof is None:
+            position = self.sample(np.linspace(0.0, self.duration, 513)).position.to_numpy()
+            dof = self.scene.dofs[int(np.ptp(position, axis=0).argmax())]
+        return displacement(axes_of(ax), self, dof, origin="start")
 
     def summary(self) -> Summary:
         """Return how long each combination held, and the first events."""

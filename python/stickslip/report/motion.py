@@ -112,7 +112,7 @@ def cycle_section(found: Findings) -> str:
     times = cycle.table()
     sequence = table(
         "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
-        ["status", "duration, ms", *(f"mode {k + 1}" for k in range(times.sizes["mode"]))],
+        ["status", "duration, ms", *(f"pair {k + 1}" for k in range(times.sizes["pair"]))],
         [
             [
                 str(row.combination.item()),

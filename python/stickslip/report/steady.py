@@ -151,13 +151,13 @@ def modes_section(found: Findings) -> str:
     columns = list(range(len(labels)))[:COLUMNS]
     rows = []
     energies, powers = power.energy.to_numpy(), power.contact_power.transpose("contact", "mode").to_numpy()
-    for order, k in enumerate(chosen, start=1):
+    for k in chosen:
         energy = float(energies[k])
         by_contact = powers[:, k]
         share = [float(by_contact[i]) / energy if energy > 0.0 else float("nan") for i in columns]
         rows.append(
             [
-                str(order),
+                str(k),
                 float(modes.frequencies[k]),
                 float(modes.eigenvalues[k].real),
                 float(modes.damping_ratios[k]),
@@ -188,7 +188,7 @@ def modes_section(found: Findings) -> str:
         verdict = "unstable" if modes.unstable[k] else "stable"
         moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
         growth = number(modes.eigenvalues[k].real, 4)
-        caption = f"mode {p + 1}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
+        caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
         cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
     omitted = chosen.size - len(shown)
     lead = (

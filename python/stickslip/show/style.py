@@ -48,3 +48,13 @@ def status_legend(axes: Axes, present: str) -> None:
     for status in present:
         axes.plot([], [], color=COLOURS[status], linewidth=4, label=f"{status}  {NAMES[status]}")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def axes_of(ax: Axes | None) -> Axes:
+    """Return the axes to draw on: those given, or new ones that a notebook shows."""
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    _, made = plt.subplots(layout="constrained")
+    return made

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+import numpy as np
 
 import stickslip as ss
 from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     "numbers",
     callback=lambda _ctx, _option, text: _numbers(text),
     metavar="NUMBERS",
-    help="Modes to draw, such as 1,3,5 of the table; default: at most 9 with the largest growth rates.",
+    help="Modes to draw, such as 0,2,4 of the table; default: at most 9 with the largest growth rates.",
 )
 @click.option("--all", "every", is_flag=True, help="All status combinations: frequencies and stability.")
 @answer_options
@@ -53,7 +54,7 @@ def modes(
         statuses = ss.status_table(case.scene)
         answer.give(
             lambda: statuses.data,
-            ("combination", "mode"),
+            ("combination", "pair"),
             lambda out: out.print(repr(statuses), markup=False),
             None,
         )
@@ -68,10 +69,9 @@ def modes(
             return shapes(found, numbers)
 
     if numbers is not None:
-        count = int((found.eigenvalues.imag >= 0.0).sum())
-        wrong = [number for number in numbers if number > count]
+        wrong = [number for number in numbers if number >= len(found)]
         if wrong:
-            raise click.BadParameter(f"--modes: the scene has the modes 1 to {count}, got {wrong}")
+            raise click.BadParameter(f"--modes: the scene has the modes 0 to {len(found) - 1}, got {wrong}")
     answer.give(found.dataset, ("mode",), lambda out: _show(out, found), drawn)
 
 
@@ -79,8 +79,8 @@ def _numbers(text: str | None) -> list[int] | None:
     if text is None:
         return None
     parts = text.split(",")
-    if not all(part.strip().isdecimal() and int(part) > 0 for part in parts):
-        raise click.BadParameter(f"expected numbers of modes such as 1,3,5, got {text!r}")
+    if not all(part.strip().isdecimal() for part in parts):
+        raise click.BadParameter(f"expected numbers of modes such as 0,2,4, got {text!r}")
     return [int(part) for part in parts]
 
 
@@ -96,7 +96,7 @@ def _show(out: Console, found: ss.Modes) -> None:
             + (", real" if value.imag == 0.0 else ""),
         )
         for number, value, hertz, ratio, marginal in zip(
-            range(1, int(upper.sum()) + 1),
+            np.flatnonzero(upper),
             found.eigenvalues[upper],
             found.frequencies[upper],
             found.damping_ratios[upper],
