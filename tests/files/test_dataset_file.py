@@ -88,6 +88,12 @@ def public(datasets):
         samples=32,
         sampler="saltelli",
     )
+    morris = ss.Study(
+        ss.models.two_subsystems,
+        {"friction": scipy.stats.uniform(0.3, 2.2), "wall_stiffness": scipy.stats.uniform(1.8e6, 2e5)},
+        samples=4,
+        sampler="morris",
+    )
     results = study.run()
     return {
         **datasets,
@@ -97,6 +103,7 @@ def public(datasets):
         "distribution": ss.study.distribution(results, "growth_rate"),
         "convergence": ss.study.convergence(results, "growth_rate", points=3),
         "sobol": ss.study.sobol_indices(saltelli.run(), "growth_rate"),
+        "morris": ss.study.morris_effects(morris.run(), "growth_rate"),
         "eigenvalue_moments": ss.study.eigenvalue_moments(study),
     }
 
@@ -170,6 +177,17 @@ def test_a_writer_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch)
     for suffix in (".nc", ".zarr"):
         xr.testing.assert_identical(ss.read_dataset(tmp_path / f"data{suffix}"), dataset)
     assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_modes_of_a_scene_without_freedom_make_a_table_of_no_rows():
+    scene = ss.Scene(
+        mass=[1.0, 1.0],
+        stiffness=[1.0, 1.0] * np.eye(2),
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=1.0)],
+    )
+    text = csv_text(ss.complex_modes(scene, "s").dataset(), ("mode",))
+    assert text.startswith("mode,")
+    assert len(text.splitlines()) == 1
 
 
 def test_folders_that_hold_something_else_are_kept(tmp_path):

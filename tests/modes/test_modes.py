@@ -296,3 +296,49 @@ def test_the_modes_of_a_small_scene_need_no_other_thread():
         [sys.executable, "-c", THREADS], capture_output=True, text=True, check=True, env=environment
     )
     assert found.stdout.strip() == "1"
+
+
+@pytest.mark.parametrize("part", [0.0, 0.25])
+def test_a_damping_matrix_that_is_proportional_to_the_last_bit_is_taken_as_such(part):
+    stiffness = np.diag([1.0, 0.0, 9.0])
+    matrix = ss.Scene(mass=[1.0, 2.0, 3.0], stiffness=stiffness, damping=part * stiffness)
+    stated = matrix.replace(damping=ss.Proportional(stiffness=part))
+    found, expected = (ss.complex_modes(scene, "") for scene in (matrix, stated))
+    assert found.eigenvalues.tobytes() == expected.eigenvalues.tobytes()
+    by_mass = matrix.replace(damping=np.diag(0.5 * matrix.mass))
+    stated = matrix.replace(damping=ss.Proportional(mass=0.5))
+    found, expected = (ss.complex_modes(scene, "") for scene in (by_mass, stated))
+    assert found.eigenvalues.tobytes() == expected.eigenvalues.tobytes()
+
+
+def test_a_rigid_body_beside_damped_dofs_is_a_defective_zero():
+    """Of no damping that is proportional: x1 moves freely, the others are sqrt(k - c^2 / 4) oscillators."""
+    scene = ss.Scene(
+        mass=[1.0, 1.0, 1.0], stiffness=np.diag([4.0, 0.0, 9.0]), damping=np.diag([0.1, 0.0, 0.2])
+    )
+    modes = ss.complex_modes(scene, "")
+    zero = modes.eigenvalues == 0.0
+    assert zero.sum() == 2
+    assert modes.defective[zero].all()
+    assert not modes.defective[~zero].any()
+    assert not modes.unstable.any()
+    rounding = 8 * np.finfo(float).eps
+    for stiffness, damping in ((4.0, 0.1), (9.0, 0.2)):
+        value = complex(-0.5 * damping, np.sqrt(stiffness - 0.25 * damping**2))
+        assert np.abs(modes.eigenvalues - value).min() <= rounding * abs(value)
+    run = ss.simulate(scene, ss.State([0.0, 0.0, 0.0], [0.0, 0.5, 0.0], ""), 2.0)
+    assert run.state(2.0).position[1] == pytest.approx(1.0, rel=rounding)
+
+
+def test_a_mode_is_unstable_beyond_its_rounding():
+    """What rounding leaves of the growth of an undamped mode is no growth."""
+    scene = ss.models.two_subsystems(friction=0.3, damping=0.0)
+    modes = ss.complex_modes(scene)
+    assert (modes.eigenvalues.real[modes.unstable] > modes.rounding[modes.unstable]).all()
+    assert not (modes.unstable & modes.marginal).any()
+    dense = [np.abs(matrix) for matrix in (modes.mass, modes.damping, modes.stiffness)]
+    modulus = np.abs(modes.eigenvalues)
+    right, left = np.abs(modes.right_displacement), np.abs(modes.left_displacement)
+    parts = zip((modulus**2, modulus, 1.0), dense, strict=True)
+    bound = 4 * np.finfo(float).eps * sum(f * (left * (m @ right)).sum(axis=0) for f, m in parts)
+    np.testing.assert_allclose(modes.rounding, bound / np.abs(modes.a), rtol=1e-12)

@@ -39,7 +39,7 @@ def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
         Index of the contact.
     """
     for (name, cycle), (colour, style) in zip(cycles.items(), endless(OVERLAY), strict=False):
-        _, displaced, velocity = tangential(cycle.run, contact)
+        ((_, displaced, velocity),) = tangential(cycle.run, [contact])
         centred = displaced - 0.5 * (displaced.max() + displaced.min())
         axes.plot(centred, velocity, color=colour, linestyle=style, linewidth=1.2, label=name)
     axes.set(xlabel="tangential displacement about its middle, µm", ylabel="tangential velocity, m/s")

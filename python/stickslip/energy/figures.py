@@ -113,14 +113,17 @@ def status_strip(axes: Axes, flow: xr.Dataset) -> Axes:
     for place, contact in enumerate(shown):
         letters = np.array([str(combination)[contact] for combination in flow.combination.to_numpy()])
         changes = np.flatnonzero(letters[1:] != letters[:-1]) + 1
+        spans: dict[str, list[tuple[float, float]]] = {}
         for first, last in itertools.pairwise([0, *changes, time.size - 1]):
             width = time[last] - time[first]
             if width == 0.0:
                 continue
             letter = letters[first]
-            axes.broken_barh([(time[first], width)], (place - 0.4, 0.8), facecolors=COLOURS[letter])
+            spans.setdefault(letter, []).append((time[first], width))
             if width > 0.02 * (time[-1] - time[0]):
                 axes.text(time[first] + 0.5 * width, place, letter, ha="center", va="center", fontsize=8)
+        for letter, stretches in spans.items():
+            axes.broken_barh(stretches, (place - 0.4, 0.8), facecolors=COLOURS[letter])
     axes.set(yticks=range(labels.size), yticklabels=[f"contact {label}" for label in labels])
     axes.invert_yaxis()
     return axes

@@ -276,7 +276,8 @@ def csv_text(dataset: xr.Dataset, rows: Sequence[str] | None = None) -> str:
         others = [dim for dim in variable.dims if dim not in dims]
         lacking = {dim: split.sizes[dim] for dim in dims if dim not in variable.dims}
         whole = variable.variable.set_dims({**lacking, **variable.sizes}).transpose(*dims, *others)
-        values = whole.to_numpy().reshape(length, -1)
+        # Not -1, which a table without rows leaves open.
+        values = whole.to_numpy().reshape(length, math.prod(split.sizes[dim] for dim in others))
         for column, label in enumerate(_labels(split, [str(dim) for dim in others])):
             columns[f"{name}{label}"] = values[:, column]
     cells = {name: ("row", values) for name, values in columns.items()}

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.scene.checks import Complex, Real
@@ -129,8 +130,9 @@ class Modes:
 
     @property
     def unstable(self) -> NDArray[np.bool_]:
-        """Whether the real part is positive, (m,)."""
-        return self.eigenvalues.real > 0.0
+        """Whether a mode grows: whether the real part is positive by more than its `rounding`, (m,)."""
+        growing: NDArray[np.bool_] = (self.eigenvalues.real > 0.0) & ~self.marginal
+        return growing
 
     @cached_property
     def rounding(self) -> Real:
@@ -142,8 +144,9 @@ class Modes:
         """
         modulus = np.abs(self.eigenvalues)
         right, left = np.abs(self.right_displacement), np.abs(self.left_displacement)
-        parts = zip((modulus**2, modulus, 1.0), (self.mass, self.damping, self.stiffness), strict=True)
-        change = sum(factor * (left * (np.abs(matrix) @ right)).sum(axis=0) for factor, matrix in parts)
+        matrices = (abs(scipy.sparse.csr_array(m)) for m in (self.mass, self.damping, self.stiffness))
+        parts = zip((modulus**2, modulus, 1.0), matrices, strict=True)
+        change = sum(factor * (left * (matrix @ right)).sum(axis=0) for factor, matrix in parts)
         with np.errstate(invalid="ignore", divide="ignore"):
             bound: Real = ROUNDINGS * np.finfo(float).eps * change / np.abs(self.a)
         return bound
@@ -247,7 +250,7 @@ class Modes:
         value = self.eigenvalues[mode]
         known = {
             "real": value.imag == 0.0,
-            "unstable": value.real > 0.0 and not self.marginal[mode],
+            "unstable": self.unstable[mode],
             "marginal": self.marginal[mode],
             "defective": self.defective[mode],
         }

@@ -141,14 +141,9 @@ def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
     inertia, viscous, elastic = _times(mass, shape), _times(damping, shape), _times(stiffness, shape)
     force = value**2 * inertia + value * viscous + elastic
     share = np.where(value.imag == 0.0, 1.0, 0.5)
-    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in the space they
-    # span, where ``D = Q R`` gives the least squares.
-    directions = np.array(
-        [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(len(scene.contacts))]
-    ).reshape(-1, scene.size)
-    basis, triangle = np.linalg.qr(directions.T)
-    coefficients = np.linalg.solve(triangle, _times(basis.T, force))
-    friction = coefficients[0::2]
+    directions = contact_directions(scene)
+    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in their span.
+    friction = contact_forces(directions, force)[0::2]
     slip = _times(directions[0::2], velocity)
     contact = share * (friction * slip.conj()).real
     modulus = np.abs(value) ** 2
@@ -183,6 +178,24 @@ def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
     factor = np.array([FRICTION_SIGN[status] * contact.friction for status, contact in pairs])
     phasors: Complex = factor[:, None] * normal
     return phasors
+
+
+def contact_directions(scene: Scene) -> scipy.sparse.csr_array:
+    """Return t_i and n_i of every contact as rows, (2 contacts, n): t_0, n_0, t_1, ..."""
+    count = len(scene.contacts)
+    rows = [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(count)]
+    return scipy.sparse.csr_array(np.reshape(rows, (2 * count, scene.size)))
+
+
+def contact_forces(directions: scipy.sparse.csr_array, load: Any) -> Any:
+    """Return the forces along rows of `contact_directions` that add up to a load, by least squares."""
+    gram = scipy.sparse.csr_array(directions @ directions.T)
+    lengths = gram.diagonal()
+    if (abs(gram - scipy.sparse.diags_array(lengths)) > 0.0).nnz == 0:
+        # Orthogonal directions, as of contacts along dofs, need no factors.
+        return (_times(directions, load).T / lengths).T
+    basis, triangle = np.linalg.qr(directions.toarray().T)
+    return np.linalg.solve(triangle, _times(basis.T, load))
 
 
 def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:

@@ -214,7 +214,7 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
         impact=impact,
         residual=fsum([works.kinetic, works.elastic, *(-np.array(terms)), *taken]),
         contacts=contacts,
-        combinations=_combinations(works, combination, labels),
+        combinations=_combinations(works, labels),
         states=works.states,
     )
 
@@ -255,12 +255,16 @@ def _by_contact(contact: Index, values: Real, count: int) -> Real:
     return np.array([fsum(values[contact == i]) for i in range(count)])
 
 
-def _combinations(works: _core.Works, combination: Names, labels: list[int] | list[str]) -> xr.Dataset:
+def _combinations(works: _core.Works, labels: list[int] | list[str]) -> xr.Dataset:
     import xarray as xr
 
     names = list(dict.fromkeys(works.combination))
-    held = [combination == name for name in names]
-    work = [[fsum(works.contact[rows, i]) for i in range(len(labels))] for rows in held]
+    # To compare every phase with every name takes seconds where each phase has a name of its own.
+    by_name: dict[str, list[int]] = {name: [] for name in names}
+    for row, name in enumerate(works.combination):
+        by_name[name].append(row)
+    held = list(by_name.values())
+    work = [[fsum(column) for column in works.contact[rows].T] for rows in held]
     joule = {"units": "J"}
     return xr.Dataset(
         {

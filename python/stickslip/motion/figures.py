@@ -181,8 +181,30 @@ def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samp
     samples
         Points of the curve.
     """
+    phase_portraits([axes], motion, [contact], samples)
+    return axes
+
+
+def phase_portraits(
+    panels: Sequence[Axes], motion: Moving | Periodic, contacts: Sequence[int], samples: int = SAMPLES
+) -> None:
+    """Draw several contacts as `phase_portrait` does, one on each of some axes, from one sampling.
+
+    Parameters
+    ----------
+    panels
+        The axes to draw on, one for each contact.
+    motion, samples
+        As for `phase_portrait`.
+    contacts
+        Indices of the contacts.
+    """
     run = motion_of(motion)
-    status, displaced, velocity = tangential(run, contact, samples)
+    for axes, contact, curve in zip(panels, contacts, tangential(run, contacts, samples), strict=True):
+        _portrait(axes, run, contact, *curve)
+
+
+def _portrait(axes: Axes, run: Moving, contact: int, status: Names, displaced: Real, velocity: Real) -> None:
     present = [letter for letter in COLOURS if (status == letter).any()]
     for letter in present:
         axes.plot(
@@ -198,7 +220,6 @@ def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samp
     )
     axes.set(xlabel="tangential displacement, µm", ylabel="tangential velocity, m/s")
     axes.legend(frameon=False, fontsize="small")
-    return axes
 
 
 def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int] | None = None) -> Axes:
@@ -318,9 +339,14 @@ def motion_of(motion: Moving | Periodic) -> Moving:
     return motion.run if isinstance(motion, Periodic) else motion
 
 
-def tangential(run: Moving, contact: int, samples: int = SAMPLES) -> tuple[Names, Real, Real]:
-    """Return statuses, displacement in µm and velocity in m/s along the tangent of a contact."""
+def tangential(
+    run: Moving, contacts: Sequence[int], samples: int = SAMPLES
+) -> list[tuple[Names, Real, Real]]:
+    """Return statuses, displacement in µm and velocity in m/s along the tangent of each contact."""
     motion = run.sample(instants(run, samples))
-    direction = run.scene.tangential_direction(contact)
-    displaced = MICROMETRES * (motion.position.to_numpy() @ direction)
-    return motion.status.to_numpy()[:, contact], displaced, motion.velocity.to_numpy() @ direction
+    position, velocity, status = (motion[name].to_numpy() for name in ("position", "velocity", "status"))
+    directions = [run.scene.tangential_direction(contact) for contact in contacts]
+    return [
+        (status[:, contact], MICROMETRES * (position @ direction), velocity @ direction)
+        for contact, direction in zip(contacts, directions, strict=True)
+    ]

@@ -20,6 +20,7 @@ from stickslip.motion.figures import (
     history,
     phase_plane,
     phase_portrait,
+    phase_portraits,
     spectrum,
 )
 from stickslip.show.style import save
@@ -58,6 +59,7 @@ __all__ = [
     "overview",
     "phase_plane",
     "phase_portrait",
+    "phase_portraits",
     "power_terms",
     "probability",
     "save",

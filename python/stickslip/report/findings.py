@@ -33,10 +33,16 @@ GROWTH = 30.0
 SHORTEST, LONGEST = 20.0, 400.0
 #: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
 VALUES, LARGE = 301, 120
+#: Dofs beyond which energy is left out and motion is sampled at fewer instants.
+BIG = 400
 #: Range of a displacement, relative to the largest, at which a dof is at rest.
 REST = 1e-12
+#: Kinds of motion of which nothing is left, or will be.
+AT_REST = ("equilibrium", "decaying")
+#: Samples of the spectrum.
+SAMPLES, COARSE = 2**14, 2**12
 #: Wall-clock limit of the transient, s, and how much further a limit cycle is looked for, s of motion.
-PATIENCE, FURTHER = 3.0, 3.0
+PATIENCE, FURTHER = 2.0, 3.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,12 +92,18 @@ class Findings:
     reasons: dict[str, str]
     known: Known
 
+    @property
+    def is_large(self) -> bool:
+        """Whether the scene has so many dofs that energy is left out and motion is sampled more coarsely."""
+        return self.scene.size > BIG
+
     @cached_property
     def moving(self) -> list[int]:
         """The dofs that move most at the end, at most four, in their order; those at rest are left out."""
         if self.last is None:
             return []
-        position = self.last.sample(np.linspace(0.0, self.last.duration, 513)).position.to_numpy()
+        count = 129 if self.is_large else 513
+        position = self.last.sample(np.linspace(0.0, self.last.duration, count)).position.to_numpy()
         span = np.ptp(position, axis=0)
         most = np.argsort(-span)[:4]
         return sorted(int(k) for k in most if span[k] > REST * span[most[0]])
@@ -121,7 +133,7 @@ def findings(
         (`disturbed_sliding`), or what is `known` of it.
     settings
         Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
-        e^30, but 20 to 400 of its periods; without a time limit: 3 s of computing.
+        e^30, but 20 to 400 of its periods; without a time limit: 2 s of computing.
     model, over
         The model that the scene is of (None: the scene itself), one of its parameters and the values over
         which its eigenvalues are followed; None: friction.
@@ -157,8 +169,8 @@ def findings(
     lines = None
     if cycle is not None and last is not None:
         lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
-    elif last is not None and last.duration > 0.0 and settled != "equilibrium":
-        lines = last.spectrum(begin=0.0)
+    elif last is not None and last.duration > 0.0 and settled not in AT_REST:
+        lines = last.spectrum(begin=0.0, samples=COARSE if scene.size > BIG else SAMPLES)
     return Findings(
         scene=scene,
         title=title,
@@ -172,7 +184,7 @@ def findings(
         cycle=cycle,
         settled=settled,
         last=last,
-        balance=None if last is None else last.balance(),
+        balance=None if last is None or scene.size > BIG else last.balance(),
         lines=lines,
         reasons=reasons,
         known=known,
@@ -263,13 +275,14 @@ def _duration(modes: Modes) -> float:
 def _motion(
     scene: Scene, start: State, settings: Mapping[str, Any], reasons: dict[str, str]
 ) -> Trajectory | None:
+    limit = settings.get("time_limit", PATIENCE)
     try:
-        run = simulate(scene, start, **{"time_limit": PATIENCE, **settings})
+        run = simulate(scene, start, **{**settings, "time_limit": limit})
     except RunError as error:
         reasons["stopped"] = f"the motion could not be continued: {error}"
         return error.partial if isinstance(error.partial, Trajectory) else None
     if run.stop_reason == "time_limit":
-        reasons["stopped"] = f"the time limit of computing was reached at {run.duration:g} s"
+        reasons["stopped"] = f"the time limit of computing, {limit:g} s, was reached at {run.duration:g} s"
     elif run.stop_reason == "grazing":
         reasons["stopped"] = f"the motion was stopped at a touch within rounding, at {run.duration:g} s"
     elif run.stop_reason == "unbounded":
@@ -282,9 +295,11 @@ def _settled(
 ) -> tuple[Cycle | None, str, Motion | None]:
     # What decays and meets no event needs no search, which would take minutes for a thousand dofs.
     resting = len(run.events) == 0 and run.start.combination == modes.combination
-    if resting and (modes.eigenvalues.real < 0.0).all():
-        reasons["cycle"] = f"no contact changed its status in {run.duration:g} s, and every mode decays"
-        return None, "equilibrium", run
+    if resting and not (modes.unstable | modes.marginal).any():
+        reasons["cycle"] = (
+            f"none was looked for: no contact changed its status in {run.duration:g} s, and every mode decays"
+        )
+        return None, "decaying", run
     if "stopped" in reasons:
         reasons["cycle"] = f"no limit cycle was looked for: {reasons['stopped']}"
         return None, run.stop_reason, run

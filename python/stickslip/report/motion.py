@@ -9,14 +9,17 @@ from matplotlib.figure import Figure
 
 from stickslip import plot
 from stickslip.motion.energy import STATUSES
+from stickslip.motion.figures import SAMPLES
 from stickslip.motion.motion import Motion
-from stickslip.report.findings import Findings
+from stickslip.report.findings import AT_REST, BIG, Findings
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
 from stickslip.show.style import NAMES
 
-#: Events and lines of tables, contacts of phase plot.
+#: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4
+#: Instants at which the motion of a large scene is drawn.
+COARSE = 1201
 #: Contacts whose status is drawn, and roundings of the turnover up to which a work is zero.
 STATUSES_SHOWN, ROUNDINGS = 12, 64
 
@@ -48,7 +51,7 @@ def transient_section(found: Findings) -> str:
         dofs = [scene.dofs[k] for k in found.moving]
         with drawing.style():
             history = _panels(len(dofs), 1.25)
-            plot.displacements(history.axes, run, dofs)
+            plot.displacements(history.axes, run, dofs, samples=_samples(found))
             for axes in history.axes:
                 axes.label_outer()
         parts.append(
@@ -102,7 +105,7 @@ def cycle_section(found: Findings) -> str:
         return section("cycle", "Limit cycle", note("There is no motion to settle.", "warning"))
     if found.cycle is None:
         parts = [note(f"No limit cycle: {found.reasons['cycle']}")]
-        if found.settled != "equilibrium" and found.scene.contacts and found.last.duration > 0.0:
+        if found.settled not in AT_REST and found.scene.contacts and found.last.duration > 0.0:
             parts.append(
                 _portraits(found, f"Phase portraits of the last {number(found.last.duration, 4)} s.")
             )
@@ -167,7 +170,7 @@ def cycle_section(found: Findings) -> str:
 
 def spectrum_section(found: Findings) -> str:
     """Return the spectrum of what the motion settles to."""
-    if found.lines is None or not found.moving or found.settled == "equilibrium":
+    if found.lines is None or not found.moving or found.settled in AT_REST:
         return section("spectrum", "Spectrum", note("No spectrum: no motion is left."))
     exact = found.lines.attrs["method"] == "exact"
     dofs = [found.scene.dofs[k] for k in found.moving][:2]
@@ -212,6 +215,9 @@ def spectrum_section(found: Findings) -> str:
 def energy_section(found: Findings) -> str:
     """Return where the energy comes from and where it goes."""
     balance, last = found.balance, found.last
+    if found.is_large and last is not None:
+        left_out = f"Energy is left out for more than {BIG} dofs; Trajectory.balance computes it."
+        return section("energy", "Energy", note(left_out))
     if balance is None or last is None or last.duration == 0.0:
         return section("energy", "Energy", note("There is no motion.", "warning"))
     over = "one period" if found.cycle is not None else f"the last {number(last.duration, 4)} s"
@@ -279,6 +285,11 @@ def energy_section(found: Findings) -> str:
     )
 
 
+def _samples(found: Findings) -> int:
+    """Return at how many instants motion is drawn; of many dofs each costs as much as the drawing."""
+    return COARSE if found.is_large else SAMPLES
+
+
 def _panels(count: int, height: float) -> Figure:
     figure = Figure(figsize=(7.2, 0.5 + height * count), layout="constrained")
     figure.subplots(count, 1, sharex=True, squeeze=False)
@@ -307,8 +318,8 @@ def _portraits(found: Findings, caption: str) -> str:
     with drawing.style():
         drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
         panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
+        plot.phase_portraits(list(panels[:count]), last, range(count), _samples(found))
         for i, axes in enumerate(panels[:count]):
-            plot.phase_portrait(axes, last, i)
             axes.set_title(f"contact {scene.contact_labels()[i]}")
         for axes in panels[count:]:
             axes.set_visible(False)

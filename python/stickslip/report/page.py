@@ -181,7 +181,7 @@ def verdict(found: Findings) -> str:
             first = f"Steady sliding is unstable: {count} ({shown}{more})."
         else:
             largest = float(modes.eigenvalues.real.max())
-            kind = "stable" if largest < 0.0 else "neutral"
+            kind = "marginal" if modes.marginal.any() else "stable"
             first = f"Steady sliding is {kind}: the largest growth rate is {number(largest, 4)} 1/s."
     if found.run is None:
         return first
@@ -194,6 +194,11 @@ def verdict(found: Findings) -> str:
         )
     elif found.settled == "equilibrium":
         second = "Disturbed, the motion comes to rest again."
+    elif found.settled == "decaying":
+        second = (
+            f"Disturbed, no contact changes its status in the {number(found.run.duration)} s "
+            "that were computed, and every mode decays: no limit cycle was looked for."
+        )
     else:
         second = f"Disturbed, it finds no limit cycle: {found.reasons['cycle']}."
     if found.balance is not None and found.cycle is not None:
@@ -210,7 +215,6 @@ def _computation(found: Findings, begun: float | None) -> str:
     rows = [("stickslip", __version__)]
     if found.run is not None:
         rows.append(("touches within rounding", str(len(found.run.grazings))))
-        rows += [(name.replace("_", " "), str(count)) for name, count in found.run.counters.items()]
     if found.balance is not None and found.balance.turnover > 0.0:
         rows.append(
             ("energy residual over turnover", number(abs(found.balance.residual) / found.balance.turnover, 2))

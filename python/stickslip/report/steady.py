@@ -7,7 +7,7 @@ import numpy as np
 from stickslip import plot
 from stickslip.locus.critical import CriticalPoint
 from stickslip.modes.modes import Modes
-from stickslip.modes.shape import power_of
+from stickslip.modes.shape import contact_directions, contact_forces, power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.scene import Proportional
@@ -108,13 +108,9 @@ def equilibrium_section(found: Findings) -> str:
     state, scene = found.equilibrium, found.scene
     # At rest in the structure N and T are the rows of K x - F.
     load = scene.stiffness @ state.position - scene.force
-    normals = [scene.normal_direction(i) for i in range(len(scene.contacts))]
-    tangents = [scene.tangential_direction(i) for i in range(len(scene.contacts))]
-    directions = np.array([*normals, *tangents]).T
-    forces = np.linalg.lstsq(directions, load, rcond=None)[0] if normals else np.zeros(0)
-    count = len(normals)
+    forces = contact_forces(contact_directions(scene), load).real
     rows = [
-        [str(label), float(forces[i]), float(forces[count + i]), letter]
+        [str(label), float(forces[2 * i + 1]), float(forces[2 * i]), letter]
         for i, (label, letter) in enumerate(zip(scene.contact_labels(), state.combination, strict=True))
     ]
     return section(
@@ -268,7 +264,9 @@ def _verdict(modes: Modes, mode: int) -> str:
     growth = modes.eigenvalues[mode].real
     if modes.defective[mode]:
         return "defective"
-    return "unstable" if growth > 0.0 else "decays" if growth < 0.0 else "neutral"
+    if modes.marginal[mode]:
+        return "marginal"
+    return "unstable" if growth > 0.0 else "decays"
 
 
 def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:

@@ -57,11 +57,13 @@ pub enum Error {
     )]
     NoSlidingDirection { contact: usize },
     #[error(
-        "sliding equilibrium: contact {contact} would pull, normal force {normal_force} N; the static load opens it"
+        "sliding equilibrium: contact {contact} would pull, normal force {} N; the static load opens it",
+        rounded(*normal_force)
     )]
     TensileEquilibrium { contact: usize, normal_force: f64 },
     #[error(
-        "combination: no steady sliding in {combination:?}, where contact {contact} would pull, normal force {normal_force} N; {}",
+        "combination: no steady sliding in {combination:?}, where contact {contact} would pull, normal force {} N; {}",
+        rounded(*normal_force),
         advice(combination, admissible.as_ref())
     )]
     NoSteadySliding {
@@ -75,10 +77,11 @@ pub enum Error {
         "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
     )]
     SingularStiffness { combination: Combination, reciprocal_condition: f64 },
-    #[error("position: contact {contact} penetrates, gap {gap} m")]
+    #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration { contact: usize, gap: f64 },
     #[error(
-        "{argument}: contact {contact} is {status:?} in the combination, but its {quantity} is {value}"
+        "{argument}: contact {contact} is {status:?} in the combination, but its {quantity} is {}",
+        rounded(*value)
     )]
     ViolatedStatus {
         argument: &'static str,
@@ -125,13 +128,20 @@ fn advice(combination: &Combination, admissible: Option<&Combination>) -> String
     }
 }
 
+/// A number to six significant digits.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
+}
+
 /// Why a motion could not be continued; the part computed so far is kept beside it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunFailure {
     #[error(transparent)]
     Input(#[from] Error),
     #[error(
-        "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {normal_force} N, required friction {required_friction} N)"
+        "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",
+        rounded(*normal_force),
+        rounded(*required_friction)
     )]
     NoConsistentStatus { contact: usize, time: f64, normal_force: f64, required_friction: f64 },
     #[error(

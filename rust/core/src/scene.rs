@@ -54,7 +54,7 @@ pub struct Scene {
     /// Whether that M is diagonal.
     pub(crate) lumped: bool,
     pub(crate) damping: SparseMatrix,
-    /// (alpha, beta) of C = alpha M + beta K, when the user said so.
+    /// (alpha, beta) of C = alpha M + beta K, when the user said so or the matrix is so to the last bit.
     pub(crate) proportional: Option<(f64, f64)>,
     pub(crate) stiffness: SparseMatrix,
     /// F in contact coordinates, with the clearances' part `K q_gap` added.
@@ -148,7 +148,10 @@ impl Scene {
             }
         };
         let (damping, proportional) = match general_damping {
-            Ok(damping) => (damping, None),
+            Ok(damping) => {
+                let proportional = proportions(&damping, &mass, &stiffness);
+                (damping, proportional)
+            }
             Err((alpha, beta)) => (mass.combined(alpha, &stiffness, beta), Some((alpha, beta))),
         };
         let mut force = coordinates.forces_of_dofs(&input.force);
@@ -232,6 +235,29 @@ impl Scene {
         }
         Ok(())
     }
+}
+
+/// (alpha, beta) of a matrix that is `alpha M`, `beta K` or zero to the last bit. A matrix with both parts was rounded
+/// when it was summed, and is taken as it is.
+fn proportions(
+    damping: &SparseMatrix,
+    mass: &SparseMatrix,
+    stiffness: &SparseMatrix,
+) -> Option<(f64, f64)> {
+    let size = damping.size();
+    let entries = |matrix: &SparseMatrix, factor: f64| {
+        let nonzero =
+            |row| matrix.row(row).map(move |(column, value)| (row, column, factor * value));
+        (0..size).flat_map(nonzero).filter(|entry| entry.2 != 0.0).collect::<Vec<_>>()
+    };
+    let given = entries(damping, 1.0);
+    let Some(&(row, column, value)) = given.first() else { return Some((0.0, 0.0)) };
+    let factor = |matrix: &SparseMatrix| {
+        let factor = value / matrix.get(row, column);
+        (factor > 0.0 && factor.is_finite() && entries(matrix, factor) == given).then_some(factor)
+    };
+    let by_mass = factor(mass).map(|alpha| (alpha, 0.0));
+    by_mass.or_else(|| factor(stiffness).map(|beta| (0.0, beta)))
 }
 
 fn unfit(argument: &str, expected: &str, got: String) -> Error {

@@ -473,7 +473,7 @@ impl Problem<'_> {
             .map(|matrix| matrix.products(&columns));
         let whole = solved.into_iter().zip(mass).zip(damping).zip(stiffness).collect();
         each(m, whole, |(((solved, mass), damping), stiffness)| {
-            let Solved { value: mut eigenvalue, condition, right, left } = solved;
+            let Solved { value: mut eigenvalue, mut condition, right, left } = solved;
             let slope = |lambda: Complex64| {
                 let terms = mass.iter().zip(&damping);
                 project(&left, terms.map(|(m, c)| m.times(2.0 * lambda).add(*c).value()))
@@ -481,6 +481,16 @@ impl Problem<'_> {
             let rows = |lambda| -> Vec<Complex64> {
                 quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value).collect()
             };
+            // A rigid body: in the scaling in which its condition is smallest, two equal zeros seem to be simple.
+            let terms = mass.iter().zip(&damping).zip(&left);
+            let scale: f64 = terms
+                .map(|((m, c), v)| {
+                    v.norm() * (2.0 * eigenvalue.norm() * m.value().norm() + c.value().norm())
+                })
+                .sum();
+            if slope(eigenvalue).norm() <= f64::EPSILON * scale {
+                condition = f64::INFINITY;
+            }
             if condition <= WELL_CONDITIONED {
                 let projected = project(&left, rows(eigenvalue).into_iter());
                 let correction = projected / slope(eigenvalue);
@@ -524,7 +534,11 @@ pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<
             .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
             .fold(0.0, f64::max)
     };
-    let gamma = row_sum(stiffness).sqrt().max(row_sum(damping)).max(f64::MIN_POSITIVE);
+    // Bodies that nothing holds or damps have no scale, and any will do.
+    let gamma = match row_sum(stiffness).sqrt().max(row_sum(damping)) {
+        0.0 => 1.0,
+        gamma => gamma,
+    };
     // gamma enters as a power of two, so the scaling itself is exact.
     let gamma = gamma.log2().round().exp2();
     let size = 2 * m;

@@ -9,6 +9,7 @@ use stickslip_core as core;
 
 use crate::convert::vector;
 use crate::errors::{named, raise_failure};
+use crate::interrupt::detached;
 use crate::scene::{Scene, method_named, stops_at_grazing};
 use crate::trajectory::Trajectory;
 
@@ -93,7 +94,7 @@ impl Batch {
             return Err(named(py, "InputError", "collect: no run was submitted"));
         }
         loop {
-            let outcome = py.detach(|| self.lock().collect(PATIENCE));
+            let outcome = detached(py, || self.lock().collect(PATIENCE))?;
             match outcome {
                 Some(Ok((start, run))) => {
                     let parts = (

@@ -11,7 +11,7 @@ use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
 use crate::errors::{named, raise};
-use crate::interrupt::until_interrupted;
+use crate::interrupt::{detached, until_interrupted};
 use crate::scene::{Scene, method_named};
 use crate::trajectory::{Trajectory, integers, kinds};
 
@@ -176,7 +176,8 @@ impl Cycle {
     ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
         use numpy::PyArrayMethods;
         let orbit = &self.inner.orbit;
-        let harmonics = py.detach(|| orbit.harmonics(count)).map_err(|error| raise(py, &error))?;
+        let harmonics =
+            detached(py, || orbit.harmonics(count))?.map_err(|error| raise(py, &error))?;
         let columns = harmonics.displacement.len() / (count + 1);
         harmonics.displacement.into_pyarray(py).reshape([count + 1, columns])
     }
@@ -185,7 +186,7 @@ impl Cycle {
     /// end no phase.
     fn margins(&self, py: Python<'_>) -> PyResult<Vec<Margin>> {
         let orbit = &self.inner.orbit;
-        let margins = py.detach(|| orbit.margins()).map_err(|error| raise(py, &error))?;
+        let margins = detached(py, || orbit.margins())?.map_err(|error| raise(py, &error))?;
         Ok(margins
             .iter()
             .map(|m| (m.step, m.contact, m.kind.name(), m.value, m.time, m.interior))
@@ -193,8 +194,8 @@ impl Cycle {
     }
 
     /// Whether a run from the orbit keeps to its event sequence.
-    fn is_followed(&self, py: Python<'_>) -> bool {
-        py.detach(|| self.inner.orbit.is_followed())
+    fn is_followed(&self, py: Python<'_>) -> PyResult<bool> {
+        detached(py, || self.inner.orbit.is_followed())
     }
 
     fn orbit(&self) -> Orbit {
@@ -204,7 +205,7 @@ impl Cycle {
     /// The orbit with the same event sequence in another scene.
     fn continued(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
         let cycle =
-            py.detach(|| self.inner.orbit.continued(&scene.inner).and_then(core::Cycle::new));
+            detached(py, || self.inner.orbit.continued(&scene.inner).and_then(core::Cycle::new))?;
         Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }
@@ -233,7 +234,7 @@ impl Orbit {
     ) -> PyResult<Direction<'py>> {
         let before = before.map(direction);
         let sides = core::Sides { below: &below.inner, above: &above.inner, width };
-        let found = py.detach(|| self.inner.tangent(sides, before.as_ref()));
+        let found = detached(py, || self.inner.tangent(sides, before.as_ref()))?;
         let found = found.map_err(|failure| failed(py, &failure))?;
         Ok((found.state.into_pyarray(py), found.parameter))
     }
@@ -250,7 +251,7 @@ impl Orbit {
     ) -> PyResult<Self> {
         let tangent = direction(tangent);
         let sides = core::Sides { below: &below.inner, above: &above.inner, width };
-        let guess = py.detach(|| self.inner.predicted(sides, &tangent, length));
+        let guess = detached(py, || self.inner.predicted(sides, &tangent, length))?;
         Ok(Self { inner: guess.map_err(|failure| failed(py, &failure))? })
     }
 
@@ -267,7 +268,7 @@ impl Orbit {
     ) -> PyResult<(Self, f64, f64)> {
         let tangent = direction(tangent);
         let sides = core::Sides { below: &below.inner, above: &above.inner, width };
-        let step = py.detach(|| self.inner.corrected(&scene.inner, sides, &tangent));
+        let step = detached(py, || self.inner.corrected(&scene.inner, sides, &tangent))?;
         let step = step.map_err(|failure| failed(py, &failure))?;
         Ok((Self { inner: step.orbit }, step.parameter, step.size))
     }
@@ -279,7 +280,7 @@ impl Orbit {
     }
 
     fn cycle(&self, py: Python<'_>) -> PyResult<Cycle> {
-        let cycle = py.detach(|| core::Cycle::new(self.inner.clone()));
+        let cycle = detached(py, || core::Cycle::new(self.inner.clone()))?;
         Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }
@@ -310,7 +311,7 @@ impl Record<'_> {
             period: self.period,
             residual: self.residual,
         };
-        let cycle = py.detach(|| core::Cycle::from_record(scene, &record));
+        let cycle = detached(py, || core::Cycle::from_record(scene, &record))?;
         Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }

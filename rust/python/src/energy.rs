@@ -6,6 +6,7 @@ use pyo3::types::PyDict;
 
 use crate::convert::{matrix, vector};
 use crate::errors::raise;
+use crate::interrupt::detached;
 use crate::trajectory::Trajectory;
 
 type Column<'py> = Bound<'py, PyArray1<f64>>;
@@ -20,7 +21,7 @@ pub fn energy<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let times = vector(&times);
     let core = trajectory.core();
-    let sample = py.detach(|| core.energy(&times)).map_err(|error| raise(py, &error))?;
+    let sample = detached(py, || core.energy(&times))?.map_err(|error| raise(py, &error))?;
     let (rows, contacts) = (times.len(), core.contact_count());
     let groups = core.damper_groups();
     let result = PyDict::new(py);
@@ -65,7 +66,7 @@ pub struct Works {
 #[pyfunction]
 pub fn works(py: Python<'_>, trajectory: &Trajectory, t0: f64, t1: f64) -> PyResult<Works> {
     let core = trajectory.core();
-    let works = py.detach(|| core.works(t0, t1)).map_err(|error| raise(py, &error))?;
+    let works = detached(py, || core.works(t0, t1))?.map_err(|error| raise(py, &error))?;
     let groups = core.damper_groups().to_vec();
     let (rows, contacts) = (works.phases.len(), core.contact_count());
     let column = |values: Vec<f64>| -> Column<'_> { values.into_pyarray(py) };

@@ -12,6 +12,11 @@ use crate::errors::raise_failure;
 /// Between two looks for Ctrl-C.
 const PATIENCE: Duration = Duration::from_millis(20);
 
+/// What `work` returns, computed while other Python threads run; a panic is a `RunError`.
+pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
+    py.detach(|| RunFailure::guarded(work)).map_err(|failure| raise_failure(py, &failure))
+}
+
 /// What `compute` returns, and what interrupted it; it is told by its argument, and waited for in any case. Call it
 /// detached: Python hears signals on its main thread only, which waits here while another works. A panic is an error.
 pub fn until_interrupted<T: Send>(

@@ -11,6 +11,7 @@ use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
 use crate::errors::{named, raise};
+use crate::interrupt::detached;
 use crate::scene::Scene;
 
 /// Chebyshev coefficients (k, m, m).
@@ -134,8 +135,7 @@ impl Path {
         vectors: bool,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let sweep = py
-            .detach(|| core::Sweep::new(&self.inner, &values, vectors))
+        let sweep = detached(py, || core::Sweep::new(&self.inner, &values, vectors))?
             .map_err(|error| raise(py, &error))?;
         let (rows, branches, m) = (values.len(), sweep.branches, self.inner.size);
         let dict = PyDict::new(py);
@@ -164,26 +164,24 @@ impl Path {
         py: Python<'py>,
         imaginary: f64,
     ) -> PyResult<CriticalArrays<'py>> {
-        let (points, steady) = py
-            .detach(|| {
-                let points = core::critical_points(&self.inner, imaginary)?;
-                let values: Vec<f64> = points.iter().map(|point| point.value).collect();
-                Ok((points, self.inner.steady(&values)))
-            })
-            .map_err(|error| raise(py, &error))?;
+        let (points, steady) = detached(py, || {
+            let points = core::critical_points(&self.inner, imaginary)?;
+            let values: Vec<f64> = points.iter().map(|point| point.value).collect();
+            Ok((points, self.inner.steady(&values)))
+        })?
+        .map_err(|error| raise(py, &error))?;
         Ok(critical_arrays(py, &points, &steady))
     }
 
     /// The Hopf points alone, how many eigenproblems lay the mesh, and how many modes were followed from one to the
     /// next.
     fn hopf_points<'py>(&self, py: Python<'py>) -> PyResult<(CriticalArrays<'py>, usize, usize)> {
-        let (core::HopfSearch { points, nodes, followed }, steady) = py
-            .detach(|| {
-                let found = core::hopf_points(&self.inner)?;
-                let values: Vec<f64> = found.points.iter().map(|point| point.value).collect();
-                Ok((found, self.inner.steady(&values)))
-            })
-            .map_err(|error| raise(py, &error))?;
+        let (core::HopfSearch { points, nodes, followed }, steady) = detached(py, || {
+            let found = core::hopf_points(&self.inner)?;
+            let values: Vec<f64> = found.points.iter().map(|point| point.value).collect();
+            Ok((found, self.inner.steady(&values)))
+        })?
+        .map_err(|error| raise(py, &error))?;
         Ok((critical_arrays(py, &points, &steady), nodes, followed))
     }
 
@@ -194,8 +192,7 @@ impl Path {
         values: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let verdicts = py
-            .detach(|| core::Verdict::along(&self.inner, &values))
+        let verdicts = detached(py, || core::Verdict::along(&self.inner, &values))?
             .map_err(|error| raise(py, &error))?;
         verdict_arrays(py, verdicts, Some(&self.inner.combination))
     }
@@ -287,8 +284,7 @@ pub fn scene_growth<'py>(
     let Some(first) = scenes.first() else { return verdict_arrays(py, Vec::new(), None) };
     let combination = combination.map(|text| first.get().combination(py, text)).transpose()?;
     let inner: Vec<&core::Scene> = scenes.iter().map(|scene| &*scene.get().inner).collect();
-    let verdicts = py
-        .detach(|| core::Verdict::of_scenes(&inner, combination.as_ref()))
+    let verdicts = detached(py, || core::Verdict::of_scenes(&inner, combination.as_ref()))?
         .map_err(|error| raise(py, &error))?;
     verdict_arrays(py, verdicts, combination.as_ref())
 }
@@ -363,6 +359,6 @@ pub fn chain_growth<'py>(
         damping: &damping,
     };
     let status = positive.then_some(core::Status::Positive);
-    let verdicts = py.detach(|| samples.growth(status));
+    let verdicts = detached(py, || samples.growth(status))?;
     verdict_arrays(py, verdicts, None)
 }

@@ -10,6 +10,7 @@ use stickslip_core as core;
 use crate::convert::{MatrixInput, SparseParts, entries, sparse_parts, vector};
 use crate::cycle::Cycle;
 use crate::errors::{named, raise};
+use crate::interrupt::detached;
 use crate::modes::{self, Reduced};
 use crate::trajectory::Trajectory;
 
@@ -143,8 +144,7 @@ impl Scene {
 
     fn modes<'py>(&self, py: Python<'py>, combination: &str) -> PyResult<Bound<'py, PyDict>> {
         let combination = self.combination(py, combination)?;
-        let found = py
-            .detach(|| core::Modes::new(&self.inner, &combination))
+        let found = detached(py, || core::Modes::new(&self.inner, &combination))?
             .map_err(|error| raise(py, &error))?;
         modes::modes(py, self.inner.size(), found)
     }
@@ -158,7 +158,7 @@ impl Scene {
     /// The same, refused where a contact would pull.
     fn steady_sliding(&self, py: Python<'_>) -> PyResult<String> {
         let combination =
-            py.detach(|| self.inner.steady_sliding()).map_err(|error| raise(py, &error))?;
+            detached(py, || self.inner.steady_sliding())?.map_err(|error| raise(py, &error))?;
         Ok(combination.to_string())
     }
 
@@ -209,8 +209,7 @@ impl Scene {
             interrupted: Some(&interrupted),
         };
         let scene = &self.inner;
-        let run = py
-            .detach(|| core::simulate(scene, &start, duration, method, controls))
+        let run = detached(py, || core::simulate(scene, &start, duration, method, controls))?
             .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
     }

@@ -12,6 +12,7 @@ use stickslip_core as core;
 use crate::convert::{matrix, vector};
 use crate::cycle::{Settled, settled};
 use crate::errors::raise;
+use crate::interrupt::detached;
 use crate::scene::method_named;
 
 pub fn stop_message(reason: &core::StopReason) -> String {
@@ -100,7 +101,7 @@ impl Trajectory {
             }
             stopped.load(Ordering::Relaxed)
         };
-        let found = py.detach(|| {
+        let found = detached(py, || {
             let search = core::Search {
                 stretch: self.inner.end,
                 limit,
@@ -108,7 +109,7 @@ impl Trajectory {
                 interrupted: Some(&interrupted),
             };
             self.inner.settled(search)
-        });
+        })?;
         let (attractor, run) = found.map_err(|error| raise(py, &error))?;
         py.check_signals()?;
         Ok(settled(attractor, run))
@@ -223,7 +224,8 @@ impl Trajectory {
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Sample<'py>> {
         let times = vector(&times);
-        let sample = py.detach(|| self.inner.sample(&times)).map_err(|error| raise(py, &error))?;
+        let sample =
+            detached(py, || self.inner.sample(&times))?.map_err(|error| raise(py, &error))?;
         let (rows, dofs, contacts) = (times.len(), self.inner.size(), self.inner.contact_count());
         let codes: Vec<u8> = sample.status.iter().map(|status| status.letter() as u8).collect();
         Ok((

@@ -92,15 +92,16 @@ def _show(out: Console, found: ss.Modes) -> None:
             f"{hertz:.4f}",
             signed(ratio, 6),
             signed(value.real, 4),
-            ("marginal" if marginal else "[bold red]unstable[/]" if value.real > 0.0 else "stable")
+            ("marginal" if marginal else "[bold red]unstable[/]" if unstable else "stable")
             + (", real" if value.imag == 0.0 else ""),
         )
-        for number, value, hertz, ratio, marginal in zip(
+        for number, value, hertz, ratio, marginal, unstable in zip(
             np.flatnonzero(upper),
             found.eigenvalues[upper],
             found.frequencies[upper],
             found.damping_ratios[upper],
             found.marginal[upper],
+            found.unstable[upper],
             strict=True,
         )
     ]
