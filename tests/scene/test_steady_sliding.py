@@ -1,5 +1,7 @@
 """Verdicts belong to steady sliding: its combination is the default, and points without it are marked."""
 
+import dataclasses
+
 import mpmath
 import numpy as np
 import pytest
@@ -147,6 +149,12 @@ def test_separation_is_where_the_normal_force_vanishes(friction):
     (point,) = [point for point in points if point.kind == "separation"]
     assert point.value == pytest.approx(0.5, rel=64 * EPS)
     assert (point.contact, point.direction, point.steady_sliding) == (0, 1, True)
+    assert point.name == "0"
+    named = [dataclasses.replace(contact, name="pad") for contact in pad(friction, -10.0).contacts]
+    points = ss.critical_points(
+        lambda force: pad(friction, force).replace(contacts=named), force=(-10.0, 3.0)
+    )
+    assert ["contact pad opens" in repr(point) for point in points if point.kind == "separation"] == [True]
     sides = ss.sweep(lambda force: pad(friction, force), force=[0.49, 0.51])
     assert sides.steady_sliding.to_numpy().tolist() == [True, False]
 

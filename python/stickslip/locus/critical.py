@@ -11,6 +11,7 @@ from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.locus.path import Family, Model, interval
 from stickslip.scene.checks import Complex, Real, real_number
+from stickslip.scene.scene import Scene
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 
@@ -48,6 +49,8 @@ class CriticalPoint:
         is one of the linear system alone. True at a separation.
     contact
         The index of the contact that a separation opens or closes; None elsewhere.
+    name
+        The name of that contact, its index where contacts have no names; None elsewhere.
     """
 
     kind: Kind
@@ -60,6 +63,7 @@ class CriticalPoint:
     direction: int
     steady_sliding: bool = True
     contact: int | None = None
+    name: str | None = None
 
     @property
     def frequency(self) -> float:
@@ -72,7 +76,7 @@ class CriticalPoint:
             place += f" {self.complex_value.imag:+.3g}j"
         if self.kind == "separation":
             toward = "opens" if self.direction > 0 else "closes"
-            return f"CriticalPoint(separation at {self.parameter} = {place}, contact {self.contact} {toward})"
+            return f"CriticalPoint(separation at {self.parameter} = {place}, contact {self.name} {toward})"
         toward = {1: ", destabilising", -1: ", stabilising", 0: ""}[self.direction]
         toward += "" if self.steady_sliding else ", no steady sliding there"
         return f"CriticalPoint({self.kind} at {self.parameter} = {place}, {self.frequency:.4f} Hz{toward})"
@@ -121,25 +125,30 @@ def critical_points(
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
-    name, path, span = _path_over("critical_points", model, combination, parameters)
-    return _points(name, path.critical_points(proximity * span))
+    name, path, labels, span = _path_over("critical_points", model, combination, parameters)
+    return _points(name, labels, path.critical_points(proximity * span))
 
 
 def _path_over(
     caller: str, model: Model, combination: str | None, parameters: dict[str, Any]
-) -> tuple[str, _core.Path, float]:
-    """Return the name of the one parameter with a range, the path over it, and its length."""
+) -> tuple[str, _core.Path, list[str], float]:
+    """Return the name of the one parameter with a range, the path over it, names of contacts, its length."""
     ranges = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
     if len(ranges) != 1:
         raise InputError(f"{caller}: expected one parameter with a range, got {list(ranges)}")
     ((name, value),) = ranges.items()
     lower, upper = interval(name, value)
     fixed = {key: real_number(key, number) for key, number in parameters.items() if key != name}
-    return name, Family(model, combination).path(name, lower, upper, **fixed), upper - lower
+    family = Family(model, combination)
+    path = family.path(name, lower, upper, **fixed)
+    scene = model if isinstance(model, Scene) else family.scene(**fixed, **{name: lower})
+    return name, path, [str(label) for label in scene.contact_labels()], upper - lower
 
 
 def _points(
-    name: str, found: tuple[list[Kind], list[int | None], Complex, Complex, Complex, Real, list[bool]]
+    name: str,
+    labels: list[str],
+    found: tuple[list[Kind], list[int | None], Complex, Complex, Complex, Real, list[bool]],
 ) -> list[CriticalPoint]:
     return [
         CriticalPoint(
@@ -153,6 +162,7 @@ def _points(
             direction=int(np.sign(slope)) if kind in ("hopf", "divergence", "separation") else 0,
             steady_sliding=steady,
             contact=contact,
+            name=None if contact is None else labels[contact],
         )
         for kind, contact, place, eigenvalue, other, slope, steady in zip(*found, strict=True)
     ]
@@ -182,6 +192,6 @@ def hopf_points(model: Model, combination: str | None = None, **parameters: Any)
     difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
     not be joined. The limits of `critical_points` hold.
     """
-    name, path, _ = _path_over("hopf_points", model, combination, parameters)
+    name, path, labels, _ = _path_over("hopf_points", model, combination, parameters)
     found, _, _ = path.hopf_points()
-    return _points(name, found)
+    return _points(name, labels, found)

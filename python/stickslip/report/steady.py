@@ -228,7 +228,7 @@ def loci_section(found: Findings) -> str:
             KINDS[point.kind],
             float(point.value),
             "" if np.isnan(point.frequency) else float(point.frequency),
-            _remark(found, point),
+            _remark(point),
         ]
         for point in sorted(found.critical, key=lambda point: point.value)
     ]
@@ -252,10 +252,9 @@ def loci_section(found: Findings) -> str:
     )
 
 
-def _remark(found: Findings, point: CriticalPoint) -> str:
+def _remark(point: CriticalPoint) -> str:
     if point.contact is not None:
-        label = found.scene.contact_labels()[point.contact]
-        return f"contact {label} {'opens' if point.direction > 0 else 'closes'}"
+        return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
     remarks = [TOWARD[point.direction], "" if point.steady_sliding else "no steady sliding"]
     return ", ".join(remark for remark in remarks if remark)
 

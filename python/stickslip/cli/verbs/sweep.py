@@ -108,7 +108,7 @@ def _show(
 
 def _remark(point: ss.CriticalPoint, combination: str | None) -> str:
     if point.kind == "separation":
-        return f"contact {point.contact} {'opens' if point.direction > 0 else 'closes'}"
+        return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
     toward = {1: "destabilising", -1: "stabilising", 0: ""}[point.direction]
     if point.steady_sliding or combination is not None:
         return toward
