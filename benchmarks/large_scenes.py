@@ -55,7 +55,9 @@ def main() -> None:
     parser.add_argument("--into", type=Path, help="page whose block large-scenes is replaced")
     parser.add_argument("--only", help="verb to time alone, such as report")
     parser.add_argument(
-        "--sweep-options", default="", help="options of sweep that choose the modes to follow, in one word"
+        "--sweep-options",
+        default="--modes 24",
+        help="options of sweep that choose the modes to follow, in one word",
     )
     chosen = parser.parse_args()
     report = Report("large-scenes")

@@ -208,3 +208,53 @@ def test_a_single_value_is_a_sweep_too():
     found = ss.sweep(ss.models.two_subsystems(), friction=[1.5])
     assert found.eigenvalue.shape == (1, 12)
     assert not bool(found.stable[0])
+
+
+def test_chosen_modes_are_the_branches_of_the_largest_real_parts():
+    # With damping that is not in proportion no branches meet at a real value: labels are no convention.
+    scene = ss.models.two_subsystems(friction=1.0).replace(damping=np.diag(20.0 * np.arange(1.0, 9.0)))
+    values = np.linspace(0.0, 3.0, 61)
+    every = ss.sweep(scene, friction=values)
+    assert every.meetings.size == 0
+    largest = every.eigenvalue.to_numpy().real.max(axis=0)
+    for count in (1, 3, 5):
+        chosen = ss.sweep(scene, friction=values, modes=count, vectors=True)
+        # All of this scene are conjugate pairs, adjacent.
+        pairs = np.sort(np.argsort(-largest[::2])[:count])
+        branches = np.stack([2 * pairs, 2 * pairs + 1], axis=1).ravel()
+        expected = every.eigenvalue.to_numpy()[:, branches]
+        assert chosen.eigenvalue.shape == expected.shape
+        np.testing.assert_allclose(chosen.eigenvalue, expected, rtol=1e-9)
+        assert chosen.right.shape == (61, 6, 2 * count)
+        np.testing.assert_array_equal(chosen.stable, every.stable)
+
+
+def test_chosen_modes_that_meet_are_followed_beyond():
+    scene = ss.models.two_subsystems(friction=1.0)
+    values = np.linspace(0.0, 3.0, 61)
+    every, chosen = (ss.sweep(scene, friction=values, modes=modes) for modes in (None, 3))
+    # Two pairs meet twice; a quarter of the interval between two values tells where, from its middle.
+    assert every.meetings.size == 2
+    for meeting in every.meetings:
+        assert np.abs(chosen.meetings - meeting).min() <= (values[1] - values[0]) / 4.0
+    # Which of both branches goes on beyond a meeting is a convention, the largest real parts are not.
+    largest, kept = (np.sort(found.eigenvalue.to_numpy().real.max(axis=0)) for found in (every, chosen))
+    np.testing.assert_allclose(kept, largest[-6:], rtol=1e-9)
+
+
+def test_stability_is_that_of_all_modes_although_few_are_followed():
+    # The first oscillator grows up to p = 0.5, by little; the second beyond p = 0.8, by more.
+    def model(p):
+        return ss.Scene(np.ones(2), np.diag([1e4, 4e4]), damping=np.diag([p - 0.5, 40.0 - 50.0 * p]))
+
+    found = ss.sweep(model, p=[0.1, 0.7, 0.9], modes=1)
+    np.testing.assert_allclose(found.eigenvalue[2].real, 2.5)
+    assert found.stable.to_numpy().tolist() == [False, True, False]
+
+
+def test_a_wrong_number_of_modes_is_refused():
+    scene = ss.models.two_subsystems()
+    with pytest.raises(ss.InputError, match="modes"):
+        ss.sweep(scene, friction=[0.0, 1.0], modes=0)
+    with pytest.raises(ss.InputError, match="modes: expected None with two parameters"):
+        ss.sweep(scene, friction=[0.0, 1.0], slider_speed=[0.01, 0.02], modes=2)

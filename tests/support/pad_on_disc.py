@@ -5,7 +5,7 @@ import numpy as np
 import stickslip as ss
 
 
-def pad_on_disc(friction=0.6):
+def pad_on_disc(friction=0.6, restitution=0.0):
     """Two halves (x, y each) pressed on one disc (w) that yields: an impact of one half lifts the other.
 
     Every half hangs on an inclined spring, a link ties them to each other. An impact of one pushes the disc
@@ -34,6 +34,7 @@ def pad_on_disc(friction=0.6):
             normal=[float(dof == f"y{i}") - float(dof == "w") for dof in dofs],
             friction=friction,
             slider_speed=0.05,
+            restitution=restitution,
         )
         for i, name in ((1, "lead"), (2, "trail"))
     ]

@@ -17,7 +17,7 @@ from stickslip.errors import InputError
 from stickslip.locus.path import Family, Model
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
-from stickslip.scene.checks import Complex, Real, real_array, real_number
+from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
 from stickslip.scene.scene import Scene
 
 _Part = TypeVar("_Part")
@@ -25,7 +25,7 @@ _Part = TypeVar("_Part")
 #: Values handed to the core at once by a sweep that shows its progress.
 _CHUNK = 32
 #: What a sweep tells of a point, not of its branches.
-_POINTWISE = ("steady_sliding", "normal_force")
+_POINTWISE = ("stable", "steady_sliding", "normal_force")
 #: Expected time from which a sweep shows its progress, s.
 _LONG = 3.0
 
@@ -35,6 +35,7 @@ def sweep(
     combination: str | None = None,
     *,
     vectors: bool = False,
+    modes: int | None = None,
     progress: bool | None = None,
     **parameters: Any,
 ) -> xr.Dataset:
@@ -49,8 +50,12 @@ def sweep(
         the sign of its contact.
     vectors
         Whether to keep the left and right vectors of every point.
+    modes
+        How many modes to follow, over one parameter: those whose largest real part at any of the values is
+        the largest, a conjugate pair or a real eigenvalue at the first value counting as one. None: all.
     progress
         Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
+        With `modes` none is shown.
     **parameters
         One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of
         its contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a
@@ -59,15 +64,14 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        Over the parameters and ``branch`` (2m branches): ``eigenvalue`` (1/s), ``frequency`` (``|lambda| / 2
-        pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the eigenvalue to the last parameter
-        (nan near a coalescence, where it is not defined), ``condition``, ``defective``; over the parameters
-        ``stable`` and ``steady_sliding``: whether the contacts slide steadily in this combination, each
-        slipping
-        as its slider drives it and none pulling (nor penetrating, if open). Where they do not, eigenvalues
-        say
-        nothing about steady sliding. ``normal_force`` of the contacts closed in equilibrium, N, over the
-        parameters and ``contact``; nan where a contact sticks or the stiffness is singular. With `vectors`,
+        Over the parameters and ``branch`` (2m branches, or those of `modes`): ``eigenvalue`` (1/s),
+        ``frequency`` (``|lambda| / 2 pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the
+        eigenvalue to the last parameter (nan near a coalescence, where it is not defined), ``condition``,
+        ``defective``; over the parameters ``stable`` and ``steady_sliding``: whether the contacts slide
+        steadily in this combination, each slipping as its slider drives it and none pulling (nor penetrating,
+        if open). Where they do not, eigenvalues say nothing about steady sliding. ``normal_force`` of the
+        contacts closed in equilibrium, N, over the parameters and ``contact``; nan where a contact sticks or
+        the stiffness is singular. With `vectors`,
         ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
         state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
         defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
@@ -86,15 +90,22 @@ def sweep(
     Neighbouring points are joined by the correlation ``v_r' ((lambda_r + lambda_s) M + C) xi_s`` of their
     left and right vectors, with as many points between them as it takes (core, `branches`). Branches of two
     parameters are continuous along the last one and, at its first value, along the first one: around an
-    exceptional point no labels are continuous everywhere.
+    exceptional point no labels are continuous everywhere. With `modes`, points are added until that
+    correlation alone is decisive for the followed modes, at most three between two values; what is not
+    decided then is told in ``meetings``. Where two modes veer sharper than the points tell, each branch goes
+    on with the shape it had. ``stable`` takes all modes into account.
     """
     family = Family(model, combination)
     arrays = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
     fixed = {name: real_number(name, value) for name, value in parameters.items() if name not in arrays}
     if not 1 <= len(arrays) <= 2:
         raise InputError(f"sweep: expected one or two parameters with arrays of values, got {list(arrays)}")
+    if modes is not None:
+        modes = whole_number("modes", modes, 1)
+        if len(arrays) == 2:
+            raise InputError(f"modes: expected None with two parameters with arrays of values, got {modes}")
     axes = {name: _axis(name, value) for name, value in arrays.items()}
-    rows = _along(family, fixed, axes, vectors, progress)
+    rows = _along(family, fixed, axes, vectors, progress, modes)
     if len(axes) == 1:
         result = rows[0]
     else:
@@ -126,7 +137,12 @@ def _axis(name: str, value: Any) -> Real:
 
 
 def _along(
-    family: Family, fixed: dict[str, float], axes: dict[str, Real], vectors: bool, progress: bool | None
+    family: Family,
+    fixed: dict[str, float],
+    axes: dict[str, Real],
+    vectors: bool,
+    progress: bool | None,
+    modes: int | None = None,
 ) -> list[dict[str, Any]]:
     """Return the sweeps along the last axis, one for each value of the first if there are two."""
     *outer, (name, values) = axes.items()
@@ -138,7 +154,11 @@ def _along(
 
     def row(other: dict[str, float]) -> dict[str, Any]:
         path = family.path(name, float(ascending[0]), float(upper), **fixed, **other)
-        found = _chunked(path, ascending, vectors, False if outer else progress)
+        if modes is None:
+            found = _chunked(path, ascending, vectors, False if outer else progress)
+        else:
+            # Which modes they are is known only from all values together.
+            found = path.sweep(ascending, vectors, modes)
         order = _order(found["eigenvalue"][backwards[0]], None)
         if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
             # Nothing to put in order, and vectors are large.
@@ -228,7 +248,7 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
         "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz", "long_name": "|eigenvalue| / 2 pi"}),
         "damping_ratio": (dims, ratio, {"units": "1"}),
         "unstable": (dims, unstable),
-        "stable": (tuple(axes), ~unstable.any(axis=-1)),
+        "stable": (tuple(axes), result["stable"]),
         "steady_sliding": (tuple(axes), result["steady_sliding"]),
         "normal_force": ((*axes, "contact"), result["normal_force"], {"units": "N"}),
         "derivative": (

@@ -245,7 +245,8 @@ impl Node {
     }
 
     /// The members of `other` that continue the members here, given the continuation of modes.
-    fn members_of(&self, other: &Node, next: &[usize]) -> Vec<usize> {
+    /// A mode that is not continued, `usize::MAX`, has members that aren't.
+    pub fn members_of(&self, other: &Node, next: &[usize]) -> Vec<usize> {
         let mut position = vec![0; other.modes.len()];
         for (k, member) in
             other.members().iter().enumerate().filter(|(_, member)| !member.conjugate)
@@ -254,20 +255,24 @@ impl Node {
         }
         self.members()
             .iter()
-            .map(|member| position[next[member.mode]] + usize::from(member.conjugate))
+            .map(|member| match next[member.mode] {
+                usize::MAX => usize::MAX,
+                mode => position[mode] + usize::from(member.conjugate),
+            })
             .collect()
     }
 
-    /// Eigenvalues here, moved on along their slopes, joined to the nearest ones there, conjugates alike.
-    pub fn nearest(&self, other: &Node) -> Vec<usize> {
+    /// Eigenvalues here, moved on along their slopes, joined to the nearest ones there, conjugates alike, from the pairs of
+    /// members that are `wanted`; `usize::MAX` for those left over.
+    pub fn nearest(&self, other: &Node, wanted: impl Fn(usize, usize) -> bool) -> Vec<usize> {
         let (here, there) = (self.members(), other.members());
-        let mut candidates: Vec<(f64, usize, usize)> = Vec::with_capacity(here.len() * there.len());
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
         for (i, &r) in here.iter().enumerate() {
             let shift = self.slopes[r.mode] * (other.value - self.value);
             let shift = turned(shift, r.conjugate);
             // A defective mode has no slope.
             let predicted = self.eigenvalue(r) + if shift.is_finite() { shift } else { 0.0.into() };
-            for (j, &s) in there.iter().enumerate() {
+            for (j, &s) in there.iter().enumerate().filter(|&(j, _)| wanted(i, j)) {
                 candidates.push(((predicted - other.eigenvalue(s)).norm(), i, j));
             }
         }
@@ -323,6 +328,23 @@ fn slope(mode: &Mode, moved: &[Moved]) -> Complex64 {
 /// What an interval must fulfil beyond a safe continuation, else it is halved as well.
 pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync);
 
+/// The nodes at all `values`, those apart at which branches cross without meeting.
+pub(crate) fn regular_nodes(path: &Path, values: &[f64]) -> Result<(Vec<Node>, Vec<Node>), Error> {
+    let nodes =
+        values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()?;
+    let crosses = |k: usize| {
+        let neighbours = [nodes.get(k.wrapping_sub(1)), nodes.get(k + 1)];
+        nodes[k].has_twins()
+            && neighbours.iter().all(|node| node.is_some_and(|node| !node.has_twins()))
+    };
+    let crosses: Vec<bool> = (0..nodes.len()).map(crosses).collect();
+    let (mut crossings, mut regular) = (Vec::new(), Vec::with_capacity(nodes.len()));
+    for (node, crosses) in nodes.into_iter().zip(crosses) {
+        if crosses { crossings.push(node) } else { regular.push(node) }
+    }
+    Ok((regular, crossings))
+}
+
 /// Nodes in ascending order of the parameter, each joined to the next.
 #[derive(Debug, Default)]
 pub(crate) struct Mesh {
@@ -336,21 +358,7 @@ pub(crate) struct Mesh {
 impl Mesh {
     /// Through all `values` (ascending, at least one) and as many points between them as it takes.
     pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
-        let nodes = values
-            .par_iter()
-            .map(|&value| Node::new(path, value))
-            .collect::<Result<Vec<_>, _>>()?;
-        let crosses = |k: usize| {
-            let neighbours = [nodes.get(k.wrapping_sub(1)), nodes.get(k + 1)];
-            nodes[k].has_twins()
-                && neighbours.iter().all(|node| node.is_some_and(|node| !node.has_twins()))
-        };
-        let crosses: Vec<bool> = (0..nodes.len()).map(crosses).collect();
-        let (mut crossings, mut regular) = (Vec::new(), Vec::with_capacity(nodes.len()));
-        for (node, crosses) in nodes.into_iter().zip(crosses) {
-            if crosses { crossings.push(node) } else { regular.push(node) }
-        }
-        let nodes = regular;
+        let (nodes, crossings) = regular_nodes(path, values)?;
         let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
         let parts = nodes
             .par_windows(2)
@@ -403,7 +411,7 @@ impl Mesh {
         let link = match continued {
             // A crossing of modes whose coupling is lost in rounding.
             Some(next) => Link { next: from.members_of(to, &next), meeting: false },
-            None => Link { next: from.nearest(to), meeting: true },
+            None => Link { next: from.nearest(to, |_, _| true), meeting: true },
         };
         self.links.push(link);
         Ok(())

@@ -130,12 +130,13 @@ impl Orbit {
             trajectory.states.extend_from_slice(&step.state);
             if k > 0 {
                 let ended = &self.steps[k - 1];
-                trajectory.events.push(Event {
-                    time: times[k].seconds,
-                    contact: ended.passage.contact,
-                    kind: ended.kind,
+                let time = times[k].seconds;
+                trajectory.events.extend(ended.events().into_iter().map(|(contact, kind)| Event {
+                    time,
+                    contact,
+                    kind,
                     phase: k,
-                });
+                }));
             }
         }
         trajectory.counters.phases = count + 1;
@@ -227,8 +228,17 @@ impl Orbit {
                 let slope = |field: &[f64]| {
                     functional.value(&field[..n], &field[n..]) - functional.constant
                 };
-                let ends = function.contact == step.passage.contact
-                    && function.trigger == step.passage.trigger;
+                let passage = &step.passage;
+                let ends = match passage.is_joint() {
+                    false => {
+                        function.contact == passage.contact && function.trigger == passage.trigger
+                    }
+                    true => {
+                        function.trigger == Trigger::GapClosed
+                            && (function.contact == passage.contact
+                                || passage.series.contains(&function.contact))
+                    }
+                };
                 let slopes: Vec<f64> = samples.iter().map(|sample| slope(&sample.1)).collect();
                 let mut lowest: Option<(f64, f64, bool)> = None;
                 let mut include = |value: f64, time: f64, interior: bool| {

@@ -452,6 +452,12 @@ impl ComplexFactors {
         let solution = self.0.solve(Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]));
         (0..rhs.len()).map(|i| solution[(i, 0)]).collect()
     }
+
+    /// `matrix^-T rhs`
+    pub fn transposed_solve(&self, rhs: &[Complex64]) -> Vec<Complex64> {
+        let solution = self.0.solve_transpose(Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]));
+        (0..rhs.len()).map(|i| solution[(i, 0)]).collect()
+    }
 }
 
 /// Sign of the determinant (row-major), 0 where it is lost in rounding of the equilibrated rows.

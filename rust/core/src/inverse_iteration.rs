@@ -11,7 +11,7 @@ use crate::compensated::DoubledComplex;
 use crate::eigen::ComplexFactors;
 use crate::eigenpair::norm;
 use crate::pencil::{Damping, Pencil};
-use crate::spectrum::Mode;
+use crate::spectrum::{BACKWARD_STABLE, Mode, SETTLED};
 
 /// Rounds; from a usual result the first one does nearly all of it, from a slow mode lost in rounding it takes some.
 const ROUNDS: usize = 6;
@@ -43,6 +43,7 @@ impl<'a> InverseIteration<'a> {
         let mut best = mode.clone();
         let mut current = mode;
         for _ in 0..ROUNDS {
+            let before = current.eigenvalue;
             current = self.iterate(&current);
             // Of a P that is singular to the last bit.
             if current.residual.is_nan() {
@@ -50,6 +51,10 @@ impl<'a> InverseIteration<'a> {
             }
             if current.residual < best.residual {
                 best = current.clone();
+            }
+            let moved = (current.eigenvalue - before).norm();
+            if best.residual <= BACKWARD_STABLE && moved <= SETTLED * before.norm() {
+                break;
             }
         }
         best
@@ -74,21 +79,25 @@ impl<'a> InverseIteration<'a> {
                 1.0 / terms.max(f64::MIN_POSITIVE).sqrt()
             })
             .collect();
-        let solve = |p: &dyn Fn(usize, usize) -> Complex64, load: Vec<Complex64>| {
-            let scaled: Vec<Complex64> =
-                (0..m * m).map(|k| scale[k / m] * p(k / m, k % m) * scale[k % m]).collect();
-            let rhs: Vec<Complex64> = load.iter().zip(&scale).map(|(z, d)| z * d).collect();
-            let solution = ComplexFactors::new(m, &scaled).solve(&rhs);
-            let vector: Vec<Complex64> = solution.iter().zip(&scale).map(|(z, d)| z * d).collect();
+        let scaled: Vec<Complex64> =
+            (0..m * m).map(|k| scale[k / m] * p[k] * scale[k % m]).collect();
+        let factors = ComplexFactors::new(m, &scaled);
+        let times_scale = |vector: Vec<Complex64>| -> Vec<Complex64> {
+            vector.iter().zip(&scale).map(|(z, d)| z * d).collect()
+        };
+        let unit = |solution: Vec<Complex64>| -> Vec<Complex64> {
+            let vector = times_scale(solution);
             let length = norm(&vector);
-            vector.into_iter().map(|z| z / length).collect::<Vec<_>>()
+            vector.into_iter().map(|z| z / length).collect()
         };
         let load = |a: &dyn Fn(usize, usize) -> Complex64, x: &[Complex64]| {
             (0..m).map(|i| (0..m).map(|j| a(i, j) * x[j]).sum()).collect::<Vec<Complex64>>()
         };
         let at = |matrix: &'_ [Complex64], i: usize, j: usize| matrix[i * m + j];
-        let right = solve(&|i, j| at(&p, i, j), load(&|i, j| at(&slope, i, j), &mode.right));
-        let left = solve(&|i, j| at(&p, j, i), load(&|i, j| at(&slope, j, i), &mode.left));
+        let right_load = times_scale(load(&|i, j| at(&slope, i, j), &mode.right));
+        let left_load = times_scale(load(&|i, j| at(&slope, j, i), &mode.left));
+        let right = unit(factors.solve(&right_load));
+        let left = unit(factors.transposed_solve(&left_load));
         self.judged(lambda, right, left, mode.condition)
     }
 

@@ -37,6 +37,8 @@ mod graded;
 mod harmonics;
 mod hopf;
 mod inverse_iteration;
+mod joint;
+mod leading;
 mod lyapunov;
 mod matrix;
 pub mod models;

@@ -36,7 +36,8 @@ pub struct Lyapunov {
 }
 
 impl Lyapunov {
-    /// A rate of which nothing is known: the neighbours of a motion that has not met an event grow by its modes.
+    /// A rate of which nothing is known: the neighbours of a motion that has not met an event grow by its modes, and
+    /// those of one that only touches the zero of an event function have no derivative.
     pub const UNKNOWN: Self = Self { exponent: f64::NAN, error: f64::INFINITY, time: 0.0 };
 }
 
@@ -95,18 +96,20 @@ impl Neighbour {
             if phase + 1 < count {
                 let arrived = &run.states[size * (phase + 1)..size * (phase + 2)];
                 let found = passages(scene, &basis.combination, &end, &events[phase + 1]);
-                let after = run.phases[phase + 1].basis.combination.statuses();
+                let after = &run.phases[phase + 1].basis.combination;
                 let mut between = basis.combination.clone();
                 for (index, passage) in found.iter().enumerate() {
                     // Events that coincide follow each other in no time.
-                    apart = match index {
+                    let carried = match index {
                         0 => passage.carried(scene, &flow, [start, &end, arrived], &apart),
                         _ => {
                             let flow = Flow::new(scene, &between, method)?;
                             passage.carried(scene, &flow, [arrived; 3], &apart)
                         }
                     };
-                    between = between.with(passage.contact, after[passage.contact]);
+                    // Of a neighbour that cannot be carried on nothing is known.
+                    apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);
+                    between = passage.settled(&between, after);
                 }
             }
             self.apart = apart;
@@ -119,11 +122,12 @@ impl Neighbour {
         let scaled = self.apart.iter().enumerate().map(|(k, x)| (x / self.scales.unit(k)).powi(2));
         let distance = scaled.sum::<f64>().sqrt();
         self.time += duration;
-        if distance > 0.0 {
+        if distance == 0.0 {
+            // The neighbour has come to the motion itself, as all others do, and stays there.
+            self.grown = f64::NEG_INFINITY;
+        } else {
             self.apart.iter_mut().for_each(|x| *x /= distance);
             self.grown += distance.ln();
-        } else {
-            self.grown = f64::NEG_INFINITY;
         }
         self.history.push((self.time, self.grown));
         if self.history.len() > ENTRIES {
@@ -138,6 +142,9 @@ impl Neighbour {
 
     /// The rate over the later half of the motion: until then the neighbour turns towards what grows most.
     pub fn growth(&self) -> Lyapunov {
+        if self.grown.is_nan() {
+            return Lyapunov::UNKNOWN;
+        }
         if self.grown == f64::NEG_INFINITY {
             return Lyapunov { exponent: self.grown, error: 0.0, time: self.time };
         }

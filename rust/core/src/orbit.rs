@@ -57,6 +57,21 @@ impl Step {
     pub const fn contact(&self) -> usize {
         self.passage.contact
     }
+
+    /// The events that end it, by contact: one, or those of all contacts that close jointly.
+    pub(crate) fn events(&self) -> Vec<(usize, EventKind)> {
+        let Passage { contact, series, .. } = &self.passage;
+        if series.is_empty() {
+            return vec![(*contact, self.kind)];
+        }
+        let mut events: Vec<_> =
+            series.iter().map(|&member| (member, EventKind::Accumulation)).collect();
+        if !series.contains(contact) {
+            events.push((*contact, EventKind::Impact));
+        }
+        events.sort_unstable_by_key(|event| event.0);
+        events
+    }
 }
 
 /// Why no orbit was found.
@@ -198,8 +213,7 @@ impl Orbit {
     /// The events in the laws of the scene, where the steps come from another one.
     pub(crate) fn transfer(&mut self) {
         for step in &mut self.steps {
-            let Passage { contact, trigger, .. } = step.passage;
-            step.passage = Passage::new(&self.scene, &step.combination, contact, trigger);
+            step.passage = step.passage.transferred(&self.scene, &step.combination);
         }
     }
 

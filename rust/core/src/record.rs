@@ -51,6 +51,8 @@ pub struct CycleRecord {
     /// The contact and the kind of the event that ends each phase.
     pub contacts: Vec<usize>,
     pub kinds: Vec<EventKind>,
+    /// The contacts that close with it, where it ends a series of impacts over several contacts; else empty.
+    pub series: Vec<Vec<usize>>,
     pub period: f64,
     pub residual: f64,
 }
@@ -118,6 +120,8 @@ impl CycleRecord {
             || self.durations.len() != count
             || self.contacts.len() != count
             || self.kinds.len() != count
+            || self.series.len() != count
+            || self.series.iter().flatten().any(|&contact| contact >= scene.contacts.len())
             || self.contacts.iter().any(|&contact| contact >= scene.contacts.len())
             || !(finite(&self.states) && finite(&self.durations) && self.residual >= 0.0)
             // The same sum in another order.
@@ -291,6 +295,7 @@ impl Cycle {
             durations: steps.iter().map(|step| step.duration).collect(),
             contacts: steps.iter().map(|step| step.passage.contact).collect(),
             kinds: steps.iter().map(|step| step.kind).collect(),
+            series: steps.iter().map(|step| step.passage.series.clone()).collect(),
             period: self.orbit.period,
             residual: self.orbit.residual,
         }
@@ -306,13 +311,20 @@ impl Cycle {
                 let combination =
                     Combination::parse(&record.combinations[k], scene.contacts().len())?;
                 scene.check_combination(&combination)?;
-                if !kind.can_end(combination.statuses()[contact]) {
+                let series = &record.series[k];
+                let is_joint = !series.is_empty();
+                if !kind.can_end(combination.statuses()[contact])
+                    || is_joint && !(kind == EventKind::Accumulation && scene.contacts_coupled())
+                {
                     return Err(refused("events that do not fit the phases they end"));
                 }
                 Ok(Step {
                     state: record.states[width * k..width * (k + 1)].to_vec(),
                     duration: record.durations[k],
-                    passage: Passage::of_event(scene, &combination, contact, kind),
+                    passage: match is_joint {
+                        true => Passage::joint(scene, &combination, contact, series.clone()),
+                        false => Passage::of_event(scene, &combination, contact, kind),
+                    },
                     kind,
                     combination,
                 })

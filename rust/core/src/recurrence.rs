@@ -13,7 +13,7 @@ use crate::cycle::{Cycle, Stability};
 use crate::event::Trigger;
 use crate::flow::Flow;
 use crate::orbit::{INSTANT, Orbit, Scales, Step};
-use crate::saltation::passages;
+use crate::saltation::{Passage, passages};
 use crate::simulation::{Controls, Method, simulate};
 use crate::status::Combination;
 use crate::trajectory::{EventKind, Trajectory};
@@ -177,10 +177,10 @@ impl Trajectory {
             let end = flow.end(start, duration);
             let (events, after) = &labels[phase];
             let mut found = passages(&self.scene, combination, &end, events);
-            // The limit of a series of impacts closes all its contacts at once.
-            if let Some(limit) =
-                found.iter().position(|passage| passage.trigger == Trigger::Accumulated)
-            {
+            // The limit of the bounces of a contact comes before what coincides with it.
+            let is_limit =
+                |passage: &Passage| passage.trigger == Trigger::Accumulated && !passage.is_joint();
+            if let Some(limit) = found.iter().position(is_limit) {
                 found = vec![found.swap_remove(limit)];
             }
             let mut found = found.into_iter().peekable();
@@ -188,9 +188,12 @@ impl Trajectory {
                 (combination.clone(), start.to_vec(), duration);
             while let Some(passage) = found.next() {
                 let contact = passage.contact;
-                let kind = events.iter().find(|event| event.0 == contact)?.1;
+                let kind = match passage.is_joint() {
+                    true => EventKind::Accumulation,
+                    false => events.iter().find(|event| event.0 == contact)?.1,
+                };
                 let next = match found.peek() {
-                    Some(_) => combination.with(contact, after.statuses()[contact]),
+                    Some(_) => passage.settled(&combination, after),
                     None => after.clone(),
                 };
                 steps.push(Step { combination, state, duration, passage, kind });

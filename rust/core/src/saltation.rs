@@ -12,11 +12,13 @@
 //! The end of a series of bounces has no event function of its own: its time `-2 g' / (g'' (1 - e))` after
 //! the last bounce (see `simulation`) gives dt instead. A neighbour that is dg away from that bounce at equal times
 //! gets there `dg / g'` later, and its limit comes `(1 + e) / (1 - e) dg / g'` later than at the same speed.
+//! Where mass couples contacts, several of them close at the end of a series: see `joint`.
 
 use crate::eigen;
 use crate::error::RunFailure;
 use crate::event::{Functional, Trigger};
 use crate::flow::Flow;
+use crate::joint::{Closing, Impulse, coupled_with, response};
 use crate::scene::Scene;
 use crate::status::Combination;
 use crate::trajectory::EventKind;
@@ -31,6 +33,8 @@ pub(crate) struct Passage {
     pub contact: usize,
     pub trigger: Trigger,
     event: Functional,
+    /// The contacts that close for good with the impact of `contact`; empty unless the end of a series over several.
+    pub series: Vec<usize>,
 }
 
 /// The derivatives of a passage at one motion, row-major over (q, q').
@@ -74,7 +78,34 @@ impl Passage {
                 || scene.contact_forces(before)[contact].1.clone(),
                 |function| function.functional,
             );
-        Self { contact, trigger, event }
+        Self { contact, trigger, event, series: Vec::new() }
+    }
+
+    /// The impact of contact `struck` with which all contacts of a series close.
+    pub fn joint(scene: &Scene, before: &Combination, struck: usize, series: Vec<usize>) -> Self {
+        let impact = Self::new(scene, before, struck, Trigger::GapClosed);
+        Self { trigger: Trigger::Accumulated, series, ..impact }
+    }
+
+    /// The same in another scene, from the same combination.
+    pub fn transferred(&self, scene: &Scene, before: &Combination) -> Self {
+        match self.is_joint() {
+            true => Self::joint(scene, before, self.contact, self.series.clone()),
+            false => Self::new(scene, before, self.contact, self.trigger),
+        }
+    }
+
+    /// Whether several contacts close with it.
+    pub const fn is_joint(&self) -> bool {
+        !self.series.is_empty()
+    }
+
+    /// A combination in which the contacts that this passage moves are as in another one.
+    pub fn settled(&self, between: &Combination, after: &Combination) -> Combination {
+        let moved = std::iter::once(self.contact).chain(self.series.iter().copied());
+        moved.fold(between.clone(), |settled, contact| {
+            settled.with(contact, after.statuses()[contact])
+        })
     }
 
     /// The event function, and the scale of its terms.
@@ -97,13 +128,15 @@ impl Passage {
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
         let law = &scene.contacts[self.contact];
+        if self.is_joint() {
+            self.strike(scene, before, state)?;
+            Closing::new(scene, before, self.contact, &self.series, state)?.close(state);
+            return Ok(());
+        }
         let (q, u) = state.split_at_mut(scene.size);
         match self.trigger {
             Trigger::SlipZero => u[law.tangential] = law.slider_speed,
-            Trigger::GapClosed => {
-                q[law.normal] = 0.0;
-                transition::impact(scene, before.statuses(), self.contact, q, u)?;
-            }
+            Trigger::GapClosed => self.strike(scene, before, state)?,
             Trigger::Accumulated => {
                 q[law.normal] = 0.0;
                 u[law.normal] = 0.0;
@@ -113,6 +146,18 @@ impl Passage {
         Ok(())
     }
 
+    /// The impact of the contact, in place.
+    fn strike(
+        &self,
+        scene: &Scene,
+        before: &Combination,
+        state: &mut [f64],
+    ) -> Result<(), RunFailure> {
+        let (q, u) = state.split_at_mut(scene.size);
+        q[scene.contacts[self.contact].normal] = 0.0;
+        transition::impact(scene, before.statuses(), self.contact, q, u)
+    }
+
     /// All derivatives at a phase from `start` to `end`, which jumps to `arrived`.
     pub fn linearised(
         &self,
@@ -120,13 +165,13 @@ impl Passage {
         flow: &Flow<'_>,
         transition: &[f64],
         [start, end, arrived]: [&[f64]; 3],
-    ) -> Linearised {
+    ) -> Result<Linearised, RunFailure> {
         let n = scene.size;
         let size = 2 * n;
         let field = flow.field(end);
-        let jump = self.jump_matrix(scene, flow.combination(), end, arrived);
+        let jump = self.jump_matrix(scene, flow.combination(), end, arrived)?;
         let (value, timing, speed) = match self.trigger {
-            Trigger::Accumulated => {
+            Trigger::Accumulated if !self.is_joint() => {
                 let law = &scene.contacts[self.contact];
                 let acceleration = flow.field(start)[n + law.normal];
                 let mut timing = vec![0.0; size];
@@ -144,7 +189,7 @@ impl Passage {
             }
         };
         let carried = product(size, &jump, transition);
-        Linearised { value, timing, speed, field, jump, carried }
+        Ok(Linearised { value, timing, speed, field, jump, carried })
     }
 
     /// A neighbour at the end of a phase as it is just after its own event, without the matrices.
@@ -154,12 +199,12 @@ impl Passage {
         flow: &Flow<'_>,
         [start, end, arrived]: [&[f64]; 3],
         neighbour: &[f64],
-    ) -> Vec<f64> {
+    ) -> Result<Vec<f64>, RunFailure> {
         let n = scene.size;
         let field = flow.field(end);
         let delay = match self.trigger {
             // The time to the limit of the bounces counts from the start, an instant before.
-            Trigger::Accumulated => {
+            Trigger::Accumulated if !self.is_joint() => {
                 let law = &scene.contacts[self.contact];
                 let acceleration = flow.field(start)[n + law.normal];
                 -2.0 * neighbour[n + law.normal] / (acceleration * (1.0 - law.restitution))
@@ -167,7 +212,7 @@ impl Passage {
             _ => -self.along(n, |k| neighbour[k]) / self.along(n, |k| field[k]),
         };
         let moved: Vec<f64> = neighbour.iter().zip(&field).map(|(dy, f)| dy + f * delay).collect();
-        apply(&self.jump_matrix(scene, flow.combination(), end, arrived), &moved)
+        Ok(apply(&self.jump_matrix(scene, flow.combination(), end, arrived)?, &moved))
     }
 
     /// Dg, row-major.
@@ -177,9 +222,17 @@ impl Passage {
         before: &Combination,
         end: &[f64],
         arrived: &[f64],
-    ) -> Vec<f64> {
+    ) -> Result<Vec<f64>, RunFailure> {
         let n = scene.size;
         let size = 2 * n;
+        if self.is_joint() {
+            let mut between = end.to_vec();
+            self.strike(scene, before, &mut between)?;
+            let closing = Closing::new(scene, before, self.contact, &self.series, &between)?;
+            let impact = Self::new(scene, before, self.contact, Trigger::GapClosed);
+            let matrix = impact.jump_matrix(scene, before, end, &between)?;
+            return Ok(product(size, &closing.projection, &matrix));
+        }
         let mut matrix = vec![0.0; size * size];
         (0..size).for_each(|k| matrix[k * size + k] = 1.0);
         let law = &scene.contacts[self.contact];
@@ -214,7 +267,7 @@ impl Passage {
                 }
             }
         }
-        matrix
+        Ok(matrix)
     }
 
     /// Dimension of the directions that a passage forgets: the kernel of its saltation matrix.
@@ -255,30 +308,23 @@ fn coupled_impact(
     let change: Vec<f64> = rows.iter().map(|&row| arrived[row] - end[row]).collect();
     let impulse = eigen::solve(count, w, &change);
     let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
-    let (mut conditions, mut given) = (vec![0.0; count * count], vec![0.0; count * count]);
     // Velocities that do not depend on what they were.
     let mut set = vec![false; count];
-    for (i, law) in scene.contacts.iter().enumerate() {
-        let (t, g) = (2 * i, 2 * i + 1);
-        let touching = i == struck || before.statuses()[i].is_closed();
-        let held = touching && impulse[g] > NO_IMPULSE * largest;
-        let sticking = held && arrived[rows[t]] == law.slider_speed;
-        for (row, holds, factor) in [(t, sticking, 1.0), (g, held, 1.0 + law.restitution)] {
-            if holds {
-                conditions[row * count..(row + 1) * count]
-                    .copy_from_slice(&w[row * count..(row + 1) * count]);
-                given[row * count + row] = -factor;
-            } else {
-                conditions[row * count + row] = 1.0;
-            }
-        }
-        (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
-        if held && !sticking {
-            conditions[t * count + g] = -law.friction * impulse[t].signum();
-        }
-    }
-    let response = eigen::solve(count, &conditions, &given);
-    let velocity = product(count, w, &response);
+    let impulses: Vec<Option<Impulse>> = scene
+        .contacts
+        .iter()
+        .enumerate()
+        .map(|(i, law)| {
+            let (t, g) = (2 * i, 2 * i + 1);
+            let touching = i == struck || before.statuses()[i].is_closed();
+            let held = touching && impulse[g] > NO_IMPULSE * largest;
+            let sticking = held && arrived[rows[t]] == law.slider_speed;
+            (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
+            let friction = law.friction * impulse[t].signum();
+            held.then_some(Impulse { sticking, friction, lost: [1.0, 1.0 + law.restitution] })
+        })
+        .collect();
+    let velocity = response(w, &impulses);
     for (i, &row) in rows.iter().enumerate() {
         for (j, &column) in rows.iter().enumerate() {
             matrix[row * size + column] += velocity[i * count + j];
@@ -355,11 +401,60 @@ pub(crate) fn passages(
         let (value, scale) = passage.value(end);
         direct || !impact || value.abs() <= COINCIDENCE * scale
     };
-    events
-        .iter()
-        .map(|&(contact, kind)| Passage::of_event(scene, before, contact, kind))
-        .filter(own)
-        .collect()
+    let mut found = joint_closings(scene, before, end, events);
+    let joined: Vec<usize> = match &scene.coordinates.delassus {
+        Some(w) => found
+            .iter()
+            .flat_map(|passage| coupled_with(w, scene.contacts.len(), passage.contact))
+            .collect(),
+        None => Vec::new(),
+    };
+    found.extend(
+        events
+            .iter()
+            .filter(|event| !joined.contains(&event.0))
+            .map(|&(contact, kind)| Passage::of_event(scene, before, contact, kind))
+            .filter(own),
+    );
+    found.sort_by_key(|passage| passage.contact);
+    found
+}
+
+/// The joint closings among the events of one instant: an impact comes with them, whose contact may close as well. The
+/// limit of the bounces of one contact has none beside it.
+fn joint_closings(
+    scene: &Scene,
+    before: &Combination,
+    end: &[f64],
+    events: &[(usize, EventKind)],
+) -> Vec<Passage> {
+    let Some(w) = &scene.coordinates.delassus else { return Vec::new() };
+    let (q, u) = end.split_at(scene.size);
+    let mut rest: Vec<(usize, EventKind)> = events.to_vec();
+    let mut found = Vec::new();
+    while let Some(&(first, _)) = rest.iter().find(|event| event.1 == EventKind::Accumulation) {
+        let tied = coupled_with(w, scene.contacts.len(), first);
+        let (own, others): (Vec<_>, Vec<_>) =
+            rest.into_iter().partition(|event| tied.contains(&event.0));
+        rest = others;
+        let of_kind =
+            |kind: EventKind| own.iter().filter(move |event| event.1 == kind).map(|event| event.0);
+        let series: Vec<usize> = of_kind(EventKind::Accumulation).collect();
+        let candidates = series.iter().copied().chain(of_kind(EventKind::Impact));
+        // The contact that strikes has the gap that closes soonest: those of the others are not in the numbers any more.
+        let time = |contact: &usize| {
+            let normal = scene.contacts[*contact].normal;
+            (q[normal] / u[normal]).abs()
+        };
+        let struck = candidates
+            .filter(|&contact| !before.statuses()[contact].is_closed())
+            .min_by(|a, b| time(a).total_cmp(&time(b)));
+        let is_joint = series.len() > 1 || of_kind(EventKind::Impact).next().is_some();
+        found.extend(
+            struck.filter(|_| is_joint).map(|struck| Passage::joint(scene, before, struck, series)),
+        );
+    }
+    found
 }
 
 /// Part of its terms below which an event function counts as zero at the instant of another event.

@@ -136,7 +136,7 @@ impl Orbit {
                 flow,
                 &transition,
                 [&step.state, &end, &arrived],
-            ));
+            )?);
             pass.arrived.push(arrived);
         }
         Ok(pass)
@@ -210,7 +210,7 @@ impl Orbit {
 
 /// The duration of a phase that ends where a series of bounces comes to rest.
 fn explicit_time(scene: &Scene, flow: &Flow<'_>, step: &Step) -> Option<f64> {
-    if step.kind != EventKind::Accumulation {
+    if step.kind != EventKind::Accumulation || step.passage.is_joint() {
         return None;
     }
     let law = &scene.contacts[step.passage.contact];

@@ -36,7 +36,7 @@ const GENERAL_ROUNDS: usize = 2;
 
 /// Relative correction of an eigenvalue below which the next one, of about its square, is rounding. A larger one
 /// belongs to a mode much slower than the fastest, and vectors whose error is as large: they are refined first.
-const SETTLED: f64 = 1e-9;
+pub(crate) const SETTLED: f64 = 1e-9;
 /// Rounds of refinement; each squares the error, so three take one digit to rounding.
 const ROUNDS: usize = 3;
 
@@ -48,7 +48,7 @@ const ZERO: f64 = 1e-28;
 const INVERTED_SIZE: usize = 400;
 
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
-const BACKWARD_STABLE: f64 = 3e-14;
+pub(crate) const BACKWARD_STABLE: f64 = 3e-14;
 
 /// Condition number above which an eigenvalue counts as defective: a defective pair splits by about
 /// the square root of rounding, which leaves a condition number of about its inverse, 7e7; less a margin of 20.
@@ -201,7 +201,7 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => {
-            each(m, problem.half_modes(&stiffness, vectors), |half| {
+            each(m, problem.half_modes(&stiffness, vectors, [alpha, beta]), |half| {
                 problem.proportional_modes(half, alpha, beta).collect::<Vec<_>>()
             })
             .into_iter()
@@ -217,7 +217,7 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
                 true => iteration.improved(mode),
                 false => mode,
             };
-            modes.into_iter().map(improve).collect()
+            each(m, modes, improve)
         }
         false => modes,
     };
@@ -266,7 +266,7 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
-    fn half_modes(&self, stiffness: &[f64], vectors: Vectors) -> Vec<HalfMode> {
+    fn half_modes(&self, stiffness: &[f64], vectors: Vectors, damping: [f64; 2]) -> Vec<HalfMode> {
         let m = self.pencil.size;
         let corrected = |pairs: Vec<EigenPair>| -> Vec<HalfMode> {
             let solved = |pair: EigenPair| Solved {
@@ -293,13 +293,28 @@ impl Problem<'_> {
         }
         let wanted = vectors == Vectors::Refined && m <= REFINED_SIZE;
         for round in 0..ROUNDS {
-            let first = round == 0 && wanted;
+            // One round for all modes costs as much as inverse iteration for a few.
+            let unstable = |half: &HalfMode| self.half_residual(half, damping) > BACKWARD_STABLE;
+            let first = round == 0 && (wanted || halves.iter().any(unstable));
             if !(first || open(&halves, SETTLED)) {
                 break;
             }
             halves = self.refined(halves);
         }
         halves
+    }
+
+    /// The relative residual of the modes of an eigenpair, the larger one of both:
+    /// `P(lambda) = (1 + beta lambda) (K - kappa M)`.
+    fn half_residual(&self, half: &HalfMode, [alpha, beta]: [f64; 2]) -> f64 {
+        let products = half.mass.iter().zip(&half.stiffness);
+        let rows = products.map(|(m, k)| k.less(m, half.kappa).norm_sqr()).sum::<f64>().sqrt();
+        let (larger, smaller) = roots_of_mode(half.kappa, alpha + beta * half.kappa);
+        let of_root = |lambda: Complex64| {
+            let length = (1.0 + beta * lambda) * rows;
+            self.relative_residual(lambda, &half.right, std::iter::once(length))
+        };
+        of_root(larger).max(of_root(smaller))
     }
 
     /// Values with their vectors, corrected by their Rayleigh quotients `y' K x / y' M x`.
@@ -422,14 +437,15 @@ impl Problem<'_> {
         };
         let pairs = eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping));
         let solved = self.general_corrected(each(m, pairs, solved), damping_rows);
-        match vectors {
-            Vectors::Refined if m <= REFINED_SIZE => (0..GENERAL_ROUNDS)
-                .fold(solved, |modes, _| self.general_refined(modes, damping_rows)),
-            _ => solved,
-        }
-        .into_iter()
-        .map(|(mode, _)| mode)
-        .collect()
+        let rounds = match vectors {
+            Vectors::Refined if m <= REFINED_SIZE => GENERAL_ROUNDS,
+            _ => usize::from(solved.iter().any(|(mode, _)| mode.residual > BACKWARD_STABLE)),
+        };
+        (0..rounds)
+            .fold(solved, |modes, _| self.general_refined(modes, damping_rows))
+            .into_iter()
+            .map(|(mode, _)| mode)
+            .collect()
     }
 
     /// All modes after one step of refinement of their vectors.

@@ -6,15 +6,18 @@ use rayon::prelude::*;
 use crate::branches::{Mesh, Node};
 use crate::eigenpair::turned;
 use crate::error::Error;
+use crate::leading::leading;
 use crate::path::Path;
 
-/// All 2m branches at every value. Arrays are row-major over (value, branch), vectors over (value, coordinate, branch);
+/// All 2m branches at every value, or those of some modes. Arrays are row-major over (value, branch), vectors over (value, coordinate, branch);
 /// the branches are sorted at the first value: by modulus, conjugates adjacent, positive imaginary part first.
 #[derive(Debug, Clone)]
 pub struct Sweep {
     pub values: Vec<f64>,
     pub branches: usize,
     pub eigenvalues: Vec<Complex64>,
+    /// Whether no mode at a value grows, followed or not.
+    pub stable: Vec<bool>,
     /// `d lambda / d p`
     pub slopes: Vec<Complex64>,
     pub condition: Vec<f64>,
@@ -29,10 +32,26 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// At `values`, ascending and at least one; `vectors` asks for right and left ones.
-    pub fn new(path: &Path, values: &[f64], vectors: bool) -> Result<Self, Error> {
-        let mesh = Mesh::new(path, values, &|_, _, _| true)?;
-        let rows = rows(&mesh, values);
+    /// At `values`, ascending and at least one; `vectors` asks for right and left ones, `modes` for that many modes of the
+    /// first value alone: those whose largest real part at any of the values is the largest.
+    pub fn new(
+        path: &Path,
+        values: &[f64],
+        vectors: bool,
+        modes: Option<usize>,
+    ) -> Result<Self, Error> {
+        let (mesh, branches) = match modes {
+            Some(modes) => leading(path, values, modes)?,
+            None => {
+                let mesh = Mesh::new(path, values, &|_, _, _| true)?;
+                let count = mesh.nodes.first().map_or(0, |node| node.members().len());
+                (mesh, (0..count).collect())
+            }
+        };
+        let mut rows = rows(&mesh, values, branches);
+        if let Some(modes) = modes {
+            keep_largest(&mut rows, modes);
+        }
         let branches = rows.first().map_or(0, |row| row.carriers.len());
         let entries = if vectors { branches * path.size } else { 0 };
         let zero = Complex64::default();
@@ -41,6 +60,7 @@ impl Sweep {
             values: values.to_vec(),
             branches,
             eigenvalues: table(),
+            stable: rows.iter().map(Row::is_stable).collect(),
             slopes: table(),
             condition: vec![0.0; values.len() * branches],
             defective: vec![false; values.len() * branches],
@@ -91,10 +111,36 @@ struct Row<'a> {
     carriers: Vec<usize>,
 }
 
-/// The node of every value.
-fn rows<'a>(mesh: &'a Mesh, values: &[f64]) -> Vec<Row<'a>> {
-    let branches = mesh.nodes.first().map_or(0, |node| node.members().len());
-    let mut carriers: Vec<usize> = (0..branches).collect();
+impl Row<'_> {
+    fn is_stable(&self) -> bool {
+        !self.node.modes.iter().any(|mode| mode.eigenvalue.re > 0.0)
+    }
+}
+
+/// Keeps the branches of so many modes of the first row, those of the largest real part at any value.
+fn keep_largest(rows: &mut [Row<'_>], modes: usize) {
+    let Some(first) = rows.first() else { return };
+    let members = first.node.members();
+    let own: Vec<usize> = first.carriers.iter().map(|&carrier| members[carrier].mode).collect();
+    let mut largest = vec![f64::NEG_INFINITY; first.node.modes.len()];
+    for row in &*rows {
+        let members = row.node.members();
+        for (&mode, &carrier) in own.iter().zip(&row.carriers) {
+            largest[mode] = largest[mode].max(row.node.eigenvalue(members[carrier]).re);
+        }
+    }
+    let mut order: Vec<usize> = (0..largest.len()).collect();
+    order.sort_by(|&r, &s| largest[s].total_cmp(&largest[r]));
+    order.truncate(modes);
+    for row in rows {
+        let mut own = own.iter();
+        row.carriers.retain(|_| own.next().is_some_and(|mode| order.contains(mode)));
+    }
+}
+
+/// The node of every value, with the members that carry `branches`, members of the first node.
+fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>> {
+    let mut carriers = branches;
     let mut rows = Vec::with_capacity(values.len());
     let mut wanted = values.iter().peekable();
     let mut crossings = mesh.crossings.iter().peekable();
@@ -103,7 +149,7 @@ fn rows<'a>(mesh: &'a Mesh, values: &[f64]) -> Vec<Row<'a>> {
             let previous = &mesh.nodes[k - 1];
             while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value) {
                 // The eigenvalues that cross here are equal, so the nearest ones are right.
-                let next = previous.nearest(crossing);
+                let next = previous.nearest(crossing, |carrier, _| carriers.contains(&carrier));
                 wanted.next();
                 let carriers = carriers.iter().map(|&carrier| next[carrier]).collect();
                 rows.push(Row { node: crossing, carriers });

@@ -206,6 +206,27 @@ pub(crate) fn impact(
     Coupled { scene, time: 0.0, w }.strike(&closed, q, u)
 }
 
+/// The statuses of contacts that mass couples once all of `contacts` touch and rest in their normal directions.
+pub(crate) fn at_rest(
+    scene: &Scene,
+    contacts: &[usize],
+    q: &[f64],
+    u: &[f64],
+) -> Result<Vec<Status>, RunFailure> {
+    let Some(w) = &scene.coordinates.delassus else { return Ok(Vec::new()) };
+    let (mut q, mut u) = (q.to_vec(), u.to_vec());
+    for &i in contacts {
+        q[scene.contacts[i].normal] = 0.0;
+        u[scene.contacts[i].normal] = 0.0;
+    }
+    let sliding = |i: usize| {
+        let law = &scene.contacts[i];
+        sliding_status(u[law.tangential] - law.slider_speed).map(Status::friction_sign)
+    };
+    let problem: Vec<_> = contacts.iter().map(|&i| (i, sliding(i))).collect();
+    Ok(Coupled { scene, time: 0.0, w }.accelerate(&problem, &q, &u)?.statuses)
+}
+
 fn settle_contact(
     scene: &Scene,
     time: f64,

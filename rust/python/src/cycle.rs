@@ -156,6 +156,7 @@ impl Cycle {
         dict.set_item("durations", record.durations.into_pyarray(py))?;
         dict.set_item("contacts", integers(py, &record.contacts))?;
         dict.set_item("kinds", kinds)?;
+        dict.set_item("series", record.series)?;
         dict.set_item("period", record.period)?;
         dict.set_item("residual", record.residual)?;
         Ok(dict)
@@ -295,6 +296,7 @@ pub struct Record<'py> {
     durations: PyReadonlyArray1<'py, f64>,
     contacts: Vec<usize>,
     kinds: Vec<String>,
+    series: Vec<Vec<usize>>,
     period: f64,
     residual: f64,
 }
@@ -308,6 +310,7 @@ impl Record<'_> {
             durations: vector(&self.durations),
             contacts: self.contacts,
             kinds: kinds(py, &self.kinds)?,
+            series: self.series,
             period: self.period,
             residual: self.residual,
         };

@@ -127,15 +127,17 @@ impl Path {
         Ok([a?, b?, c?, d?, e?, f?])
     }
 
-    /// Tracked branches at ascending values.
+    /// Tracked branches at ascending values, all or those of some modes.
+    #[pyo3(signature = (values, vectors, modes=None))]
     fn sweep<'py>(
         &self,
         py: Python<'py>,
         values: PyReadonlyArray1<'py, f64>,
         vectors: bool,
+        modes: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let sweep = detached(py, || core::Sweep::new(&self.inner, &values, vectors))?
+        let sweep = detached(py, || core::Sweep::new(&self.inner, &values, vectors, modes))?
             .map_err(|error| raise(py, &error))?;
         let (rows, branches, m) = (values.len(), sweep.branches, self.inner.size);
         let dict = PyDict::new(py);
@@ -145,6 +147,7 @@ impl Path {
         dict.set_item("a", table(sweep.a)?)?;
         dict.set_item("condition", matrix(py, rows, branches, sweep.condition)?)?;
         dict.set_item("defective", sweep.defective.into_pyarray(py).reshape([rows, branches])?)?;
+        dict.set_item("stable", sweep.stable.into_pyarray(py))?;
         dict.set_item("meetings", sweep.meetings.into_pyarray(py))?;
         set_steady(py, &dict, &self.inner.combination, self.inner.steady(&values))?;
         if vectors {

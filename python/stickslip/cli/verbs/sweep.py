@@ -32,9 +32,20 @@ RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
 @click.option(
     "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
 )
+@click.option(
+    "--modes",
+    type=click.IntRange(min=1),
+    metavar="COUNT",
+    help="Follow only so many modes, those of the largest real part; default: all.",
+)
 @answer_options
 def sweep(
-    scene: Path, changes: tuple[str, ...], over: tuple[str, ...], combination: str | None, answer: Answer
+    scene: Path,
+    changes: tuple[str, ...],
+    over: tuple[str, ...],
+    combination: str | None,
+    modes: int | None,
+    answer: Answer,
 ) -> None:
     """Follow eigenvalues over one or two parameters, and find where stability changes.
 
@@ -48,15 +59,17 @@ def sweep(
         raise click.UsageError(f"{scene} has no [sweep]; say --over NAME=FROM:TO:COUNT")
     if answer.plot is not None and len(values) == 2 and min(map(len, values.values())) < 2:
         raise click.UsageError("--plot needs at least two values of each of two parameters")
-    branches = ss.sweep(case.model, combination, **values)
-    from stickslip.locus.figures import loci, stability_map
+    if modes is not None and len(values) == 2:
+        raise click.UsageError("--modes follows modes over one parameter, not over two")
+    branches = ss.sweep(case.model, combination, modes=modes, **values)
+    from stickslip.plot import loci, stability_map
 
     figure = loci if len(values) == 1 else stability_map
 
     answer.give(
         lambda: branches.assign_attrs(meetings=branches.attrs["meetings"].tolist()),
         (*values, "branch"),
-        lambda out: _show(out, case, combination, values, branches),
+        lambda out: _show(out, case, combination, values, branches, modes),
         lambda: figure(branches),
     )
 
@@ -79,7 +92,12 @@ def _values(text: str) -> tuple[str, Any]:
 
 
 def _show(
-    out: Console, case: ss.Case, combination: str | None, values: dict[str, Any], branches: xr.Dataset
+    out: Console,
+    case: ss.Case,
+    combination: str | None,
+    values: dict[str, Any],
+    branches: xr.Dataset,
+    modes: int | None,
 ) -> None:
     stable, exists = branches.stable.to_numpy(), branches.steady_sliding.to_numpy()
     if combination is not None:
@@ -92,6 +110,10 @@ def _show(
     if len(values) != 1:
         return
     ((name, axis),) = values.items()
+    if modes is not None:
+        # A search for critical points would follow all modes.
+        out.print(table("Changes of stability", ("between", "and", ""), _changes(np.asarray(axis), stable)))
+        return
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
     points = ss.critical_points(case.model, combination, **limits)
     rows = [
@@ -104,6 +126,17 @@ def _show(
         for point in points
     ]
     out.print(table("Critical points", ("kind", name, "frequency, Hz", ""), rows))
+
+
+def _changes(axis: Any, stable: Any) -> list[tuple[str, ...]]:
+    """Return the neighbouring values between which stability is lost or gained."""
+    order = np.argsort(axis)
+    ascending, verdicts = axis[order], stable[order]
+    changed = np.flatnonzero(verdicts[1:] != verdicts[:-1])
+    return [
+        (f"{ascending[k]:.6g}", f"{ascending[k + 1]:.6g}", "lost" if verdicts[k] else "gained")
+        for k in changed
+    ]
 
 
 def _remark(point: ss.CriticalPoint, combination: str | None) -> str:
