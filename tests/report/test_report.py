@@ -250,7 +250,7 @@ def test_the_verb_writes_the_page(tmp_path):
     ss.save(belt(static_friction=0.4), file)
     result = CliRunner().invoke(main, ["report", str(file), "--duration", "2.0"])
     assert result.exit_code == 0, result.output
-    assert "Steady sliding is neutral" in result.output
+    assert "Steady sliding is marginal" in result.output
     outline = check((tmp_path / "belt.html").read_text(encoding="utf-8"))
     assert (1, "belt") in outline.headings
     refused = CliRunner().invoke(main, ["report", str(tmp_path / "none.toml")])
