@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-slow test-browser fuzz verify lint format bench docs pages gallery wheel clean
+.PHONY: help reproduce test test-quick test-slow test-browser fuzz verify lint format bench docs pages gallery wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -22,6 +22,9 @@ test: $(INSTALLED) ## Test the core and the package
 	cargo test --release --locked --package stickslip-core
 	$(BIN)/python -m pytest
 
+test-quick: $(INSTALLED) ## Test the package, without what takes seconds or starts other processes
+	$(BIN)/python -m pytest -m "not slow and not process"
+
 # pytest prints the seed of a failure; PYTEST="--hypothesis-seed=..." draws the same examples again.
 PYTEST ?=
 test-slow: $(INSTALLED) ## Test the package with many new random examples of every property
@@ -35,11 +38,11 @@ test-browser: $(VENV)/.extra-browser ## Look at the report in a browser
 N ?= 1000
 SEED ?= 1
 fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; resumable
-	$(BIN)/python tests/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl
+	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
-	PYTHONPATH=tests $(BIN)/python -m verification.manual
+	PYTHONPATH=tests:tests/support $(BIN)/python -m verification.manual
 
 lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows no Python
 	cargo fmt --all --check
@@ -73,7 +76,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html
-	$(BIN)/python -m pytest tests/test_pages.py tests/test_readme.py
+	$(BIN)/python -m pytest tests/test_pages.py
 	$(BIN)/stickslip reproduce --output $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
 	$(MAKE) pages

@@ -21,9 +21,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from report import Report, machine, versions
 
 import stickslip as ss
+from report import Report, machine, versions
 
 DURATION = 0.6
 KICK = {"x1": 1e-3}

@@ -19,10 +19,10 @@ from typing import Any, Literal
 
 import numpy as np
 from batch_throughput import peak
-from report import Report, machine, versions
 
 import stickslip as ss
-from stickslip.models import Link, Subsystem, chain
+from report import Report, machine, versions
+from stickslip.scene.models import Link, Subsystem, chain
 
 #: The published subsystems and the springs between and before them.
 SUBSYSTEMS = (

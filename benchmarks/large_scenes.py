@@ -14,10 +14,9 @@ import time
 from pathlib import Path
 
 from chain_scaling import scene_of
-from report import Report, machine, versions
 
 import stickslip as ss
-from stickslip.case import Case
+from report import Report, machine, versions
 
 #: Dofs, of four per subsystem.
 SIZES = (100, 1000)
@@ -71,7 +70,7 @@ def main() -> None:
                 scene = scene_of(size // 4).replace(
                     friction=FRICTION, damping=ss.Proportional(stiffness=damping)
                 )
-                Case(scene).save(folder / file)
+                ss.save(scene, folder / file)
                 for verb, arguments in verbs(file, chosen.sweep_options.split()).items():
                     if chosen.only is None or verb.startswith(chosen.only):
                         rows.append([str(size), kind, verb, seconds(arguments, folder)])

@@ -7,7 +7,7 @@ combination comes back is what the choice depends on:
 * *one contact*: friction at the first contact only; a few combinations, again and again.
 * *quiet*: steady sliding, disturbed by less than it takes for an event; one phase.
 
-And elastic blocks on a belt, of `quad_block.py` among the tests: *coupled masses*, a mesh with consistent
+And elastic blocks on a belt, of `quad_block.py` in `tests/support`: *coupled masses*, a mesh with consistent
 mass of 110 and 420 dofs and two contacts, and *eleven contacts*, a reduced model of 62 dofs where every
 tenth event meets a new combination.
 
@@ -25,11 +25,11 @@ from typing import Literal
 
 import numpy as np
 from chain_scaling import on_cycles, scene_of, settled
-from report import Report, machine, versions
 
 import stickslip as ss
+from report import Report, machine, versions
 
-sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 from quad_block import quad_block, reduced_block
 
 SIZES = (10, 20, 30, 50, 100, 200, 300)

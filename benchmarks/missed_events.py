@@ -20,7 +20,7 @@ from scipy.integrate import solve_ivp
 
 import stickslip as ss
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from dip_scenes import Dip, gap, normal_force, slip
 
 PARTS = (1e-3, 1e-6, 1e-9, 0.0)

@@ -19,11 +19,11 @@ import numpy as np
 import scipy.linalg
 from batch_throughput import peak
 from numpy.typing import NDArray
-from report import Report, machine, versions
 
 import stickslip as ss
+from report import Report, machine, versions
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
 from peers.solve_ivp import prepare
 from stiffness_uncertainty import STIFFNESSES, parameters

@@ -20,9 +20,10 @@ from pathlib import Path
 
 import numpy as np
 import xarray as xr
+
 from report import Report
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 import study_models as models
 
 SAMPLES, CHUNK = 400, 7

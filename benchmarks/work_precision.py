@@ -24,12 +24,12 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
-from report import Report, left_out, machine, versions
 
 import stickslip as ss
+from report import Report, left_out, machine, versions
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
-from conftest import reference_solution
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
+from reference_runs import reference_solution
 
 #: s: what is further from its reference is another event; two of a contact and kind are 7 ms apart.
 WINDOW = 1e-4

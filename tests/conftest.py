@@ -3,16 +3,14 @@
 The fast profile draws the same examples every time; the slow one, `make test-slow`, draws many new ones.
 """
 
-import json
 import signal
-from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, settings
 
 import stickslip as ss
+from reference_runs import reference_solution
 
 settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
 
@@ -28,38 +26,6 @@ settings.register_profile(
 )
 settings.load_profile("fast")
 
-REFERENCE = Path(__file__).parent / "reference"
-
-
-def reference_solution(name):
-    """A 220-bit reference solution with its scene; numbers rounded once to double."""
-    record = json.loads((REFERENCE / f"{name}.json").read_text())
-    case = record["case"]
-    scene = ss.Scene(
-        case["mass"],
-        case["stiffness"],
-        damping=ss.Proportional(mass=case["alpha"], stiffness=case["beta"]),
-        force=case["force"],
-        contacts=[ss.Contact(**contact) for contact in case["contacts"]],
-        impact_friction=case["impact_friction"],
-    )
-    events = record["events"]
-    return SimpleNamespace(
-        scene=scene,
-        start=ss.State(
-            [float(x) for x in record["x0"]], [float(v) for v in record["v0"]], "".join(case["status0"])
-        ),
-        perturbation=np.array(case["v0"]),
-        duration=case["duration"],
-        time=np.array([float(event[0]) for event in events]),
-        contact=np.array([event[1] for event in events]),
-        kind=np.array([event[2] for event in events]),
-        combination=np.array([event[3] for event in events]),
-        last_event_state=np.array([float(x) for x in record["last_event_state"]]),
-        end_state=np.array([float(x) for x in record["y_end"]]),
-        grazing=record["grazing"],
-    )
-
 
 @pytest.fixture(scope="session")
 def standard():
@@ -71,3 +37,49 @@ def standard():
 def lifting():
     """Friction 2.2, slider speed 0.05 m/s, 0.3 s: 147 events with release and impact."""
     return reference_solution("paper-mu2.2-v0.05")
+
+
+@pytest.fixture(scope="module")
+def datasets():
+    """Every labelled array that the package returns, by the call it comes from."""
+    times = np.linspace(0.0, 0.2, 5)
+    scene = ss.models.two_subsystems()
+    model = ss.models.two_subsystems
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.3)
+    cycle = run.limit_cycle()
+    modes = ss.complex_modes(scene)
+    selection = ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4)
+    balance = run.balance()
+    return {
+        "sample": run.sample(times),
+        "modal_coordinates": run.modal_coordinates(times),
+        "energy": run.energy(times),
+        "run.dataset": run.dataset(5),
+        "spectrum": run.spectrum("x2"),
+        "sampled spectrum": run.spectrum(end=0.1),
+        "cycle.table": cycle.table(),
+        "harmonics": cycle.harmonics(4),
+        "harmonic_energy": cycle.harmonic_energy(4),
+        "cycle.dataset": cycle.dataset(5),
+        "amplitude": cycle.amplitude,
+        "minimum": cycle.minimum,
+        "maximum": cycle.maximum,
+        "balance.contacts": balance.contacts,
+        "balance.combinations": balance.combinations,
+        "modal_energy": ss.modal_energy(run, times),
+        "selection.modes": selection.modes,
+        "selection.gains": selection.gains,
+        "modes.dataset": modes.dataset(),
+        "orbit": ss.orbit(modes, 0),
+        "mode_power": ss.mode_power(scene),
+        "status_table": ss.status_table(scene, ["++", "ss"]).data,
+        "sweep": ss.sweep(scene, friction=[0.5, 1.5], slider_speed_1=[0.01, 0.02], vectors=True),
+        "sweep of a model": ss.sweep(model, wall_stiffness=[1.8e6, 1.9e6]),
+        "sensitivity": ss.sensitivity(scene, parameters=("friction",)),
+        "entry_sensitivity": ss.entry_sensitivity(scene, "stiffness"),
+        "stability": ss.stability(model, friction=[0.5, 1.5]),
+        "bifurcation": ss.bifurcation(scene, friction=[1.5, 1.6]),
+        "follow_branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
+        "trace_branch": ss.trace_branch(cycle, friction=(1.5, 1.51), points=3),
+        "basins": ss.basins(scene, run.start, position={"x1": [0.0]}, velocity={"x2": [0.0, 1e-4]}),
+    }

@@ -21,7 +21,7 @@ assert abs(run.limit_cycle().period - 8.908492605779e-3) < 1e-14
 command = shutil.which("stickslip", path=str(Path(sys.executable).parent))
 assert command, "no command stickslip beside the interpreter"
 with tempfile.TemporaryDirectory() as place:
-    scene.save(Path(place) / "two.toml")
+    ss.save(scene, Path(place) / "two.toml")
     for arguments in (["--version"], ["reproduce"], ["report", "two.toml"]):
         subprocess.run([command, *arguments], cwd=place, check=True, stdout=subprocess.DEVNULL)
     assert (Path(place) / "two.html").stat().st_size > 100_000

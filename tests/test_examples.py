@@ -1,15 +1,12 @@
 """Examples, run small."""
 
-import sys
-from pathlib import Path
-
 import numpy as np
 import pytest
+import stiffness_uncertainty as example
 
 import stickslip as ss
 
-sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
-import stiffness_uncertainty as example
+pytestmark = pytest.mark.slow
 
 
 def test_stiffness_uncertainty(tmp_path):

@@ -11,7 +11,7 @@ import scipy.sparse
 import xarray as xr
 
 import stickslip as ss
-from stickslip import scene as scene_module
+from stickslip.scene import scene as scene_module
 
 NAN, INF = float("nan"), float("inf")
 HUGE = 10**400
@@ -238,21 +238,22 @@ def test_a_rigid_pad_with_masses_of_its_contacts():
     assert resting.position[0] == pytest.approx(0.5 * 10.0 / 1e4, rel=1e-3)
 
 
+@pytest.mark.process
 def test_figures_of_studies_are_there_without_a_second_import():
     code = "import sys, stickslip as ss; ss.study.Study; assert 'matplotlib' not in sys.modules; "
-    code += "ss.study.figures.overview"
+    code += "ss.plot.overview"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 
 def test_marginal_modes():
     """Without damping nothing grows or decays, whatever rounding says; with the least damping it does."""
-    free = masses(contacts=[contact(slider_speed=1.0)], stiffness=np.diag([1e4, 2e4, 3e4, 4e4]) + 1e3)
-    assert ss.complex_modes(free).marginal.all()
+    free = masses(contacts=[contact()], stiffness=np.diag([1e4, 2e4, 3e4, 4e4]) + 1e3)
+    assert ss.complex_modes(free, "+").marginal.all()
     matrix = free.replace(damping=np.zeros((4, 4)))
-    assert ss.complex_modes(matrix).marginal.all()
-    damped = ss.complex_modes(free.replace(damping=ss.Proportional(stiffness=1e-11)))
+    assert ss.complex_modes(matrix, "+").marginal.all()
+    damped = ss.complex_modes(free.replace(damping=ss.Proportional(stiffness=1e-11)), "+")
     assert not damped.marginal.any()
-    assert "marginal" in repr(ss.complex_modes(free))
+    assert "marginal" in repr(ss.complex_modes(free, "+"))
     assert "-0.000000" not in repr(damped)
     growing = ss.complex_modes(MODEL())
     assert not growing.marginal.any()

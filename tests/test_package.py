@@ -22,10 +22,12 @@ def loaded(code):
     return HEAVY & set(done.stdout.split())
 
 
+@pytest.mark.process
 def test_importing_the_package_loads_nothing_heavy():
     assert loaded("import stickslip") == set()
 
 
+@pytest.mark.process
 def test_modes_and_runs_take_no_figures():
     modes = "import stickslip as ss; ss.complex_modes(ss.models.two_subsystems())"
     assert loaded(modes) <= {"numpy", "scipy", "scipy.sparse"}
@@ -43,14 +45,14 @@ def test_every_public_name_is_there_and_once_in_the_stub():
     assert set(names) <= set(dir(ss))
 
 
-def test_a_function_keeps_its_name_from_its_module():
-    # `stickslip.sweep` is a module too, which the import system binds to the package.
-    code = "import stickslip.sweep, stickslip as ss; assert callable(ss.sweep) and callable(ss.stability)"
-    loaded(code + "; from stickslip import reproduce; assert reproduce.rows")
+def test_modules_of_a_folder_that_users_name():
+    assert ss.models.two_subsystems().size == 8
+    assert ss.reference.known(ss.Scene([1.0], [[1.0]])).section is None
+    assert ss.reference.numbers.published()
 
 
 def test_an_unknown_name():
-    with pytest.raises(AttributeError, match="no attribute 'swep'"):
+    with pytest.raises(AttributeError, match="swep"):
         ss.swep  # noqa: B018
 
 

@@ -12,6 +12,7 @@ import stickslip as ss
 SHORT = {page.relative_to(pages.ROOT).as_posix(): page for page in pages.PAGES}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", [name for name, page in SHORT.items() if pages.BLOCK.search(page.read_text("utf-8"))]
 )

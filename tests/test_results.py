@@ -10,6 +10,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.figure import Figure
 from scipy.linalg import block_diag
 
 import stickslip as ss
@@ -36,11 +37,17 @@ def examples():
         "State": run.start,
         "Case": ss.Case(scene, run={"duration": 0.6}),
         "Modes": ss.complex_modes(scene),
+        "Mode": ss.complex_modes(scene)[2],
         "Reduced": ss.reduce(scene, "+s"),
         "StatusTable": ss.status_table(scene, ["++", "ss"]),
         "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
         "Trajectory": run,
+        "Motion": cycle.run,
+        "Basins": ss.Basins(xr.DataArray([0], dims="x"), (cycle,)),
+        "Bifurcation": ss.Bifurcation(xr.Dataset({"x": 1.0}), (cycle,)),
+        "Branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
         "Events": run.events,
+        "Event": run.events[0],
         "Grazing": grazing,
         "Accumulation": drop.accumulations[0],
         "Outcome": next(ss.simulate_many([scene], duration=0.2, velocity={"x1": 1e-3})),
@@ -49,9 +56,6 @@ def examples():
         "Margin": cycle.margins()[0],
         "BranchPoint": unstable,
         "Balance": cycle.balance(),
-        "Basins": ss.Basins(xr.DataArray([[0]], dims=("x1", "x2"), name="attractor"), (cycle,)),
-        "Bifurcation": ss.Bifurcation(xr.Dataset({"period": ("friction", [cycle.period])}), (cycle,)),
-        "Branch": ss.Branch(xr.Dataset({"period": ("friction", [cycle.period])}), (cycle,), (), "range"),
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
         "StickslipError": ss.StickslipError("something"),
         "InputError": ss.InputError("friction: must be >= 0, got -1"),
@@ -59,7 +63,7 @@ def examples():
         "RunError": ss.RunError("cannot go on", drop),
         "RunInterrupted": ss.RunInterrupted(drop),
         "SearchInterrupted": ss.SearchInterrupted(xr.Dataset({"x": 1.0}), 3, 10),
-        "OrbitError": ss.OrbitError("no orbit", None),
+        "OrbitError": ss.OrbitError("no orbit"),
         "NotPeriodicError": ss.NotPeriodicError("chaotic", drop, "chaotic", 3.0, 0.5),
         "StoreError": ss.StoreError("another study"),
         "StudyError": ss.StudyError("cannot go on", xr.Dataset({"x": 1.0})),
@@ -70,10 +74,10 @@ def examples():
 
 NAMES = [
     "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
-    "CriticalPoint", "Cycle", "CyclePhase", "Events", "Grazing", "InputError", "Margin", "ModeSelection",
-    "Modes", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome", "Proportional", "Reduced",
-    "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State", "StatusTable", "StickslipError",
-    "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
+    "CriticalPoint", "Cycle", "CyclePhase", "Event", "Events", "Grazing", "InputError", "Margin", "Mode",
+    "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome",
+    "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
+    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
 ]  # fmt: skip
 
 
@@ -91,7 +95,7 @@ def same(a, b):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
     if isinstance(a, ss.Events):
         return same(vars_of(a, "time", "contact", "kind", "combination"), vars_of(b, *EVENTS))
-    if isinstance(a, ss.Trajectory | ss.Cycle):
+    if isinstance(a, ss.Motion | ss.Cycle):
         return same(a.scene, b.scene) and same(a.core.record(), b.core.record())
     if isinstance(a, ss.Scene):
         return same(a.__reduce__()[1], b.__reduce__()[1])
@@ -105,6 +109,8 @@ def same(a, b):
         return same(a.args, b.args) and same(vars(a), vars(b))
     if type(a).__module__.startswith("stickslip") and hasattr(a, "__dict__"):
         return same(public(a), public(b))
+    if isinstance(a, partial):
+        return same([a.func, a.args, a.keywords], [b.func, b.args, b.keywords])
     if isinstance(a, float | complex):
         return np.array(a).tobytes() == np.array(b).tobytes()
     return bool(a == b)
@@ -319,3 +325,68 @@ def test_repr_of_other_contacts():
     )
     failed = next(ss.simulate_many([scene.replace(slider_speed=0.0)], duration=0.1))
     assert "InputError: contact 0: slider_speed is 0" in repr(failed)
+
+
+def test_events_are_a_sequence_that_names_contacts():
+    contacts = [
+        ss.Contact(tangential=2, normal=3, friction=1.5, slider_speed=0.025, name="left"),
+        ss.Contact(tangential=6, normal=7, friction=1.5, slider_speed=0.025, name="right"),
+    ]
+    scene = ss.models.two_subsystems().replace(contacts=contacts)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    events = ss.simulate(scene, start, 0.2).events
+    assert [one.time for one in events] == events.time.tolist()
+    assert [one.name for one in events] == [("left", "right")[place] for place in events.contact]
+    assert events[-1] == events[len(events) - 1] == list(events)[-1]
+    assert events[2:5] == tuple(events[k] for k in (2, 3, 4))
+    with pytest.raises(IndexError):
+        events[len(events)]
+    frame = events.to_dataframe()
+    assert frame.contact.tolist() == [one.name for one in events]
+    assert frame.combination.tolist() == events.combination.tolist()
+    assert f"contact {events[0].name} " in repr(events).splitlines()[1]
+    assert events.summary().tables[0].rows[0][1] == events[0].name
+
+
+def test_a_mode_has_the_number_that_is_shown():
+    modes = examples()["Modes"]
+    assert len(modes) == modes.eigenvalues.size == len(list(modes))
+    grows = [mode.number for mode in modes if mode.unstable]
+    assert grows == np.flatnonzero(modes.unstable).tolist()
+    mode = modes[grows[0]]
+    assert mode.eigenvalue == modes.eigenvalues[grows[0]]
+    np.testing.assert_array_equal(mode.shape, modes.shapes[:, grows[0]])
+    assert modes[-1].number == len(modes) - 1
+    with pytest.raises(IndexError):
+        modes[len(modes)]
+    (shown,) = (line for line in repr(modes).splitlines() if "unstable" in line)
+    (row,) = (
+        row
+        for row, kind in zip(modes.summary().tables[0].rows, modes.summary().tables[0].kinds, strict=True)
+        if kind
+    )
+    assert int(shown.split()[0]) == int(row[0]) == mode.number
+    assert ss.plot.shapes(modes, [mode.number]).axes[0].get_title().startswith(f"mode {mode.number}: ")
+
+
+@pytest.mark.parametrize("name", ["Trajectory", "Motion", "Cycle", "Modes", "Balance"])
+def test_results_draw_themselves_on_the_axes_given(name):
+    axes = Figure().subplots()
+    assert examples()[name].plot(ax=axes) is axes
+    assert axes.get_xlabel()
+    assert axes.lines or axes.patches
+
+
+def test_a_summary_is_text_and_html():
+    for name in ("Scene", "Modes", "Events", "Trajectory", "Cycle", "Balance"):
+        summary = examples()[name].summary()
+        text, page = str(summary), summary._repr_html_()
+        assert page == examples()[name]._repr_html_()
+        for table in summary.tables:
+            assert table.caption in text
+            assert table.caption in page
+            assert len(table.rows) > 0
+    text = str(examples()["Scene"].summary())
+    assert "0.3 to 0.7 kg" in text
+    # Numbers stand to the right below their headings.
+    assert len({len(line) for line in text.splitlines()[-3:]}) == 1

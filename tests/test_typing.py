@@ -38,7 +38,7 @@ assert_type(start, ss.State)
 try:
     run = ss.simulate(scene, start, duration=0.6, max_events=100)
 except ss.RunError as error:
-    assert_type(error.partial, ss.Trajectory | None)
+    assert_type(error.partial, ss.Motion | None)
     raise
 assert_type(run, ss.Trajectory)
 assert_type(run.events.time, NDArray[np.float64])
@@ -53,8 +53,8 @@ assert_type(cycle.multipliers, NDArray[np.complex128])
 assert_type([phase.duration for phase in cycle.phases], list[float])
 for outcome in ss.simulate_many((model(mu) for mu in (0.1, 0.2)), duration=1.0, velocity={"x1": 1e-3}):
     assert_type(outcome.run, ss.Trajectory | None)
-assert_type(ss.figures.history(run), Figure)
-assert_type(ss.paper.figure_3(), Figure)
+assert_type(ss.plot.history(run), Figure)
+assert_type(ss.reference.figures.figure_3(), Figure)
 assert_type(ss.load_scene("scene.toml"), ss.Scene)
 """
 
@@ -71,6 +71,7 @@ WRONG = {
 HEAD = "import stickslip as ss\nfrom script import cycle, run, scene, start\n"
 
 
+@pytest.mark.process
 def test_a_script_passes_strictly_and_mistakes_are_seen(tmp_path):
     pytest.importorskip("mypy")
     (tmp_path / "script.py").write_text(SCRIPT, encoding="utf-8")

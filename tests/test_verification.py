@@ -10,6 +10,8 @@ import verification
 from verification import CASES, manual
 from verification.case import Quantity, mp
 
+pytestmark = pytest.mark.slow
+
 EPS = 2.0**-52
 
 

@@ -1,48 +1,50 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from stickslip import energy_figures, figures, mode_figures, models, paper, portraits, study
-from stickslip.arclength import trace_branch
-from stickslip.attractors import disturbed_sliding
-from stickslip.basins import Basins, basins
-from stickslip.batch import Outcome, simulate_many
-from stickslip.bifurcation import Bifurcation, bifurcation
-from stickslip.branch import Branch, BranchPoint, follow_branch
-from stickslip.branch_points import branch_points
-from stickslip.case import Case, load_case, load_scene
-from stickslip.contact import Contact
-from stickslip.critical import CriticalPoint, critical_points, hopf_points
-from stickslip.cycle import Cycle, CyclePhase, Margin
-from stickslip.dataset_file import read_dataset, write_dataset
-from stickslip.energy import Balance
-from stickslip.errors import (
+from . import plot, reference, study
+from .cycles.arclength import trace_branch
+from .cycles.attractors import disturbed_sliding
+from .cycles.basins import Basins, basins
+from .cycles.bifurcation import Bifurcation, bifurcation
+from .cycles.branch import Branch, BranchPoint, follow_branch
+from .cycles.branch_points import branch_points
+from .cycles.cycle import Cycle, CyclePhase, Margin
+from .energy.modal import modal_energy
+from .energy.selection import ModeSelection, mode_selection
+from .errors import (
     InputError,
     NoSteadySlidingError,
-    NotPeriodicError,
     OrbitError,
-    RunError,
-    RunInterrupted,
     SearchInterrupted,
     StickslipError,
     StoreError,
     StudyError,
     StudyInterrupted,
 )
-from stickslip.modal_energy import modal_energy
-from stickslip.mode_selection import ModeSelection, mode_selection
-from stickslip.mode_shape import mode_power, orbit, phase_lag
-from stickslip.modes import Modes, complex_modes
-from stickslip.reduction import Reduced, reduce
-from stickslip.report import write_report
-from stickslip.scene import Proportional, Scene
-from stickslip.sensitivity import entry_sensitivity, sensitivity
-from stickslip.stability import stability
-from stickslip.state import State, sliding_equilibrium
-from stickslip.status_table import StatusTable, status_table
-from stickslip.study import Study
-from stickslip.sweep import sweep
-from stickslip.transient import Accumulation, Events, Grazing, Trajectory, simulate
-
-__version__: str
+from .files.case import Case, load_case, load_scene, save
+from .files.dataset_file import read_dataset, write_dataset
+from .files.study_file import study_of
+from .locus.critical import CriticalPoint, critical_points, hopf_points
+from .locus.sensitivity import entry_sensitivity, sensitivity
+from .locus.stability import stability
+from .locus.sweep import sweep
+from .modes.modes import Mode, Modes, complex_modes
+from .modes.shape import mode_power, orbit, phase_lag
+from .modes.status_table import StatusTable, status_table
+from .motion.energy import Balance
+from .motion.errors import NotPeriodicError, RunError, RunInterrupted
+from .motion.events import Accumulation, Event, Events, Grazing
+from .motion.motion import Motion
+from .report import write_report
+from .scene import models
+from .scene.contact import Contact
+from .scene.reduction import Reduced, reduce
+from .scene.scene import Proportional, Scene
+from .scene.state import State, sliding_equilibrium
+from .study import Study
+from .transient.batch import Outcome, simulate_many
+from .transient.simulate import simulate
+from .transient.trajectory import Trajectory
+from .version import __version__
 
 __all__ = [
     "Accumulation",
@@ -56,12 +58,15 @@ __all__ = [
     "CriticalPoint",
     "Cycle",
     "CyclePhase",
+    "Event",
     "Events",
     "Grazing",
     "InputError",
     "Margin",
+    "Mode",
     "ModeSelection",
     "Modes",
+    "Motion",
     "NoSteadySlidingError",
     "NotPeriodicError",
     "OrbitError",
@@ -87,24 +92,22 @@ __all__ = [
     "complex_modes",
     "critical_points",
     "disturbed_sliding",
-    "energy_figures",
     "entry_sensitivity",
-    "figures",
     "follow_branch",
     "hopf_points",
     "load_case",
     "load_scene",
     "modal_energy",
-    "mode_figures",
     "mode_power",
     "mode_selection",
     "models",
     "orbit",
-    "paper",
     "phase_lag",
-    "portraits",
+    "plot",
     "read_dataset",
     "reduce",
+    "reference",
+    "save",
     "sensitivity",
     "simulate",
     "simulate_many",
@@ -112,6 +115,7 @@ __all__ = [
     "stability",
     "status_table",
     "study",
+    "study_of",
     "sweep",
     "trace_branch",
     "write_dataset",

@@ -5,16 +5,12 @@ Every error a user can cause is raised as a class of `stickslip.errors`.
 """
 
 from collections.abc import Sequence
-from typing import Any, Literal, final
+from typing import Any, Literal, TypedDict, final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.arrays import Complex, Index, Real, SparseData
-from stickslip.attractors import Settled
-from stickslip.contact import ContactData
 from stickslip.errors import StickslipError
-from stickslip.modes import ModesData
 
 __all__ = [
     "Batch",
@@ -36,30 +32,59 @@ __all__ = [
     "works",
 ]
 
+_Real = NDArray[np.float64]
+_Complex = NDArray[np.complex128]
+_Index = NDArray[np.int64]
+#: A matrix in compressed rows: data, column indices, row pointers.
+_SparseData = tuple[_Real, _Index, _Index]
+#: A contact: tangential and normal (dof index or (n,) vector), friction, static_friction, slider_speed,
+#: restitution, gap.
+_ContactData = tuple[int | _Real, int | _Real, float, float, float, float, float]
+#: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
+_Growth = tuple[float, float, float]
+#: What a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
+_Settled = tuple[str, Cycle | None, _Growth, Trajectory | None]
+
+class _ModesData(TypedDict):
+    """2m modes of the core; matrices of complex numbers are Fortran-contiguous."""
+
+    eigenvalues: _Complex  # (2m,)
+    right_displacement: _Complex  # (m, 2m)
+    left_displacement: _Complex  # (m, 2m)
+    a: _Complex  # (2m,)
+    b: _Complex  # (2m,)
+    shapes: _Complex  # (n, 2m)
+    condition: _Real  # (2m,)
+    defective: NDArray[np.bool_]  # (2m,)
+    residual: _Real  # (2m,)
+    mass: _Real  # (m, m)
+    damping: _Real  # (m, m)
+    stiffness: _Real  # (m, m)
+
 @final
 class Scene:
     def __new__(
         cls,
-        mass: Real,  # (n,) or (n, n)
-        stiffness: Real | SparseData,  # (n, n)
-        damping: tuple[float, float] | Real | SparseData,  # (mass factor, stiffness factor) or (n, n)
-        force: Real,  # (n,)
-        contacts: Sequence[ContactData],
+        mass: _Real,  # (n,) or (n, n)
+        stiffness: _Real | _SparseData,  # (n, n)
+        damping: tuple[float, float] | _Real | _SparseData,  # (mass factor, stiffness factor) or (n, n)
+        force: _Real,  # (n,)
+        contacts: Sequence[_ContactData],
         impact_friction: bool,
     ) -> Scene: ...
-    def with_contacts(self, contacts: Sequence[ContactData]) -> Scene: ...
+    def with_contacts(self, contacts: Sequence[_ContactData]) -> Scene: ...
     @property
     def size(self) -> int: ...
     def reduced(self, combination: str) -> Reduced: ...
-    def modes(self, combination: str) -> ModesData: ...
+    def modes(self, combination: str) -> _ModesData: ...
     def sliding_combination(self) -> str: ...
     def steady_sliding(self) -> str: ...
-    def sliding_equilibrium(self) -> tuple[Real, str]: ...  # position, combination
-    def check_state(self, position: Real, velocity: Real, combination: str) -> None: ...
+    def sliding_equilibrium(self) -> tuple[_Real, str]: ...  # position, combination
+    def check_state(self, position: _Real, velocity: _Real, combination: str) -> None: ...
     def simulate(
         self,
-        position: Real,
-        velocity: Real,
+        position: _Real,
+        velocity: _Real,
         combination: str,
         duration: float,
         method: Literal["auto", "modal", "taylor"],
@@ -88,36 +113,38 @@ class Batch:
     def submit(
         self,
         scene: Scene,
-        start: tuple[Real, Real, str] | None,  # None: sliding equilibrium
-        added_position: Real | None,
-        added_velocity: Real | None,
+        start: tuple[_Real, _Real, str] | None,  # None: sliding equilibrium
+        added_position: _Real | None,
+        added_velocity: _Real | None,
     ) -> None: ...
     # position, velocity, combination at the start and the motion; or why there is none
-    def collect(self) -> tuple[Real, Real, str, Trajectory] | StickslipError: ...
+    def collect(self) -> tuple[_Real, _Real, str, Trajectory] | StickslipError: ...
     def stop(self) -> None: ...
 
 @final
 class Reduced:
     """`M q'' + C q' + K q = F0 + F1 t`, x = basis q + prescribed motion."""
 
-    mass: Real  # (m, m)
-    damping: Real  # (m, m)
-    stiffness: Real  # (m, m)
-    force_constant: Real  # (m,) F0 with every sticking contact at zero tangential displacement
+    mass: _Real  # (m, m)
+    damping: _Real  # (m, m)
+    stiffness: _Real  # (m, m)
+    force_constant: _Real  # (m,) F0 with every sticking contact at zero tangential displacement
     # load (1, m), rows (c, m), offsets (1, c), slider speeds (1, c): margins (normal forces, gaps of open
     # contacts) in
     # equilibrium are rows . K^-1 load - offsets
-    statics: list[Real]
-    force_linear: Real  # (m,) F1
-    right_basis: Real  # (n, m) R
-    left_basis: Real  # (n, m) L
+    statics: list[_Real]
+    force_linear: _Real  # (m,) F1
+    right_basis: _Real  # (n, m) R
+    left_basis: _Real  # (n, m) L
 
 _CriticalKind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
-_CriticalArrays = tuple[list[_CriticalKind], list[int | None], Complex, Complex, Complex, Real, list[bool]]
+_CriticalArrays = tuple[
+    list[_CriticalKind], list[int | None], _Complex, _Complex, _Complex, _Real, list[bool]
+]
 #: (lower, upper, mass, damping, stiffness, statics) on one interval: Chebyshev coefficients (k, m, m);
 #: proportional
 #: damping as coefficients (k,) of its mass and stiffness factors; of `Reduced.statics` each (k, ., .)
-_PieceData = tuple[float, float, Real, Real | tuple[Real, Real], Real, Sequence[Real]]
+_PieceData = tuple[float, float, _Real, _Real | tuple[_Real, _Real], _Real, Sequence[_Real]]
 
 @final
 class Path:
@@ -136,43 +163,43 @@ class Path:
     @property
     def size(self) -> int: ...  # m
     # M, C, K and their derivatives to the parameter, (m, m) each
-    def matrices(self, value: float) -> list[Real]: ...
+    def matrices(self, value: float) -> list[_Real]: ...
     # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
     # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, 2m)
-    def sweep(self, values: Real, vectors: bool, modes: int | None = None) -> dict[str, Any]: ...
+    def sweep(self, values: _Real, vectors: bool, modes: int | None = None) -> dict[str, Any]: ...
     # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
     # point, and
     # whether steady sliding exists there
     def critical_points(self, imaginary: float) -> _CriticalArrays: ...
     # the same of the Hopf points alone, number of eigenproblems, number of modes followed between them
     def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
-    def growth(self, values: Real) -> dict[str, Any]: ...
+    def growth(self, values: _Real) -> dict[str, Any]: ...
 
 # eigenvalue: least stable, unstable: number, steady_sliding: (k,); normal_force: (k, c)
 def scene_growth(scenes: Sequence[Scene], combination: str | None) -> dict[str, Any]: ...
 def chain_growth(
-    upper_mass: Real,  # (k, s)
-    contact_mass: Real,  # (k, s)
-    inclination: Real,  # (k, s) rad
-    vertical_stiffness: Real,  # (k, s)
-    horizontal_stiffness: Real,  # (k, s)
-    ceiling_stiffness: Real,  # (k, s)
-    preload_displacement: Real,  # (k, s)
-    external_force: Real,  # (k, s)
-    friction: Real,  # (k, s)
-    slider_speed: Real,  # (k, s)
-    link_horizontal: Real,  # (k, s - 1)
-    link_vertical: Real,  # (k, s - 1)
-    wall_stiffness: Real,  # (k,)
-    damping: Real,  # (k,)
+    upper_mass: _Real,  # (k, s)
+    contact_mass: _Real,  # (k, s)
+    inclination: _Real,  # (k, s) rad
+    vertical_stiffness: _Real,  # (k, s)
+    horizontal_stiffness: _Real,  # (k, s)
+    ceiling_stiffness: _Real,  # (k, s)
+    preload_displacement: _Real,  # (k, s)
+    external_force: _Real,  # (k, s)
+    friction: _Real,  # (k, s)
+    slider_speed: _Real,  # (k, s)
+    link_horizontal: _Real,  # (k, s - 1)
+    link_vertical: _Real,  # (k, s - 1)
+    wall_stiffness: _Real,  # (k,)
+    damping: _Real,  # (k,)
     positive: bool,  # whether all contacts slide in +, else as their sliders drive
 ) -> dict[str, Any]: ...
 
 @final
 class Trajectory:
     event_count: int
-    event_time: Real
-    event_contact: Index
+    event_time: _Real
+    event_contact: _Index
     event_kind: list[str]
     event_combination: list[str]
     duration: float  # end of the computed motion, s
@@ -182,18 +209,18 @@ class Trajectory:
     accumulations: list[tuple[int, int, float]]  # event index, bounces left out, error bound of the time
     # time, contact, kind of the event not taken, event function at the touch, bound on its error
     grazings: list[tuple[float, int, str, float, float]]
-    def state(self, time: float) -> tuple[Real, Real, str]: ...
+    def state(self, time: float) -> tuple[_Real, _Real, str]: ...
     def event_states(
         self,
-    ) -> tuple[Real, Real]: ...  # (events, n) position and velocity just after each event
-    def sample(self, times: Real) -> tuple[Real, Real, Real, Real, NDArray[np.uint8]]: ...
+    ) -> tuple[_Real, _Real]: ...  # (events, n) position and velocity just after each event
+    def sample(self, times: _Real) -> tuple[_Real, _Real, _Real, _Real, NDArray[np.uint8]]: ...
     # position (k, n), velocity (k, n), normal force (k, c), friction force (k, c),
     # status code (k, c) as ASCII of + - s d
-    def modal_coordinates(self, times: Real) -> list[tuple[str, Index, Complex]]: ...
+    def modal_coordinates(self, times: _Real) -> list[tuple[str, _Index, _Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
     def record(self) -> dict[str, Any]: ...  # what `Scene.trajectory` takes
     # follows the motion for at most `limit` s more
-    def attractor(self, limit: float, method: Literal["auto", "modal", "taylor"]) -> Settled: ...
+    def attractor(self, limit: float, method: Literal["auto", "modal", "taylor"]) -> _Settled: ...
 
 @final
 class Works:
@@ -203,21 +230,21 @@ class Works:
     elastic: float
     states: int
     groups: list[str]
-    start: Real  # (p,) s
-    duration: Real  # (p,) s
+    start: _Real  # (p,) s
+    duration: _Real  # (p,) s
     combination: list[str]
-    contact: Real  # (p, c) on the structure
-    slider: Real  # (p, c)
-    external: Real  # (p,)
-    damping: Real  # (p, g)
-    impact_time: Real  # (m,) s
-    impact_contact: Index  # (m,)
-    impact_normal: Real  # (m,)
-    impact_slider: Real  # (m,)
-    impact_friction: Real  # (m,)
+    contact: _Real  # (p, c) on the structure
+    slider: _Real  # (p, c)
+    external: _Real  # (p,)
+    damping: _Real  # (p, g)
+    impact_time: _Real  # (m,) s
+    impact_contact: _Index  # (m,)
+    impact_normal: _Real  # (m,)
+    impact_slider: _Real  # (m,)
+    impact_friction: _Real  # (m,)
 
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
-def energy(trajectory: Trajectory, times: Real) -> dict[str, Any]:
+def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
     # kinetic, elastic, rate, external (k,), damping (k, g), contact, slider (k, c), combination, groups
 
@@ -228,9 +255,9 @@ class Cycle:
     period: float
     residual: float  # largest mismatch between phases, relative
     combinations: list[str]  # (K,)
-    durations: Real  # (K,)
-    multipliers: Complex  # (d,) descending in modulus
-    transverse: Complex  # (d - 1,) those of the return map
+    durations: _Real  # (K,)
+    multipliers: _Complex  # (d,) descending in modulus
+    transverse: _Complex  # (d - 1,) those of the return map
     structural_zeros: int
     dimensions: list[int]  # (K,) of the admissible spaces
     losses: list[int]  # (K,) directions that the event at the end of each phase forgets
@@ -239,12 +266,12 @@ class Cycle:
     is_stable: bool | None
     stability: str
     largest_multiplier: float
-    minimum: Real  # (n,)
-    maximum: Real  # (n,)
+    minimum: _Real  # (n,)
+    maximum: _Real  # (n,)
     def trajectory(self) -> Trajectory: ...
     def record(self) -> dict[str, Any]: ...  # what `Scene.cycle` takes
-    def monodromy(self) -> Real: ...  # (2n, 2n), contact coordinates
-    def harmonics(self, count: int) -> Complex: ...  # (count + 1, n)
+    def monodromy(self) -> _Real: ...  # (2n, 2n), contact coordinates
+    def harmonics(self, count: int) -> _Complex: ...  # (count + 1, n)
     # phase, contact, kind, lowest value, time, whether it is a local minimum
     def margins(self) -> list[tuple[int, int, str, float, float, bool]]: ...
     def is_followed(self) -> bool: ...
@@ -252,7 +279,7 @@ class Cycle:
     def continued(self, scene: Scene) -> Cycle: ...
 
 #: State at the section and parameter, in their units.
-_Direction = tuple[Real, float]
+_Direction = tuple[_Real, float]
 
 @final
 class Orbit:
@@ -272,22 +299,22 @@ class Orbit:
 
 def settle_all(
     scenes: Sequence[Scene],
-    starts: Sequence[tuple[Real, Real, str]],  # position, velocity, combination
+    starts: Sequence[tuple[_Real, _Real, str]],  # position, velocity, combination
     stretch: float,
     limit: float,
     runs: bool,  # whether the last stretches of the motions come with them
 ) -> tuple[
-    list[tuple[Settled, str] | None],  # and why the last stretch ended; None: not done
+    list[tuple[_Settled, str] | None],  # and why the last stretch ended; None: not done
     BaseException | None,  # what interrupted the search
 ]: ...
 
 #: of a chain of s subsystems, (s,): upper_mass, contact_mass, inclination (rad), vertical_stiffness (upper
 #: mass to vertical of the contact mass), horizontal_stiffness, ceiling_stiffness, preload_displacement (m),
 #: external_force (N, positive presses down); (s - 1,): link_horizontal, link_vertical
-_ChainColumns = dict[str, Real]
+_ChainColumns = dict[str, _Real]
 
 # mass (4s,), stiffness (4s, 4s), force (4s,)
-def chain(columns: _ChainColumns, wall_stiffness: float) -> tuple[Real, SparseData, Real]: ...
+def chain(columns: _ChainColumns, wall_stiffness: float) -> tuple[_Real, _SparseData, _Real]: ...
 
 #: field and place (None: everywhere) of every parameter
 _Slots = Sequence[tuple[str, int | None]]
@@ -303,7 +330,7 @@ class Family:
         columns: _ChainColumns,
         wall_stiffness: float,
         damping: float,
-        contacts: Sequence[ContactData],
+        contacts: Sequence[_ContactData],
         impact_friction: bool,
         slots: _Slots,
         following: Sequence[bool],  # contacts whose static friction equals their friction
@@ -311,7 +338,7 @@ class Family:
 
 # columns by output, one entry or row per sample
 def answers(
-    samples: tuple[Family, Real] | Sequence[Scene],  # rows (k, parameters)
+    samples: tuple[Family, _Real] | Sequence[Scene],  # rows (k, parameters)
     sizes: tuple[int, int, int],  # dofs, contacts, eigenvalues
     combination: str | None,
     growth: bool,
@@ -319,7 +346,7 @@ def answers(
     normal_force: bool,
     hopf: tuple[Sequence[int], float, float] | None,  # contacts, lower, upper
     # duration, further, method, max_events, (position, velocity) added, settle, energy, keep
-    motion: tuple[float, float, str, int | None, tuple[Real, Real] | None, bool, bool, bool] | None,
+    motion: tuple[float, float, str, int | None, tuple[_Real, _Real] | None, bool, bool, bool] | None,
     threads: int | None,
 ) -> dict[str, Any]: ...
 def arithmetic() -> tuple[str, list[str]]: ...  # target and vector extensions

@@ -7,10 +7,6 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import xarray as xr
 
-    from stickslip.basins import Basins
-    from stickslip.bifurcation import Bifurcation
-    from stickslip.transient import Trajectory
-
 
 class StickslipError(Exception):
     """Base of every error this package raises on purpose."""
@@ -29,35 +25,6 @@ class NoSteadySlidingError(InputError):
     """
 
 
-class RunError(StickslipError, RuntimeError):
-    """A run that cannot go on.
-
-    Attributes
-    ----------
-    partial
-        The motion computed so far, a `Trajectory`, or None where nothing was computed.
-    """
-
-    def __init__(self, message: str, partial: Trajectory | None = None) -> None:
-        super().__init__(message)
-        self.partial = partial
-
-    # An exception is otherwise made again from its message alone.
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)
-
-
-class RunInterrupted(KeyboardInterrupt):
-    """A run that the user interrupted; `partial` is the motion computed so far, a `Trajectory`."""
-
-    def __init__(self, partial: Trajectory) -> None:
-        super().__init__(f"interrupted after {partial.duration:g} s of motion")
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.partial,)
-
-
 class SearchInterrupted(KeyboardInterrupt):
     """A search over many motions that the user interrupted.
 
@@ -70,7 +37,7 @@ class SearchInterrupted(KeyboardInterrupt):
         How many motions were followed to their end, of how many.
     """
 
-    def __init__(self, partial: Bifurcation | Basins, done: int, of: int) -> None:
+    def __init__(self, partial: Any, done: int, of: int) -> None:
         super().__init__(f"interrupted after {done} of {of} motions")
         self.partial = partial
         self.done = done
@@ -80,33 +47,8 @@ class SearchInterrupted(KeyboardInterrupt):
         return type(self), (self.partial, self.done, self.of)
 
 
-class OrbitError(RunError):
+class OrbitError(StickslipError, RuntimeError):
     """A periodic orbit that Newton's method does not find."""
-
-
-class NotPeriodicError(RunError):
-    """A motion without a limit cycle.
-
-    Attributes
-    ----------
-    kind
-        What it is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled`` (its neighbours
-        still meet), ``undecided`` (it does not recur, and whether they part is not sure), ``unbounded`` or
-        ``stopped``.
-    exponent, error
-        Largest Lyapunov exponent across the flow and its standard error, 1/s; nan where there is none.
-    """
-
-    def __init__(
-        self, message: str, partial: Trajectory | None, kind: str, exponent: float, error: float
-    ) -> None:
-        super().__init__(message, partial)
-        self.kind = kind
-        self.exponent = exponent
-        self.error = error
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial, self.kind, self.exponent, self.error)
 
 
 class StoreError(StickslipError, RuntimeError):

@@ -5,9 +5,9 @@ from collections import Counter
 import numpy as np
 
 import stickslip as ss
-from conftest import reference_solution
-from stickslip import reproduce
-from stickslip.published import published
+from reference_runs import reference_solution
+from stickslip.reference import comparison as reproduce
+from stickslip.reference.numbers import published
 from verification.case import Case, Quantity
 
 RUNS = {

@@ -5,16 +5,16 @@ from __future__ import annotations
 import click
 
 from stickslip.cli.completion import completion
-from stickslip.cli.cycle import cycle
 from stickslip.cli.exits import Verbs
-from stickslip.cli.figures import figures
-from stickslip.cli.init import init
-from stickslip.cli.modes import modes
-from stickslip.cli.report import report
-from stickslip.cli.reproduce import reproduce
-from stickslip.cli.simulate import simulate
-from stickslip.cli.study import study
-from stickslip.cli.sweep import sweep
+from stickslip.cli.verbs.cycle import cycle
+from stickslip.cli.verbs.figures import figures
+from stickslip.cli.verbs.init import init
+from stickslip.cli.verbs.modes import modes
+from stickslip.cli.verbs.report import report
+from stickslip.cli.verbs.reproduce import reproduce
+from stickslip.cli.verbs.simulate import simulate
+from stickslip.cli.verbs.study import study
+from stickslip.cli.verbs.sweep import sweep
 
 EPILOG = """
 \b

@@ -13,7 +13,8 @@ from typing import Any
 
 import click
 
-from stickslip.errors import InputError, RunError, StoreError, StudyError
+from stickslip.errors import InputError, StoreError, StudyError
+from stickslip.motion.errors import RunError
 
 DONE = 0
 #: Computed, and the answer is no.

@@ -159,7 +159,7 @@ class Answer:
         figure
             The answer as a figure; None where there is none to draw.
         """
-        from stickslip.dataset_file import csv_text, json_text, write_dataset
+        from stickslip.files.dataset_file import csv_text, json_text, write_dataset
 
         if self.json:
             click.echo(json_text(dataset()), nl=False)
@@ -259,7 +259,7 @@ def progress(work: Sequence[T], description: str) -> Iterable[T]:
 
 def save_figure(figure: Figure, path: Path, dpi: int) -> None:
     """Write a figure in the form that its suffix names."""
-    from stickslip.figures import save
+    from stickslip.show.style import save
 
     save(figure, path, dpi)
 

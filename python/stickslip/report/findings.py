@@ -11,20 +11,21 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.attractors import set_in_motion
-from stickslip.critical import CriticalPoint, critical_points
-from stickslip.cycle import Cycle
-from stickslip.energy import Balance
-from stickslip.errors import InputError, NotPeriodicError, RunError
-from stickslip.models import two_subsystems
-from stickslip.modes import Modes, complex_modes
-from stickslip.path import Model
-from stickslip.published import published
-from stickslip.report.mode_motion import published_inclinations
-from stickslip.scene import Scene
-from stickslip.state import State, sliding_equilibrium
-from stickslip.sweep import sweep
-from stickslip.transient import Trajectory, simulate
+from stickslip.cycles.attractors import set_in_motion
+from stickslip.cycles.cycle import Cycle
+from stickslip.errors import InputError
+from stickslip.locus.critical import CriticalPoint, critical_points
+from stickslip.locus.path import Model
+from stickslip.locus.sweep import sweep
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.motion.energy import Balance
+from stickslip.motion.errors import NotPeriodicError, RunError
+from stickslip.motion.motion import Motion
+from stickslip.scene.known import Known
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.transient.simulate import simulate
+from stickslip.transient.trajectory import Trajectory
 
 #: Growth of the disturbance, as a power of e, over the transient that is shown.
 GROWTH = 30.0
@@ -85,43 +86,11 @@ class Findings:
     run: Trajectory | None
     cycle: Cycle | None
     settled: str
-    last: Trajectory | None
+    last: Motion | None
     balance: Balance | None
     lines: xr.Dataset | None
     reasons: dict[str, str]
-
-    @property
-    def inclinations(self) -> tuple[float, float] | None:
-        """Inclinations of the sliders if this is the published model, whatever its friction and loads."""
-        return published_inclinations(self.scene)
-
-    @property
-    def of_the_paper(self) -> bool:
-        """Whether this is the published model at parameters for which the paper has results."""
-        if self.inclinations is None:
-            return False
-        return any(
-            self._is_as(
-                two_subsystems(friction=float(case["friction"]), slider_speed=float(case["slider_speed"]))
-            )
-            for case in published()["limit_cycles"]
-        )
-
-    def _is_as(self, other: Scene) -> bool:
-        laws = [
-            (
-                contact.friction,
-                contact.static_friction,
-                contact.slider_speed,
-                contact.restitution,
-                contact.gap,
-            )
-            for scene in (self.scene, other)
-            for contact in scene.contacts
-        ]
-        half = len(laws) // 2
-        same = laws[:half] == laws[half:] and self.scene.impact_friction == other.impact_friction
-        return same and np.array_equal(self.scene.force, other.force)
+    known: Known
 
     @property
     def is_large(self) -> bool:
@@ -148,6 +117,7 @@ def findings(
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
     over: Mapping[str, Any] | None = None,
+    known: Known = Known(),  # noqa: B008
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Compute what a report tells.
@@ -160,13 +130,15 @@ def findings(
         What to call it.
     start
         Where the motion starts; None: steady sliding with its leading mode set in motion
-        (`disturbed_sliding`), in the published model with 1 mm/s of ``x1``.
+        (`disturbed_sliding`), or what is `known` of it.
     settings
         Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
         e^30, but 20 to 400 of its periods; without a time limit: 2 s of computing.
     model, over
         The model that the scene is of (None: the scene itself), one of its parameters and the values over
         which its eigenvalues are followed; None: friction.
+    known
+        What is known of the scene beyond its numbers.
     told
         Called with what begins to be computed.
 
@@ -183,11 +155,7 @@ def findings(
     parameter, loci, critical = _loci(scene, modes, scene if model is None else model, over, reasons)
     begin = start
     if begin is None and equilibrium is not None:
-        begin = (
-            set_in_motion(scene, equilibrium, modes)
-            if published_inclinations(scene) is None
-            else equilibrium.perturbed(velocity={"x1": 1e-3})
-        )
+        begin = set_in_motion(scene, equilibrium, modes) if known.start is None else known.start
     run = None
     if begin is None:
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
@@ -219,6 +187,7 @@ def findings(
         balance=None if last is None or scene.size > BIG else last.balance(),
         lines=lines,
         reasons=reasons,
+        known=known,
     )
 
 
@@ -311,7 +280,7 @@ def _motion(
         run = simulate(scene, start, **{**settings, "time_limit": limit})
     except RunError as error:
         reasons["stopped"] = f"the motion could not be continued: {error}"
-        return error.partial
+        return error.partial if isinstance(error.partial, Trajectory) else None
     if run.stop_reason == "time_limit":
         reasons["stopped"] = f"the time limit of computing, {limit:g} s, was reached at {run.duration:g} s"
     elif run.stop_reason == "grazing":
@@ -323,7 +292,7 @@ def _motion(
 
 def _settled(
     run: Trajectory, modes: Modes, reasons: dict[str, str]
-) -> tuple[Cycle | None, str, Trajectory | None]:
+) -> tuple[Cycle | None, str, Motion | None]:
     # What decays and meets no event needs no search, which would take minutes for a thousand dofs.
     resting = len(run.events) == 0 and run.start.combination == modes.combination
     if resting and not (modes.unstable | modes.marginal).any():

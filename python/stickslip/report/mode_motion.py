@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
-from typing import Any
 
 import numpy as np
-import scipy.sparse
 
-from stickslip.arrays import Complex, Real
-from stickslip.models import two_subsystems
-from stickslip.modes import Modes
-from stickslip.scene import Scene
+from stickslip.modes.modes import Modes
+from stickslip.scene.checks import Complex
+from stickslip.scene.known import Column
+from stickslip.scene.scene import Scene
 
 #: Dofs beyond which a shape is drawn without names.
 NAMED = 24
@@ -20,12 +19,9 @@ LETTER, LETTERS = 5.6, 12
 #: Length of the largest displacement in the drawing of all dofs, and in the plane.
 LONG, SHORT = 44.0, 24.0
 HEIGHT = 150.0
-#: The masses of the published model: name, place, the dofs of its horizontal and vertical motion.
-UPPER = (("m1", 0, 1), ("m3", 4, 5))
-LOWER = (("m2", 2, 3), ("m4", 6, 7))
 
 
-def drawing(scene: Scene, modes: Modes, mode: int, inclinations: tuple[float, float] | None) -> str:
+def drawing(scene: Scene, modes: Modes, mode: int, columns: Sequence[Column]) -> str:
     """Return one mode as an SVG element: every dof, and beside it the motion in the plane.
 
     The points carry their displacement ``Re(shape e^{i phase})`` as ``data-x`` and ``data-y``, real and
@@ -35,15 +31,13 @@ def drawing(scene: Scene, modes: Modes, mode: int, inclinations: tuple[float, fl
     ----------
     scene, modes, mode
         Which mode of which scene.
-    inclinations
-        Of the two sliders of the published model, rad: its masses are drawn where they are; None: each
-        contact in its own tangential and normal direction.
+    columns
+        The masses of the scene, drawn where they are; none: each contact in its own tangential and normal
+        direction.
     """
     shape = modes.shapes[:, mode]
     bars, width = _all_dofs(modes.dofs, shape)
-    plane, extra = (
-        _contacts(scene, shape, width) if inclinations is None else _masses(shape, width, inclinations)
-    )
+    plane, extra = _masses(shape, width, columns) if columns else _contacts(scene, shape, width)
     return (
         f'<svg role="img" class="motion" viewBox="0 0 {width + extra:.0f} {HEIGHT:.0f}" '
         f'aria-label="{escape(described(modes, mode))}">{bars}{plane}</svg>'
@@ -60,28 +54,6 @@ def described(modes: Modes, mode: int) -> str:
             degrees = np.degrees(np.angle(shape[k]))
             parts.append(f"{modes.dofs[k]} {abs(shape[k]):.2f} at {degrees:.0f}°")
     return f"{modes.frequencies[mode]:.2f} Hz: largest displacements {', '.join(parts)}"
-
-
-def published_inclinations(scene: Scene) -> tuple[float, float] | None:
-    """Return the inclinations of the published model if a scene has its matrices, else None.
-
-    Friction, slider speeds and loads may differ.
-    """
-    reference = two_subsystems()
-    if scene.dofs != reference.dofs or len(scene.contacts) != 2 or scene.damping != reference.damping:
-        return None
-    same = np.array_equal(scene.mass, reference.mass)
-    same = same and np.array_equal(dense(scene.stiffness), dense(reference.stiffness))
-    for i in range(len(scene.contacts)):
-        same = same and np.array_equal(scene.tangential_direction(i), reference.tangential_direction(i))
-        same = same and np.array_equal(scene.normal_direction(i), reference.normal_direction(i))
-    return (0.3, 0.75) if same else None
-
-
-def dense(matrix: Any) -> Real:
-    """Return a matrix of a scene, dense or sparse, as an array."""
-    array: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
-    return array
 
 
 def _all_dofs(dofs: tuple[str, ...], shape: Complex) -> tuple[str, float]:
@@ -119,13 +91,12 @@ def _contacts(scene: Scene, shape: Complex, left: float) -> tuple[str, float]:
     return "".join(parts), room * len(shown)
 
 
-def _masses(shape: Complex, left: float, inclinations: tuple[float, float]) -> tuple[str, float]:
-    """Draw the four masses of the published model in the plane, their springs as lines."""
-    columns, upper, lower = (left + 55.0, left + 155.0), 45.0, 108.0
+def _masses(shape: Complex, left: float, columns: Sequence[Column]) -> tuple[str, float]:
+    """Draw the masses of every column in the plane, the springs between neighbours as lines."""
+    upper, lower = 45.0, 108.0
     parts, points = [], []
-    for x, (name, horizontal, vertical), (below, tangential, normal), angle in zip(
-        columns, UPPER, LOWER, inclinations, strict=True
-    ):
+    for k, ((name, horizontal, vertical), (below, tangential, normal), angle) in enumerate(columns):
+        x = left + 55.0 + 100.0 * k
         a, b = np.cos(angle), np.sin(angle)
         points.append((name, x, upper, shape[horizontal], shape[vertical]))
         points.append(
@@ -142,7 +113,9 @@ def _masses(shape: Complex, left: float, inclinations: tuple[float, float]) -> t
             f'<line class="slider" x1="{x - 34 * a:.1f}" y1="{lower + 14 + 34 * b:.1f}" '
             f'x2="{x + 34 * a:.1f}" y2="{lower + 14 - 34 * b:.1f}"/>'
         )
-    for first, second in ((0, 1), (2, 3), (0, 2)):
+    links = [(2 * k, 2 * k + 1) for k in range(len(columns))]
+    links += [(2 * k, 2 * k + 2) for k in range(len(columns) - 1)]
+    for first, second in links:
         _, x1, y1, h1, v1 = points[first]
         _, x2, y2, h2, v2 = points[second]
         ends = _ends(1, x1, y1, h1, v1) + _ends(2, x2, y2, h2, v2)
@@ -150,7 +123,7 @@ def _masses(shape: Complex, left: float, inclinations: tuple[float, float]) -> t
     for name, x, y, h, v in points:
         parts.append(_moving(x, y, h, v))
         parts.append(f'<text x="{x + 22:.1f}" y="{y - 14:.1f}">{name}</text>')
-    return "".join(parts), 215.0
+    return "".join(parts), 15.0 + 100.0 * len(columns)
 
 
 def _ends(end: int, x: float, y: float, horizontal: complex, vertical: complex) -> str:

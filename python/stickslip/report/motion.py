@@ -7,13 +7,14 @@ from collections import Counter
 import numpy as np
 from matplotlib.figure import Figure
 
-from stickslip import energy_figures, portraits
-from stickslip.energy import STATUSES
-from stickslip.figures import NAMES
-from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
-from stickslip.report import drawing
+from stickslip import plot
+from stickslip.motion.energy import STATUSES
+from stickslip.motion.figures import SAMPLES
+from stickslip.motion.motion import Motion
 from stickslip.report.findings import AT_REST, BIG, Findings
-from stickslip.transient import Trajectory
+from stickslip.show import svg as drawing
+from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
+from stickslip.show.style import NAMES
 
 #: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4
@@ -50,7 +51,7 @@ def transient_section(found: Findings) -> str:
         dofs = [scene.dofs[k] for k in found.moving]
         with drawing.style():
             history = _panels(len(dofs), 1.25)
-            portraits.displacements(history.axes, run, dofs, samples=_samples(found))
+            plot.displacements(history.axes, run, dofs, samples=_samples(found))
             for axes in history.axes:
                 axes.label_outer()
         parts.append(
@@ -114,7 +115,7 @@ def cycle_section(found: Findings) -> str:
     times = cycle.table()
     sequence = table(
         "The phases of one period, and the frequencies of their modes (Hz; u: unstable)",
-        ["status", "duration, ms", *(f"mode {k + 1}" for k in range(times.sizes["mode"]))],
+        ["status", "duration, ms", *(f"pair {k + 1}" for k in range(times.sizes["pair"]))],
         [
             [
                 str(row.combination.item()),
@@ -176,7 +177,7 @@ def spectrum_section(found: Findings) -> str:
     with drawing.style():
         drawn = _panels(len(dofs), 1.6)
         for axes, dof in zip(drawn.axes, dofs, strict=True):
-            portraits.spectrum(axes, found.lines.sel(dof=dof))
+            plot.spectrum(axes, found.lines.sel(dof=dof))
             largest = 1e6 * float(found.lines.amplitude.sel(dof=dof)[1:].max())
             axes.set(title=dof, ylim=(1e-6 * largest, 2.0 * largest) if largest > 0.0 else None)
             axes.label_outer()
@@ -221,9 +222,9 @@ def energy_section(found: Findings) -> str:
         return section("energy", "Energy", note("There is no motion.", "warning"))
     over = "one period" if found.cycle is not None else f"the last {number(last.duration, 4)} s"
     with drawing.style():
-        history = energy_figures.energy_history(last)
+        history = plot.energy_history(last)
         history.set_size_inches(7.2, 6.0)
-        flow = energy_figures.energy_flow(balance)
+        flow = plot.energy_flow(balance)
         flow.set_size_inches(7.2, 4.0)
         flow.axes[0].set_title("")
     # What rounding leaves of zero is printed as zero.
@@ -286,7 +287,7 @@ def energy_section(found: Findings) -> str:
 
 def _samples(found: Findings) -> int:
     """Return at how many instants motion is drawn; of many dofs each costs as much as the drawing."""
-    return COARSE if found.is_large else portraits.SAMPLES
+    return COARSE if found.is_large else SAMPLES
 
 
 def _panels(count: int, height: float) -> Figure:
@@ -295,7 +296,7 @@ def _panels(count: int, height: float) -> Figure:
     return figure
 
 
-def _status(run: Trajectory, name: str, caption: str) -> str:
+def _status(run: Motion, name: str, caption: str) -> str:
     contacts = len(run.scene.contacts)
     changes = np.bincount(run.events.contact, minlength=contacts)
     shown = sorted(np.argsort(-changes, kind="stable")[:STATUSES_SHOWN].tolist())
@@ -303,7 +304,7 @@ def _status(run: Trajectory, name: str, caption: str) -> str:
         caption += f" The {len(shown)} of {contacts} contacts with most events."
     with drawing.style():
         drawn = Figure(figsize=(7.2, 0.7 + 0.4 * len(shown)), layout="constrained")
-        portraits.contact_status(drawn.subplots(), run, shown)
+        plot.contact_status(drawn.subplots(), run, shown)
     seen = dict.fromkeys([run.start.combination, *run.events.combination.tolist()])
     return figure(
         drawing.svg(drawn, name, f"Contact status over time: {', '.join(list(seen)[:12])}"), caption
@@ -317,7 +318,7 @@ def _portraits(found: Findings, caption: str) -> str:
     with drawing.style():
         drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
         panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
-        portraits.phase_portraits(list(panels[:count]), last, range(count), _samples(found))
+        plot.phase_portraits(list(panels[:count]), last, range(count), _samples(found))
         for i, axes in enumerate(panels[:count]):
             axes.set_title(f"contact {scene.contact_labels()[i]}")
         for axes in panels[count:]:

@@ -11,14 +11,15 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.dataset_file import replace_file
-from stickslip.markup import facts, number, section
-from stickslip.path import Model
+from stickslip.files.dataset_file import replace_file
+from stickslip.locus.path import Model
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
-from stickslip.scene import Scene
-from stickslip.state import State
+from stickslip.scene.known import Known
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State
+from stickslip.show.html import facts, number, section
 
 #: The page may load nothing at all.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
@@ -31,7 +32,6 @@ CONTENTS = {
     "cycle": "Limit cycle",
     "spectrum": "Spectrum",
     "energy": "Energy",
-    "published": "Published and computed",
     "computation": "How it was computed",
 }
 
@@ -45,14 +45,14 @@ def write_report(
     settings: Mapping[str, Any] | None = None,
     model: Model | None = None,
     over: Mapping[str, Any] | None = None,
+    known: Known = Known(),  # noqa: B008
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Write everything about a scene as one HTML page that needs no network.
 
     The page holds the scene, steady sliding, complex modes in motion, eigenvalues over a parameter, the
-    transient, the limit cycle, its spectrum and its energy; for the published two-subsystem model at
-    published parameters also every published number and figure beside the computed one. What cannot be
-    computed is said in its place.
+    transient, the limit cycle, its spectrum and its energy, and a section of your own (`known`). What cannot
+    be computed is said in its place.
 
     Parameters
     ----------
@@ -69,6 +69,8 @@ def write_report(
     model, over
         The model that the scene is of (None: the scene itself), one of its parameters and the values over
         which its eigenvalues are followed; None: friction.
+    known
+        What is known of the scene beyond its numbers: `stickslip.reference.known` of the published model.
     told
         Called with what begins to be computed.
 
@@ -93,6 +95,7 @@ def write_report(
         settings=settings,
         model=model,
         over=over,
+        known=known,
         told=told,
     )
     told("drawing the page")
@@ -100,7 +103,7 @@ def write_report(
     return found
 
 
-def page(found: Findings, begun: float | None = None, *, published: bool | None = None) -> str:
+def page(found: Findings, begun: float | None = None) -> str:
     """Return the page.
 
     Parameters
@@ -110,9 +113,6 @@ def page(found: Findings, begun: float | None = None, *, published: bool | None 
     begun
         When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
         not say.
-    published
-        Whether to put the published numbers and figures beside the computed ones; None: if this is that
-        model at parameters of the paper.
     """
     sections = {
         "scene": scene_section(found),
@@ -124,13 +124,12 @@ def page(found: Findings, begun: float | None = None, *, published: bool | None 
         "spectrum": spectrum_section(found),
         "energy": energy_section(found),
     }
-    if published if published is not None else found.of_the_paper:
-        # It loads all that the paper needs.
-        from stickslip.report.comparison import comparison_section
-
-        sections["published"] = comparison_section()
+    headings = dict(CONTENTS)
+    if found.known.section is not None:
+        name, heading, made = found.known.section
+        headings[name], sections[name] = heading, made()
     sections["computation"] = _computation(found, begun)
-    links = "\n".join(f'<li><a href="#{name}">{escape(CONTENTS[name])}</a></li>' for name in sections)
+    links = "\n".join(f'<li><a href="#{name}">{escape(headings[name])}</a></li>' for name in sections)
     data = files("stickslip.report")
     style, script = (data.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
     body = "\n".join(sections.values())

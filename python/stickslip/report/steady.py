@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from stickslip import mode_figures
-from stickslip.critical import CriticalPoint
-from stickslip.markup import details, facts, figure, note, number, paragraph, section, table
-from stickslip.mode_shape import contact_directions, contact_forces, power_of
-from stickslip.modes import Modes
-from stickslip.report import drawing, mode_motion
+from stickslip import plot
+from stickslip.locus.critical import CriticalPoint
+from stickslip.modes.modes import Modes
+from stickslip.modes.shape import contact_directions, contact_forces, power_of
+from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
-from stickslip.scene import Proportional
+from stickslip.scene.scene import Proportional
+from stickslip.scene.structure import dense
+from stickslip.show import svg as drawing
+from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4
@@ -76,7 +78,7 @@ def scene_section(found: Findings) -> str:
         if damping is not None and not isinstance(damping, Proportional):
             named.append(("Damping matrix, N s/m", damping))
         for caption, matrix in named:
-            entries = mode_motion.dense(matrix)
+            entries = dense(matrix)
             rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]
             matrices.append(table(caption, ["", *scene.dofs], rows))
     return section(
@@ -145,13 +147,13 @@ def modes_section(found: Findings) -> str:
     columns = list(range(len(labels)))[:COLUMNS]
     rows = []
     energies, powers = power.energy.to_numpy(), power.contact_power.transpose("contact", "mode").to_numpy()
-    for order, k in enumerate(chosen, start=1):
+    for k in chosen:
         energy = float(energies[k])
         by_contact = powers[:, k]
         share = [float(by_contact[i]) / energy if energy > 0.0 else float("nan") for i in columns]
         rows.append(
             [
-                str(order),
+                str(k),
                 float(modes.frequencies[k]),
                 float(modes.eigenvalues[k].real),
                 float(modes.damping_ratios[k]),
@@ -180,9 +182,9 @@ def modes_section(found: Findings) -> str:
     for p in shown:
         k = chosen[p]
         verdict = "unstable" if modes.unstable[k] else "stable"
-        moved = mode_motion.drawing(scene, modes, int(k), found.inclinations)
+        moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
         growth = number(modes.eigenvalues[k].real, 4)
-        caption = f"mode {p + 1}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
+        caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
         cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
     omitted = chosen.size - len(shown)
     lead = (
@@ -216,7 +218,7 @@ def loci_section(found: Findings) -> str:
     what += "" if unit == "1" else f", {unit}"
     heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
-        drawn = mode_figures.loci(found.loci)
+        drawn = plot.loci(found.loci)
     exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"
@@ -226,7 +228,7 @@ def loci_section(found: Findings) -> str:
             KINDS[point.kind],
             float(point.value),
             "" if np.isnan(point.frequency) else float(point.frequency),
-            _remark(found, point),
+            _remark(point),
         ]
         for point in sorted(found.critical, key=lambda point: point.value)
     ]
@@ -250,10 +252,9 @@ def loci_section(found: Findings) -> str:
     )
 
 
-def _remark(found: Findings, point: CriticalPoint) -> str:
+def _remark(point: CriticalPoint) -> str:
     if point.contact is not None:
-        label = found.scene.contact_labels()[point.contact]
-        return f"contact {label} {'opens' if point.direction > 0 else 'closes'}"
+        return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
     remarks = [TOWARD[point.direction], "" if point.steady_sliding else "no steady sliding"]
     return ", ".join(remark for remark in remarks if remark)
 

@@ -22,7 +22,17 @@ DARK, LIGHT, ACCENT = "#222255", "#bbccee", "#cc3311"
 
 
 def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> Axes:
-    """Draw the result of `study.probability` over its parameter, with the confidence band."""
+    """Draw the result of `study.probability` over its parameter, with the confidence band.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    estimate
+        The result.
+    label
+        Name of the curve for a legend.
+    """
     over = estimate.attrs.get("over")
     if over is None:
         raise InputError("estimate: expected a probability over a parameter")
@@ -39,7 +49,23 @@ def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> A
 def distribution(
     axes: Axes, results: xr.Dataset, output: str, bins: int = 60, label: str | None = None, **labels: Any
 ) -> Axes:
-    """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`."""
+    """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    results
+        Of a study.
+    output
+        Name of the output.
+    bins
+        Number of bars.
+    label
+        Name of the curve for a legend.
+    **labels
+        Coordinates of what is drawn, such as ``contact=0``.
+    """
     values = sample_values(results, output, labels)
     values = values[~np.isnan(values)]
     axes.hist(values, bins=bins, density=True, color=LIGHT, edgecolor=DARK, linewidth=0.4, label=label)
@@ -100,7 +126,17 @@ def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
 
 
 def convergence(axes: Axes, estimates: xr.Dataset, label: str | None = None) -> Axes:
-    """Draw an estimate over the number of samples, with the band of independent samples."""
+    """Draw an estimate over the number of samples, with the band of independent samples.
+
+    Parameters
+    ----------
+    axes
+        Where to draw.
+    estimates
+        From `study.convergence`.
+    label
+        Name of the curve for a legend.
+    """
     count = estimates["samples"].to_numpy()
     axes.fill_between(
         count, estimates.lower.to_numpy(), estimates.upper.to_numpy(), color=LIGHT, linewidth=0.0

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.arrays import Real, real_array, real_number
 from stickslip.errors import InputError
-from stickslip.study.fingerprint import fingerprint
+from stickslip.scene.checks import Real, real_array, real_number
+from stickslip.study.sample.fingerprint import fingerprint
 
 #: Distance from 0 and 1 that quantiles keep, half an ulp of 1: no distribution gives infinity.
 _EDGE = 2.0**-54

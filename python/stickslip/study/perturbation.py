@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import xarray as xr
 
-from stickslip.scene import Scene
-from stickslip.sensitivity import sensitivity
+from stickslip.locus.sensitivity import sensitivity
+from stickslip.scene.scene import Scene
 
 if TYPE_CHECKING:
     from stickslip.study.study import Study

@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.arrays import Real
 from stickslip.errors import InputError
+from stickslip.scene.checks import Real
 
 #: Samplers of the unit cube by name, with the options each takes.
 SAMPLERS: dict[str, tuple[str, ...]] = {

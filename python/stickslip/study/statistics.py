@@ -14,9 +14,9 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from stickslip.arrays import Real, real_number
-from stickslip.contact import nearest
 from stickslip.errors import InputError
+from stickslip.scene.checks import Real, real_number
+from stickslip.scene.contact import nearest
 from stickslip.study.samplers import LEVELS, problem, salib, unit_design
 
 #: A yes or no per sample: a function from the results to booleans (sample,), or None: sliding is unstable.

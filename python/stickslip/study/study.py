@@ -11,18 +11,18 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.arrays import Real, real_array, real_number, whole_number
 from stickslip.errors import InputError, StudyError, StudyInterrupted
-from stickslip.path import Model, interval
-from stickslip.progress import Rate, progress_bar
-from stickslip.scene import Scene
-from stickslip.study import identity, runners
-from stickslip.study.evaluation import Evaluation, Labels, Settings
-from stickslip.study.model import SampledModel, contacts_named
-from stickslip.study.outputs import outputs as listed_outputs
+from stickslip.locus.path import Model, interval
+from stickslip.scene.checks import Real, real_array, real_number, whole_number
+from stickslip.scene.scene import Scene
+from stickslip.show.progress import Rate, progress_bar
 from stickslip.study.parameters import parameters as listed_parameters
+from stickslip.study.run import identity, runners
+from stickslip.study.run.store import Layout, Store, opened
+from stickslip.study.sample.evaluation import Evaluation, Labels, Settings
+from stickslip.study.sample.model import SampledModel, contacts_named
+from stickslip.study.sample.outputs import outputs as listed_outputs
 from stickslip.study.samplers import unit_design
-from stickslip.study.store import Layout, Store, opened
 
 if TYPE_CHECKING:
     import os

@@ -1,0 +1,109 @@
+"""`stickslip modes`: complex modes of a status combination."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+import numpy as np
+
+import stickslip as ss
+from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
+from stickslip.modes.modes import signed
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from rich.console import Console
+
+
+@click.command()
+@scene_argument
+@click.option(
+    "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
+)
+@click.option(
+    "--modes",
+    "numbers",
+    callback=lambda _ctx, _option, text: _numbers(text),
+    metavar="NUMBERS",
+    help="Modes to draw, such as 0,2,4 of the table; default: at most 9 with the largest growth rates.",
+)
+@click.option("--all", "every", is_flag=True, help="All status combinations: frequencies and stability.")
+@answer_options
+def modes(
+    scene: Path,
+    changes: tuple[str, ...],
+    combination: str | None,
+    numbers: list[int] | None,
+    every: bool,
+    answer: Answer,
+) -> None:
+    """Compute the complex modes of steady sliding, or of any status combination.
+
+    \b
+    Example:
+      stickslip modes brake.toml --set friction=2.2 -c +s --plot shapes.pdf
+    """
+    if numbers is not None and answer.plot is None:
+        raise click.UsageError("--modes goes with --plot")
+    case = loaded(scene, changes)
+    if every:
+        if combination is not None or answer.plot is not None:
+            raise click.UsageError("--all goes with neither --combination nor --plot")
+        statuses = ss.status_table(case.scene)
+        answer.give(
+            lambda: statuses.data,
+            ("combination", "pair"),
+            lambda out: out.print(repr(statuses), markup=False),
+            None,
+        )
+        return
+    with waiting("computing the modes"):
+        found = ss.complex_modes(case.scene, combination)
+
+    def drawn() -> Figure:
+        from stickslip.plot import shapes
+
+        with waiting("drawing"):
+            return shapes(found, numbers)
+
+    if numbers is not None:
+        wrong = [number for number in numbers if number >= len(found)]
+        if wrong:
+            raise click.BadParameter(f"--modes: the scene has the modes 0 to {len(found) - 1}, got {wrong}")
+    answer.give(found.dataset, ("mode",), lambda out: _show(out, found), drawn)
+
+
+def _numbers(text: str | None) -> list[int] | None:
+    if text is None:
+        return None
+    parts = text.split(",")
+    if not all(part.strip().isdecimal() for part in parts):
+        raise click.BadParameter(f"expected numbers of modes such as 0,2,4, got {text!r}")
+    return [int(part) for part in parts]
+
+
+def _show(out: Console, found: ss.Modes) -> None:
+    upper = found.eigenvalues.imag >= 0.0
+    rows = [
+        (
+            str(number),
+            f"{hertz:.4f}",
+            signed(ratio, 6),
+            signed(value.real, 4),
+            ("marginal" if marginal else "[bold red]unstable[/]" if unstable else "stable")
+            + (", real" if value.imag == 0.0 else ""),
+        )
+        for number, value, hertz, ratio, marginal, unstable in zip(
+            np.flatnonzero(upper),
+            found.eigenvalues[upper],
+            found.frequencies[upper],
+            found.damping_ratios[upper],
+            found.marginal[upper],
+            found.unstable[upper],
+            strict=True,
+        )
+    ]
+    headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
+    out.print(table(f"Modes of status {found.combination}", headings, rows))

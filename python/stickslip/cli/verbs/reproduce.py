@@ -1,0 +1,138 @@
+"""`stickslip reproduce`: every published number beside the computed one."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from stickslip.cli.exits import NEGATIVE
+from stickslip.cli.options import console, dpi_option
+
+if TYPE_CHECKING:
+    from rich.table import Table
+
+    from stickslip.reference.comparison import Row
+
+#: The masses of the published model with their dofs; a contact mass moves in the axes of its slider.
+MASSES = {"m1": ("x1", "x2"), "m2": ("x3", "x4"), "m3": ("x5", "x6"), "m4": ("x7", "x8")}
+#: Colours of the verdicts.
+STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not printed": "dim"}
+
+
+@click.command()
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="Folder for the figures, and for the comparison as comparison.json; created if missing.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@dpi_option
+def reproduce(out: Path | None, as_json: bool, dpi: int) -> None:
+    """Compute every published number of the two-subsystem model and compare.
+
+    A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
+    differs and is no named erratum.
+
+    \b
+    Example:
+      stickslip reproduce -o figures
+    """
+    from stickslip.reference.comparison import rows
+
+    found = rows()
+    differing = sum(row.verdict == "differs" for row in found)
+    text = json.dumps([dataclasses.asdict(row) for row in found], indent=1)
+    if as_json:
+        click.echo(text)
+    else:
+        out_console = console(width=160)
+        out_console.print(comparison_table(found))
+        for number, note in enumerate(_notes(found), start=1):
+            out_console.print(f"  \\[{number}] {note}")
+        counts = ", ".join(f"{sum(row.verdict == verdict for row in found)} {verdict}" for verdict in STYLES)
+        out_console.print(f"{len(found)} quantities: {counts}")
+    if out is not None:
+        written = write_figures(out, dpi)
+        (out / "comparison.json").write_text(text + "\n", encoding="utf-8")
+        for path in [*written, out / "comparison.json"]:
+            click.echo(f"wrote {path}", err=True)
+    if differing:
+        raise SystemExit(NEGATIVE)
+
+
+def comparison_table(found: list[Row]) -> Table:
+    """Return the comparison as one table; notes are referred to by number."""
+    from rich.table import Table
+
+    numbers = {note: number for number, note in enumerate(_notes(found), start=1)}
+    table = Table(title="Published and computed", title_justify="left")
+    for heading in ("source", "quantity"):
+        table.add_column(heading)
+    for heading in ("published", "computed", "difference"):
+        table.add_column(heading, justify="right")
+    table.add_column("verdict")
+    source = None
+    for row in found:
+        if source not in (None, row.source):
+            table.add_section()
+        note = f" \\[{numbers[row.note]}]" if row.note else ""
+        table.add_row(
+            "" if row.source == source else row.source,
+            row.quantity,
+            row.published,
+            row.computed,
+            row.difference,
+            f"[{STYLES[row.verdict]}]{row.verdict}[/]{note}",
+        )
+        source = row.source
+    return table
+
+
+def write_figures(folder: Path, dpi: int) -> list[Path]:
+    """Write the figures of the published model, and its unstable mode in motion, and return their paths."""
+    import numpy as np
+    from matplotlib.figure import Figure
+
+    from stickslip import plot
+    from stickslip.locus.sweep import sweep
+    from stickslip.modes.modes import complex_modes
+    from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
+    from stickslip.reference.numbers import published
+    from stickslip.scene.models import two_subsystems
+
+    folder.mkdir(parents=True, exist_ok=True)
+    run = standard_run()
+    settled = published()["limit_cycles"][0]
+    cycle, onset = run.limit_cycle(), float(run.events.time[0])
+    growing = complex_modes(run.scene)
+    leading = int(np.argmax(growing.eigenvalues.real))
+    statuses = Figure(figsize=(9.0, 1.2 + 0.7 * len(run.scene.contacts)), layout="constrained")
+    plot.contact_status(statuses.subplots(), run)
+    drawn = {
+        "mode-shapes.png": plot.shapes(complex_modes(two_subsystems(friction=0.0))),
+        "loci.png": plot.loci(sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301))),
+        "mode-orbits.png": plot.orbits(growing, leading, MASSES),
+        "history.png": plot.history(run),
+        "phase-plane.png": plot.phase_plane(run),
+        "contact-status.png": statuses,
+        "energy.png": plot.energy_history(run),
+        "energy-cycle.png": plot.energy_history(cycle.run),
+        "energy-growth.png": plot.energy_history(run, onset - 0.03, onset + 0.01),
+        "energy-flow.png": plot.energy_flow(cycle.balance()),
+        "limit-cycle.png": plot.limit_cycle(attractor(settled["friction"], settled["slider_speed"])[1]),
+    }
+    for name, figure in drawn.items():
+        plot.save(figure, folder / name, dpi)
+    animation = folder / "mode.gif"
+    plot.animated(growing, leading, MASSES).save(animation, writer="pillow")
+    return [*(folder / name for name in drawn), animation]
+
+
+def _notes(found: list[Row]) -> list[str]:
+    return list(dict.fromkeys(row.note for row in found if row.note))

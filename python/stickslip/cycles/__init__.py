@@ -1,0 +1,1 @@
+"""What motions settle to: limit cycles, their stability, branches and bifurcations, basins."""

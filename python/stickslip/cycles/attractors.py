@@ -1,0 +1,137 @@
+"""What motions settle to: where they start, how long they are watched, what their end is called."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.checks import real_number
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, sliding_equilibrium
+
+#: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
+Growth: TypeAlias = tuple[float, float, float]
+#: What the core says a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
+Settled: TypeAlias = "_core._Settled"
+#: That, and why the last stretch ended.
+Outcome: TypeAlias = tuple[Settled, str]
+
+#: Periods of the slowest mode of sliding between first looks at a motion: some tens of periods of a cycle.
+STRETCH = 60.0
+#: First looks' time after which a motion counts as one that does not recur.
+LOOKS = 30
+#: Part of the slider speed at which the most unstable mode starts.
+DISTURBANCE = 0.5
+#: Growth of neighbours, as a power of e, beyond which it says something: less is what the shape of a torus
+#: makes of them.
+DECIDED = 2.0
+#: Standard errors from zero at which a growth rate has a sign.
+CERTAIN = 3.0
+
+
+def disturbed_sliding(scene: Scene) -> State:
+    """Return steady sliding with its fastest growing mode set in motion.
+
+    The mode starts with velocity alone; the tangential velocity of no contact exceeds half of its slider
+    speed, so that every contact goes on sliding.
+
+    Raises
+    ------
+    InputError
+        If there is no sliding equilibrium.
+    """
+    start = sliding_equilibrium(scene)
+    return set_in_motion(scene, start, complex_modes(scene, start.combination))
+
+
+def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
+    """Return what `disturbed_sliding` does from a sliding equilibrium whose modes are known already."""
+    shape = modes.shapes[:, int(np.argmax(modes.eigenvalues.real))].real
+    slips = [
+        abs(float(scene.tangential_direction(i) @ shape)) / abs(contact.slider_speed)
+        for i, contact in enumerate(scene.contacts)
+    ]
+    largest = max(slips, default=0.0)
+    return start.perturbed(velocity=shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3))
+
+
+def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:
+    """Return what a motion without limit cycle is, and that in a sentence."""
+    if kind == "equilibrium":
+        return kind, "the motion settles to an equilibrium: every mode decays and no event can follow"
+    if kind == "unbounded":
+        return kind, "the motion grows without bound"
+    if kind == "stopped":
+        return kind, f"the run could not go on: {stop_message}"
+    exponent, error, time = growth
+    if np.isnan(exponent):
+        return "undecided", "the motion was followed too short to say what it settles to; follow it longer"
+    shown = f"largest Lyapunov exponent {exponent:.4g} +- {error:.2g} 1/s over {time:g} s"
+    if exponent * time > DECIDED and exponent > CERTAIN * error:
+        return "chaotic", f"the motion is chaotic: {shown}"
+    if exponent * time < -DECIDED and exponent < -CERTAIN * error:
+        return "unsettled", f"the motion has not settled yet ({shown}); follow it longer"
+    if abs(exponent) * time <= DECIDED and error * time <= DECIDED:
+        return (
+            "quasi-periodic",
+            f"the motion does not recur, and its neighbours neither part nor meet: {shown}",
+        )
+    return (
+        "undecided",
+        f"the motion does not recur, and whether its neighbours part is not sure: {shown}; follow it longer",
+    )
+
+
+def settled(
+    scenes: Sequence[Scene], starts: Sequence[State], stretch: float, limit: float, *, runs: bool = False
+) -> tuple[list[Outcome | None], BaseException | None]:
+    """Return what the motion from every start settles to, and what interrupted the search, if anything did.
+
+    What was not done by then is None. The last stretches of the motions come with them if `runs`.
+    """
+    parts = [(state.position, state.velocity, state.combination) for state in starts]
+    return _core.settle_all([scene.core for scene in scenes], parts, stretch, limit, runs)
+
+
+def is_valid(scene: Scene, state: State) -> bool:
+    """Return whether a state satisfies its combination in a scene."""
+    try:
+        scene.core.check_state(state.position, state.velocity, state.combination)
+    except InputError:
+        return False
+    return True
+
+
+def starts_from(start: State | Callable[[Scene], State] | None) -> Callable[[Scene], State]:
+    """Return the start of a motion as a function of the scene; None: `disturbed_sliding`."""
+    if start is None:
+        return disturbed_sliding
+    if isinstance(start, State):
+        return lambda scene: start
+    if callable(start):
+        return start
+    raise InputError(f"start: expected a State or a function from a Scene to one, got {start!r}")
+
+
+def stretch_of(scene: Scene, stretch: float | None) -> float:
+    """Return the time between two looks, by default from the slowest mode of sliding, s."""
+    if stretch is not None:
+        return positive_time("stretch", stretch)
+    moving = np.abs(complex_modes(scene).eigenvalues)
+    slowest = moving[moving > 0.0].min(initial=np.inf)
+    if not np.isfinite(slowest):
+        raise InputError("stretch: the scene has no mode to take its time scale from; give it in s")
+    return float(STRETCH * 2.0 * np.pi / slowest)
+
+
+def positive_time(argument: str, value: Any) -> float:
+    """Return a time that must be positive and finite, s."""
+    number = real_number(argument, value)
+    if not 0.0 < number < np.inf:
+        raise InputError(f"{argument}: expected a positive finite time, got {number:g}")
+    return number

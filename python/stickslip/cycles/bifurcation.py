@@ -1,0 +1,207 @@
+"""What a motion settles to over a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from stickslip.cycles.attractors import (
+    LOOKS,
+    Outcome,
+    described,
+    is_valid,
+    positive_time,
+    settled,
+    starts_from,
+    stretch_of,
+)
+from stickslip.cycles.cycle import Cycle
+from stickslip.errors import SearchInterrupted
+from stickslip.locus.path import Model, along
+from stickslip.locus.units import parameter_units
+from stickslip.scene.checks import Index, Real
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Bifurcation:
+    """What motions settle to over a parameter.
+
+    Attributes
+    ----------
+    data
+        The numbers, see `bifurcation`.
+    cycles
+        The `Cycle` at every value of the parameter; None where there is none.
+    """
+
+    data: xr.Dataset
+    cycles: tuple[Cycle | None, ...]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers."""
+        return self.data
+
+    def __repr__(self) -> str:
+        found = sum(cycle is not None for cycle in self.cycles)
+        return f"Bifurcation: {found} cycles at {len(self.cycles)} values\n{self.data!r}"
+
+
+def bifurcation(
+    model: Model,
+    *,
+    start: State | Callable[[Scene], State] | None = None,
+    follow: bool = False,
+    stretch: float | None = None,
+    limit: float | None = None,
+    **parameter: Any,
+) -> Bifurcation:
+    """Return what motions settle to over a parameter.
+
+    Every motion is simulated until it recurs, and the recurrence is refined to a periodic orbit by Newton's
+    method (`Trajectory.limit_cycle`); values are independent of each other and run on all processors, unless
+    `follow`.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, or a function from keywords to one.
+    start
+        Where every motion starts: a state, or a function from the scene to one; None: `disturbed_sliding`.
+    follow
+        Start at each value from what the value before has settled to, in the order given: the branch that
+        hysteresis stays on. Where no state of it satisfies the new scene, `start` is used, and ``restarted``
+        says so.
+    stretch
+        Motion between the first looks, s, later ones take longer; None: 60 periods of the slowest mode of
+        sliding at the first value.
+    limit
+        Motion after which it counts as not recurring, s; None: 30 stretches.
+    **parameter
+        One array (k,) of values; numbers for any other argument of a model function.
+
+    Returns
+    -------
+    Bifurcation
+        Its `data` over the parameter: ``kind`` (``cycle``, or what `NotPeriodicError` calls it); of cycles,
+        else nan or empty: ``period`` s, ``main_frequency`` Hz, ``period_doubled``, ``stable`` (False where
+        that is not known), ``stability`` (``stable``, ``unstable``, or why that is not known), ``sequence``
+        of combinations, ``largest_multiplier`` (modulus, without the one that is 1), complex ``multiplier``
+        (parameter, order), ``amplitude``, ``minimum``, ``maximum`` (parameter, dof) m; of others ``exponent``
+        and ``exponent_error``, the largest Lyapunov exponent across the flow and its standard error, 1/s;
+        ``restarted``. Its `cycles` are the `Cycle` of every value, or None.
+
+    Raises
+    ------
+    InputError
+        If the parameter is unknown, there is not exactly one array, a value is not finite, or a scene or
+        start is ill-posed.
+    SearchInterrupted
+        On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the values done by then.
+    """
+    name, values, scene_at = along(model, parameter)
+    scenes = [scene_at(value) for value in values]
+    starts = starts_from(start)
+    length = stretch_of(scenes[0], stretch)
+    end = LOOKS * length if limit is None else positive_time("limit", limit)
+    if follow:
+        found, restarted, interruption = _followed(scenes, starts, length, end)
+    else:
+        found, interruption = settled(scenes, [starts(scene) for scene in scenes], length, end)
+        restarted = np.zeros(values.size, dtype=bool)
+    done = [k for k, outcome in enumerate(found) if outcome is not None]
+    result = _diagram(model, name, values[done], [scenes[k] for k in done], [found[k] for k in done])
+    result.data["restarted"] = (name, restarted[done])
+    if isinstance(interruption, KeyboardInterrupt):
+        raise SearchInterrupted(result, len(done), values.size) from None
+    if interruption is not None:
+        raise interruption
+    return result
+
+
+def _diagram(
+    model: Model, name: str, values: Real, scenes: list[Scene], found: list[Outcome | None]
+) -> Bifurcation:
+    cycles: list[Cycle | None] = []
+    kinds, exponents, errors = [], [], []
+    for scene, outcome in zip(scenes, found, strict=True):
+        assert outcome is not None
+        (kind, core, growth, _), message = outcome
+        cycles.append(None if core is None else Cycle(scene, core))
+        kinds.append(kind if core is not None else described(kind, growth, message)[0])
+        exponents.append(growth[0])
+        errors.append(growth[1])
+    result = table(name, values, cycles, parameter_units(model, name))
+    result["kind"] = (name, np.array(kinds, dtype=str))
+    result["exponent"] = (name, np.array(exponents), {"units": "1/s"})
+    result["exponent_error"] = (name, np.array(errors), {"units": "1/s"})
+    return Bifurcation(result, tuple(cycles))
+
+
+def _followed(
+    scenes: list[Scene], starts: Callable[[Scene], State], stretch: float, limit: float
+) -> tuple[list[Outcome | None], Any, BaseException | None]:
+    found: list[Outcome | None] = [None] * len(scenes)
+    restarted = np.zeros(len(scenes), dtype=bool)
+    candidates: list[State] = []
+    for index, scene in enumerate(scenes):
+        state = next((state for state in candidates if is_valid(scene, state)), None)
+        restarted[index] = state is None and index > 0
+        start = starts(scene) if state is None else state
+        (outcome,), interruption = settled([scene], [start], stretch, limit, runs=True)
+        if interruption is not None or outcome is None:
+            return found, restarted, interruption
+        (kind, core, growth, run), message = outcome
+        found[index] = (kind, core, growth, None), message
+        if core is not None:
+            cycle = Cycle(scene, core)
+            middles = [phase.start + 0.5 * phase.duration for phase in cycle.phases]
+            candidates = [cycle.run.state(time) for time in middles]
+        elif run is not None:
+            position, velocity, combination = run.state(run.duration)
+            candidates = [State(position, velocity, combination, scene.dofs)]
+    return found, restarted, None
+
+
+def table(
+    name: str, values: Real | Index, cycles: Sequence[Cycle | None], units: dict[str, str]
+) -> xr.Dataset:
+    """Return cycles over a parameter as one dataset; nan, False or empty where there is none."""
+    scene = next((cycle.scene for cycle in cycles if cycle is not None), None)
+    dofs = np.array([] if scene is None else scene.dofs, dtype=str)
+    width = max((cycle.multipliers.size for cycle in cycles if cycle is not None), default=0)
+
+    def column(of: Callable[[Cycle], Any], missing: Any) -> Any:
+        return np.array([missing if cycle is None else of(cycle) for cycle in cycles])
+
+    def padded(cycle: Cycle) -> Any:
+        row = np.full(width, complex(np.nan, np.nan))
+        row[: cycle.multipliers.size] = cycle.multipliers
+        return row
+
+    nothing = np.full(dofs.size, np.nan)
+    rows: dict[str, Any] = {
+        "period": (name, column(lambda c: c.period, np.nan), {"units": "s"}),
+        "main_frequency": (name, column(lambda c: c.main_frequency(), np.nan), {"units": "Hz"}),
+        "period_doubled": (name, column(lambda c: c.period_doubled, False)),
+        "stable": (name, column(lambda c: c.stable is True, False)),
+        "stability": (name, column(lambda c: c.stability, "")),
+        "sequence": (name, column(lambda c: " ".join(c.combinations), "")),
+        "largest_multiplier": (name, column(lambda c: c.largest_multiplier, np.nan), {"units": "1"}),
+        "multiplier": (
+            (name, "order"),
+            column(padded, np.full(width, complex(np.nan, np.nan))),
+            {"units": "1"},
+        ),
+    }
+    lowest = column(lambda c: c.core.minimum, nothing)
+    highest = column(lambda c: c.core.maximum, nothing)
+    for key, cells in (("minimum", lowest), ("maximum", highest), ("amplitude", 0.5 * (highest - lowest))):
+        rows[key] = ((name, "dof"), cells, {"units": "m"})
+    coords = {name: (name, values, units), "dof": dofs}
+    return xr.Dataset(rows, coords=coords)

@@ -1,0 +1,164 @@
+"""Branches of periodic orbits over given values of a parameter, stable or not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import xarray as xr
+
+from stickslip.cycles.bifurcation import table
+from stickslip.cycles.cycle import Cycle
+from stickslip.errors import InputError, OrbitError
+from stickslip.locus.path import Model, SceneAt, along
+from stickslip.locus.units import parameter_units
+from stickslip.scene.checks import described
+
+#: Halvings of a step along a branch before it counts as ended.
+HALVINGS = 10
+
+#: A value of the parameter and the orbit there.
+Placed = tuple[float, Cycle]
+
+Kind = Literal["period_doubling", "fold", "torus", "grazing", "switching"]
+
+
+@dataclass(frozen=True, repr=False)
+class BranchPoint:
+    """A value of a parameter at which a periodic orbit changes.
+
+    Attributes
+    ----------
+    parameter, value
+        Name and value of the parameter.
+    kind
+        ``period_doubling`` (a multiplier at -1), ``fold`` (another one at 1), ``torus`` (a pair on the unit
+        circle), ``grazing`` (an event function touches zero within a phase), ``switching`` (two events meet).
+    multiplier
+        The critical multiplier; nan for a change of the sequence.
+    contact, event
+        What happens beyond, where the sequence changes; None otherwise.
+    cycle
+        The orbit at the point; where the branch ends there, the last one before it.
+    """
+
+    parameter: str
+    value: float
+    kind: Kind
+    multiplier: complex
+    contact: int | None
+    event: str | None
+    cycle: Cycle
+
+    def __repr__(self) -> str:
+        place = f"{self.kind} at {self.parameter} = {self.value:.12g}"
+        if self.contact is None:
+            return f"BranchPoint({place}, multiplier {self.multiplier:.6g}, {self.cycle.frequency:.6g} Hz)"
+        name = self.cycle.scene.contact_labels()[self.contact]
+        return f"BranchPoint({place}, contact {name}: {self.event}, {self.cycle.frequency:.6g} Hz)"
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Branch:
+    """A branch of periodic orbits over a parameter.
+
+    Attributes
+    ----------
+    data
+        The numbers, see `follow_branch` and `trace_branch`.
+    cycles
+        The orbits, stable or not; None at values that the branch does not reach.
+    folds
+        Where the branch turns back; `follow_branch` does not look for them.
+    end
+        Why it ends: ``range`` (the last value was reached), ``points``, ``sequence`` (the sequence of events
+        has no orbit any more) or, of `follow_branch` alone, ``lost``: Newton's method finds no further orbit.
+    """
+
+    data: xr.Dataset
+    cycles: tuple[Cycle | None, ...]
+    folds: tuple[BranchPoint, ...]
+    end: Literal["range", "points", "sequence", "lost"]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers; folds and end are not among them."""
+        return self.data
+
+    def __repr__(self) -> str:
+        found = sum(cycle is not None for cycle in self.cycles)
+        return f"Branch: {found} orbits, {len(self.folds)} folds, end: {self.end}\n{self.data!r}"
+
+
+def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) -> Branch:
+    """Return the branch of periodic orbits through a cycle, stable or not.
+
+    The sequence of events stays that of the cycle; Newton's method solves its equations at each value from
+    the orbit at the value before, in steps halved where it fails.
+
+    Parameters
+    ----------
+    cycle
+        Where to begin; the first value should be near its own.
+    model
+        A function from keywords to a `Scene`; None: the scene of the cycle.
+    **parameter
+        One array (k,) of values, in the order of the branch.
+
+    Returns
+    -------
+    Branch
+        Its `data` as `bifurcation` for its cycles, and ``followed``: whether the contact laws of the scene
+        hold all along the orbit. nan beyond a fold, where the branch turns back (`trace_branch` goes around
+        it).
+
+    Raises
+    ------
+    InputError
+        If `cycle` is none, the parameter is unknown or there is not exactly one array.
+    """
+    checked_cycle(cycle)
+    name, values, scene_at = along(cycle.scene if model is None else model, parameter)
+    orbits: list[Cycle | None] = []
+    before: tuple[float, Cycle] = (float(values[0]), cycle)
+    for value in values:
+        try:
+            orbit = continued(before, float(value), scene_at)
+        except OrbitError:
+            break
+        orbits.append(orbit)
+        before = (float(value), orbit)
+    orbits += [None] * (values.size - len(orbits))
+    result = table(name, values, orbits, parameter_units(cycle.scene if model is None else model, name))
+    result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
+    return Branch(result, tuple(orbits), (), "lost" if orbits[-1] is None else "range")
+
+
+def checked_cycle(cycle: Any) -> None:
+    """Refuse what is no cycle.
+
+    Raises
+    ------
+    InputError
+        Naming what it is.
+    """
+    if not isinstance(cycle, Cycle):
+        hint = "; its limit cycle is .limit_cycle()" if hasattr(cycle, "limit_cycle") else ""
+        raise InputError(f"cycle: expected a Cycle, got {described(cycle)}{hint}")
+
+
+def continued(before: Placed, value: float, scene_at: SceneAt, halvings: int = HALVINGS) -> Cycle:
+    """Return the orbit at a value from one nearby, in halved steps where Newton's method fails.
+
+    Raises
+    ------
+    OrbitError
+        If it fails however short the steps are.
+    """
+    try:
+        return before[1].continued(scene_at(value))
+    except OrbitError:
+        if halvings == 0 or value == before[0]:
+            raise
+    middle = 0.5 * (before[0] + value)
+    half = continued(before, middle, scene_at, halvings - 1)
+    return continued((middle, half), value, scene_at, halvings - 1)

@@ -1,0 +1,496 @@
+"""Limit cycles: exact periodic orbits, their stability, and how they change with a parameter."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from stickslip import _core
+from stickslip.cycles.attractors import described
+from stickslip.cycles.harmonics import harmonic_energy
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.motion.energy import Balance
+from stickslip.motion.errors import NotPeriodicError, RunInterrupted
+from stickslip.motion.motion import Motion
+from stickslip.scene.checks import Complex, Real, whole_number
+from stickslip.scene.contact import dof_index
+from stickslip.scene.scene import Scene, checked
+from stickslip.scene.state import State
+from stickslip.show.summary import Summary, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Harmonics of a series unless told otherwise.
+HARMONICS = 64
+#: Combinations that a representation shows.
+SHOWN = 24
+#: Harmonics among which the main one is looked for.
+MAIN = 32
+
+
+class CyclePhase(NamedTuple):
+    """One phase of a cycle."""
+
+    combination: str
+    #: start within the period, s
+    start: float
+    #: s
+    duration: float
+    #: index of the contact of the event that ends it
+    contact: int
+    #: kind of that event
+    event: str
+    #: dimension of the admissible space: two per coordinate left free, one per sticking contact
+    dimension: int
+    #: directions of that space that the event forgets: the kernel of its saltation matrix
+    loss: int
+
+
+class Margin(NamedTuple):
+    """How close an event function that ends no phase comes to zero: what would change the sequence."""
+
+    #: index into `Cycle.phases`
+    phase: int
+    #: index of the contact
+    contact: int
+    #: the event that would happen
+    kind: str
+    #: lowest value in the unit of the event function (m/s, N or m); negative: not a motion of the scene
+    value: float
+    #: where in the period, s
+    time: float
+    #: whether it is a local minimum (a touch there), or lies at the end of the phase (two events that meet)
+    interior: bool
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycle:
+    """A periodic orbit, refined by Newton's method on the exact return map.
+
+    The section t = 0 lies just after the event at which the sequence of combinations comes first in the
+    alphabet. Multipliers are the eigenvalues of the derivative of the flow over one period, phase by phase
+    ``exp(A tau)`` times the saltation matrix of the event (Aizerman and Gantmakher 1958; Leine and Nijmeijer
+    2004, ch. 7).
+    """
+
+    scene: Scene
+    core: _core.Cycle = field(repr=False)
+
+    @property
+    def period(self) -> float:
+        """Smallest period, s."""
+        return self.core.period
+
+    @property
+    def frequency(self) -> float:
+        """Inverse of the period, Hz."""
+        return 1.0 / self.core.period
+
+    @cached_property
+    def phases(self) -> tuple[CyclePhase, ...]:
+        """The phases of one period, in order."""
+        durations = self.core.durations
+        starts = np.concatenate([[0.0], np.cumsum(durations)[:-1]])
+        core = self.core
+        rows = zip(
+            core.combinations, starts, durations, core.events, core.dimensions, core.losses, strict=True
+        )
+        return tuple(
+            CyclePhase(name, float(start), float(length), contact, kind, dimension, loss)
+            for name, start, length, (contact, kind), dimension, loss in rows
+        )
+
+    @property
+    def combinations(self) -> tuple[str, ...]:
+        """The status combinations of one period, in order; those that last no time are left out."""
+        return tuple(phase.combination for phase in self.phases if phase.duration > 0.0)
+
+    @property
+    def durations(self) -> Real:
+        """Durations of `combinations`, s."""
+        return np.array([phase.duration for phase in self.phases if phase.duration > 0.0])
+
+    @cached_property
+    def multipliers(self) -> Complex:
+        """Floquet multipliers on the admissible space at the section, complex, descending in modulus.
+
+        As many as the space has dimensions (`CyclePhase.dimension` of the first phase). One equals 1: a shift
+        along the motion. The last `structural_zeros` are zero exactly; at a `corner` the others are nan.
+        """
+        return self.core.multipliers
+
+    @property
+    def entries(self) -> int:
+        """How often in one period a contact begins to stick, plus how often one begins to touch.
+
+        One that goes over from flight to sticking does both. A bounce does neither.
+        """
+        names = self.combinations
+        changes = ((a, b) for k, name in enumerate(names) for a, b in zip(names[k - 1], name, strict=True))
+        return sum((a != "s" == b) + (a == "d" != b) for a, b in changes)
+
+    @property
+    def structural_zeros(self) -> int:
+        """Number of multipliers that are zero exactly, whatever the numbers of the scene.
+
+        The derivative M of the flow over a period is a product over the phases, of ``exp(A tau)``, which is
+        regular, and the saltation matrix S of the event. With vector fields f- before and f+ after it,
+        ``S dy = Dg w - f+ dt`` where ``w = dy + f- dt`` lies on the surface of the event, ``grad h . w = 0``.
+        Directions that S forgets, its kernel, are `CyclePhase.loss`:
+
+        - sliding to sticking sets the slip velocity, h itself. ``Dg w = f+ dt`` has one solution, w along the
+          motion after the event (it leaves the slip velocity at zero): what arrives a moment earlier or later
+          at the same place sticks at the same state. Loss 1.
+        - closing of a contact that stays closed sets gap and rate, h is the gap. Solutions are a change of
+          the rate alone, and w along the motion after the event. Loss 2.
+        - closing and sticking at once loses 3, a plastic impact that lets go at once 1, a bounce none.
+
+        Departures forget nothing: their S maps the narrower space into the wider one without a kernel, and a
+        phase has two dimensions more after a release, one more after the end of sticking. What an entry
+        forgot does not come back by that: the new directions are not reached from before, and M has at most
+        the rank r = min(dimension - loss) over the phases, from any section on. A section of dimension d
+        has d - r zeros.
+
+        So there is one zero per entry into sticking, two per entry into contact, if along the period from the
+        section on all entries come before all departures. A departure before an entry makes up for it: the
+        later one then forgets only directions that the flow has turned into it, in general all different from
+        those that are missing already. In ``++ +d ++ s+ ss s+`` (12, 14, 12, 11, 10 and 11 dimensions, three
+        `entries`) the release comes first, and the flight that it opens ends in the impact: the section has
+        12 - 10 = 2 zeros, one within the flight 14 - 10 = 4. A single mass on a belt has two dimensions and
+        one zero however often it sticks in a period.
+        """
+        return self.core.structural_zeros
+
+    @cached_property
+    def transverse_multipliers(self) -> Complex:
+        """The multipliers of the return map: all but the one of the phase of the motion, which is 1.
+
+        Computed by themselves: at a fold, where the multiplier 1 is defective, they keep their digits.
+        """
+        return self.core.transverse
+
+    @property
+    def corner(self) -> bool:
+        """Whether events coincide in the orbit whose order matters to its neighbours.
+
+        The return map then has a derivative of its own for each order, and multipliers are nan where they are
+        not zero. Slip and its end change the acceleration of their own contact alone, so that their saltation
+        matrices commute; an impact changes the forces on others, and mass that couples contacts does.
+        """
+        return self.core.is_corner
+
+    @property
+    def stable(self) -> bool | None:
+        """Whether all multipliers but that of the phase lie inside the unit circle; None: not known.
+
+        It is not known at a `corner`, where an event function only touches zero, and where rounding decides
+        whether the largest multiplier is above 1.
+        """
+        return self.core.is_stable
+
+    @property
+    def stability(self) -> str:
+        """``stable``, ``unstable``, or ``stability not known`` and why, in words."""
+        return self.core.stability
+
+    @property
+    def largest_multiplier(self) -> float:
+        """Largest modulus of `transverse_multipliers`; nan if one of them is not known."""
+        return self.core.largest_multiplier
+
+    @property
+    def residual(self) -> float:
+        """Largest mismatch between phases, relative to the range of the orbit."""
+        return self.core.residual
+
+    @property
+    def minimum(self) -> xr.DataArray:
+        """Smallest displacement of every dof, (dof,), m."""
+        return self._of_dofs("minimum", self.core.minimum)
+
+    @property
+    def maximum(self) -> xr.DataArray:
+        """Largest displacement of every dof, (dof,), m."""
+        return self._of_dofs("maximum", self.core.maximum)
+
+    @property
+    def amplitude(self) -> xr.DataArray:
+        """Half the difference of largest and smallest displacement of every dof, (dof,), m."""
+        return self._of_dofs("amplitude", 0.5 * (self.core.maximum - self.core.minimum))
+
+    def _of_dofs(self, name: str, values: Real) -> xr.DataArray:
+        coords = {"dof": list(self.scene.dofs)}
+        return xr.DataArray(values, dims="dof", coords=coords, name=name, attrs={"units": "m"})
+
+    @cached_property
+    def run(self) -> Motion:
+        """One period as a motion from 0 to `period`, to be sampled, drawn, and balanced like any other."""
+        core = self.core.trajectory()
+        position, velocity, combination = core.state(0.0)
+        start = State(position, velocity, combination, self.scene.dofs)
+        return Motion(self.scene, start, core)
+
+    def balance(self) -> Balance:
+        """Return where the energy of one period comes from and goes: `Motion.balance` over the orbit.
+
+        On a limit cycle nothing is stored: contact and external work equal damping and impact losses.
+        """
+        return self.run.balance()
+
+    def harmonic_energy(self, count: int = HARMONICS) -> xr.Dataset:
+        """Return mean energies and works per period of every harmonic.
+
+        Parameters
+        ----------
+        count
+            Highest harmonic, >= 1.
+
+        Returns
+        -------
+        xarray.Dataset
+            (harmonic,) J: ``kinetic`` and ``elastic``, means over the period (their sums over all harmonics
+            are the mean energies); ``damping``, dissipated per period. (harmonic, contact) J per period, into
+            the structure positive: ``friction_work`` and ``normal_work``, the latter the impact losses with
+            minus sign when summed over all harmonics. In each harmonic both together equal the damping.
+            Coordinate ``frequency`` (harmonic), Hz.
+
+        Raises
+        ------
+        InputError
+            If `count` is no integer >= 1.
+
+        Notes
+        -----
+        Where impacts make velocities jump, works decay as 1 / harmonic^2.
+        """
+        return harmonic_energy(self.scene, self.period, self.harmonics(count))
+
+    @cached_property
+    def modes(self) -> dict[str, Modes]:
+        """The complex modes of every combination of the cycle."""
+        return {name: complex_modes(self.scene, name) for name in dict.fromkeys(self.combinations)}
+
+    def table(self) -> xr.Dataset:
+        """Return combinations, durations and the frequencies of their modes, as the paper's Table 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, and ``growth`` (phase, pair), 1/s, one
+            of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination`` (phase).
+        """
+        upper = {name: modes.eigenvalues[modes.eigenvalues.imag >= 0.0] for name, modes in self.modes.items()}
+        width = max(values.size for values in upper.values())
+        rows = np.full((len(self.combinations), width), complex(np.nan, np.nan))
+        for row, name in zip(rows, self.combinations, strict=True):
+            row[: upper[name].size] = upper[name]
+        return xr.Dataset(
+            {
+                "duration": ("phase", self.durations, {"units": "s"}),
+                "frequency": (("phase", "pair"), np.abs(rows) / (2.0 * np.pi), {"units": "Hz"}),
+                "growth": (("phase", "pair"), rows.real, {"units": "1/s"}),
+            },
+            coords={"combination": ("phase", list(self.combinations))},
+        )
+
+    def harmonics(self, count: int = HARMONICS) -> xr.Dataset:
+        """Return the Fourier series of the displacement, in closed form.
+
+        ``x(t) = c_0 + 2 Re sum_k c_k exp(2 pi i k t / period)``, t = 0 at the section: every phase is a sum
+        of exponentials, whose integrals are exact; nothing is sampled.
+
+        Parameters
+        ----------
+        count
+            Highest harmonic, >= 1.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``coefficient`` (harmonic, dof), complex, m, from harmonic 0; ``amplitude`` of the cosine of each
+            harmonic, ``2 |c_k|`` (``|c_0|`` for the mean), m; coordinate ``frequency`` (harmonic), Hz.
+
+        Raises
+        ------
+        InputError
+            If `count` is no integer >= 1.
+        """
+        coefficients = self.core.harmonics(whole_number("count", count, 1))
+        amplitude = np.abs(coefficients) * np.where(np.arange(count + 1) == 0, 1.0, 2.0)[:, None]
+        order = np.arange(count + 1)
+        return xr.Dataset(
+            {
+                "coefficient": (("harmonic", "dof"), coefficients, {"units": "m"}),
+                "amplitude": (("harmonic", "dof"), amplitude, {"units": "m"}),
+            },
+            coords={
+                "harmonic": order,
+                "frequency": ("harmonic", order * self.frequency, {"units": "Hz"}),
+                "dof": list(self.scene.dofs),
+            },
+        )
+
+    def dataset(self, samples: int = 513) -> xr.Dataset:
+        """Return what a file of the cycle holds.
+
+        Parameters
+        ----------
+        samples
+            Number of instants of one period, both ends included, >= 2.
+
+        Returns
+        -------
+        xarray.Dataset
+            ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, pair) of `table`;
+            ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
+            `harmonics`; one period as `Motion.sample` gives it (time). The attributes
+            ``period`` s, ``stable`` (-1: not known), ``stability``, ``structural_zeros``.
+
+        Raises
+        ------
+        InputError
+            If `samples` is no integer >= 2.
+        """
+        motion = self.run.dataset(samples)
+        modes = self.table().rename(frequency="mode_frequency", growth="mode_growth")
+        motion = motion.drop_vars([str(name) for name in motion.data_vars if "event" in motion[name].dims])
+        motion.attrs = {
+            "period": self.period,
+            "stable": -1 if self.stable is None else int(self.stable),
+            "stability": self.stability,
+            "structural_zeros": self.structural_zeros,
+        }
+        return (
+            motion.merge(modes)
+            .merge(self.harmonics())
+            .assign(multiplier=("order", self.multipliers, {"units": "1"}))
+        )
+
+    def main_harmonic(self, dof: str | None = None) -> int:
+        """Return the harmonic with the largest amplitude in a dof, or in the root sum square over all dofs.
+
+        Raises
+        ------
+        InputError
+            If the dof is unknown.
+        """
+        size = self._lines
+        if dof is not None:
+            size = size[:, [dof_index("dof", dof, self.scene.dofs)]]
+        return int(1 + np.argmax((size**2).sum(axis=1)))
+
+    @cached_property
+    def _lines(self) -> Real:
+        """|c_k| of every dof, from the first harmonic to `MAIN`."""
+        return np.abs(self.core.harmonics(MAIN)[1:])
+
+    def main_frequency(self, dof: str | None = None) -> float:
+        """Return the frequency of the main harmonic of a dof, or of all motion, Hz."""
+        return self.main_harmonic(dof) * self.frequency
+
+    @property
+    def period_doubled(self) -> bool:
+        """Whether the main line is the second harmonic: there are subharmonics at half its frequency."""
+        return self.main_harmonic() == 2
+
+    def margins(self) -> tuple[Margin, ...]:
+        """Return how close every event function that ends no phase comes to zero."""
+        return tuple(Margin(*margin) for margin in self.core.margins())
+
+    def continued(self, scene: Scene) -> Cycle:
+        """Return the orbit with the same sequence of events in another scene, stable there or not.
+
+        It solves the equations of the sequence; whether the scene follows it says `is_followed`.
+
+        Raises
+        ------
+        OrbitError
+            If Newton's method does not find one: past a fold, or too far.
+        InputError
+            If the scene has other dofs or contacts.
+        """
+        return Cycle(scene, self.core.continued(checked(scene).core))
+
+    def is_followed(self) -> bool:
+        """Whether a run from the orbit keeps to its sequence of events: its contact laws all hold."""
+        return self.core.is_followed()
+
+    def __repr__(self) -> str:
+        names = self.combinations
+        sequence = " ".join(names) if len(names) <= SHOWN else f"{' '.join(names[:SHOWN])} ... ({len(names)})"
+        lines = f"period {1e3 * self.period:.9g} ms, {self.frequency:.6g} Hz, {sequence}"
+        known = (
+            "" if np.isnan(self.largest_multiplier) else f", largest multiplier {self.largest_multiplier:.4g}"
+        )
+        return f"Cycle({lines}, {self.stability}{known})"
+
+    def plot(self, contact: int = 0, ax: Axes | None = None) -> Axes:
+        """Draw one period in the phase plane of a contact, by status.
+
+        Parameters
+        ----------
+        contact
+            Index of the contact.
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.motion.figures import phase_portrait
+        from stickslip.show.style import axes_of
+
+        return phase_portrait(axes_of(ax), self.run, contact)
+
+    def summary(self) -> Summary:
+        """Return period, stability and a table of the phases."""
+        facts = [
+            ("period", f"{1e3 * self.period:.9g} ms"),
+            ("frequency", f"{self.frequency:.6g} Hz"),
+            ("stability", self.stability),
+            (
+                "largest multiplier",
+                "not known" if np.isnan(self.largest_multiplier) else f"{self.largest_multiplier:.4g}",
+            ),
+        ]
+        rows = [
+            (phase.combination, 1e3 * phase.start, 1e3 * phase.duration)
+            for phase in self.phases
+            if phase.duration > 0.0
+        ]
+        headings = ("combination", "start, ms", "duration, ms")
+        return Summary(facts, [Table("Phases of one period", headings, rows)])
+
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return _restored, (self.scene, self.core.record())
+
+
+def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
+    return Cycle(scene, scene.core.cycle(record))
+
+
+def limit_cycle(
+    run: Motion, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+) -> Cycle:
+    """Return the periodic orbit that a run settles to; see `Trajectory.limit_cycle`.
+
+    Raises
+    ------
+    NotPeriodicError
+        If it settles to none.
+    RunInterrupted
+        On Ctrl-C.
+    """
+    kind, core, growth, last = run.core.attractor(further, method)
+    if core is not None:
+        return Cycle(run.scene, core)
+    ended = run if last is None else replace(run, start=run.state(run.duration), core=last)
+    if ended.stop_reason == "interrupted":
+        raise RunInterrupted(ended)
+    label, message = described(kind, growth, ended.core.stop_message)
+    raise NotPeriodicError(message, ended, label, growth[0], growth[1])

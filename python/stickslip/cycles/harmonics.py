@@ -1,0 +1,61 @@
+"""Energy of a periodic motion by harmonics of its period.
+
+With ``x = c_0 + 2 Re sum_k c_k e^{i k omega t}`` and ``u_k = i k omega c_k`` the structure, being linear,
+passes no energy from one harmonic to another: for each of them, over one period T,
+
+    work of the contact forces  2 T Re(u_k* D f_k) = 2 T u_k* C u_k  dissipated,
+
+with ``D f_k = (K + i k omega C - (k omega)^2 M) c_k`` for k > 0. The contacts turn one into another. The
+impulses of impacts belong to f_k: their normal part carries the impact losses.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from stickslip.scene.scene import Scene
+from stickslip.scene.structure import Structure
+
+
+def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Dataset:
+    """Return mean energies and works per period by harmonic; see `Cycle.harmonic_energy`.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    period
+        Of the motion, s.
+    series
+        Its Fourier series, see `Cycle.harmonics`.
+    """
+    structure = Structure.of(scene)
+    c = series.coefficient.to_numpy().T
+    omega = 2.0 * np.pi * series.frequency.to_numpy()
+    u = 1j * omega * c
+    # The mean counts once, an oscillation as two conjugate halves.
+    weight = np.where(omega == 0.0, 0.5, 1.0)
+    unbalanced = structure.stiffness @ c + structure.damping @ u - structure.mass @ (c * omega**2)
+    force = structure.impulse_response.T @ unbalanced
+    moving = structure.directions.T @ u
+    work = 2.0 * period * np.real(force * moving.conj())
+    mass, damping, stiffness = (
+        np.einsum("ik,ij,jk->k", a.conj(), matrix, a).real
+        for a, matrix in ((u, structure.mass), (u, structure.damping), (c, structure.stiffness))
+    )
+    by_contact, joule = ("harmonic", "contact"), {"units": "J"}
+    return xr.Dataset(
+        {
+            "kinetic": ("harmonic", weight * mass, joule),
+            "elastic": ("harmonic", weight * stiffness, joule),
+            "friction_work": (by_contact, work[::2].T, joule | {"sign": "into the structure"}),
+            "normal_work": (by_contact, work[1::2].T, joule | {"sign": "into the structure"}),
+            "damping": ("harmonic", 2.0 * period * damping, joule | {"sign": "dissipated"}),
+        },
+        coords={
+            "harmonic": series.harmonic.to_numpy(),
+            "frequency": ("harmonic", series.frequency.to_numpy(), {"units": "Hz"}),
+            "contact": scene.contact_labels(),
+        },
+    )

@@ -1,0 +1,1 @@
+"""Energy by complex modes: what each holds, gains and loses."""

@@ -1,0 +1,1 @@
+"""Scenes, cases, studies and datasets as files."""

@@ -1,0 +1,318 @@
+"""A case: a scene with a start, the settings of a run, and parameter values; what a scene file holds."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.files.scene_file import (
+    MODELS,
+    Matrices,
+    known,
+    located,
+    model_from,
+    read_tables,
+    scene_from,
+    scene_table,
+)
+from stickslip.files.toml_text import Inline, toml_text
+from stickslip.locus.path import known_parameters
+from stickslip.scene.checks import Real, described, real_number
+from stickslip.scene.scene import Scene, checked
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.transient.simulate import run_settings, simulate
+from stickslip.transient.trajectory import Trajectory
+
+START_KEYS = ("position", "velocity", "combination")
+#: Settings of `simulate` with their defaults; the duration has none.
+RUN_DEFAULTS = {
+    name: None if parameter.default is parameter.empty else parameter.default
+    for name, parameter in inspect.signature(simulate).parameters.items()
+    if name not in ("scene", "start")
+}
+RANGE_KEYS = ("from", "to", "count")
+#: Sections of a scene file; `study` belongs to `stickslip.study`.
+SECTIONS = ("scene", "model", "start", "run", "sweep", "study")
+HEADER = "# A scene for stickslip; SI units, angles in radians.\n\n"
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A scene and what to do with it.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, or a function from keywords to one; a function of `stickslip.models`, or a
+        `functools.partial` of one, can be saved.
+    start
+        ``position`` and ``velocity``, what is added to the sliding equilibrium, m and m/s: amounts by dof, or
+        a vector (n,). With ``combination`` they are the start itself.
+    run
+        Arguments of `simulate`: ``duration``, s, ...
+    sweep
+        Parameter names to values (k,), or to ``{"from": ..., "to": ..., "count": ...}``.
+    study
+        Section `[study]` as it stands in the file.
+    """
+
+    model: Scene | Callable[..., Scene]
+    start: Mapping[str, Any] = field(default_factory=dict)
+    run: Mapping[str, Any] = field(default_factory=dict)
+    sweep: Mapping[str, Any] = field(default_factory=dict)
+    study: Mapping[str, Any] = field(default_factory=dict)
+    #: The scene, with the parameters of the model as they stand.
+    scene: Scene = field(init=False)
+
+    def __post_init__(self) -> None:
+        for name, allowed in (("start", START_KEYS), ("run", tuple(RUN_DEFAULTS))):
+            known(f"[{name}]", getattr(self, name), allowed)
+        scene = self.model if isinstance(self.model, Scene) else self.model()
+        if not isinstance(scene, Scene):
+            raise InputError(
+                f"model: expected a Scene or a function that returns one, got {described(scene)}"
+            )
+        object.__setattr__(self, "scene", scene)
+        with located("[start]"):
+            self._moved(State(np.zeros(scene.size), np.zeros(scene.size), "", scene.dofs))
+            self._combination()
+        with located("[run]"):
+            run_settings(**{**RUN_DEFAULTS, "duration": 1.0, **self.run})
+        with located("[sweep]"):
+            self.values()
+
+    def initial_state(self) -> State:
+        """Return the state that a run starts from.
+
+        Raises
+        ------
+        InputError
+            If it is relative to sliding equilibrium and there is none.
+        """
+        combination = self._combination()
+        if combination is None:
+            return self._moved(sliding_equilibrium(self.scene))
+        zero = np.zeros(self.scene.size)
+        return self._moved(State(zero, zero, combination, self.scene.dofs))
+
+    def _combination(self) -> str | None:
+        combination = self.start.get("combination")
+        if combination is None or isinstance(combination, str):
+            return combination
+        raise InputError(f"combination: expected a string such as '+s', got {combination!r}")
+
+    def _moved(self, state: State) -> State:
+        return state.perturbed(self.start.get("position"), self.start.get("velocity"))
+
+    def simulate(self, **changes: Any) -> Trajectory:
+        """Return the motion from the start; `changes` go before the settings of `run`, see `simulate`.
+
+        Raises
+        ------
+        InputError
+            If there is no duration, or an argument is ill-posed.
+        """
+        settings = {**self.run, **{key: value for key, value in changes.items() if value is not None}}
+        if "duration" not in settings:
+            raise InputError("duration is missing: give it, or [run] duration in the file")
+        return simulate(self.scene, self.initial_state(), **settings)
+
+    def values(self) -> dict[str, Real]:
+        """Return the parameter values of the sweep, (k,) each.
+
+        Raises
+        ------
+        InputError
+            If they are neither numbers nor a range.
+        """
+        return {name: parameter_values(name, value) for name, value in self.sweep.items()}
+
+    def replace(self, **parameters: Any) -> Case:
+        """Return the case with other parameters: of the contact law of a scene, or of the model function.
+
+        Raises
+        ------
+        InputError
+            If one is unknown or ill-posed.
+        """
+        if isinstance(self.model, Scene):
+            model: Scene | Callable[..., Scene] = self.model.replace(**parameters)
+        else:
+            known_parameters(self.model, parameters)
+            model = partial(self.model, **parameters)
+        return Case(model, self.start, self.run, self.sweep, self.study)
+
+    def save(self, path: str | Path, matrices: Matrices = "auto") -> None:
+        """Write the case as a scene file, which `load_case` reads back exactly.
+
+        Parameters
+        ----------
+        path
+            The file, usually ``.toml``.
+        matrices
+            Where matrices and vectors go: ``inline``, into the file itself; ``npz``, ``mat``, ``mtx``, into
+            files beside it, ``<name of the file>.<argument>.<suffix>``; ``auto``, into ``npz`` where they are
+            large.
+
+        Raises
+        ------
+        InputError
+            If the model is a function that a file cannot name, or a value has no form in TOML.
+        OSError
+            If the file cannot be written.
+        """
+        if matrices not in ("auto", "inline", "npz", "mat", "mtx"):
+            raise InputError(f"matrices: expected auto, inline, npz, mat or mtx, got {matrices!r}")
+        file = Path(path)
+        if isinstance(self.model, Scene):
+            tables: dict[str, Any] = {"scene": scene_table(self.model, file, matrices)}
+        else:
+            tables = {"model": _model_table(self.model)}
+        for name in ("start", "run", "sweep", "study"):
+            if section := getattr(self, name):
+                tables[name] = self._table(section)
+        file.write_text(HEADER + toml_text(tables), encoding="utf-8")
+
+    def _table(self, section: Mapping[str, Any]) -> dict[str, Any]:
+        """Return a section without what is None, amounts by the name of their dof."""
+
+        def amounts(table: Mapping[str | int, Any]) -> Inline:
+            return Inline(
+                {key if isinstance(key, str) else self.scene.dofs[key]: one for key, one in table.items()}
+            )
+
+        return {
+            key: amounts(value) if isinstance(value, Mapping) else value
+            for key, value in section.items()
+            if value is not None
+        }
+
+    def __repr__(self) -> str:
+        lines = [f"Case of {self.scene!r}"]
+        for name in ("start", "run", "sweep", "study"):
+            if section := getattr(self, name):
+                lines.append(f"  {name}: " + ", ".join(f"{key} = {value}" for key, value in section.items()))
+        return "\n".join(lines)
+
+
+def parameter_values(name: str, value: Any) -> Real:
+    """Return the values of a parameter, (k,), from numbers or from ``{from, to, count}``.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if isinstance(value, Mapping):
+        known(name, value, RANGE_KEYS, RANGE_KEYS)
+        count = value["count"]
+        if not isinstance(count, int) or isinstance(count, bool) or count < 2:
+            raise InputError(f"{name}: count: expected an integer >= 2, got {described(count)}")
+        first, last = (real_number(f"{name}: {key}", value[key]) for key in ("from", "to"))
+        if not np.isfinite([first, last]).all():
+            raise InputError(f"{name}: from and to must be finite, got {first:g} and {last:g}")
+        return np.linspace(first, last, count)
+    if isinstance(value, str) or not np.iterable(value):
+        raise InputError(f"{name}: expected values or {{ from, to, count }}, got {value!r}")
+    return np.array([real_number(name, one) for one in value])
+
+
+def save(what: Scene | Case, path: str | Path, matrices: Matrices = "auto") -> None:
+    """Write a scene or a case as TOML; `load_scene` and `load_case` read it back exactly.
+
+    A scene that a function of `stickslip.models` made is written as that model and its arguments, also
+    after `replace` of what the model takes; any other, or with `matrices`, by its matrices.
+
+    Parameters
+    ----------
+    what
+        A `Scene`, or a `Case`: a scene with a start, settings of a run and parameter values.
+    path
+        The file, usually ``.toml``.
+    matrices
+        Where matrices and vectors go, see `Case.save`; ``auto``: into the file itself, or beside it where
+        they are large.
+
+    Raises
+    ------
+    InputError
+        If `what` is neither, `matrices` is none of these, or a name is no text that a file can hold.
+    OSError
+        If the file cannot be written.
+    """
+    if isinstance(what, Case):
+        what.save(path, matrices)
+        return
+    model = checked(what).model if matrices == "auto" else None
+    Case(what if model is None or not _same(model(), what) else model).save(path, matrices)
+
+
+def load_case(path: str | Path) -> Case:
+    """Return the case that a scene file holds; see `Case` and `stickslip.files.scene_file`.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or anything in it is ill-posed: the message names file, key and value.
+    """
+    file = Path(path)
+    tables = read_tables(file)
+    known(str(file), tables, SECTIONS)
+    if ("scene" in tables) == ("model" in tables):
+        raise InputError(f"{file}: expected either [scene] or [model], got {', '.join(tables) or 'neither'}")
+    if "scene" in tables:
+        model: Scene | Callable[..., Scene] = scene_from(file, tables["scene"])
+    else:
+        model = model_from(file, tables["model"])
+        with located(f"{file}: [model]"):
+            model()
+    sections = {name: tables.get(name, {}) for name in ("start", "run", "sweep", "study")}
+    with located(str(file)):
+        return Case(model, **sections)
+
+
+def load_scene(path: str | Path) -> Scene:
+    """Return the scene that a scene file holds, see `save` and `load_case`.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or anything in it is ill-posed: the message names file, key and value.
+    """
+    return load_case(path).scene
+
+
+def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
+    function = model.func if isinstance(model, partial) else model
+    names = {function: name for name, function in MODELS.items()}
+    if function not in names or (isinstance(model, partial) and model.args):
+        raise InputError(f"model: a file cannot name {model!r}; save model(...), a Scene, instead")
+    table: dict[str, Any] = {"name": names[function]}
+    for key, value in (model.keywords if isinstance(model, partial) else {}).items():
+        if key in ("subsystems", "links"):
+            table[key.removesuffix("s")] = [vars(entry) for entry in value]
+        elif value is not None:
+            table[key] = value
+    return table
+
+
+def _same(a: Scene, b: Scene) -> bool:
+    """Return whether two scenes of the same model have the same numbers and names, to the last bit."""
+
+    def laws(scene: Scene) -> list[Any]:
+        return [tuple(vars(contact).values()) for contact in scene.contacts]
+
+    return (
+        (a.dofs, a.damping, a.impact_friction) == (b.dofs, b.damping, b.impact_friction)
+        and laws(a) == laws(b)
+        and np.array_equal(a.mass, b.mass)
+        and np.array_equal(a.force, b.force)
+        and (a.stiffness != b.stiffness).nnz == 0
+    )

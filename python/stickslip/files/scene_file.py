@@ -1,0 +1,227 @@
+"""Scene files: a scene as TOML, its large matrices in files beside it.
+
+`[scene]` has the arguments of `Scene` and its `[[scene.contact]]`; or `[model]` has the name of a function of
+`stickslip.models` and its arguments. A matrix is rows of numbers, ``{ file = "k.npz", name = "K" }`` relative
+to the scene file, or ``{ shape = [n, n], row = [...], column = [...], value = [...] }`` if it is sparse.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import operator
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import scipy.sparse
+
+from stickslip.errors import InputError
+from stickslip.files.matrix_file import read_matrix, write_matrix
+from stickslip.files.toml_text import Inline
+from stickslip.scene import models
+from stickslip.scene.contact import Contact, nearest
+from stickslip.scene.scene import Proportional, Scene
+
+#: Numbers of a matrix up to which it is written into the scene file itself.
+INLINE = 600
+#: Models that a file can name.
+MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsystems, "chain": models.chain}
+SCENE_KEYS = ("mass", "stiffness", "damping", "force", "dofs", "impact_friction", "contact")
+CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
+#: What a contact has to have.
+CONTACT_NEEDS = ("tangential", "normal", "friction")
+
+Matrices = Literal["auto", "inline", "npz", "mat", "mtx"]
+
+
+def read_tables(path: Path) -> dict[str, Any]:
+    """Return the tables of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or it is no TOML; the message has the line.
+    """
+    try:
+        with path.open("rb") as file:
+            return tomllib.load(file)
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: no valid TOML: {error}") from None
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from None
+
+
+@contextmanager
+def located(place: str) -> Iterator[None]:
+    """Put the file and the section in front of what an `InputError` says."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+
+
+def known(place: str, table: Any, keys: tuple[str, ...], needs: tuple[str, ...] = ()) -> None:
+    """Refuse a table with other keys than `keys`, or without one of `needs`.
+
+    Raises
+    ------
+    InputError
+        Naming the key, and the nearest ones.
+    """
+    if not isinstance(table, Mapping):
+        raise InputError(f"{place}: expected a table, got {table!r}")
+    for key, value in table.items():
+        if key not in keys:
+            # A table or a list is too long for a message.
+            shown = "" if isinstance(value, Mapping | list) else f" (= {value!r})"
+            raise InputError(f"{place}: unknown key {key!r}{shown}{nearest(key, keys)}")
+    for key in needs:
+        if key not in table:
+            raise InputError(f"{place}: {key} is missing")
+
+
+def scene_from(path: Path, table: dict[str, Any]) -> Scene:
+    """Return the scene of a table `[scene]`.
+
+    Raises
+    ------
+    InputError
+        Naming file, key and value.
+    """
+    known(f"{path}: [scene]", table, SCENE_KEYS, ("mass", "stiffness"))
+    contacts = table.get("contact", [])
+    if not isinstance(contacts, list):
+        raise InputError(f"{path}: [scene]: contact: expected tables [[scene.contact]], got {contacts!r}")
+    for i, contact in enumerate(contacts):
+        known(f"{path}: contact {i}", contact, CONTACT_KEYS, CONTACT_NEEDS)
+    arguments = {
+        key: _matrix(path, key, table[key])
+        for key in ("mass", "stiffness", "damping", "force")
+        if key in table
+    }
+    with located(f"{path}: [scene]"):
+        return Scene(
+            **arguments,
+            contacts=[Contact(**contact) for contact in contacts],
+            dofs=table.get("dofs"),
+            impact_friction=table.get("impact_friction", False),
+        )
+
+
+def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
+    """Return the model function of a table `[model]` with the parameters that stand there.
+
+    Raises
+    ------
+    InputError
+        Naming file, key and value.
+    """
+    place = f"{path}: [model]"
+    if not isinstance(table, Mapping) or "name" not in table:
+        raise InputError(f"{place}: name is missing; known: {', '.join(MODELS)}")
+    name = table["name"]
+    if name not in MODELS:
+        raise InputError(f"{place}: name: unknown model {name!r}{nearest(str(name), list(MODELS))}")
+    model = MODELS[name]
+    given = {key: value for key, value in table.items() if key != "name"}
+    lists = {"subsystems": ("subsystem", models.Subsystem), "links": ("link", models.Link)}
+    keys = [lists.get(key, (key,))[0] for key in inspect.signature(model).parameters]
+    known(place, given, tuple(keys))
+    for argument, (key, kind) in lists.items():
+        if key in keys:
+            given[argument] = _entries(place, key, given.pop(key, []), kind)
+    return partial(model, **given)
+
+
+def _entries(place: str, key: str, entries: Any, kind: Any) -> list[Any]:
+    """Return the subsystems or links of a chain."""
+    if not isinstance(entries, list):
+        raise InputError(f"{place}: {key}: expected tables [[model.{key}]], got {entries!r}")
+    fields = dataclasses.fields(kind)
+    needs = tuple(field.name for field in fields if field.default is dataclasses.MISSING)
+    for i, entry in enumerate(entries):
+        known(f"{place}: {key} {i}", entry, tuple(field.name for field in fields), needs)
+    return [kind(**entry) for entry in entries]
+
+
+def _matrix(path: Path, key: str, value: Any) -> Any:
+    """Return a matrix or vector from rows, a file, entries, or the factors of proportional damping."""
+    if not isinstance(value, dict):
+        return value
+    place = f"{path}: [scene]: {key}"
+    if "file" in value:
+        known(place, value, ("file", "name"))
+        if not isinstance(value["file"], str):
+            raise InputError(f"{place}: file: expected a name, got {value['file']!r}")
+        with located(place):
+            return read_matrix(path.parent / value["file"], value.get("name"), key)
+    if "shape" in value:
+        parts = ("shape", "row", "column", "value")
+        known(place, value, parts, parts)
+        try:
+            entries = np.asarray(value["value"], dtype=float)
+            indices = [np.asarray(value[part], dtype=np.int64) for part in ("row", "column")]
+            return scipy.sparse.csr_array((entries, indices), shape=tuple(value["shape"]))
+        except (ValueError, TypeError, OverflowError) as error:
+            raise InputError(f"{place}: no sparse matrix: {error}") from None
+    if key != "damping":
+        raise InputError(f"{place}: expected rows of numbers or a table with file or shape, got {value!r}")
+    known(place, value, ("mass", "stiffness", "file", "shape"))
+    return Proportional(**value)
+
+
+def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
+    """Return the table `[scene]` of a scene; writes what is too large for it to files beside `path`."""
+    table: dict[str, Any] = {"dofs": list(scene.dofs)}
+    for key in ("mass", "stiffness", "damping", "force"):
+        value = getattr(scene, key)
+        if isinstance(value, Proportional):
+            table[key] = Inline(mass=value.mass, stiffness=value.stiffness)
+        elif value is not None:
+            table[key] = _written(path, key, value, matrices)
+    table["impact_friction"] = scene.impact_friction
+    table["contact"] = [
+        {
+            key: _named(value, scene.dofs) if key in ("tangential", "normal") else value
+            for key in CONTACT_KEYS
+            if (value := getattr(contact, key)) is not None
+        }
+        for contact in scene.contacts
+    ]
+    return table
+
+
+def _named(direction: Any, dofs: Sequence[str]) -> Any:
+    """Return a direction along one dof as the name of the dof."""
+    return (
+        dofs[operator.index(direction)]
+        if np.ndim(direction) == 0 and not isinstance(direction, str)
+        else direction
+    )
+
+
+def _written(path: Path, key: str, value: Any, matrices: Matrices) -> Any:
+    sparse = scipy.sparse.issparse(value)
+    # A vector has no form of its own in .mat and .mtx where it has one entry.
+    inline = matrices == "inline" or value.shape == (1,)
+    if matrices == "auto":
+        inline = (3 * value.nnz if sparse else value.size) <= INLINE
+    if not inline:
+        kind = "npz" if matrices == "auto" else matrices
+        beside = path.with_name(f"{path.stem}.{key}.{kind}")
+        write_matrix(beside, key, value)
+        return Inline(file=beside.name)
+    if not sparse:
+        return value
+    entries = scipy.sparse.coo_array(value)
+    return {
+        "shape": list(entries.shape),
+        "row": entries.coords[0],
+        "column": entries.coords[1],
+        "value": entries.data,
+    }

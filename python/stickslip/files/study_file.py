@@ -1,0 +1,145 @@
+"""The section `[study]` of a scene file.
+
+Its keys are the arguments of `Study`; `[study.parameters]` has a line for each parameter, which is one of
+
+    { uniform = [lower, upper] }
+    { normal = [mean, deviation] }
+    { lognormal = [mean, deviation] }
+    { triangular = [lower, mode, upper] }
+    { distribution = "weibull_min", c = 1.5, scale = 2.0 }   # any of scipy.stats
+    [values] or { from = ..., to = ..., count = ... }        # a grid
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.files.case import RANGE_KEYS, Case, parameter_values
+from stickslip.files.scene_file import known, located
+from stickslip.scene.checks import real_number
+from stickslip.scene.contact import nearest
+from stickslip.study.study import Study
+
+#: Arguments of `Study` that a file may have; the rest comes from its other sections.
+KEYS = (
+    "parameters",
+    "outputs",
+    "samples",
+    "seed",
+    "sampler",
+    "sampler_options",
+    "combination",
+    "hopf",
+    "duration",
+    "further",
+    "method",
+    "max_events",
+)
+#: Distributions by name, with what their numbers are.
+SHORT = {
+    "uniform": ("lower", "upper"),
+    "normal": ("mean", "deviation"),
+    "lognormal": ("mean", "deviation"),
+    "triangular": ("lower", "mode", "upper"),
+}
+
+
+def study_of(case: Case, **changes: Any) -> Study:
+    """Return the study of a case: its section `[study]`, with duration and settings of `[run]` and its start.
+
+    Parameters
+    ----------
+    case
+        Its start, if it has one, is added to the sliding equilibrium of every sample; else the fastest
+        growing mode is.
+    **changes
+        Go before what the section says; None: as it stands.
+
+    Raises
+    ------
+    InputError
+        If there are no parameters, or anything is ill-posed.
+    """
+    known("[study]", case.study, KEYS)
+    told = {key: value for key, value in changes.items() if value is not None}
+    given = {**case.study, **told}
+    parameters = given.pop("parameters", {})
+    with located("[study]"):
+        if not isinstance(parameters, Mapping) or not parameters:
+            raise InputError(f"parameters: expected names with distributions, got {parameters!r}")
+        laws = {name: distribution(name, value) for name, value in parameters.items()}
+        if not any(hasattr(law, "ppf") for law in laws.values()) and "samples" not in told:
+            # The number of the section belongs to its distributions.
+            given.pop("samples", None)
+        if "combination" in case.start:
+            raise InputError("[start]: a study starts beside sliding equilibrium, without a combination")
+        run = {key: case.run[key] for key in ("duration", "method", "max_events") if key in case.run}
+        return Study(case.model, laws, **{**run, **case.start, **given})
+
+
+def distribution(name: str, value: Any) -> Any:
+    """Return a frozen distribution, or the values of a grid, from what a file says of a parameter.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+    if not isinstance(value, Mapping) or set(value) & set(RANGE_KEYS):
+        return parameter_values(name, value)
+    from scipy import stats
+
+    if "distribution" in value:
+        numbers = {
+            key: real_number(f"{name}: {key}", one) for key, one in value.items() if key != "distribution"
+        }
+        law = getattr(stats, str(value["distribution"]), None)
+        if not isinstance(law, stats.rv_continuous | stats.rv_discrete):
+            raise InputError(f"{name}: scipy.stats has no distribution {value['distribution']!r}")
+        try:
+            frozen = law(**numbers)
+        except TypeError as error:
+            raise InputError(f"{name}: {value['distribution']}: {error}") from None
+        if not np.isfinite(frozen.ppf(0.5)):
+            raise InputError(f"{name}: {value['distribution']} does not take {numbers}")
+        return frozen
+    if len(value) != 1 or next(iter(value)) not in SHORT:
+        wrong = str(next(iter(value), ""))
+        raise InputError(
+            f"{name}: expected one of {', '.join(SHORT)}, got {dict(value)!r}{nearest(wrong, list(SHORT))}"
+        )
+    ((kind, entries),) = value.items()
+    meanings = SHORT[kind]
+    if not isinstance(entries, list | tuple) or len(entries) != len(meanings):
+        raise InputError(f"{name}: {kind}: expected [{', '.join(meanings)}], got {entries!r}")
+    first, second, *third = (
+        real_number(f"{name}: {kind}: {meaning}", entry)
+        for meaning, entry in zip(meanings, entries, strict=True)
+    )
+    return _short(name, kind, first, second, *third)
+
+
+def _short(name: str, kind: str, first: float, second: float, third: float = 0.0) -> Any:
+    from scipy import stats
+
+    said = f"{name}: {kind}: got {[first, second]}"
+    if kind == "uniform":
+        if not first < second:
+            raise InputError(f"{said}, expected lower < upper")
+        return stats.uniform(first, second - first)
+    if kind == "triangular":
+        if not (first <= second <= third and first < third):
+            raise InputError(f"{name}: {kind}: got {[first, second, third]}, expected lower <= mode <= upper")
+        return stats.triang((second - first) / (third - first), first, third - first)
+    if not second > 0.0:
+        raise InputError(f"{said}, expected a positive deviation")
+    if kind == "normal":
+        return stats.norm(first, second)
+    if not first > 0.0:
+        raise InputError(f"{said}, expected a positive mean")
+    variance = np.log1p((second / first) ** 2)
+    return stats.lognorm(np.sqrt(variance), scale=first * np.exp(-0.5 * variance))

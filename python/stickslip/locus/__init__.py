@@ -1,0 +1,1 @@
+"""Eigenvalues along parameters: sweeps, critical points, sensitivities, maps of stability."""

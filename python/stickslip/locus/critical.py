@@ -1,0 +1,197 @@
+"""Where stability changes along a parameter, and where eigenvalues meet."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.locus.path import Family, Model, interval
+from stickslip.scene.checks import Complex, Real, real_number
+from stickslip.scene.scene import Scene
+
+Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
+
+
+@dataclass(frozen=True)
+class CriticalPoint:
+    """A parameter value at which the spectrum changes its kind.
+
+    Attributes
+    ----------
+    kind
+        ``hopf``: a complex pair crosses the imaginary axis; ``divergence``: a real eigenvalue crosses zero;
+        ``lock_in``: two eigenvalues and their vectors coalesce (exceptional point); ``crossing``: the largest
+        real part passes from one branch to another; ``separation``: steady sliding begins or ends, because
+        the normal force of a contact vanishes (or the gap of an open one).
+    parameter
+        Its name.
+    value
+        Its value; at a complex exceptional point the real part, near which the two branches come closest.
+    complex_value
+        Its value with the imaginary part.
+    eigenvalue
+        lambda at the point, 1/s; at a crossing of the branch that leads beyond it; nan at a separation.
+    other
+        At a crossing that of the branch that has led before it; None elsewhere.
+    slope
+        Hopf: d Re(lambda) / d parameter. Crossing: that of the branch that takes the lead, less that of the
+        one that loses it. None elsewhere.
+    direction
+        +1 where an eigenvalue becomes unstable as the parameter grows, -1 where one becomes stable, 0 for a
+        lock-in or a crossing; at a separation +1 where the contact opens as the parameter grows, -1 where it
+        closes.
+    steady_sliding
+        Whether steady sliding of the combination exists at the value (`sweep`); where it does not, the point
+        is one of the linear system alone. True at a separation.
+    contact
+        The index of the contact that a separation opens or closes; None elsewhere.
+    name
+        The name of that contact, its index where contacts have no names; None elsewhere.
+    """
+
+    kind: Kind
+    parameter: str
+    value: float
+    complex_value: complex
+    eigenvalue: complex
+    other: complex | None
+    slope: float | None
+    direction: int
+    steady_sliding: bool = True
+    contact: int | None = None
+    name: str | None = None
+
+    @property
+    def frequency(self) -> float:
+        """``|lambda| / (2 pi)``, Hz."""
+        return float(abs(self.eigenvalue) / (2.0 * np.pi))
+
+    def __repr__(self) -> str:
+        place = f"{self.value:.14g}"
+        if self.complex_value.imag:
+            place += f" {self.complex_value.imag:+.3g}j"
+        if self.kind == "separation":
+            toward = "opens" if self.direction > 0 else "closes"
+            return f"CriticalPoint(separation at {self.parameter} = {place}, contact {self.name} {toward})"
+        toward = {1: ", destabilising", -1: ", stabilising", 0: ""}[self.direction]
+        toward += "" if self.steady_sliding else ", no steady sliding there"
+        return f"CriticalPoint({self.kind} at {self.parameter} = {place}, {self.frequency:.4f} Hz{toward})"
+
+
+def critical_points(
+    model: Model,
+    combination: str | None = None,
+    *,
+    proximity: float = 0.1,
+    **parameters: Any,
+) -> list[CriticalPoint]:
+    """Return all critical points over a range of one parameter, in ascending order.
+
+    Parameters
+    ----------
+    model, combination
+        As for `sweep`.
+    proximity
+        How far off the real axis exceptional points are reported: the largest imaginary part of the
+        parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the
+        point at which the two eigenvalues would coalesce is a complex one.
+    **parameters
+        One of them a range ``(lower, upper)``, the rest of them numbers.
+
+    Raises
+    ------
+    InputError
+        If there is not exactly one range, a parameter is unknown, a scene on the way is ill-posed, or a
+        slider
+        speed is zero or changes its sign on the way where no combination is given.
+
+    Notes
+    -----
+    A mesh over the range is refined until every branch is continued safely and the cubics through values and
+    slopes at its points leave no room for roots of a real part, or of a difference to the largest one, that
+    their signs do not show. Roots are then refined by Newton's method with ``d lambda / d p = -v' P_p xi /
+    (v' P_lambda xi)`` to a few ulp of p, exceptional points by Newton's method for the implicit determinant
+    (Spence and Poulton 2005), at complex p if need be. Two roots nearer to each other than 1e-7 of the range
+    can be missed. Real parts that are zero to rounding over a range, as without damping, do not cross: there
+    flutter begins at the lock-in.
+
+    Normal forces in equilibrium are rational functions of the matrices along the path. Their zeros are found
+    as those of real parts are, told from poles (where the stiffness is singular), and reported as separations
+    where every other contact holds.
+    """
+    if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
+        raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
+    name, path, labels, span = _path_over("critical_points", model, combination, parameters)
+    return _points(name, labels, path.critical_points(proximity * span))
+
+
+def _path_over(
+    caller: str, model: Model, combination: str | None, parameters: dict[str, Any]
+) -> tuple[str, _core.Path, list[str], float]:
+    """Return the name of the one parameter with a range, the path over it, names of contacts, its length."""
+    ranges = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
+    if len(ranges) != 1:
+        raise InputError(f"{caller}: expected one parameter with a range, got {list(ranges)}")
+    ((name, value),) = ranges.items()
+    lower, upper = interval(name, value)
+    fixed = {key: real_number(key, number) for key, number in parameters.items() if key != name}
+    family = Family(model, combination)
+    path = family.path(name, lower, upper, **fixed)
+    scene = model if isinstance(model, Scene) else family.scene(**fixed, **{name: lower})
+    return name, path, [str(label) for label in scene.contact_labels()], upper - lower
+
+
+def _points(
+    name: str,
+    labels: list[str],
+    found: tuple[list[Kind], list[int | None], Complex, Complex, Complex, Real, list[bool]],
+) -> list[CriticalPoint]:
+    return [
+        CriticalPoint(
+            kind=kind,
+            parameter=name,
+            value=float(place.real),
+            complex_value=complex(place),
+            eigenvalue=complex(eigenvalue),
+            other=complex(other) if kind == "crossing" else None,
+            slope=float(slope) if kind in ("hopf", "crossing") else None,
+            direction=int(np.sign(slope)) if kind in ("hopf", "divergence", "separation") else 0,
+            steady_sliding=steady,
+            contact=contact,
+            name=None if contact is None else labels[contact],
+        )
+        for kind, contact, place, eigenvalue, other, slope, steady in zip(*found, strict=True)
+    ]
+
+
+def hopf_points(model: Model, combination: str | None = None, **parameters: Any) -> list[CriticalPoint]:
+    """Return the Hopf points over a range of one parameter, in ascending order.
+
+    Those at which steady sliding does not exist are among them, with ``steady_sliding`` False.
+
+    Parameters
+    ----------
+    model, combination
+        As for `sweep`.
+    **parameters
+        As for `critical_points`.
+
+    Raises
+    ------
+    InputError
+        As `critical_points`.
+
+    Notes
+    -----
+    Only the modes that may reach the imaginary axis are followed: over an interval of the mesh a mode can
+    come there by its slope, or by meeting another mode near an exceptional point, where the square of the
+    difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
+    not be joined. The limits of `critical_points` hold.
+    """
+    name, path, labels, _ = _path_over("hopf_points", model, combination, parameters)
+    found, _, _ = path.hopf_points()
+    return _points(name, labels, found)

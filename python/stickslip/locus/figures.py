@@ -1,0 +1,135 @@
+"""Figures of eigenvalues along parameters: loci over one, a map of stability over two."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+
+from stickslip.errors import InputError
+from stickslip.show.style import STABLE, UNSTABLE
+
+#: Shades of growth, and as many of decay, in a map of stability.
+LEVELS = 12
+
+
+def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
+    """Return growth rates and frequencies of tracked branches over their parameter (the paper's Fig. 3).
+
+    Parameters
+    ----------
+    branches
+        A sweep over one parameter.
+    slow
+        Whether to leave out growth rates far below the least damped branches, which would put these on one
+        line.
+
+    Raises
+    ------
+    InputError
+        If the sweep is over more than one parameter.
+    """
+    parameters = [name for name in branches.eigenvalue.dims if name != "branch"]
+    if len(parameters) != 1:
+        raise InputError(f"loci: expected a sweep over one parameter, got {parameters}")
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    growth, frequency = figure.subplots(1, 2)
+    draw_loci(growth, frequency, branches, slow)
+    figure.suptitle("Complex eigenvalues (red: unstable)")
+    return figure
+
+
+def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = True) -> None:
+    """Draw what `loci` shows on your axes; thick where unstable.
+
+    Parameters
+    ----------
+    growth, frequency
+        Where to draw real parts and frequencies.
+    branches, slow
+        As for `loci`.
+    """
+    (name,) = (str(name) for name in branches.eigenvalue.dims if name != "branch")
+    order = np.argsort(branches[name].to_numpy())
+    values = branches[name].to_numpy()[order]
+    eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
+    for branch in eigenvalue.T:
+        if (branch.imag < 0.0).all():
+            continue
+        for axes, ordinate in ((growth, branch.real), (frequency, np.abs(branch) / (2.0 * np.pi))):
+            axes.plot(values, ordinate, color=STABLE, linewidth=1.2)
+            axes.plot(values, np.where(branch.real > 0.0, ordinate, np.nan), color=UNSTABLE, linewidth=1.8)
+    growth.axhline(0.0, color="black", linewidth=0.6)
+    if slow:
+        top = eigenvalue.real.max()
+        reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())
+        if reach > 0.0:
+            growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
+    growth.set(xlabel=_words(name), ylabel="real part, 1/s")
+    frequency.set(xlabel=_words(name), ylabel="|eigenvalue| / 2π, Hz")
+
+
+def stability_map(branches: xr.Dataset) -> Figure:
+    """Return where sliding is stable over two parameters: largest growth rate and number of unstable modes.
+
+    The border of stability, where the largest growth rate is zero, is the black line of both panels.
+
+    Parameters
+    ----------
+    branches
+        A sweep over two parameters, at least two values of each.
+
+    Raises
+    ------
+    InputError
+        If the sweep is over one parameter, or over a single value of one.
+    """
+    names = [str(name) for name in branches.eigenvalue.dims if name != "branch"]
+    if len(names) != 2 or min(branches.sizes[name] for name in names) < 2:
+        sizes = {name: branches.sizes[name] for name in names}
+        raise InputError(
+            f"stability_map: expected a sweep over two parameters, two values of each at least, got {sizes}"
+        )
+    # The second parameter, along which branches are continuous, is the horizontal axis.
+    upward, across = names
+    ordered = branches.sortby(names).eigenvalue.transpose(*names, "branch")
+    eigenvalue = ordered.to_numpy()
+    growth = eigenvalue.real.max(axis=-1)
+    grid = (ordered[across].to_numpy(), ordered[upward].to_numpy())
+    figure = Figure(figsize=(9.0, 4.2), layout="constrained")
+    left, right = figure.subplots(1, 2, sharex=True, sharey=True)
+    reach = float(np.abs(growth).max()) or 1.0
+    levels = np.linspace(-reach, reach, 2 * LEVELS + 1)
+    shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
+    figure.colorbar(shades, ax=left, label="largest real part, 1/s")
+    # At least k modes are unstable where the k-th largest real part, one of each pair, is positive.
+    one_of_pair = np.where(eigenvalue.imag >= 0.0, eigenvalue.real, -reach)
+    ranked = np.moveaxis(-np.sort(-one_of_pair, axis=-1), -1, 0)
+    most = int((ranked > 0.0).any(axis=(1, 2)).sum())
+    shade = colormaps["Reds"].resampled(most + 2)
+    for rank, real in enumerate(ranked[:most], start=1):
+        right.contourf(*grid, real, levels=[0.0, 2.0 * reach], colors=[shade(rank)])
+    edges = BoundaryNorm(np.arange(most + 2) - 0.5, most + 1)
+    number = ScalarMappable(edges, ListedColormap(shade(range(most + 1))))
+    figure.colorbar(number, ax=right, label="number of unstable modes", ticks=np.arange(most + 1))
+    right.set_facecolor(shade(0))
+    for axes in (left, right):
+        if growth.min() < 0.0 < growth.max():
+            axes.contour(*grid, growth, levels=[0.0], colors="black", linewidths=1.2)
+        axes.set_xlabel(_with_unit(branches, across))
+    left.set_ylabel(_with_unit(branches, upward))
+    figure.suptitle("Stability of sliding (black: its border)")
+    return figure
+
+
+def _words(name: str) -> str:
+    return "friction coefficient" if name == "friction" else name.replace("_", " ")
+
+
+def _with_unit(branches: xr.Dataset, name: str) -> str:
+    unit = branches[name].attrs.get("units", "1")
+    return _words(name) if unit == "1" else f"{_words(name)}, {unit}"

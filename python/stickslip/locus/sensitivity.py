@@ -1,0 +1,242 @@
+"""Derivatives of eigenvalues.
+
+For a simple eigenvalue with right and left vectors xi and v, ``P = lambda^2 M + lambda C + K``,
+
+    d lambda / d p = -v' (lambda^2 M_p + lambda C_p + K_p) xi / a,    a = v' (2 lambda M + C) xi
+
+(Lancaster 1964). It grows without bound where two eigenvalues coalesce, as the square root does; their mean
+stays smooth, and its derivative is the trace of the same quotient over the deflating subspace of the pair.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import scipy.linalg
+import xarray as xr
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.locus.path import Family, Model, contact_parameter
+from stickslip.locus.units import parameter_units
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.checks import Complex, Real, real_number
+from stickslip.scene.reduction import reduce
+from stickslip.scene.scene import Proportional, Scene
+
+#: Largest relative error of a derivative, condition^2 times rounding, up to which it counts as defined.
+_DEFINED = 1e-6
+#: Half-width of the interval on which a model function is interpolated, of the parameter's size.
+_NEIGHBOURHOOD = 0.01
+
+
+def sensitivity(
+    model: Model,
+    combination: str | None = None,
+    *,
+    parameters: tuple[str, ...] = ("friction",),
+    **values: float,
+) -> xr.Dataset:
+    """Return the derivatives of all eigenvalues with respect to parameters.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, or a function from keywords to one.
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
+    parameters
+        Of a scene: names such as ``friction`` (all contacts moved alike) or ``friction_0``. Not used for a
+        function.
+    **values
+        For a function: the values of the parameters; derivatives are taken to every one of them.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (the nearest
+        other eigenvalue of an undefined one, else the mode itself); over ``parameter`` and ``mode``:
+        ``derivative``, nan where it is not defined, and ``mean_derivative`` of the mean of the eigenvalue and
+        its partner, always finite.
+
+    Raises
+    ------
+    InputError
+        If a parameter is unknown or the model is not smooth at its value.
+    """
+    if isinstance(model, Scene):
+        if values:
+            raise InputError(f"{next(iter(values))}: a scene holds its values; name them in `parameters`")
+        scene = model
+        names = tuple(parameters)
+        changes = [_contact_change(scene, combination, name) for name in names]
+    else:
+        point = {name: real_number(name, value) for name, value in values.items()}
+        if not point:
+            raise InputError(
+                "sensitivity: expected at least one parameter of the model with its value, got none"
+            )
+        family = Family(model, combination)
+        scene = family.scene(**point)
+        names = tuple(point)
+        changes = [_model_change(family, point, name) for name in names]
+    modes = complex_modes(scene, combination)
+    partner, defined = _partners(modes)
+    derivative = np.array([_derivative(modes, change) for change in changes])
+    means = derivative.copy()
+    for mode in np.flatnonzero(~defined):
+        pair = modes.eigenvalues[[mode, partner[mode]]]
+        for row, change in zip(means, changes, strict=True):
+            row[mode] = _mean_derivative(modes, change, pair)
+    derivative[:, ~defined] = complex(np.nan, np.nan)
+    return xr.Dataset(
+        {
+            "eigenvalue": ("mode", modes.eigenvalues, {"units": "1/s"}),
+            "defined": ("mode", defined),
+            "partner": ("mode", partner),
+            "derivative": (("parameter", "mode"), derivative, {"units": "1/s per unit"}),
+            "mean_derivative": (("parameter", "mode"), means, {"units": "1/s per unit"}),
+        },
+        coords={
+            "parameter": list(names),
+            "unit": ("parameter", [parameter_units(model, name).get("units", "") for name in names]),
+            "mode": np.arange(modes.eigenvalues.size),
+        },
+    )
+
+
+def entry_sensitivity(
+    scene: Scene, matrix: Literal["mass", "damping", "stiffness"], combination: str | None = None
+) -> xr.DataArray:
+    """Return the derivatives of all eigenvalues with respect to every entry of a matrix.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    matrix
+        Which one. Entries of mass and stiffness move proportional damping along with them.
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
+
+    Returns
+    -------
+    xarray.DataArray
+        Over ``mode``, ``row`` and ``column`` (dofs); nan for modes whose derivative is not defined. One entry
+        alone: a symmetric change is the sum of two entries.
+
+    Raises
+    ------
+    InputError
+        If `matrix` is none of the three.
+    """
+    modes = complex_modes(scene, combination)
+    reduced = reduce(scene, modes.combination)
+    _, defined = _partners(modes)
+    value = modes.eigenvalues
+    law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
+    factors = {
+        "mass": value**2 + law.mass * value,
+        "damping": value,
+        "stiffness": 1.0 + law.stiffness * value,
+    }
+    if matrix not in factors:
+        raise InputError(f"matrix: expected one of {list(factors)}, got {matrix!r}")
+    right = reduced.right_basis @ modes.right_displacement
+    left = reduced.left_basis @ modes.left_displacement
+    with np.errstate(invalid="ignore"):
+        derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
+    derivative[~defined] = complex(np.nan, np.nan)
+    coords = {"mode": np.arange(value.size), "row": list(scene.dofs), "column": list(scene.dofs)}
+    unit = {"mass": "1/s/kg", "damping": "1/s/(N s/m)", "stiffness": "1/s/(N/m)"}[matrix]
+    return xr.DataArray(
+        derivative,
+        dims=("mode", "row", "column"),
+        coords=coords,
+        name="derivative",
+        attrs={"long_name": f"d eigenvalue / d {matrix}", "units": unit},
+    )
+
+
+#: Derivatives of M, C and K.
+Change = tuple[Real, Real, Real]
+
+
+def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
+    field, contacts = contact_parameter(scene, name)
+    letters = Family(scene, combination).letters(scene)
+    moving = contacts if field == "friction" else []
+    path = _core.Path.contact_law(scene.core, scene.core, letters, moving, 0.0, 1.0)
+    *_, mass, damping, stiffness = path.matrices(0.0)
+    return mass, damping, stiffness
+
+
+def _model_change(family: Family, point: dict[str, float], name: str) -> Change:
+    value = point[name]
+    fixed = {key: number for key, number in point.items() if key != name}
+    width = _NEIGHBOURHOOD * (abs(value) or 1.0)
+    # At the end of what the model accepts, friction 0 for one, the derivative is one-sided.
+    for lower, upper in ((value - width, value + width), (value, value + width), (value - width, value)):
+        try:
+            path = family.path(name, lower, upper, **fixed)
+        except InputError as error:
+            refused = error
+        else:
+            *_, mass, damping, stiffness = path.matrices(value)
+            return mass, damping, stiffness
+    raise refused
+
+
+def is_defined(condition: Real) -> Any:
+    """Return whether eigenvalues of some condition numbers have a derivative that is more than noise."""
+    with np.errstate(over="ignore"):
+        return condition**2 * np.finfo(float).eps <= _DEFINED
+
+
+def _partners(modes: Modes) -> tuple[Any, Any]:
+    """Return the nearest other eigenvalue of every undefined one, and which are defined."""
+    defined = is_defined(modes.condition)
+    distance = np.abs(modes.eigenvalues[:, None] - modes.eigenvalues[None, :])
+    np.fill_diagonal(distance, np.inf)
+    everyone = np.arange(defined.size)
+    return np.where(defined, everyone, distance.argmin(axis=1)), defined
+
+
+def _derivative(modes: Modes, change: Change) -> Complex:
+    mass, damping, stiffness = change
+    value, right, left = modes.eigenvalues, modes.right_displacement, modes.left_displacement
+    moved = value**2 * (mass @ right) + value * (damping @ right) + stiffness @ right
+    # a is nan for a defective mode, and so is its derivative.
+    with np.errstate(invalid="ignore"):
+        derivative: Complex = -(left * moved).sum(axis=0) / modes.a
+    return derivative
+
+
+def _mean_derivative(modes: Modes, change: Change, pair: Complex) -> complex:
+    """Return half the trace of ``-(V' A X)^-1 V' (B_p X + A_p X Lambda)``; X, V: the pair's subspaces."""
+    m = modes.eigenvalues.size // 2
+    mean = pair.mean()
+    # Time in units of the pair's own, so that no block of the pencil drowns another.
+    rate = np.abs(pair).max() or 1.0
+    scale = np.concatenate([np.ones(m), np.full(m, rate)])
+    a = modes.state_a * scale[:, None] * scale / rate
+    b = modes.state_b * scale[:, None] * scale / rate**2
+
+    def nearest(alpha: Complex, beta: Complex) -> Any:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            order = np.argsort(np.abs(alpha / beta - mean / rate))
+        chosen = np.zeros(alpha.size, dtype=bool)
+        chosen[order[:2]] = True
+        return chosen
+
+    right = scipy.linalg.ordqz(-b, a, sort=nearest, output="complex")[5][:, :2]
+    left = scipy.linalg.ordqz(-b.T, a.T, sort=nearest, output="complex")[5][:, :2]
+    gram = left.T @ a @ right
+    values = np.linalg.solve(gram, -left.T @ b @ right)
+    mass, damping, stiffness = change
+    zero = np.zeros_like(mass)
+    moved_a = np.block([[damping, mass], [mass, zero]]) * scale[:, None] * scale / rate
+    moved_b = np.block([[stiffness, zero], [zero, -mass]]) * scale[:, None] * scale / rate**2
+    moved = left.T @ (moved_b @ right + moved_a @ right @ values)
+    return complex(-0.5 * rate * np.trace(np.linalg.solve(gram, moved)))

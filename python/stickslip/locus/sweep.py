@@ -1,0 +1,272 @@
+"""Eigenvalues over one or two parameters, as continuous branches."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from typing import Any, TypeVar
+
+import numpy as np
+import scipy.optimize
+import xarray as xr
+from rich.console import Console
+from rich.progress import track
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.locus.path import Family, Model
+from stickslip.locus.sensitivity import is_defined
+from stickslip.locus.units import derivative_units, parameter_units
+from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
+from stickslip.scene.scene import Scene
+
+_Part = TypeVar("_Part")
+
+#: Values handed to the core at once by a sweep that shows its progress.
+_CHUNK = 32
+#: What a sweep tells of a point, not of its branches.
+_POINTWISE = ("stable", "steady_sliding", "normal_force")
+#: Expected time from which a sweep shows its progress, s.
+_LONG = 3.0
+
+
+def sweep(
+    model: Model,
+    combination: str | None = None,
+    *,
+    vectors: bool = False,
+    modes: int | None = None,
+    progress: bool | None = None,
+    **parameters: Any,
+) -> xr.Dataset:
+    """Return the eigenvalues over one or two parameters, with branches tracked.
+
+    Parameters
+    ----------
+    model
+        A `Scene`, or a function from keywords to one, such as ``ss.models.two_subsystems``.
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
+        the sign of its contact.
+    vectors
+        Whether to keep the left and right vectors of every point.
+    modes
+        How many modes to follow, over one parameter: those whose largest real part at any of the values is
+        the largest, a conjugate pair or a real eigenvalue at the first value counting as one. None: all.
+    progress
+        Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
+        With `modes` none is shown.
+    **parameters
+        One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of
+        its contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a
+        name); of a function: any keyword that takes a number.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over the parameters and ``branch`` (2m branches, or those of `modes`): ``eigenvalue`` (1/s),
+        ``frequency`` (``|lambda| / 2 pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the
+        eigenvalue to the last parameter (nan near a coalescence, where it is not defined), ``condition``,
+        ``defective``; over the parameters ``stable`` and ``steady_sliding``: whether the contacts slide
+        steadily in this combination, each slipping as its slider drives it and none pulling (nor penetrating,
+        if open). Where they do not, eigenvalues say nothing about steady sliding. ``normal_force`` of the
+        contacts closed in equilibrium, N, over the parameters and ``contact``; nan where a contact sticks or
+        the stiffness is singular. With `vectors`,
+        ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
+        state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
+        defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
+        branches meet, so that their labels beyond are a convention.
+
+    Raises
+    ------
+    InputError
+        If a parameter is unknown, values repeat or are not finite, a scene on the way is ill-posed, or a
+        slider
+        speed is zero or changes its sign on the way where no combination is given: no branch leads from one
+        direction of sliding to the other.
+
+    Notes
+    -----
+    Neighbouring points are joined by the correlation ``v_r' ((lambda_r + lambda_s) M + C) xi_s`` of their
+    left and right vectors, with as many points between them as it takes (core, `branches`). Branches of two
+    parameters are continuous along the last one and, at its first value, along the first one: around an
+    exceptional point no labels are continuous everywhere. With `modes`, points are added until that
+    correlation alone is decisive for the followed modes, at most three between two values; what is not
+    decided then is told in ``meetings``. Where two modes veer sharper than the points tell, each branch goes
+    on with the shape it had. ``stable`` takes all modes into account.
+    """
+    family = Family(model, combination)
+    arrays = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
+    fixed = {name: real_number(name, value) for name, value in parameters.items() if name not in arrays}
+    if not 1 <= len(arrays) <= 2:
+        raise InputError(f"sweep: expected one or two parameters with arrays of values, got {list(arrays)}")
+    if modes is not None:
+        modes = whole_number("modes", modes, 1)
+        if len(arrays) == 2:
+            raise InputError(f"modes: expected None with two parameters with arrays of values, got {modes}")
+    axes = {name: _axis(name, value) for name, value in arrays.items()}
+    rows = _along(family, fixed, axes, vectors, progress, modes)
+    if len(axes) == 1:
+        result = rows[0]
+    else:
+        first, second = axes
+        joined = _along(family, {**fixed, second: axes[second][0]}, {first: axes[first]}, False, False)[0]
+        orders = [
+            _order(row["eigenvalue"][0], target)
+            for row, target in zip(rows, joined["eigenvalue"], strict=True)
+        ]
+        result = {
+            name: np.stack([row[name][..., order] for row, order in zip(rows, orders, strict=True)])
+            for name in rows[0]
+            if name not in ("meetings", *_POINTWISE)
+        }
+        result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
+        result["meetings"] = np.concatenate([row["meetings"] for row in rows])
+    lowest = {name: float(values[0]) for name, values in axes.items()}
+    scene = model if isinstance(model, Scene) else family.scene(**fixed, **lowest)
+    return _dataset(model, scene.contact_labels(), axes, result)
+
+
+def _axis(name: str, value: Any) -> Real:
+    values = real_array(name, value, 1)
+    if values.size == 0 or not np.isfinite(values).all():
+        raise InputError(f"{name}: expected finite values, at least one, got {value!r}")
+    if np.unique(values).size != values.size:
+        raise InputError(f"{name}: expected distinct values, got {value!r}")
+    return values
+
+
+def _along(
+    family: Family,
+    fixed: dict[str, float],
+    axes: dict[str, Real],
+    vectors: bool,
+    progress: bool | None,
+    modes: int | None = None,
+) -> list[dict[str, Any]]:
+    """Return the sweeps along the last axis, one for each value of the first if there are two."""
+    *outer, (name, values) = axes.items()
+    ascending = np.sort(values)
+    backwards = np.argsort(np.argsort(values))
+    # A path needs some length; a single value is its lower end.
+    upper = ascending[-1] if values.size > 1 else ascending[0] + max(abs(ascending[0]), 1.0) * 1e-6
+    others = [{outer[0][0]: float(value)} for value in outer[0][1]] if outer else [{}]
+
+    def row(other: dict[str, float]) -> dict[str, Any]:
+        path = family.path(name, float(ascending[0]), float(upper), **fixed, **other)
+        if modes is None:
+            found = _chunked(path, ascending, vectors, False if outer else progress)
+        else:
+            # Which modes they are is known only from all values together.
+            found = path.sweep(ascending, vectors, modes)
+        order = _order(found["eigenvalue"][backwards[0]], None)
+        if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
+            # Nothing to put in order, and vectors are large.
+            return found
+        return {
+            key: part
+            if key == "meetings"
+            else part[backwards]
+            if key in _POINTWISE
+            else part[backwards][..., order]
+            for key, part in found.items()
+        }
+
+    if not outer:
+        return [row({})]
+    begin = time.perf_counter()
+    first = row(others[0])
+    expected = (time.perf_counter() - begin) * len(others)
+    return [first, *(row(other) for other in _shown(others[1:], progress, expected))]
+
+
+def _shown(parts: list[_Part], progress: bool | None, expected: float) -> Iterable[_Part]:
+    """Go through `parts`, with a bar on standard error if wanted, or if it takes long and someone looks."""
+    console = Console(stderr=True)
+    shown = progress or (progress is None and expected >= _LONG and console.is_terminal)
+    return track(parts, "sweep", console=console, transient=True, disable=not shown)
+
+
+def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | None) -> dict[str, Any]:
+    """Sweep in one call, or in chunks that show progress and can be interrupted."""
+    if progress is False:
+        whole: dict[str, Any] = path.sweep(values, vectors)
+        return whole
+    expected = _duration(path, values, vectors)
+    if not progress and expected < _LONG:
+        return _chunked(path, values, vectors, False)
+    chunks: list[dict[str, Any]] = []
+    for chunk in _shown(list(_overlapping(values)), progress, expected):
+        found = path.sweep(chunk, vectors)
+        if chunks:
+            order = _order(found["eigenvalue"][0], chunks[-1]["eigenvalue"][-1])
+            found = {
+                key: part if key == "meetings" else part[1:] if key in _POINTWISE else part[1:][..., order]
+                for key, part in found.items()
+            }
+        chunks.append(found)
+    return {key: np.concatenate([chunk[key] for chunk in chunks]) for key in chunks[0]}
+
+
+def _duration(path: _core.Path, values: Real, vectors: bool) -> float:
+    """Return how long a sweep will take, s: by the quickest of some first steps, for what else runs."""
+    expected = np.inf
+    for _ in range(3):
+        begin = time.perf_counter()
+        path.sweep(values[:2], vectors)
+        expected = min(expected, 0.5 * (time.perf_counter() - begin) * values.size)
+        if expected < _LONG:
+            break
+    return expected
+
+
+def _overlapping(values: Real) -> Iterator[Real]:
+    yield values[:_CHUNK]
+    for start in range(_CHUNK, values.size, _CHUNK):
+        yield values[start - 1 : start + _CHUNK]
+
+
+def _order(found: Complex, target: Complex | None) -> Any:
+    """Return the order of the eigenvalues `found` that matches `target`, or that sorts them as modes are."""
+    if target is None:
+        # Rounding must not part conjugates, whose moduli are equal.
+        return np.lexsort((-found.imag, np.abs(found.imag), np.abs(found)))
+    return scipy.optimize.linear_sum_assignment(np.abs(target[:, None] - found[None, :]))[1]
+
+
+def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: dict[str, Any]) -> xr.Dataset:
+    dims = (*axes, "branch")
+    eigenvalue = result["eigenvalue"]
+    modulus = np.abs(eigenvalue)
+    with np.errstate(invalid="ignore"):
+        ratio = -eigenvalue.real / modulus
+    unstable = eigenvalue.real > 0.0
+    last = list(axes)[-1]
+    derivative = np.where(is_defined(result["condition"]), result["slope"], complex(np.nan, np.nan))
+    variables: dict[str, Any] = {
+        "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
+        "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz", "long_name": "|eigenvalue| / 2 pi"}),
+        "damping_ratio": (dims, ratio, {"units": "1"}),
+        "unstable": (dims, unstable),
+        "stable": (tuple(axes), result["stable"]),
+        "steady_sliding": (tuple(axes), result["steady_sliding"]),
+        "normal_force": ((*axes, "contact"), result["normal_force"], {"units": "N"}),
+        "derivative": (
+            dims,
+            derivative,
+            {"long_name": f"d eigenvalue / d {last}", **derivative_units("1/s", model, last)},
+        ),
+        "condition": (dims, result["condition"], {"units": "1"}),
+        "defective": (dims, result["defective"]),
+    }
+    if "right" in result:
+        vector = (*axes, "coordinate", "branch")
+        variables |= {
+            "right": (vector, result["right"], {"units": "1"}),
+            "left": (vector, result["left"], {"units": "1"}),
+            "a": (dims, result["a"], {"units": "kg/s"}),
+        }
+    attributes = {"meetings": np.sort(result["meetings"])}
+    coords = {name: (name, values, parameter_units(model, name)) for name, values in axes.items()}
+    others = {"branch": np.arange(eigenvalue.shape[-1]), "contact": contacts}
+    return xr.Dataset(variables, coords=coords | others, attrs=attributes)

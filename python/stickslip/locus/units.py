@@ -1,0 +1,47 @@
+"""The units of parameters, for labelled arrays."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Any
+
+from stickslip.locus.path import contact_parameter
+from stickslip.scene.scene import Scene
+
+#: Of a contact's law, by whatever model.
+LAW_UNITS = {"friction": "1", "static_friction": "1", "slider_speed": "m/s", "restitution": "1", "gap": "m"}
+#: Of the functions of `stickslip.models`; stiffnesses are told by the end of their names.
+MODEL_UNITS = {
+    "upper_mass": "kg",
+    "contact_mass": "kg",
+    "inclination": "rad",
+    "preload_displacement": "m",
+    "external_force": "N",
+    "damping": "s",
+}
+
+
+def parameter_units(model: Any, name: str) -> dict[str, str]:
+    """Return ``{"units": ...}`` of a parameter of a scene or of a model function.
+
+    Nothing where it cannot be known: what a function of your own means by its keywords, unless they are those
+    of a contact's law.
+    """
+    function = model.func if isinstance(model, partial) else model
+    if isinstance(model, Scene):
+        unit = LAW_UNITS[contact_parameter(model, name)[0]]
+    elif name in LAW_UNITS:
+        unit = LAW_UNITS[name]
+    elif getattr(function, "__module__", None) == "stickslip.scene.models":
+        unit = "N/m" if name.endswith("_stiffness") else MODEL_UNITS.get(name, "")
+    else:
+        unit = ""
+    return {"units": unit} if unit else {}
+
+
+def derivative_units(of: str, model: Any, name: str) -> dict[str, str]:
+    """Return ``{"units": ...}`` of the derivative of a quantity in units `of` to a parameter."""
+    unit = parameter_units(model, name).get("units")
+    if unit is None:
+        return {}
+    return {"units": of if unit == "1" else f"{of}/({unit})"}

@@ -1,0 +1,1 @@
+"""Complex modes of one status combination: eigenvalues, shapes, powers, tables over all statuses."""

@@ -1,0 +1,312 @@
+"""Complex modes of a status combination."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.scene import Scene, checked_combination
+from stickslip.show.summary import Summary, Table
+
+if TYPE_CHECKING:
+    import xarray as xr
+    from matplotlib.axes import Axes
+
+
+#: Numbers of modes that a drawing bears.
+LABELLED = 24
+#: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, the eigenvalue's own.
+ROUNDINGS = 4
+
+
+class Mode(NamedTuple):
+    """One complex mode."""
+
+    #: place among the eigenvalues of its `Modes`, from 0 on
+    number: int
+    #: lambda, 1/s
+    eigenvalue: complex
+    #: ``|lambda| / 2 pi``, Hz
+    frequency: float
+    #: ``-Re(lambda) / |lambda|``
+    damping_ratio: float
+    #: whether it grows
+    unstable: bool
+    #: whether it has too few eigenvectors
+    defective: bool
+    #: displacement of every dof of the scene, (n,), the largest 1
+    shape: Complex
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Modes:
+    """Eigenvalues and vectors of ``A y' + B y = 0``, y = (q, q'), for one status combination.
+
+    ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors r = (xi, lambda xi) with
+    ``lambda A r = -B r``, left vectors l = (v, lambda v) with ``lambda l' A = -l' B`` (plain transpose). m
+    eigenvalues, sorted by modulus, the two of a conjugate pair adjacent, positive imaginary part first; real
+    ones occur. The number of a mode is its place among them, from 0 on: what tables and figures show, one of
+    each pair, is what `modes[number]` and every function of a mode takes.
+
+    Attributes
+    ----------
+    combination
+        The status combination.
+    eigenvalues
+        lambda, (m,), 1/s; a positive real part grows.
+    right_displacement, left_displacement
+        Columns xi and v, (m / 2, m); the largest entry of each xi is 1, v is nan where a mode is defective.
+    a, b
+        (m,), ``lambda = -b / a``; nan where a mode is defective and has no bi-orthogonal pair.
+    shapes
+        Displacement over all n dofs of the scene, (n, m).
+    condition
+        Condition number of each eigenvalue, (m,); infinite at a defective one.
+    defective
+        Whether an eigenvalue has too few eigenvectors, (m,).
+    residual
+        Relative residual of each right pair, (m,).
+    mass, damping, stiffness
+        M_s, C_s and K_s, (m / 2, m / 2).
+    """
+
+    combination: str
+    eigenvalues: Complex
+    right_displacement: Complex
+    left_displacement: Complex
+    a: Complex
+    b: Complex
+    shapes: Complex
+    condition: Real
+    defective: NDArray[np.bool_]
+    residual: Real
+    mass: Real
+    damping: Real
+    stiffness: Real
+    dofs: tuple[str, ...]
+
+    @cached_property
+    def right(self) -> Complex:
+        """Columns (xi, lambda xi), (m, m).
+
+        ``left.T @ A @ right = diag(a)``, ``left.T @ B @ right = diag(b)``.
+        """
+        return np.concatenate([self.right_displacement, self.right_displacement * self.eigenvalues])
+
+    @cached_property
+    def left(self) -> Complex:
+        """Columns (v, lambda v), (m, m)."""
+        return np.concatenate([self.left_displacement, self.left_displacement * self.eigenvalues])
+
+    @cached_property
+    def state_a(self) -> Real:
+        """A, (m, m)."""
+        return np.block([[self.damping, self.mass], [self.mass, np.zeros_like(self.mass)]])
+
+    @cached_property
+    def state_b(self) -> Real:
+        """B, (m, m)."""
+        zero = np.zeros_like(self.mass)
+        return np.block([[self.stiffness, zero], [zero, -self.mass]])
+
+    @property
+    def frequencies(self) -> Real:
+        """``|lambda| / (2 pi)``, (m,), Hz."""
+        return np.abs(self.eigenvalues) / (2.0 * np.pi)
+
+    @property
+    def damping_ratios(self) -> Real:
+        """``-Re(lambda) / |lambda|``, (m,); negative where a mode grows, nan where lambda = 0."""
+        with np.errstate(invalid="ignore"):
+            ratios: Real = -self.eigenvalues.real / np.abs(self.eigenvalues)
+        return ratios
+
+    @property
+    def unstable(self) -> NDArray[np.bool_]:
+        """Whether a mode grows: whether the real part is positive by more than its `rounding`, (m,)."""
+        growing: NDArray[np.bool_] = (self.eigenvalues.real > 0.0) & ~self.marginal
+        return growing
+
+    @cached_property
+    def rounding(self) -> Real:
+        """How far rounding of M_s, C_s and K_s moves each eigenvalue, (m,), 1/s; nan where it is defective.
+
+        To first order, entries that change by a relative ``epsilon`` each change lambda by at most
+        ``epsilon |v|' (|lambda|^2 |M_s| + |lambda| |C_s| + |K_s|) |xi| / |a|``; an entry of K_s is the sum of
+        few products, so epsilon is `ROUNDINGS` times that of a float.
+        """
+        modulus = np.abs(self.eigenvalues)
+        right, left = np.abs(self.right_displacement), np.abs(self.left_displacement)
+        matrices = (abs(scipy.sparse.csr_array(m)) for m in (self.mass, self.damping, self.stiffness))
+        parts = zip((modulus**2, modulus, 1.0), matrices, strict=True)
+        change = sum(factor * (left * (matrix @ right)).sum(axis=0) for factor, matrix in parts)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            bound: Real = ROUNDINGS * np.finfo(float).eps * change / np.abs(self.a)
+        return bound
+
+    @property
+    def marginal(self) -> NDArray[np.bool_]:
+        """Whether the real part is zero within `rounding`, (m,), so that a mode neither grows nor decays."""
+        growth = np.abs(self.eigenvalues.real)
+        zero: NDArray[np.bool_] = (growth == 0.0) | (growth <= self.rounding)
+        return zero
+
+    def __len__(self) -> int:
+        return self.eigenvalues.size
+
+    def __getitem__(self, number: int) -> Mode:
+        """Return one mode by its number, its place among the eigenvalues from 0 on.
+
+        Raises
+        ------
+        IndexError
+            If there is no mode of that number.
+        """
+        place = range(len(self))[number]
+        return Mode(
+            place,
+            complex(self.eigenvalues[place]),
+            float(self.frequencies[place]),
+            float(self.damping_ratios[place]),
+            bool(self.unstable[place]),
+            bool(self.defective[place]),
+            self.shapes[:, place],
+        )
+
+    def __iter__(self) -> Iterator[Mode]:
+        return (self[number] for number in range(len(self)))
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.style import STABLE, UNSTABLE, axes_of
+
+        axes = axes_of(ax)
+        upper = self.eigenvalues.imag >= 0.0
+        for grows, colour, marker, label in (
+            (False, STABLE, "o", "stable"),
+            (True, UNSTABLE, "^", "unstable"),
+        ):
+            chosen = np.flatnonzero(upper & (self.unstable == grows))
+            axes.plot(
+                self.eigenvalues[chosen].real, self.frequencies[chosen], marker, color=colour, label=label
+            )
+            for number in chosen[:LABELLED]:
+                place = (self.eigenvalues[number].real, self.frequencies[number])
+                axes.annotate(str(number), place, textcoords="offset points", xytext=(5, 3), fontsize="small")
+        axes.axvline(0.0, color="black", linewidth=0.6)
+        axes.set(xlabel="growth rate, 1/s", ylabel="frequency, Hz", title=f"Modes of {self.combination}")
+        axes.legend(frameon=False, fontsize="small")
+        return axes
+
+    def dataset(self) -> xr.Dataset:
+        """Return what a table or a file of the modes holds.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``mode``, all m eigenvalues: ``eigenvalue`` 1/s, ``frequency`` Hz, ``damping_ratio``,
+            ``unstable``, ``condition``, ``defective``; ``shape`` (mode, dof), complex, its largest entry 1.
+            The attribute ``combination``.
+        """
+        import xarray as xr
+
+        return xr.Dataset(
+            {
+                "eigenvalue": ("mode", self.eigenvalues, {"units": "1/s"}),
+                "frequency": ("mode", self.frequencies, {"units": "Hz"}),
+                "damping_ratio": ("mode", self.damping_ratios, {"units": "1"}),
+                "unstable": ("mode", self.unstable),
+                "condition": ("mode", self.condition, {"units": "1"}),
+                "defective": ("mode", self.defective),
+                "shape": (("mode", "dof"), self.shapes.T, {"units": "1"}),
+            },
+            coords={"mode": np.arange(self.eigenvalues.size), "dof": list(self.dofs)},
+            attrs={"combination": self.combination},
+        )
+
+    def __repr__(self) -> str:
+        lines = [f"Modes({self.combination!r})", "mode    frequency Hz  damping ratio"]
+        for k, (hertz, ratio) in enumerate(zip(self.frequencies, self.damping_ratios, strict=True)):
+            if self.eigenvalues[k].imag >= 0.0:
+                remark = self.remark(k)
+                lines.append(f"{k:>4}  {hertz:14.4f}  {signed(ratio, 6):>13}{'  ' if remark else ''}{remark}")
+        return "\n".join(lines)
+
+    def remark(self, mode: int) -> str:
+        """Return what is special about a mode: real, unstable or marginal, defective, or nothing."""
+        value = self.eigenvalues[mode]
+        known = {
+            "real": value.imag == 0.0,
+            "unstable": self.unstable[mode],
+            "marginal": self.marginal[mode],
+            "defective": self.defective[mode],
+        }
+        return "  ".join(word for word, holds in known.items() if holds)
+
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
+
+    def summary(self) -> Summary:
+        """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""
+        upper = np.flatnonzero(self.eigenvalues.imag >= 0.0)
+        rows = [
+            (
+                str(k),
+                f"{self.frequencies[k]:.4f}",
+                float(self.damping_ratios[k]) + 0.0,
+                float(self.eigenvalues[k].real) + 0.0,
+                self.remark(int(k)),
+            )
+            for k in upper
+        ]
+        headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
+        kinds = ["unstable" if self.unstable[k] and not self.marginal[k] else "" for k in upper]
+        return Summary(tables=[Table(f"Modes of {self.combination}", headings, rows, kinds)])
+
+
+def signed(value: float, digits: int) -> str:
+    """Return a number with its sign and so many decimals, or an exponent where these would be zero."""
+    if value != 0.0 and abs(value) < 0.5 * 10.0**-digits:
+        return f"{value:+.1e}"
+    return f"{value + 0.0:+.{digits}f}"
+
+
+def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
+    """Return the complex modes of a scene.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
+        the sign of its contact.
+
+    Raises
+    ------
+    InputError
+        If `combination` does not fit the scene, or a slider speed is zero where none is given.
+    NoSteadySlidingError
+        If none is given and a contact would pull in steady sliding. With a combination the modes are computed
+        whether or not the static load keeps its contacts closed.
+
+    Notes
+    -----
+    Errors of the eigenvalues are `condition` times rounding times the norm of the problem; every pair's
+    `residual` is checked by the core.
+    """
+    chosen = checked_combination(scene, combination)
+    return Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))

@@ -1,0 +1,225 @@
+"""What a complex mode does: orbits, phase lags, powers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.contact import dof_index
+from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.structure import Structure
+
+#: T / (mu N) of every status whose friction force Coulomb's law gives.
+FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0}
+
+
+def orbit(
+    modes: Modes,
+    mode: int,
+    dofs: Sequence[int | str] | None = None,
+    *,
+    periods: float = 3.0,
+    samples: int = 601,
+) -> xr.DataArray:
+    """Return the motion of a mode, ``x(t) = Re(shape e^{lambda t})``: spirals, growing where it is unstable.
+
+    Parameters
+    ----------
+    modes
+        Modes of a scene.
+    mode
+        Index into ``modes.eigenvalues``.
+    dofs
+        Names or indices of dofs; None: all.
+    periods
+        Length in periods ``2 pi / |Im lambda|``; of a real eigenvalue in time constants ``1 / |lambda|``.
+    samples
+        Number of instants, the first at 0.
+
+    Returns
+    -------
+    xarray.DataArray
+        Displacement over ``time`` (s) and ``dof``; the largest one of the shape is 1.
+
+    Raises
+    ------
+    InputError
+        If there is no such mode or dof, or the eigenvalue is zero.
+    """
+    shape, eigenvalue = _shape(modes, mode)
+    chosen = (
+        list(range(len(modes.dofs))) if dofs is None else [dof_index("dofs", d, modes.dofs) for d in dofs]
+    )
+    rate = abs(eigenvalue.imag) / (2.0 * np.pi) or abs(eigenvalue)
+    if rate == 0.0:
+        raise InputError(f"mode: {mode} has eigenvalue 0 and no time of its own")
+    if not (periods > 0.0 and samples >= 2):
+        raise InputError(f"orbit: expected periods > 0 and samples >= 2, got {periods!r} and {samples!r}")
+    times = np.linspace(0.0, periods / rate, samples)
+    motion = (np.exp(eigenvalue * times)[:, None] * shape[chosen]).real
+    names = [modes.dofs[k] for k in chosen]
+    return xr.DataArray(
+        motion,
+        dims=("time", "dof"),
+        coords={"time": ("time", times, {"units": "s"}), "dof": names},
+        name="displacement",
+        attrs={"units": "1"},
+    )
+
+
+def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
+    """Return by how much one dof lags another in every mode.
+
+    Parameters
+    ----------
+    modes
+        Modes of a scene.
+    leading, lagging
+        Dofs by name or index, such as tangential and normal displacement of one mass.
+
+    Returns
+    -------
+    array
+        ``arg(shape[leading] / shape[lagging])`` in (-pi, pi], rad, (m,); nan where one of them does not move.
+        Lags of 0 and pi are straight orbits, those between turn.
+
+    Raises
+    ------
+    InputError
+        If there is no such dof.
+    """
+    first, second = (
+        modes.shapes[dof_index(name, dof, modes.dofs)]
+        for name, dof in (("leading", leading), ("lagging", lagging))
+    )
+    # What rounding leaves of a dof at rest is no motion.
+    moving = np.minimum(np.abs(first), np.abs(second)) > 64 * np.finfo(float).eps
+    lag: Real = np.where(moving, np.angle(first * second.conj()), np.nan)
+    return lag
+
+
+def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
+    """Return where every mode takes its energy from and where it loses it.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``, ``damping_power``
+        ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of ``Re(shape
+        e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real eigenvalue the
+        values at t = 0 itself, without the factor 1/2. ``residual``: contact less damping power less ``2
+        Re(lambda)`` times energy, zero but for rounding.
+
+    Notes
+    -----
+    Contact forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
+    t_i T_i)``, and ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T
+    do no work in the mean.
+    """
+    return power_of(scene, complex_modes(scene, combination))
+
+
+def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
+    """Return what `mode_power` tells of modes of a scene that are known already."""
+    mass, damping, stiffness = _matrices(scene)
+    value, shape = modes.eigenvalues, modes.shapes
+    velocity = value * shape
+    inertia, viscous, elastic = _times(mass, shape), _times(damping, shape), _times(stiffness, shape)
+    force = value**2 * inertia + value * viscous + elastic
+    share = np.where(value.imag == 0.0, 1.0, 0.5)
+    directions = contact_directions(scene)
+    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in their span.
+    friction = contact_forces(directions, force)[0::2]
+    slip = _times(directions[0::2], velocity)
+    contact = share * (friction * slip.conj()).real
+    modulus = np.abs(value) ** 2
+    # Re(x* matrix x) of every column x.
+    lost = share * modulus * (shape.conj() * viscous).real.sum(axis=0)
+    stored = modulus * (shape.conj() * inertia).real.sum(axis=0) + (shape.conj() * elastic).real.sum(axis=0)
+    energy = 0.5 * share * stored
+    residual = contact.sum(axis=0) - lost - 2.0 * value.real * energy
+    labels = scene.contact_labels()
+    return xr.Dataset(
+        {
+            "eigenvalue": ("mode", value, {"units": "1/s"}),
+            "contact_power": (("contact", "mode"), contact, {"units": "W"}),
+            "damping_power": ("mode", lost, {"units": "W"}),
+            "energy": ("mode", energy, {"units": "J"}),
+            "residual": ("mode", residual, {"units": "W"}),
+        },
+        coords={"contact": labels, "mode": np.arange(value.size)},
+    )
+
+
+def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
+    """Return the phasors of the friction forces T of every mode, (c, m), N per m of displacement.
+
+    The normal forces hold the gaps closed; Coulomb's law gives T from them. A sticking contact does no work
+    in a mode, its tangential displacement being prescribed: 0.
+    """
+    unbalanced = (structure.mass @ modes.shapes) * modes.eigenvalues**2
+    unbalanced += (structure.damping @ modes.shapes) * modes.eigenvalues + structure.stiffness @ modes.shapes
+    normal = (structure.impulse_response.T @ unbalanced)[1::2]
+    pairs = zip(modes.combination, scene.contacts, strict=True)
+    factor = np.array([FRICTION_SIGN[status] * contact.friction for status, contact in pairs])
+    phasors: Complex = factor[:, None] * normal
+    return phasors
+
+
+def contact_directions(scene: Scene) -> scipy.sparse.csr_array:
+    """Return t_i and n_i of every contact as rows, (2 contacts, n): t_0, n_0, t_1, ..."""
+    count = len(scene.contacts)
+    rows = [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(count)]
+    return scipy.sparse.csr_array(np.reshape(rows, (2 * count, scene.size)))
+
+
+def contact_forces(directions: scipy.sparse.csr_array, load: Any) -> Any:
+    """Return the forces along rows of `contact_directions` that add up to a load, by least squares."""
+    gram = scipy.sparse.csr_array(directions @ directions.T)
+    lengths = gram.diagonal()
+    if (abs(gram - scipy.sparse.diags_array(lengths)) > 0.0).nnz == 0:
+        # Orthogonal directions, as of contacts along dofs, need no factors.
+        return (_times(directions, load).T / lengths).T
+    basis, triangle = np.linalg.qr(directions.toarray().T)
+    return np.linalg.solve(triangle, _times(basis.T, load))
+
+
+def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
+    count = modes.eigenvalues.size
+    if not 0 <= mode < count:
+        raise InputError(f"mode: expected an index in 0..{count - 1}, got {mode!r}")
+    return modes.shapes[:, mode], complex(modes.eigenvalues[mode])
+
+
+def _matrices(scene: Scene) -> tuple[Any, Any, Any]:
+    """Return M, C and K, (n, n), sparse where they are given so."""
+    mass = scipy.sparse.diags_array(scene.mass) if scene.mass.ndim == 1 else scene.mass
+    if scene.damping is None:
+        return mass, scipy.sparse.csr_array((scene.size, scene.size)), scene.stiffness
+    if isinstance(scene.damping, Proportional):
+        return (
+            mass,
+            scene.damping.mass * mass + scene.damping.stiffness * scene.stiffness,
+            scene.stiffness,
+        )
+    return mass, scene.damping, scene.stiffness
+
+
+def _times(matrix: Any, vectors: Complex) -> Complex:
+    """Return a real matrix times complex columns; numpy would make the matrix complex first."""
+    product: Complex = matrix @ vectors.real + 1j * (matrix @ vectors.imag)
+    return product

@@ -1,0 +1,117 @@
+"""Frequencies and stability of status combinations at one call."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from stickslip.errors import InputError
+from stickslip.modes.modes import complex_modes
+from stickslip.scene.scene import Scene, checked
+
+#: Combinations computed unasked: all of four contacts.
+_LARGEST = 256
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class StatusTable:
+    """Modes of several status combinations.
+
+    Attributes
+    ----------
+    data
+        Over ``combination`` and ``pair``, one of each conjugate pair, ascending in frequency, nan beyond the
+        last: ``eigenvalue`` (1/s), ``frequency`` (Hz), ``damping_ratio``, ``unstable``.
+    """
+
+    data: xr.Dataset
+
+    def rows(self) -> list[tuple[str, list[str]]]:
+        """Return (combination, frequencies in Hz as text), unstable ones marked ``*``, real ones ``r``."""
+        table = []
+        for combination in self.data.combination.to_numpy():
+            row = self.data.sel(combination=combination)
+            cells = [
+                f"{float(frequency):.2f}{'*' * bool(unstable)}{'r' * bool(np.imag(eigenvalue) == 0.0)}"
+                for frequency, unstable, eigenvalue in zip(
+                    row.frequency.to_numpy(), row.unstable.to_numpy(), row.eigenvalue.to_numpy(), strict=True
+                )
+                if not np.isnan(frequency)
+            ]
+            table.append((str(combination), cells))
+        return table
+
+    def __repr__(self) -> str:
+        lines = ["status  frequencies, Hz (* unstable, r real eigenvalue: no oscillation)"]
+        width = max((len(cell) for _, cells in self.rows() for cell in cells), default=0)
+        for combination, cells in self.rows():
+            lines.append(f"{combination:<7}" + "".join(f" {cell:<{width}}" for cell in cells).rstrip())
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        body = "".join(
+            f"<tr><th>{combination}</th>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
+            for combination, cells in self.rows()
+        )
+        caption = "frequencies, Hz (* unstable, r real eigenvalue)"
+        return f"<table><caption>{caption}</caption>{body}</table>"
+
+
+def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> StatusTable:
+    """Return frequencies, damping ratios and stability of status combinations (the paper's Table 4).
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    combinations
+        Which ones; None: all that are possible, without those in which a frictionless contact sticks.
+
+    Raises
+    ------
+    InputError
+        If a combination does not fit the scene, or None stands for more than 256 of them.
+    """
+    if combinations is None:
+        count = len(checked(scene).contacts)
+        if 4**count > _LARGEST:
+            raise InputError(f"combinations: {4**count} are too many for one table, choose some")
+        stuck = [
+            contact.friction if contact.static_friction is None else contact.static_friction
+            for contact in scene.contacts
+        ]
+        chosen = [
+            "".join(letters)
+            for letters in itertools.product("+-sd", repeat=count)
+            if all(letter != "s" or static > 0.0 for letter, static in zip(letters, stuck, strict=True))
+        ]
+    else:
+        chosen = list(combinations)
+        if isinstance(combinations, str) or not chosen:
+            raise InputError(f"combinations: expected a sequence of them, got {combinations!r}")
+    upper = []
+    for combination in chosen:
+        values = complex_modes(scene, combination).eigenvalues
+        upper.append(values[values.imag >= 0.0])
+    eigenvalue = np.full((len(chosen), max(map(len, upper))), complex(np.nan, np.nan))
+    for row, values in zip(eigenvalue, upper, strict=True):
+        row[: values.size] = values
+    modulus = np.abs(eigenvalue)
+    with np.errstate(invalid="ignore"):
+        ratio = -eigenvalue.real / modulus
+    dims = ("combination", "pair")
+    return StatusTable(
+        xr.Dataset(
+            {
+                "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
+                "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz"}),
+                "damping_ratio": (dims, ratio, {"units": "1"}),
+                "unstable": (dims, eigenvalue.real > 0.0),
+            },
+            coords={"combination": chosen},
+        )
+    )

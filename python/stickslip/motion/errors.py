@@ -1,0 +1,62 @@
+"""What can stop a run or a search for what it settles to; each holds the motion computed so far."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from stickslip.errors import StickslipError
+from stickslip.motion.motion import Motion
+
+
+class RunError(StickslipError, RuntimeError):
+    """A run that cannot go on.
+
+    Attributes
+    ----------
+    partial
+        The motion computed so far (of a `simulate` it is a `Trajectory`), or None where nothing was computed.
+    """
+
+    def __init__(self, message: str, partial: Motion | None = None) -> None:
+        super().__init__(message)
+        self.partial = partial
+
+    # An exception is otherwise made again from its message alone.
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial)
+
+
+class RunInterrupted(KeyboardInterrupt):
+    """A run that the user interrupted; `partial` is the motion computed so far."""
+
+    def __init__(self, partial: Motion) -> None:
+        super().__init__(f"interrupted after {partial.duration:g} s of motion")
+        self.partial = partial
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.partial,)
+
+
+class NotPeriodicError(RunError):
+    """A motion without a limit cycle.
+
+    Attributes
+    ----------
+    kind
+        What it is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled`` (its neighbours
+        still meet), ``undecided`` (it does not recur, and whether they part is not sure), ``unbounded`` or
+        ``stopped``.
+    exponent, error
+        Largest Lyapunov exponent across the flow and its standard error, 1/s; nan where there is none.
+    """
+
+    def __init__(
+        self, message: str, partial: Motion | None, kind: str, exponent: float, error: float
+    ) -> None:
+        super().__init__(message, partial)
+        self.kind = kind
+        self.exponent = exponent
+        self.error = error
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (str(self), self.partial, self.kind, self.exponent, self.error)

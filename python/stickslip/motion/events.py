@@ -1,0 +1,159 @@
+"""What happens in a motion: changes of status, impacts, touches within rounding, ends of bouncing."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, NamedTuple, overload
+
+import numpy as np
+
+from stickslip import _core
+from stickslip.scene.checks import Index, Names, Real
+from stickslip.show.summary import Summary, Table
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+#: Events that a table shows.
+SHOWN = 12
+
+
+class Event(NamedTuple):
+    """What happened to one contact at one instant."""
+
+    #: s
+    time: float
+    #: index of the contact
+    contact: int
+    #: see `Events.kind`
+    kind: str
+    #: the combination after the instant
+    combination: str
+    #: name of the contact, its index where contacts have no names
+    name: str
+
+    def __str__(self) -> str:
+        """Return the event as a line of text."""
+        return f"{self.time:.12f} s  contact {self.name}  {self.kind:<9} -> {self.combination}"
+
+
+class Events(Sequence[Event]):
+    """Every status change and impact of a run, in order; one entry per contact and instant.
+
+    A sequence of `Event`; the same by columns are the arrays `time`, `contact`, `kind` and `combination`,
+    each made when it is first asked for.
+    """
+
+    def __init__(self, core: _core.Trajectory, labels: Sequence[int | str]) -> None:
+        self._core = core
+        self._labels = tuple(labels)
+
+    def __getstate__(self) -> dict[str, Any]:
+        columns = {name: getattr(self, name) for name in ("time", "contact", "kind", "combination")}
+        return {**columns, "_labels": self._labels}
+
+    @cached_property
+    def time(self) -> Real:
+        """(e,), s."""
+        return self._core.event_time
+
+    @cached_property
+    def contact(self) -> Index:
+        """Index of the contact, (e,)."""
+        return self._core.event_contact
+
+    @cached_property
+    def kind(self) -> Names:
+        """What happened, (e,).
+
+        One of ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
+        ``impact``, ``accumulation``. An impact counts even if the combination stays.
+        """
+        return np.array(self._core.event_kind, dtype=np.str_)
+
+    @cached_property
+    def combination(self) -> Names:
+        """The combination after the instant, (e,)."""
+        return np.array(self._core.event_combination, dtype=np.str_)
+
+    def __len__(self) -> int:
+        return self.time.size
+
+    @overload
+    def __getitem__(self, place: int) -> Event: ...
+    @overload
+    def __getitem__(self, place: slice) -> tuple[Event, ...]: ...
+    def __getitem__(self, place: int | slice) -> Event | tuple[Event, ...]:
+        """Return an event, or those of a slice."""
+        if isinstance(place, slice):
+            return tuple(self[k] for k in range(*place.indices(len(self))))
+        contact = int(self.contact[place])
+        return Event(
+            float(self.time[place]),
+            contact,
+            str(self.kind[place]),
+            str(self.combination[place]),
+            str(self._labels[contact]),
+        )
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the columns over ``event``: ``time`` s, ``contact`` by name, ``kind``, ``combination``."""
+        import xarray as xr
+
+        return xr.Dataset(
+            {
+                "time": ("event", self.time, {"units": "s"}),
+                "contact": ("event", np.array(self._labels)[self.contact]),
+                "kind": ("event", self.kind),
+                "combination": ("event", self.combination),
+            },
+            coords={"event": np.arange(len(self))},
+        )
+
+    def to_dataframe(self) -> pd.DataFrame:
+        """Return a `pandas.DataFrame` with the columns of `to_dataset`, one row per event."""
+        return self.to_dataset().to_dataframe()
+
+    def __repr__(self) -> str:
+        rows = [f"  {event}" for event in self[:10]]
+        more = [f"  ... {len(self) - 10} more"] if len(self) > 10 else []
+        return "\n".join([f"Events({len(self)})", *rows, *more])
+
+    def summary(self) -> Summary:
+        """Return a table of the first events."""
+        rows = [(f"{one.time:.12f}", one.name, one.kind, one.combination) for one in self[:SHOWN]]
+        caption = f"{len(self)} events" + (f", the first {SHOWN}" if len(self) > SHOWN else "")
+        headings = ("time, s", "contact", "kind", "combination after")
+        return Summary(tables=[Table(caption, headings, rows)])
+
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
+
+
+class Grazing(NamedTuple):
+    """A touch of an event function within rounding: the status was kept, the alternative may be true."""
+
+    #: s
+    time: float
+    #: index of the contact
+    contact: int
+    #: kind of the event that was not taken
+    alternative: str
+    #: the event function at the touch, in its own unit (m/s, N or m)
+    value: float
+    #: bound on the error of `value`, same unit
+    uncertainty: float
+
+
+class Accumulation(NamedTuple):
+    """The limit of a series of bounces, taken instead of the rest of them."""
+
+    #: index of its event
+    event: int
+    #: bounces left out whose remaining time is at least one ulp of t
+    bounces: int
+    #: bound of the error of its time, s: the gap's acceleration is taken as constant over the rest; of a
+    #: series over several contacts that mass couples, its rest
+    error: float

@@ -1,0 +1,72 @@
+"""Every figure of the package, by one list; each is drawn where its subject belongs."""
+
+from stickslip.cycles.figures import bifurcation_diagram, limit_cycle, overlay
+from stickslip.energy.figures import (
+    energy_flow,
+    energy_history,
+    energy_rate,
+    gain_over_amplitude,
+    modal_shares,
+    power_terms,
+    status_strip,
+    stored_energy,
+)
+from stickslip.locus.figures import draw_loci, loci, stability_map
+from stickslip.modes.figures import animated, draw_shape, orbits, shapes
+from stickslip.motion.figures import (
+    contact_status,
+    displacement,
+    displacements,
+    history,
+    phase_plane,
+    phase_portrait,
+    phase_portraits,
+    spectrum,
+)
+from stickslip.show.style import save
+from stickslip.study.figures import (
+    convergence,
+    distribution,
+    eigenvalue_moments,
+    morris_effects,
+    overview,
+    probability,
+    sobol_indices,
+)
+
+__all__ = [
+    "animated",
+    "bifurcation_diagram",
+    "contact_status",
+    "convergence",
+    "displacement",
+    "displacements",
+    "distribution",
+    "draw_loci",
+    "draw_shape",
+    "eigenvalue_moments",
+    "energy_flow",
+    "energy_history",
+    "energy_rate",
+    "gain_over_amplitude",
+    "history",
+    "limit_cycle",
+    "loci",
+    "modal_shares",
+    "morris_effects",
+    "orbits",
+    "overlay",
+    "overview",
+    "phase_plane",
+    "phase_portrait",
+    "phase_portraits",
+    "power_terms",
+    "probability",
+    "save",
+    "shapes",
+    "sobol_indices",
+    "spectrum",
+    "stability_map",
+    "status_strip",
+    "stored_energy",
+]

@@ -1,0 +1,5 @@
+"""What the folder shows when it is asked for by name."""
+
+from . import models
+
+__all__ = ["models"]

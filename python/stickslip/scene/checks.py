@@ -1,0 +1,159 @@
+"""Real arrays from whatever a user hands over: read-only, contiguous, float64.
+
+Only type and rank are looked at here; sizes, finiteness and everything physical are checked by the core.
+"""
+
+from __future__ import annotations
+
+import numbers
+import sys
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike, NDArray
+
+from stickslip.errors import InputError
+
+if TYPE_CHECKING:
+    from stickslip._core import _SparseData
+
+Real = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+Names = NDArray[np.str_]
+#: Letters of a value that an error message shows.
+WIDTH = 160
+
+
+def real_array(argument: str, value: ArrayLike, *ranks: int) -> Real:
+    """Return `value` as a read-only float64 array of one of the given ranks.
+
+    Raises
+    ------
+    InputError
+        If `value` is ragged, not made of real numbers, has masked entries, or is of another rank.
+    """
+    if np.ma.isMaskedArray(value) and np.ma.getmaskarray(value).any():
+        raise InputError(f"{argument}: expected real numbers, got masked entries in {described(value)}")
+    try:
+        given = np.asarray(value)
+    except ValueError:
+        raise InputError(
+            f"{argument}: expected an array of numbers, got a ragged sequence {described(value)}"
+        ) from None
+    except TypeError:
+        raise InputError(f"{argument}: expected an array of numbers, got {described(value)}") from None
+    if given.dtype.kind == "O" and given.size and all(_is_real(one) for one in given.flat):
+        # Such as fractions, and integers beyond 64 bits.
+        given = np.array([real_number(argument, one) for one in given.flat]).reshape(given.shape)
+    if given.dtype.kind not in "iuf":
+        raise InputError(f"{argument}: expected real numbers, got {_described_array(given)}")
+    if given.ndim not in ranks:
+        expected = " or ".join(f"{rank}-dimensional" for rank in ranks)
+        raise InputError(f"{argument}: expected a {expected} array, got shape {given.shape}")
+    array = np.array(given, dtype=np.float64, order="C", copy=True)
+    array.flags.writeable = False
+    return array
+
+
+def real_number(argument: str, value: Any) -> float:
+    """Return `value` as a float.
+
+    Raises
+    ------
+    InputError
+        If `value` is not one real number, or larger than any float.
+    """
+    if isinstance(value, np.ndarray) and value.ndim == 0:
+        value = value[()]
+    if not _is_real(value):
+        raise InputError(f"{argument}: expected a real number, got {described(value)}")
+    try:
+        return float(value)
+    except OverflowError:
+        raise InputError(
+            f"{argument}: expected a number of at most {sys.float_info.max:.3g}, got {described(value)}"
+        ) from None
+
+
+def whole_number(argument: str, value: Any, least: int) -> int:
+    """Return `value` as an int.
+
+    Raises
+    ------
+    InputError
+        If `value` is no integer, less than `least`, or beyond 64 bits.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | np.integer) or value < least:
+        raise InputError(f"{argument}: expected an integer >= {least}, got {described(value)}")
+    if value > sys.maxsize:
+        raise InputError(f"{argument}: expected an integer <= {sys.maxsize}, got {described(value)}")
+    return int(value)
+
+
+def described(value: Any) -> str:
+    """Return a value for one line of an error message: the first line of its `repr`, shortened."""
+    try:
+        first, *more = repr(value).splitlines() or [""]
+    except ValueError:
+        # Python writes no integer of more than some thousand digits.
+        return f"an integer of {value.bit_length()} bits" if isinstance(value, int) else f"a {type(value)}"
+    if len(first) > WIDTH:
+        first, more = first[:WIDTH], ["..."]
+    return first + (" ..." if more else "")
+
+
+def real_matrix(argument: str, value: Any) -> Real | scipy.sparse.csr_array:
+    """Return `value` as a read-only square-to-be matrix, kept sparse (compressed rows) if it came so.
+
+    Raises
+    ------
+    InputError
+        If `value` is not two-dimensional or not real.
+    """
+    if not scipy.sparse.issparse(value):
+        array = real_array(argument, value, 2)
+        if array.shape[0] != array.shape[1]:
+            raise InputError(f"{argument}: expected a square matrix, got shape {array.shape}")
+        return array
+    if value.dtype.kind not in "iuf":
+        raise InputError(f"{argument}: expected real numbers, got dtype {value.dtype}")
+    if value.shape[0] != value.shape[1]:
+        raise InputError(f"{argument}: expected a square matrix, got shape {value.shape}")
+    rows = scipy.sparse.csr_array(value, dtype=np.float64, copy=True)
+    rows.sum_duplicates()
+    for part in (rows.data, rows.indices, rows.indptr):
+        part.flags.writeable = False
+    return rows
+
+
+def core_matrix(matrix: Real | scipy.sparse.csr_array) -> Real | _SparseData:
+    """Return a matrix in the form the compiled core takes."""
+    if isinstance(matrix, np.ndarray):
+        return matrix
+    return matrix.data, matrix.indices.astype(np.int64), matrix.indptr.astype(np.int64)
+
+
+def _is_real(value: Any) -> bool:
+    return isinstance(value, numbers.Real) and not isinstance(value, bool)
+
+
+def _described_array(given: np.ndarray[Any, Any]) -> str:
+    text = np.array2string(given, threshold=6, edgeitems=2).replace("\n", "")
+    return f"{text} (dtype {given.dtype})"
+
+
+def package(name: str, wanted: str) -> Any:
+    """Return a package of the extra ``study``.
+
+    Raises
+    ------
+    InputError
+        If it is missing; the message begins with what it is wanted for.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InputError(f"{wanted}: this needs {name}; pip install 'stickslip[study]'") from None

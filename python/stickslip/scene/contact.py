@@ -1,0 +1,172 @@
+"""A frictional unilateral contact with a rigid moving slider."""
+
+from __future__ import annotations
+
+import dataclasses
+import difflib
+import numbers
+import operator
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.scene.checks import Real, described, real_array, real_number
+
+if TYPE_CHECKING:
+    from stickslip._core import _ContactData
+
+
+@dataclass(frozen=True, kw_only=True, eq=False, repr=False)
+class Contact:
+    """One contact: two directions in the space of the displacements x, and its law.
+
+    A direction is the index of a dof, the name of a dof, or a vector (n,).
+
+    Parameters
+    ----------
+    tangential
+        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s.
+    normal
+        Direction n; the gap is ``n . x + gap`` >= 0, m. It points from the slider to the mass.
+    friction
+        Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
+        ``-friction N`` where it is positive.
+    static_friction
+        Coefficient up to which a sticking contact holds, >= friction; None: equal to it.
+    slider_speed
+        Speed of the slider along t, m/s.
+    restitution
+        Ratio of normal velocities after and before an impact, in [0, 1]; 0 is plastic.
+    gap
+        Clearance at x = 0, m; negative: an interference.
+    name
+        How tables call the contact; None: its index.
+    """
+
+    tangential: Any
+    normal: Any
+    friction: float
+    static_friction: float | None = None
+    slider_speed: float = 0.0
+    restitution: float = 0.0
+    gap: float = 0.0
+    name: str | None = None
+
+    def __post_init__(self) -> None:
+        for name in LAW:
+            value = getattr(self, name)
+            # Numbers of other kinds, such as fractions, become floats; what is no number, the scene refuses.
+            if isinstance(value, numbers.Real) and not isinstance(value, float | int):
+                object.__setattr__(self, name, real_number(name, value))
+
+    def __repr__(self) -> str:
+        given = {
+            field.name: getattr(self, field.name)
+            for field in dataclasses.fields(self)
+            if field.default is dataclasses.MISSING or getattr(self, field.name) != field.default
+        }
+        return f"Contact({', '.join(f'{name}={value!r}' for name, value in given.items())})"
+
+
+#: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
+LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap")
+
+
+def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _ContactData:
+    """Return a contact as the core takes it, its directions resolved against the dof names.
+
+    Raises
+    ------
+    InputError
+        If a direction is no index below n, no dof name and no vector, or a law entry is no real number.
+    """
+    if not isinstance(contact, Contact):
+        raise InputError(f"contact {position}: expected a Contact, got {described(contact)}")
+    place = f"contact {position}"
+    if contact.name is not None and not (isinstance(contact.name, str) and contact.name.strip()):
+        raise InputError(f"{place}: name: expected a text that is not empty, or None, got {contact.name!r}")
+    friction = real_number(f"{place}: friction", contact.friction)
+    static = contact.static_friction
+    return (
+        _direction(f"{place}: tangential", contact.tangential, dofs),
+        _direction(f"{place}: normal", contact.normal, dofs),
+        friction,
+        friction if static is None else real_number(f"{place}: static_friction", static),
+        real_number(f"{place}: slider_speed", contact.slider_speed),
+        real_number(f"{place}: restitution", contact.restitution),
+        real_number(f"{place}: gap", contact.gap),
+    )
+
+
+def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
+    """Return the index of a dof given by index or name.
+
+    Raises
+    ------
+    InputError
+        If the name is unknown (the nearest ones are offered) or the index outside 0..n-1.
+    """
+    if isinstance(value, str):
+        if value in dofs:
+            return dofs.index(value)
+        raise InputError(f"{argument}: unknown dof {value!r}{nearest(value, dofs)}")
+    index = operator.index(value)
+    if not 0 <= index < len(dofs):
+        raise InputError(f"{argument}: dof index {index} is outside 0..{len(dofs) - 1}")
+    return index
+
+
+def per_contact(argument: str, value: Any, count: int) -> list[Any]:
+    """Return a scalar, or a sequence of one value per contact, as a list of one value per contact.
+
+    Raises
+    ------
+    InputError
+        If the number of values is not `count`.
+    """
+    if isinstance(value, str):
+        raise InputError(f"{argument}: expected a number, or one per contact, got {value!r}")
+    try:
+        values = list(value)
+    except TypeError:
+        return [value] * count
+    if len(values) != count:
+        raise InputError(
+            f"{argument}: expected a scalar or one value per contact ({count}), got {len(values)}: {value!r}"
+        )
+    return values
+
+
+def nearest(word: str, known: Sequence[str]) -> str:
+    """Return the end of an error message that offers what a word may have meant."""
+    plain = {name.casefold(): name for name in reversed(known)}
+    close = difflib.get_close_matches(word.casefold(), plain, n=3, cutoff=0.6)
+    if close:
+        return f"; nearest: {', '.join(sorted((plain[name] for name in close), key=known.index))}"
+    shown = ", ".join(known[:8])
+    return f"; known: {shown}{', ...' if len(known) > 8 else ''}"
+
+
+def described_direction(direction: Any, dofs: Sequence[str]) -> str:
+    """Return a direction in the names of the dofs: ``x3``, or ``0.8 x1 + 0.6 x2``."""
+    if isinstance(direction, str):
+        return direction
+    if np.ndim(direction) == 0:
+        return dofs[operator.index(direction)]
+    terms = [f"{part:g} {dof}" for part, dof in zip(direction, dofs, strict=True) if part]
+    return " + ".join(terms if len(terms) <= 4 else [*terms[:3], "..."]).replace("+ -", "- ")
+
+
+def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real:
+    if isinstance(value, str):
+        return dof_index(argument, value, dofs)
+    try:
+        index = operator.index(value)
+    except TypeError:
+        return real_array(argument, value, 1)
+    if isinstance(value, bool):
+        raise InputError(f"{argument}: expected a dof index, a dof name or a vector, got {value!r}")
+    return dof_index(argument, index, dofs)

@@ -1,0 +1,39 @@
+"""What is known of a scene beyond its numbers: how to draw it, how it starts, what was published of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from stickslip.scene.state import State
+
+
+class Column(NamedTuple):
+    """A mass above a second one that rubs on an inclined slider, as a drawing places them."""
+
+    #: name of the upper mass, indices of its horizontal and vertical dof
+    upper: tuple[str, int, int]
+    #: name of the lower mass, indices of its dof along the slider and of the one normal to it
+    lower: tuple[str, int, int]
+    #: of the slider, rad
+    inclination: float
+
+
+@dataclass(frozen=True)
+class Known:
+    """What a report is told of a scene.
+
+    Parameters
+    ----------
+    start
+        Where its motion starts; None: steady sliding with its leading mode set in motion.
+    columns
+        Its masses, from left to right; none: each contact is drawn in its own directions.
+    section
+        A name, a heading, and what makes one more section of the report, as HTML; None: no section.
+    """
+
+    start: State | None = None
+    columns: Sequence[Column] = ()
+    section: tuple[str, str, Callable[[], str]] | None = None

@@ -1,0 +1,428 @@
+"""A mechanical model with frictional unilateral contacts."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import ArrayLike
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.scene.checks import Real, core_matrix, described, real_array, real_matrix, real_number
+from stickslip.scene.contact import (
+    LAW,
+    Contact,
+    core_contact,
+    described_direction,
+    nearest,
+    per_contact,
+)
+from stickslip.show.summary import Summary, Table
+
+if TYPE_CHECKING:
+    from stickslip._core import _ContactData
+
+#: A matrix as a scene keeps it: read-only, dense or in compressed rows.
+Matrix: TypeAlias = Real | scipy.sparse.csr_array
+#: Fields of a scene that are no arguments of it.
+HIDDEN = ("core", "model")
+#: Dense matrices that are in memory at once while a scene with a full mass is made.
+DENSE_COPIES = 6
+#: Columns of the table of contacts.
+HEADINGS = (
+    "contact",
+    "tangential",
+    "normal",
+    "friction",
+    "static friction",
+    "slider speed, m/s",
+    "restitution",
+    "gap, m",
+)
+
+
+@dataclass(frozen=True)
+class Proportional:
+    """Damping ``C = mass M + stiffness K``; mass in 1/s, stiffness in s, neither negative."""
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+
+
+@dataclass(frozen=True, init=False, eq=False, repr=False)
+class Scene:
+    """``M x'' + C x' + K x = F + sum_i (n_i N_i + t_i T_i)`` with its contacts; immutable and validated.
+
+    Parameters
+    ----------
+    mass
+        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse. It is kept as (n,)
+        where a sparse one is diagonal, and dense otherwise.
+    stiffness
+        K: (n, n) symmetric, N/m; dense or scipy.sparse.
+    damping
+        C: `Proportional`, an (n, n) symmetric matrix in N s/m, dense or sparse, or None for no damping. The
+        coefficients of `Proportional` are not negative; damping that feeds energy is given as a matrix.
+    force
+        F: (n,), N, constant; None: no force.
+    contacts
+        The contacts, in the order of the letters of a status combination.
+    dofs
+        Names of the dofs; None: ``x1``, ``x2``, ...
+    impact_friction
+        Whether an impact also takes the Coulomb impulse of at most friction times the normal impulse;
+        otherwise the tangential velocity is unchanged by it.
+
+    Raises
+    ------
+    InputError
+        If anything is ill-posed: shape, number, symmetry, mass not positive definite, a contact direction
+        unknown or dependent on the others, friction < 0, static_friction < friction, restitution outside
+        [0, 1], ...
+    """
+
+    mass: Real
+    stiffness: Matrix
+    damping: Proportional | Matrix | None
+    force: Real
+    contacts: tuple[Contact, ...]
+    dofs: tuple[str, ...]
+    impact_friction: bool
+    core: _core.Scene = dataclasses.field(repr=False)
+    #: The model function with the arguments that this scene was made of, or None; see `save`.
+    model: partial[Scene] | None = dataclasses.field(repr=False)
+
+    def __init__(
+        self,
+        mass: ArrayLike,
+        stiffness: Any,
+        damping: Any = None,
+        force: ArrayLike | None = None,
+        contacts: Sequence[Contact] = (),
+        dofs: Sequence[str] | None = None,
+        impact_friction: bool = False,
+    ) -> None:
+        m = _mass(mass)
+        size = m.shape[0]
+        if m.ndim == 2 and m.shape[1] != size:
+            raise InputError(f"mass: expected shape (n,) or (n, n), got {m.shape}")
+        k = real_matrix("stiffness", stiffness)
+        c = _damping(damping)
+        f = real_array("force", np.zeros(size) if force is None else force, 1)
+        names = _dof_names(dofs, size)
+        if not isinstance(impact_friction, bool | np.bool_):
+            raise InputError(f"impact_friction: expected True or False, got {impact_friction!r}")
+        if isinstance(contacts, Contact):
+            raise InputError("contacts: expected a sequence of contacts, got a single Contact")
+        if not np.iterable(contacts):
+            raise InputError(f"contacts: expected a sequence of contacts, got {described(contacts)}")
+        listed = tuple(contacts)
+        core = _core.Scene(
+            m, core_matrix(k), _core_damping(c), f, _core_contacts(listed, names), bool(impact_friction)
+        )
+        self._set(
+            mass=m,
+            stiffness=k,
+            damping=c,
+            force=f,
+            contacts=listed,
+            dofs=names,
+            impact_friction=bool(impact_friction),
+            core=core,
+            model=None,
+        )
+
+    def _set(self, **fields: Any) -> None:
+        for name, value in fields.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def size(self) -> int:
+        """Number of dofs, n."""
+        return len(self.dofs)
+
+    def replace(self, **changes: Any) -> Scene:
+        """Return a scene with some arguments changed.
+
+        Parameters
+        ----------
+        **changes
+            Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
+            ``slider_speed``, ``restitution``, ``gap``) as a scalar or with one value per contact.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, the number of values is not the number of contacts, or the new scene is
+            ill-posed.
+        """
+        arguments = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in HIDDEN}
+        law = {name: changes.pop(name) for name in LAW if name in changes}
+        for name in changes:
+            if name not in arguments:
+                raise InputError(f"replace: unknown field {name!r}{nearest(name, [*arguments, *LAW])}")
+        model = self._model_with(law) if "contacts" not in changes else None
+        contacts = tuple(changes.pop("contacts", self.contacts))
+        for name, value in law.items():
+            values = per_contact(name, value, len(contacts))
+            contacts = tuple(
+                dataclasses.replace(contact, **{name: one})
+                for contact, one in zip(contacts, values, strict=True)
+            )
+        if changes:
+            return Scene(**{**arguments, "contacts": contacts, **changes})
+        # The arrays are shared.
+        scene = object.__new__(Scene)
+        core = self.core.with_contacts(_core_contacts(contacts, self.dofs))
+        scene._set(**{**arguments, "contacts": contacts, "core": core, "model": model})
+        return scene
+
+    def _model_with(self, law: dict[str, Any]) -> partial[Scene] | None:
+        """Return the model with other laws of its contacts, None where it takes no such argument."""
+        if self.model is None or not set(law) <= set(inspect.signature(self.model).parameters):
+            return None
+        return partial(self.model, **law)
+
+    def contact_labels(self) -> list[int] | list[str]:
+        """Return how tables label the contacts: indices, or names as soon as one contact has a name."""
+        return _labels(self.contacts)
+
+    def tangential_direction(self, contact: int) -> Real:
+        """Return the direction t of a contact, (n,)."""
+        return self._direction(contact, 0)
+
+    def normal_direction(self, contact: int) -> Real:
+        """Return the direction n of a contact, (n,)."""
+        return self._direction(contact, 1)
+
+    def _direction(self, contact: int, which: int) -> Real:
+        core: int | Real = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
+        if isinstance(core, np.ndarray):
+            return core
+        unit = np.zeros(self.size)
+        unit[core] = 1.0
+        return unit
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        arguments = (
+            self.mass,
+            self.stiffness,
+            self.damping,
+            self.force,
+            self.contacts,
+            self.dofs,
+            self.impact_friction,
+        )
+        return _restored, (arguments, self.model)
+
+    def __repr__(self) -> str:
+        lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts)"]
+        lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
+        lines.append(f"  damping: {described_damping(self.damping)}")
+        for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
+            law = f"friction {contact.friction:g}"
+            if contact.static_friction not in (None, contact.friction):
+                law += f", static {contact.static_friction:g}"
+            law += f", slider speed {contact.slider_speed:g} m/s"
+            law += f", restitution {contact.restitution:g}" if contact.restitution else ""
+            law += f", gap {contact.gap:g} m" if contact.gap else ""
+            place = " / ".join(
+                described_direction(direction, self.dofs)
+                for direction in (contact.tangential, contact.normal)
+            )
+            lines.append(f"  contact {label} ({place}): {law}")
+        return "\n".join(lines)
+
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
+
+    def summary(self) -> Summary:
+        """Return the size of the scene and a table of its contacts."""
+        rows = [
+            (
+                str(label),
+                described_direction(contact.tangential, self.dofs),
+                described_direction(contact.normal, self.dofs),
+                float(contact.friction),
+                float(contact.friction if contact.static_friction is None else contact.static_friction),
+                float(contact.slider_speed),
+                float(contact.restitution),
+                float(contact.gap),
+            )
+            for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
+        ]
+        masses = self.mass if self.mass.ndim == 1 else np.diag(self.mass)
+        low, high = masses.min(), masses.max()
+        shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
+        facts = [
+            ("dofs", f"{self.size}: {', '.join(shortened(self.dofs))}"),
+            ("mass", f"{'lumped' if self.mass.ndim == 1 else 'coupled'}, {shown} kg"),
+            ("damping", described_damping(self.damping)),
+        ]
+        return Summary(facts, [Table("Contacts of the scene", HEADINGS, rows)])
+
+
+def checked(scene: Any) -> Scene:
+    """Return what must be a scene.
+
+    Raises
+    ------
+    InputError
+        If it is something else.
+    """
+    if isinstance(scene, Scene):
+        return scene
+    hint = "; call it to have its scene" if callable(scene) else ""
+    hint = "; its scene is .scene" if isinstance(getattr(scene, "scene", None), Scene) else hint
+    raise InputError(f"scene: expected a Scene, got {described(scene)}{hint}")
+
+
+def checked_combination(scene: Any, combination: Any) -> str:
+    """Return the combination asked for, by default that of steady sliding; the core reads its letters.
+
+    Raises
+    ------
+    InputError
+        If `scene` is no scene, `combination` no text, or a slider speed zero where none is given.
+    NoSteadySlidingError
+        If none is given and a contact would pull.
+    """
+    count = len(checked(scene).contacts)
+    if combination is None:
+        return checked(scene).core.steady_sliding()
+    if isinstance(combination, str):
+        return combination
+    raise InputError(
+        f"combination: expected one letter of '+', '-', 's', 'd' per contact ({count} in all) as one text, "
+        f"got {combination!r}"
+    )
+
+
+def default_dofs(size: int) -> tuple[str, ...]:
+    """Return the names dofs have unless told otherwise: x1, x2, ..."""
+    return tuple(f"x{i + 1}" for i in range(size))
+
+
+def shortened(names: Sequence[str]) -> list[str]:
+    """Return names for a line of text: those in the middle are left out where they are many."""
+    return list(names) if len(names) <= 12 else [*names[:4], "...", names[-1]]
+
+
+def described_damping(damping: Proportional | Matrix | None) -> str:
+    """Return damping in words."""
+    if damping is None:
+        return "none"
+    if isinstance(damping, Proportional):
+        parts = [(damping.mass, "1/s times mass"), (damping.stiffness, "s times stiffness")]
+        return " + ".join(f"{factor:g} {what}" for factor, what in parts if factor) or "none"
+    return "matrix"
+
+
+def _dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
+    if dofs is None:
+        return default_dofs(size)
+    if isinstance(dofs, str) or not np.iterable(dofs):
+        raise InputError(f"dofs: expected {size} names, got {described(dofs)}")
+    names = tuple(dofs)
+    if len(names) != size:
+        raise InputError(f"dofs: expected {size} names, got {len(names)}")
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(f"dofs: expected names, got {described(name)}")
+        if not name.strip():
+            raise InputError(f"dofs: expected names that are not empty, got {name!r}")
+        if names.count(name) > 1:
+            raise InputError(f"dofs: {name!r} names more than one dof")
+    return names
+
+
+def _mass(mass: Any) -> Real:
+    """Return the mass as (n,) or (n, n); a sparse one is (n,) where it is diagonal.
+
+    Raises
+    ------
+    InputError
+        If it is ill-posed, or a sparse one too large to be held as a dense matrix.
+    """
+    if not scipy.sparse.issparse(mass):
+        return real_array("mass", mass, 1, 2)
+    rows = cast("scipy.sparse.csr_array", real_matrix("mass", mass))
+    entries = rows.tocoo()
+    if (entries.coords[0][entries.data != 0.0] == entries.coords[1][entries.data != 0.0]).all():
+        return real_array("mass", rows.diagonal(), 1)
+    size = rows.shape[0]
+    needed, memory = DENSE_COPIES * 8 * size**2, physical_memory()
+    if needed > memory:
+        raise InputError(
+            f"mass: a sparse mass that is not diagonal is computed with as a dense matrix: {size} dofs need "
+            f"{needed / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB; lump it or reduce the model"
+        )
+    return real_array("mass", rows.toarray(), 2)
+
+
+def physical_memory() -> int:
+    """Return the memory of the machine, bytes; where it cannot be asked for, 8 GB."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return 8 * 10**9
+
+
+def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene:
+    scene = Scene(*arguments)
+    scene._set(model=model)
+    return scene
+
+
+def _labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
+    if all(contact.name is None for contact in contacts):
+        return list(range(len(contacts)))
+    return [str(i) if c.name is None else c.name for i, c in enumerate(contacts)]
+
+
+def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_ContactData]:
+    """Return contacts as the core takes them.
+
+    Raises
+    ------
+    InputError
+        If one is ill-posed, or a label would stand for two of them.
+    """
+    taken = [core_contact(contact, i, dofs) for i, contact in enumerate(contacts)]
+    for label, uses in Counter(_labels(contacts)).items():
+        if uses > 1:
+            raise InputError(f"contacts: {label!r} names more than one contact")
+    return taken
+
+
+def _damping(damping: Any) -> Proportional | Matrix | None:
+    if damping is None:
+        return None
+    if isinstance(damping, Proportional):
+        return Proportional(
+            mass=real_number("damping.mass", damping.mass),
+            stiffness=real_number("damping.stiffness", damping.stiffness),
+        )
+    if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
+        raise InputError(
+            f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K "
+            "pass Proportional(stiffness=beta)"
+        )
+    return real_matrix("damping", damping)
+
+
+def _core_damping(damping: Proportional | Matrix | None) -> Any:
+    if damping is None:
+        return (0.0, 0.0)
+    if isinstance(damping, Proportional):
+        return (damping.mass, damping.stiffness)
+    return core_matrix(damping)

@@ -1,0 +1,138 @@
+"""Where the system is, how it moves, and what its contacts do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.errors import InputError
+from stickslip.scene.checks import Real, described, real_array, real_number
+from stickslip.scene.contact import dof_index
+from stickslip.scene.scene import Scene, checked, default_dofs
+
+#: Change of a state: dof name or index to amount, or one amount per dof.
+Change = Mapping[str | int, float] | ArrayLike
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class State:
+    """Position and velocity of every dof, and the status of every contact.
+
+    Parameters
+    ----------
+    position
+        x, (n,), m.
+    velocity
+        x', (n,), m/s.
+    combination
+        One letter per contact: ``+`` positive sliding (slip velocity < 0), ``-`` negative sliding,
+        ``s`` sticking, ``d`` detached.
+    dofs
+        Names of the dofs; None: ``x1``, ``x2``, ...
+
+    Raises
+    ------
+    InputError
+        If position and velocity are no real, finite vectors of one length, or the combination has another
+        letter. Whether the state fits a scene and its own combination is checked by what uses it.
+    """
+
+    position: Real
+    velocity: Real
+    combination: str = field(kw_only=True)
+    dofs: tuple[str, ...] = field(kw_only=True)
+
+    def __init__(
+        self,
+        position: ArrayLike,
+        velocity: ArrayLike,
+        combination: str,
+        dofs: Sequence[str] | None = None,
+    ) -> None:
+        x = real_array("position", position, 1)
+        v = real_array("velocity", velocity, 1)
+        if x.shape != v.shape:
+            raise InputError(f"velocity: expected shape {x.shape} like position, got {v.shape}")
+        for argument, values in (("position", x), ("velocity", v)):
+            if not np.isfinite(values).all():
+                index = int(np.flatnonzero(~np.isfinite(values))[0])
+                raise InputError(f"{argument}: must be finite, got {values[index]} at index {index}")
+        if not isinstance(combination, str):
+            raise InputError(f"combination: expected a string such as '+s', got {described(combination)}")
+        if not set(combination) <= set("+-sd"):
+            raise InputError(
+                f"combination: expected one letter of '+', '-', 's', 'd' per contact, got {combination!r}"
+            )
+        names = default_dofs(x.size) if dofs is None else tuple(dofs)
+        if len(names) != x.size:
+            raise InputError(f"dofs: expected {x.size} names, got {len(names)}")
+        object.__setattr__(self, "position", x)
+        object.__setattr__(self, "velocity", v)
+        object.__setattr__(self, "combination", combination)
+        object.__setattr__(self, "dofs", names)
+
+    def perturbed(self, position: Change | None = None, velocity: Change | None = None) -> State:
+        """Return the state with something added; the combination stays.
+
+        Parameters
+        ----------
+        position, velocity
+            What to add, m and m/s: a mapping from dof name or index to amount, or a vector (n,).
+
+        Raises
+        ------
+        InputError
+            If a dof is unknown or an amount is no real number.
+        """
+        return State(
+            self.position + change_vector("position", position, self.dofs),
+            self.velocity + change_vector("velocity", velocity, self.dofs),
+            self.combination,
+            self.dofs,
+        )
+
+    def __repr__(self) -> str:
+        def row(values: Real) -> str:
+            return np.array2string(values, precision=6, threshold=10, edgeitems=3, separator=", ")
+
+        return (
+            f"State({self.combination!r}, {self.position.size} dofs,\n"
+            f"  position={row(self.position)},\n  velocity={row(self.velocity)})"
+        )
+
+
+def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -> Real:
+    """Return a change of a state as one amount per dof.
+
+    Raises
+    ------
+    InputError
+        If a dof is unknown or an amount is no real number.
+    """
+    added = np.zeros(len(dofs))
+    if isinstance(change, Mapping):
+        for dof, amount in change.items():
+            added[dof_index(argument, dof, dofs)] += real_number(f"{argument}[{dof!r}]", amount)
+    elif change is not None:
+        vector = real_array(argument, change, 1)
+        if vector.shape != added.shape:
+            raise InputError(f"{argument}: expected shape {added.shape}, got {vector.shape}")
+        added += vector
+    return added
+
+
+def sliding_equilibrium(scene: Scene) -> State:
+    """Return the equilibrium of steady sliding: every contact closed and sliding against its slider.
+
+    The sliding sign of contact i is that of its slider speed: ``+`` for a positive one, T = +mu N.
+
+    Raises
+    ------
+    InputError
+        If a slider speed is zero (no direction), a normal force is tensile, or the stiffness is singular.
+    """
+    position, combination = checked(scene).core.sliding_equilibrium()
+    return State(position, np.zeros(position.size), combination, scene.dofs)

@@ -1,0 +1,60 @@
+"""Colours, line styles and hatching that every figure shares, and how a figure becomes a file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+#: One colour per status, the same in every figure.
+COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
+NAMES = {"+": "positive sliding", "-": "negative sliding", "s": "sticking", "d": "detached"}
+#: Line style and hatching of each status.
+STYLES = {"+": "-", "-": "-.", "s": ":", "d": "--"}
+HATCHES = {"+": "", "-": "\\\\\\\\", "s": "....", "d": "////"}
+#: From dark to light, each with a line style of its own.
+OVERLAY = (("#222255", "-"), ("#cc3311", "--"), ("#228833", "-."), ("#ddaa33", ":"), ("#77aadd", "-"))
+MARKERS = "osD^v<>P"
+#: Stable and unstable.
+STABLE, UNSTABLE = "#4477aa", "#cc3311"
+MICROMETRES = 1e6
+#: Points per inch that journals ask for at least.
+DPI = 300
+
+
+def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
+    """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
+
+    Parameters
+    ----------
+    figure
+        The figure.
+    path
+        The file.
+    dpi
+        Points per inch of a `.png`, and of what is drawn as points in other forms.
+    """
+    import matplotlib
+
+    # What would tell when and by which version a file was made.
+    metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
+        figure.savefig(path, dpi=dpi, metadata=metadata.get(Path(path).suffix))
+
+
+def status_legend(axes: Axes, present: str) -> None:
+    """Explain the colours of statuses beside the axes."""
+    for status in present:
+        axes.plot([], [], color=COLOURS[status], linewidth=4, label=f"{status}  {NAMES[status]}")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def axes_of(ax: Axes | None) -> Axes:
+    """Return the axes to draw on: those given, or new ones that a notebook shows."""
+    if ax is not None:
+        return ax
+    import matplotlib.pyplot as plt
+
+    _, made = plt.subplots(layout="constrained")
+    return made

@@ -1,0 +1,324 @@
+"""Where the results of a study are kept: in memory, or in a zarr store that survives whatever ends the run.
+
+A chunk is written variable by variable, each file under another name first and then renamed, and its entry in
+``complete`` last: a chunk is complete or counts as absent, wherever the process ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import shutil
+import uuid
+import warnings
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+import xarray as xr
+from xarray.backends import BackendArray
+from xarray.core import indexing
+
+from stickslip.errors import InputError, StoreError
+from stickslip.scene.checks import package
+from stickslip.study.run.identity import differences
+from stickslip.study.sample.evaluation import Columns
+from stickslip.study.sample.outputs import Column
+
+if TYPE_CHECKING:
+    from filelock import BaseFileLock
+
+#: Samples per file of the design matrix.
+DESIGN_CHUNK = 65536
+#: Parameters as equal as their distributions are on machines of other types, in parts of the largest.
+SAME = 1e-12
+
+
+class Layout:
+    """The variables of a study and what is written with them.
+
+    Attributes
+    ----------
+    identity
+        What another run has to have in common to continue this one.
+    machine
+        What the last bits depend on besides.
+    attrs
+        Everything else that travels with the results, JSON.
+    """
+
+    def __init__(
+        self,
+        columns: tuple[Column, ...],
+        sizes: dict[str, tuple[int, ...]],
+        coords: dict[str, tuple[str, Any]],
+        size: int,
+        identity: dict[str, Any],
+        machine: dict[str, Any],
+        attrs: dict[str, Any],
+    ) -> None:
+        self.columns = columns
+        self.sizes = sizes
+        self.coords = coords
+        self.size = size
+        self.identity = identity
+        self.machine = machine
+        self.attrs = attrs
+
+    @property
+    def text(self) -> dict[str, str]:
+        """The attributes of the dataset: JSON, so that every file format takes them."""
+        rows = {"identity": self.identity, "machine": self.machine, **self.attrs}
+        return {name: value if isinstance(value, str) else json.dumps(value) for name, value in rows.items()}
+
+
+class Store(Protocol):
+    """Keeps chunks of samples."""
+
+    chunk: int
+
+    def pending(self) -> list[int]:
+        """Return the chunks that are not complete, ascending."""
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Keep a chunk."""
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything complete; the status of other samples is ``pending``."""
+
+    def close(self) -> None:
+        """Let others continue the study."""
+
+
+def status_last(columns: Columns) -> list[tuple[str, Any]]:
+    """Return the columns of a chunk as they are written: a sample with a status is whole."""
+    return sorted(columns.items(), key=lambda item: item[0] == "status")
+
+
+class MemoryStore:
+    """Results as arrays."""
+
+    def __init__(self, layout: Layout, chunk: int) -> None:
+        self.layout = layout
+        self.chunk = chunk
+        self._complete = np.zeros(-(-layout.size // chunk), dtype=bool)
+        self._arrays = {
+            column.name: np.full(
+                (layout.size, *layout.sizes[column.name]),
+                "pending" if column.name == "status" else column.missing,
+                dtype=object if column.dtype == "str" else column.dtype,
+            )
+            for column in layout.columns
+        }
+
+    def pending(self) -> list[int]:
+        """Return the chunks that are not complete, ascending."""
+        return [int(k) for k in np.flatnonzero(~self._complete)]
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Keep a chunk."""
+        for name, values in status_last(columns):
+            self._arrays[name][chunk * self.chunk : chunk * self.chunk + len(values)] = values
+        self._complete[chunk] = True
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything complete."""
+        variables = {
+            column.name: (("sample", *column.dims), self._arrays[column.name], column.attrs)
+            for column in self.layout.columns
+        }
+        return xr.Dataset(variables, coords=self.layout.coords, attrs=self.layout.text)
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+class ZarrStore:
+    """Results as a zarr group, format 3, which ``xarray.open_zarr`` reads.
+
+    Parameters
+    ----------
+    path
+        Directory; made if it does not exist.
+    layout
+        Variables.
+    chunk
+        Samples per chunk of a new store; a store that exists keeps its own.
+
+    Raises
+    ------
+    InputError
+        If zarr or filelock is missing, or the directory holds something else.
+    StoreError
+        If the directory holds another study, or another process or thread writes to it.
+    """
+
+    def __init__(self, path: str | os.PathLike[str], layout: Layout, chunk: int) -> None:
+        zarr = package("zarr", "store")
+        self.path = Path(path)
+        self.layout = layout
+        if not self.path.exists() or (self.path.is_dir() and not any(self.path.iterdir())):
+            self._create(zarr, chunk)
+        self._lock = _locked(self.path)
+        try:
+            self._group = self._opened(zarr)
+        except BaseException:
+            self.close()
+            raise
+        self.chunk = int(self._group["status"].chunks[0])
+        self._complete = np.asarray(self._group["complete"][:], dtype=bool)
+
+    def pending(self) -> list[int]:
+        """Return the chunks that are not complete, ascending."""
+        return [int(k) for k in np.flatnonzero(~self._complete)]
+
+    def write(self, chunk: int, columns: Columns) -> None:
+        """Keep a chunk, its mark last."""
+        first = chunk * self.chunk
+        for name, values in status_last(columns):
+            self._group[name][first : first + len(values)] = values
+        self._group["complete"][chunk] = True
+        self._complete[chunk] = True
+
+    def dataset(self) -> xr.Dataset:
+        """Return everything complete, read from the disk as it is used."""
+        found: xr.Dataset = xr.open_zarr(self.path, chunks=None, consolidated=False)
+        words = {
+            column.name: (("sample", *column.dims), _Words.lazy(self._group[column.name]), column.attrs)
+            for column in self.layout.columns
+            if column.dtype == "str"
+        }
+        labels = {name: entry for name, entry in self.layout.coords.items() if entry[0] != "sample"}
+        return found.drop_vars("complete").assign(words).assign_coords(labels)
+
+    def close(self) -> None:
+        """Let other processes write."""
+        self._lock.release()
+
+    def _create(self, zarr: Any, chunk: int) -> None:
+        """Write everything that is known before the first sample, under another name until it is complete."""
+        layout = self.layout
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        draft = self.path.with_name(f"{self.path.name}.{uuid.uuid4().hex}.partial")
+        try:
+            group = zarr.open_group(draft, mode="w-", zarr_format=3)
+            group.attrs.update(layout.text)
+            for column in layout.columns:
+                rest = layout.sizes[column.name]
+                group.create_array(
+                    column.name,
+                    shape=(layout.size, *rest),
+                    chunks=(chunk, *(max(1, length) for length in rest)),
+                    dtype="string" if column.dtype == "str" else column.dtype,
+                    fill_value="pending" if column.name == "status" else column.missing,
+                    dimension_names=("sample", *column.dims),
+                    attributes=column.attrs,
+                )
+            for name, (dim, values) in layout.coords.items():
+                array = np.asarray(values)
+                words = array.dtype.kind in "UO"
+                made = group.create_array(
+                    name,
+                    shape=array.shape,
+                    chunks=(max(1, min(len(array), DESIGN_CHUNK)),),
+                    dtype="string" if words else array.dtype,
+                    dimension_names=(dim,),
+                )
+                made[:] = array.astype(object) if words else array
+            group.create_array(
+                "complete",
+                shape=(-(-layout.size // chunk),),
+                chunks=(1,),
+                dtype="bool",
+                fill_value=False,
+                dimension_names=("chunk",),
+                attributes={"long_name": "whether all samples of a chunk are written"},
+            )
+            # So that readers find the parameters among the coordinates.
+            group.attrs["coordinates"] = " ".join(layout.coords)
+            if self.path.exists():
+                self.path.rmdir()
+            draft.rename(self.path)
+        except BaseException:
+            shutil.rmtree(draft, ignore_errors=True)
+            raise
+
+    def _opened(self, zarr: Any) -> Any:
+        try:
+            group = zarr.open_group(self.path, mode="r+")
+            theirs = json.loads(group.attrs["identity"])
+            machine = json.loads(group.attrs["machine"])
+        except (KeyError, ValueError, FileNotFoundError, NotADirectoryError) as error:
+            raise InputError(f"store: {self.path} holds something that is not a study") from error
+        different = differences(self.layout.identity, theirs)
+        if different:
+            raise StoreError(f"store: {self.path} holds another study; {'; '.join(different)}")
+        self._compare_design(group)
+        for difference in differences(self.layout.machine, machine):
+            warnings.warn(
+                f"store: {self.path} was begun on another machine, so last bits may differ; {difference}",
+                stacklevel=2,
+            )
+        return group
+
+    def _compare_design(self, group: Any) -> None:
+        """Refuse other values of the parameters: another version of a package may draw other numbers."""
+        for name, (dim, ours) in self.layout.coords.items():
+            if dim != "sample":
+                continue
+            theirs = group[name][:]
+            close = np.abs(ours - theirs) <= SAME * np.abs(ours).max()
+            if not close.all():
+                k = int(np.argmin(close))
+                raise StoreError(
+                    f"store: {self.path} holds another study; {name} of sample {k}: {ours[k]!r} here, "
+                    f"{theirs[k]!r} there, from the same distributions and seed; other versions of packages?"
+                )
+
+
+def _locked(path: Path) -> BaseFileLock:
+    """Hold a store for this run, until it ends or its process does in whatever way.
+
+    The lock is on a file beside the chunks of an array, where no reader looks.
+    """
+    filelock = package("filelock", "store")
+    lock: BaseFileLock = filelock.FileLock(path / "complete" / ".lock", timeout=0.0)
+    try:
+        lock.acquire()
+    except filelock.Timeout:
+        raise StoreError(f"store: another process or thread is writing to {path}") from None
+    except OSError as error:
+        raise InputError(f"store: {path} holds something that is not a study") from error
+    return lock
+
+
+class _Words(BackendArray):
+    """Strings of a store as objects: numpy's own strings do not go together with nan in `xarray.where`."""
+
+    def __init__(self, array: Any) -> None:
+        self.array = array
+        self.shape = array.shape
+        self.dtype = np.dtype(object)
+
+    @staticmethod
+    def lazy(array: Any) -> Any:
+        """Return an array that is read when it is used, and then kept."""
+        return indexing.MemoryCachedArray(indexing.LazilyIndexedArray(_Words(array)))  # type: ignore[no-untyped-call]
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        return indexing.explicit_indexing_adapter(key, self.shape, indexing.IndexingSupport.OUTER, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> Any:
+        return np.asarray(self.array.oindex[key]).astype(object)
+
+
+@contextlib.contextmanager
+def opened(path: Any, layout: Layout, chunk: int) -> Iterator[Store]:
+    """Open the store of a study: in memory where there is no path."""
+    store: Store = MemoryStore(layout, chunk) if path is None else ZarrStore(path, layout, chunk)
+    try:
+        yield store
+    finally:
+        store.close()

@@ -1,0 +1,230 @@
+"""The outputs of some samples: what every worker of a study computes.
+
+An answer depends on the row of its sample alone: all numbers come from compiled code or from scalar
+functions, nothing is computed over several samples at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from stickslip import _core
+from stickslip.cycles.attractors import described
+from stickslip.errors import StickslipError
+from stickslip.scene.checks import Real
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, change_vector
+from stickslip.study.sample.model import SampledModel, contacts_named
+from stickslip.study.sample.outputs import Column, Outputs
+from stickslip.transient.trajectory import Trajectory
+
+#: Values of one variable for some samples.
+Columns = dict[str, "np.ndarray[Any, Any]"]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How samples are computed.
+
+    Attributes
+    ----------
+    combination
+        Of everything about stability; None: that of steady sliding.
+    hopf
+        Friction that is moved, lower and upper end; None: not asked.
+    duration, further
+        Of a motion, and how much longer it is followed where it has not settled, s.
+    start
+        None: the fastest growing mode of sliding (`disturbed_sliding`); else what is added to the position
+        and velocity of the sliding equilibrium.
+    """
+
+    combination: str | None = None
+    hopf: tuple[str, float, float] | None = None
+    duration: float = 0.0
+    further: float = 0.0
+    method: str = "auto"
+    max_events: int | None = None
+    start: tuple[Any, Any] | None = None
+
+
+@dataclass(frozen=True)
+class Labels:
+    """Names along the dimensions of a study, taken from its first scene that is well posed."""
+
+    dofs: tuple[str, ...]
+    contacts: tuple[Any, ...]
+    modes: int
+
+    @staticmethod
+    def of(scene: Scene, combination: str | None) -> Labels:
+        """Return those of a scene."""
+        contacts = tuple(scene.contact_labels())
+        # Sliding either way leaves as many modes.
+        letters = "+" * len(contacts) if combination is None else combination
+        return Labels(scene.dofs, contacts, 2 * scene.core.reduced(letters).mass.shape[0])
+
+    def size(self, column: Column, outputs: Outputs) -> tuple[int, ...]:
+        """Return the shape of one sample of a variable."""
+        if column.name in outputs.own:
+            size = outputs.own[column.name].size
+            return () if size is None else (size,)
+        sizes = {"dof": len(self.dofs), "contact": len(self.contacts), "mode": self.modes}
+        return tuple(sizes[dim] for dim in column.dims)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Rows of parameters to columns of outputs; can be sent to other processes."""
+
+    source: SampledModel
+    outputs: Outputs
+    settings: Settings
+    labels: Labels
+
+    def columns(self, rows: Real, threads: int | None) -> Columns:
+        """Return the outputs of samples (k, parameters), each (k, ...)."""
+        functions = bool(self.outputs.own)
+        if self.source.compiled and not functions:
+            return self._named((self.source.family, np.ascontiguousarray(rows)), threads)
+        scenes, failures = [], []
+        for row in rows:
+            scene, failure = self._scene(row)
+            scenes.append(scene)
+            failures.append(failure)
+        valid = [k for k, scene in enumerate(scenes) if scene is not None]
+        answered = self._named([scenes[k].core for k in valid], threads)  # type: ignore[union-attr]
+        runs = answered.pop("runs", None)
+        found = self.empty(len(rows))
+        for name, values in answered.items():
+            found[name][valid] = values
+        for k, failure in enumerate(failures):
+            if failure is not None:
+                found["status"][k], found["reason"][k] = failure
+        for j, k in enumerate(valid):
+            self._own(found, k, scenes[k], None if runs is None else runs[j])  # type: ignore[arg-type]
+        return found
+
+    def empty(self, count: int) -> Columns:
+        """Return the columns of samples that have no values, (count, ...)."""
+        return {
+            column.name: np.full(
+                (count, *self.labels.size(column, self.outputs)),
+                column.missing,
+                dtype=object if column.dtype == "str" else column.dtype,
+            )
+            for column in self.outputs.columns
+        }
+
+    def _scene(self, row: Real) -> tuple[Scene | None, tuple[str, str] | None]:
+        try:
+            scene = self.source.scene(row)
+        except StickslipError as error:
+            return None, ("ill_posed", str(error))
+        # A study does not end because the function of its model raises at one sample.
+        except Exception as error:
+            return None, ("error", f"model: {type(error).__name__}: {error}")
+        shape = (scene.dofs, len(scene.contacts))
+        if shape != (self.labels.dofs, len(self.labels.contacts)):
+            expected = f"{len(self.labels.dofs)} dofs and {len(self.labels.contacts)} contacts"
+            return None, (
+                "ill_posed",
+                f"model: expected {expected} as in the first scene, got {len(scene.dofs)} and {shape[1]}",
+            )
+        return scene, None
+
+    @cached_property
+    def _questions(self) -> dict[str, Any]:
+        asked, settings = self.outputs, self.settings
+        motion = None
+        if asked.moves:
+            added = None
+            if settings.start is not None:
+                position, velocity = settings.start
+                added = (
+                    change_vector("position", position, self.labels.dofs),
+                    change_vector("velocity", velocity, self.labels.dofs),
+                )
+            motion = (
+                settings.duration,
+                settings.further,
+                settings.method,
+                settings.max_events,
+                added,
+                asked.asks("settle", "energy"),
+                asked.asks("energy"),
+                bool(asked.of("run", "cycle")),
+            )
+        hopf = None
+        if asked.asks("hopf") and settings.hopf is not None:
+            name, lower, upper = settings.hopf
+            hopf = (self._friction(name), lower, upper)
+        return {
+            "sizes": (len(self.labels.dofs), len(self.labels.contacts), self.labels.modes),
+            "combination": settings.combination,
+            "growth": asked.asks("growth"),
+            "eigenvalues": asked.asks("eigenvalues"),
+            "normal_force": asked.asks("normal_force"),
+            "hopf": hopf,
+            "motion": motion,
+        }
+
+    def _friction(self, name: str) -> list[int]:
+        labels = [str(label) for label in self.labels.contacts]
+        return (
+            contacts_named(self.source.template, name)
+            if self.source.compiled
+            else list(range(len(labels)))
+            if name == "friction"
+            else [labels.index(name.removeprefix("friction_"))]
+        )
+
+    def _named(self, samples: Any, threads: int | None) -> Columns:
+        answers = _core.answers(samples, threads=threads, **self._questions)
+        if "sequence" in answers:
+            sequences = answers["sequence"]
+            answers["stability"] = _words(answers["stability"])
+            answers["sequence"] = _words([" ".join(sequence) for sequence in sequences])
+            answers["statuses"] = _words([" ".join(sorted(set(sequence))) for sequence in sequences])
+            rates = (answers["exponent"], answers.pop("exponent_error"), answers.pop("exponent_time"))
+            growth = zip(*(rate.tolist() for rate in rates), strict=True)
+            answers["attractor"] = _words(
+                [
+                    described(kind, rate, "")[0] if kind == "aperiodic" else kind
+                    for kind, rate in zip(answers["attractor"], growth, strict=True)
+                ]
+            )
+        kept = {name: answers[name] for name in (*self.outputs.named, "runs") if name in answers}
+        return {**kept, "status": _words(answers["status"]), "reason": _words(answers["reason"])}
+
+    def _own(self, found: Columns, k: int, scene: Scene, motion: Any) -> None:
+        """Compute the functions of one sample; what they raise is the reason why there is no value."""
+        run = None
+        if motion is not None:
+            position, velocity, combination, core = motion
+            run = Trajectory(scene, State(position, velocity, combination, scene.dofs), core)
+        cycle: Any = None
+        for name, output in self.outputs.own.items():
+            try:
+                if output.of == "scene":
+                    value = output.function(scene)
+                elif run is None:
+                    continue
+                elif output.of == "run":
+                    value = output.function(run)
+                else:
+                    cycle = run.limit_cycle(self.settings.further) if cycle is None else cycle
+                    value = output.function(cycle)
+                found[name][k] = value
+            except Exception as error:
+                if found["status"][k] == "ok":
+                    found["status"][k] = "error"
+                    found["reason"][k] = f"{name}: {type(error).__name__}: {error}"
+
+
+def _words(values: list[str]) -> np.ndarray[Any, Any]:
+    return np.array(values, dtype=object)

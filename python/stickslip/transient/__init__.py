@@ -1,0 +1,1 @@
+"""The nonlinear transient: one run, or many at once."""

@@ -1,0 +1,104 @@
+"""The nonlinear transient: exact motion between status changes, and the changes."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from stickslip.errors import InputError
+from stickslip.motion.errors import RunError, RunInterrupted
+from stickslip.scene.checks import real_number, whole_number
+from stickslip.scene.scene import Scene, checked
+from stickslip.scene.state import State
+from stickslip.transient.trajectory import Trajectory
+
+
+def simulate(
+    scene: Scene,
+    start: State,
+    duration: float,
+    method: Literal["auto", "modal", "taylor"] = "auto",
+    max_events: int | None = None,
+    *,
+    time_limit: float | None = None,
+    accumulation_tolerance: float = 0.0,
+    on_grazing: Literal["keep", "stop"] = "keep",
+) -> Trajectory:
+    """Return the motion of a scene from a start state.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    start
+        State at t = 0; it must satisfy its own combination.
+    duration
+        > 0, s.
+    method
+        How phases are propagated: in modal coordinates, by Taylor series, or whichever is less work and
+        well-conditioned. The choice counts work and reads no clock: the same arguments give the same run.
+    max_events
+        Stop after that many events; None: no limit.
+    time_limit
+        Stop after that much wall-clock time, s; None: no limit.
+    accumulation_tolerance
+        Bounces whose remaining times sum to less than this, s, are replaced by their limit: the contact comes
+        to rest there, as one event ``accumulation`` (see `Trajectory.accumulations`). At least one ulp of t.
+    on_grazing
+        What to do where an event function touches zero within rounding: ``keep`` the status and go on, or
+        ``stop`` there.
+
+    Raises
+    ------
+    InputError
+        If an argument is ill-posed, or the start state penetrates or violates its combination.
+    RunError
+        If the motion cannot be continued; `RunError.partial` holds it up to there.
+    RunInterrupted
+        On Ctrl-C; a `KeyboardInterrupt` that holds the motion up to there.
+    """
+    checked(scene)
+    if not isinstance(start, State):
+        raise InputError(f"start: expected a State, got {start!r}")
+    settings = run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing)
+    core = scene.core.simulate(start.position, start.velocity, start.combination, *settings)
+    run = Trajectory(scene, start, core)
+    if run.stop_reason in ("failed", "chattering"):
+        raise RunError(core.stop_message, run)
+    if run.stop_reason == "interrupted":
+        raise RunInterrupted(run)
+    return run
+
+
+#: duration, method, max_events, time_limit, accumulation_tolerance, on_grazing
+RunSettings = tuple[
+    float, Literal["auto", "modal", "taylor"], int | None, float | None, float, Literal["keep", "stop"]
+]
+
+
+def run_settings(
+    duration: Any,
+    method: Any,
+    max_events: Any,
+    time_limit: Any,
+    accumulation_tolerance: Any,
+    on_grazing: Any,
+) -> RunSettings:
+    """Return what a run takes besides scene and start, as the core takes it.
+
+    Raises
+    ------
+    InputError
+        If one of them has the wrong type or is no known word.
+    """
+    if method not in ("auto", "modal", "taylor"):
+        raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
+    if on_grazing not in ("keep", "stop"):
+        raise InputError(f"on_grazing: expected 'keep' or 'stop', got {on_grazing!r}")
+    return (
+        real_number("duration", duration),
+        method,
+        None if max_events is None else whole_number("max_events", max_events, 0),
+        None if time_limit is None else real_number("time_limit", time_limit),
+        real_number("accumulation_tolerance", accumulation_tolerance),
+        on_grazing,
+    )

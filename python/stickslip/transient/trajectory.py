@@ -1,0 +1,115 @@
+"""A computed transient: a motion that can be asked for the limit cycle it settles to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from stickslip.errors import InputError
+from stickslip.motion.motion import Motion
+from stickslip.scene.checks import real_number
+from stickslip.scene.contact import dof_index
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    from stickslip.cycles.cycle import Cycle
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Trajectory(Motion):
+    """A computed motion from 0 to `duration`: the events are kept, anything between is evaluated on demand.
+
+    Attributes
+    ----------
+    scene, start
+        What was simulated, from where.
+    """
+
+    def limit_cycle(
+        self, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+    ) -> Cycle:
+        """Return the periodic orbit that the motion settles to, refined to rounding.
+
+        Recurring events and states give a first orbit, Newton's method on the exact return map the rest. The
+        motion must be on the orbit, or approach it with the orbit stable; the period is the smallest one.
+
+        Parameters
+        ----------
+        further
+            Where the motion computed does not show it yet: how much longer to follow it, s; 0 to look at this
+            run only.
+        method
+            How phases are propagated, see `simulate`.
+
+        Raises
+        ------
+        NotPeriodicError
+            If the motion settles to no cycle; it says what it is instead, with the largest Lyapunov exponent
+            where there is one.
+        InputError
+            If `further` is negative or not finite, or `method` is no known word.
+        RunInterrupted
+            On Ctrl-C; a `KeyboardInterrupt` that holds the last stretch of the motion.
+        """
+        from stickslip.cycles.cycle import limit_cycle
+
+        limit = real_number("further", further)
+        if not 0.0 <= limit < np.inf:
+            raise InputError(f"further: expected a finite time >= 0, got {limit:g}")
+        return limit_cycle(self, limit, method)
+
+    def spectrum(
+        self,
+        dof: str | None = None,
+        *,
+        begin: float | None = None,
+        end: float | None = None,
+        harmonics: int = 64,
+        further: float = 10.0,
+        samples: int = 2**14,
+        window: Any = "hann",
+        detrend: Literal["constant", "linear"] | None = "constant",
+    ) -> xr.Dataset:
+        """Return the spectrum of displacements.
+
+        Without `begin` and `end`: the lines of the limit cycle that the motion settles to, in closed form
+        (`Cycle.harmonics`): no window, no leakage. With one of them: the discrete Fourier transform of that
+        stretch, such as the growing part up to the first event, or a motion that has no period.
+
+        Parameters
+        ----------
+        dof
+            Name of a dof; None: all of them.
+        begin, end
+            The stretch to sample, s; one of them alone: from 0, or up to the end of the motion.
+        harmonics, further
+            Of the exact lines: the highest one, and see `limit_cycle`.
+        samples, window, detrend
+            Of the transform: number of equidistant samples, >= 8, a window of `scipy.signal.get_window`, and
+            what is subtracted first: the mean, a straight line, or nothing.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``frequency`` (Hz), and ``dof`` if none was named: ``coefficient``, complex, and
+            ``amplitude`` of the cosine at that frequency, m. The attribute ``method`` is ``exact`` or
+            ``sampled``.
+
+        Raises
+        ------
+        NotPeriodicError
+            If the exact lines are asked for and the motion settles to no cycle.
+        InputError
+            If the dof is unknown or an argument is ill-posed.
+        """
+        if begin is not None or end is not None:
+            return super().spectrum(
+                dof, begin=begin, end=end, samples=samples, window=window, detrend=detrend
+            )
+        cycle = self.limit_cycle(real_number("further", further))
+        lines = cycle.harmonics(harmonics).swap_dims(harmonic="frequency")
+        lines.attrs.update(method="exact", period=cycle.period)
+        return lines if dof is None else lines.isel(dof=dof_index("dof", dof, self.scene.dofs))

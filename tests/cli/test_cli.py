@@ -1,0 +1,441 @@
+"""The command line: what it prints, what it writes, and what it exits with."""
+
+import csv
+import io
+import json
+import os
+import signal
+import struct
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+from scipy import stats
+
+import stickslip as ss
+from stickslip.cli import main
+from stickslip.cli.verbs.simulate import KINDS
+from stickslip.files.study_file import distribution
+from stickslip.study.run import store
+
+COMMAND = [sys.executable, "-c", "from stickslip.cli import main; main(prog_name='stickslip')"]
+VERBS = sorted(main.commands)
+
+
+def run(*arguments, code=0):
+    """Standard output of a command that exits with `code`; what went to standard error as well."""
+    result = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    assert result.exit_code == code, result.output
+    return result
+
+
+@pytest.fixture(scope="module")
+def brake(tmp_path_factory):
+    path = tmp_path_factory.mktemp("cli") / "brake.toml"
+    run("init", path)
+    return path
+
+
+def test_help_has_an_example_of_every_verb():
+    listed = run("--help").stdout
+    for verb in VERBS:
+        assert f"  {verb} " in listed
+        shown = run(verb, "--help").stdout
+        assert f"Example:\n    stickslip {verb}" in shown
+    assert "130  interrupted" in listed
+
+
+def test_init_writes_the_published_model_with_comments(brake):
+    case = ss.load_case(brake)
+    defaults = ss.models.two_subsystems()
+    assert (case.scene.stiffness != defaults.stiffness).nnz == 0
+    assert np.array_equal(case.scene.force, defaults.force)
+    assert np.array_equal(case.scene.mass, defaults.mass)
+    assert [vars(c) for c in case.scene.contacts] == [vars(c) for c in defaults.contacts]
+    assert brake.read_text().count("#") > 20
+    refused = run("init", brake, code=2)
+    assert "exists; --force replaces it" in refused.stderr
+    run("init", brake, "--force")
+
+
+def test_the_oscillator_sticks_and_slips(tmp_path):
+    path = tmp_path / "belt.toml"
+    run("init", path, "--model", "oscillator")
+    motion = ss.load_case(path).simulate()
+    # The spring pulls with static friction after 0.5 N / 100 N/m / 0.1 m/s.
+    assert motion.events.time[0] == pytest.approx(0.5 * 10.0 / 100.0 / 0.1, rel=1e-14)
+    assert set(motion.events.kind) == {"slip+", "velocity"}
+
+
+def test_modes(brake):
+    printed = run("modes", brake).stdout
+    assert "119.3580" in printed
+    assert "+49.8657" in printed
+    assert printed.count("unstable") == 1
+    record = json.loads(run("modes", brake, "--json", "--set", "friction=[2.2,2.2]", "-c", "+s").stdout)
+    assert record["attrs"]["combination"] == "+s"
+    frequency = np.unique(np.round(record["data_vars"]["frequency"]["data"], 2))
+    assert frequency[0] == pytest.approx(130.46, abs=0.01)
+    rows = list(csv.DictReader(io.StringIO(run("modes", brake, "--csv").stdout)))
+    modes = ss.complex_modes(ss.load_scene(brake))
+    assert [float(row["eigenvalue_real"]) for row in rows] == modes.eigenvalues.real.tolist()
+    assert [float(row["shape_imag_x3"]) for row in rows] == modes.shapes[2].imag.tolist()
+    table = run("modes", brake, "--all").stdout
+    assert "ss      113.14 258.47 326.10 582.02" in " ".join(table.split()).replace("ss 1", "ss      1")
+
+
+def test_modes_are_drawn_as_asked(brake, tmp_path):
+    target = tmp_path / "modes.png"
+    sizes = {}
+    for dpi in (100, 300):
+        run("modes", brake, "--plot", target, "--modes", "0,2", "--dpi", dpi)
+        # Width and height stand in the header of a PNG.
+        sizes[dpi] = struct.unpack(">II", target.read_bytes()[16:24])
+    assert sizes[300] == pytest.approx(3.0 * np.array(sizes[100]), abs=3)
+    run("modes", brake, "--plot", target)
+    assert struct.unpack(">II", target.read_bytes()[16:24])[0] == 2700
+    assert "--modes goes with --plot" in run("modes", brake, "--modes", "1", code=2).stderr
+    refused = run("modes", brake, "--plot", target, "--modes", "1,99", code=2).stderr
+    assert "the scene has the modes 0 to 11, got [99]" in refused
+    assert "expected numbers of modes" in run("modes", brake, "--modes", "-1", code=2).stderr
+
+
+def test_sweep(brake, tmp_path):
+    printed = run("sweep", brake, "-o", tmp_path / "loci.nc", "--plot", tmp_path / "loci.svg").stdout
+    assert "301 scenes over friction: 71 stable, 230 unstable" in printed
+    assert "0.701567173085" in printed
+    branches = ss.sweep(ss.load_case(brake).model, friction=np.linspace(0.0, 3.0, 301))
+    found = ss.read_dataset(tmp_path / "loci.nc")
+    assert found.eigenvalue.values.tobytes() == branches.eigenvalue.values.tobytes()
+    assert found.eigenvalue.attrs["units"] == "1/s"
+    assert "<svg" in (tmp_path / "loci.svg").read_text()
+    two = run("sweep", brake, "--over", "inclination=[0.2,0.4]", "--over", "friction=0:3:3", "--csv").stdout
+    rows = list(csv.DictReader(io.StringIO(two)))
+    assert len(rows) == 2 * 3 * 12
+    assert {row["inclination"] for row in rows} == {"0.2", "0.4"}
+
+
+def test_a_sweep_over_two_parameters_draws_where_sliding_is_stable(brake, tmp_path):
+    drawn = tmp_path / "map.svg"
+    over = ("--over", "inclination=[0.2,0.4]", "--over", "friction=0:3:7")
+    run("sweep", brake, *over, "--plot", drawn)
+    assert "<svg" in drawn.read_text()[:1000]
+    one = ("--over", "inclination=[0.2]", "--over", "friction=0:3:7")
+    assert "--plot needs at least two values" in run("sweep", brake, *one, "--plot", drawn, code=2).stderr
+
+
+def test_a_run_starts_and_is_computed_as_the_options_say(brake, tmp_path):
+    belt, target = tmp_path / "belt.toml", tmp_path / "run.nc"
+    run("init", belt, "--model", "oscillator")
+    scene = ss.load_scene(brake)
+    start = ss.sliding_equilibrium(scene).perturbed({"x4": 1e-6}, {"x1": 2e-3, "x2": 1e-3})
+    given = ("--start", "position.x4=1e-6", "--start", "velocity.x1=2e-3", "--start", "velocity.x2=1e-3")
+    refused = run("simulate", brake, *given, "--duration", 0.05, code=2)
+    # It lifts the contact mass off its slider: the start is the one that was asked for, and checked.
+    assert "position: contact 0" in refused.stderr
+    with pytest.raises(ss.InputError, match="position: contact 0"):
+        ss.simulate(scene, start, 0.05)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 2e-3, "x2": 1e-3})
+    for method in ("modal", "taylor"):
+        run("simulate", brake, *given[2:], "--duration", 0.05, "--method", method, "-o", target)
+        expected = ss.simulate(scene, start, 0.05, method=method).dataset()
+        xr.testing.assert_identical(ss.read_dataset(target), expected)
+    # With a combination, position and velocity are the start itself: with the belt, from rest of the spring.
+    stuck = ("-c", "s", "--start", "velocity.along=0.1", "--start", "position.along=0.01")
+    printed = run("simulate", belt, *stuck, "--csv", "--events").stdout
+    first = next(csv.DictReader(io.StringIO(printed)))
+    # The spring pulls with static friction after (0.5 N / 100 N/m 10 - 0.01 m) / 0.1 m/s.
+    assert float(first["event_time"]) == pytest.approx((0.05 - 0.01) / 0.1, rel=1e-12)
+    studied = ("--over", "friction=[0.5,1.5]", "--ask", "attractor", "--duration", 0.2)
+    near = run("study", brake, *studied, "--start", "velocity.x1=1e-3", "--csv").stdout
+    assert [row["attractor"] for row in csv.DictReader(io.StringIO(near))] == ["equilibrium", "cycle"]
+
+
+def test_tables_say_what_is_missing_and_what_kinds_mean(brake, tmp_path):
+    still = run("simulate", brake, "--duration", 0.001).stdout
+    assert "Events: none" in still
+    assert "Kinds" not in still
+    assert "Critical points: none" in run("sweep", brake, "--over", "friction=0:0.1:3").stdout
+    printed = run("simulate", brake).stdout
+    assert "velocity: the slip velocity reaches zero" in printed
+    assert set(KINDS) >= set(ss.load_case(brake).simulate().events.kind.tolist())
+
+
+def test_an_undamped_mode_is_marginal(brake):
+    printed = run("modes", brake, "--set", "damping=0.0", "--set", "friction=0.5").stdout
+    assert printed.count("marginal") == 6
+    assert "stable" not in printed
+    assert "-0.000000" not in printed
+
+
+def test_files_without_a_run_or_a_study_need_options(brake, tmp_path):
+    bare, belt = tmp_path / "bare.toml", tmp_path / "belt.toml"
+    # The head of the file says what may be left out: all but the name of the model.
+    bare.write_text('[model]\nname = "two_subsystems"\n')
+    scene = ss.load_scene(bare)
+    assert (scene.stiffness != ss.load_scene(brake).stiffness).nnz == 0
+    for verb in ("simulate", "cycle"):
+        assert "no duration in [run]; say --duration" in run(verb, bare, code=2).stderr
+    run("simulate", bare, "--duration", 0.01)
+    for verb in ("sweep", "study"):
+        assert "say --over NAME=" in run(verb, bare, code=2).stderr
+    run("init", belt, "--model", "oscillator")
+    assert "has no [study.parameters]; say --over NAME=LAW" in run("study", belt, code=2).stderr
+    assert "may be left out where the command line says" in brake.read_text()
+
+
+def test_simulate(brake, tmp_path):
+    printed = run("simulate", brake, "-o", tmp_path / "run.nc", "--plot", tmp_path / "run.pdf").stdout
+    assert "Trajectory(0.6 s, 312 events" in printed
+    assert "Events 301 to 312" in printed
+    motion = ss.load_case(brake).simulate()
+    found = ss.read_dataset(tmp_path / "run.nc")
+    xr.testing.assert_identical(found, motion.dataset())
+    assert (tmp_path / "run.pdf").read_bytes().startswith(b"%PDF")
+    rows = list(csv.DictReader(io.StringIO(run("simulate", brake, "--samples", "11", "--csv").stdout)))
+    assert [float(row["time"]) for row in rows] == np.linspace(0.0, 0.6, 11).tolist()
+    expected = motion.sample(np.linspace(0.0, 0.6, 11))
+    assert [float(row["velocity_x3"]) for row in rows] == expected.velocity.sel(dof="x3").values.tolist()
+    assert [row["status_1"] for row in rows] == expected.status.sel(contact=1).values.tolist()
+    events = list(csv.DictReader(io.StringIO(run("simulate", brake, "--events", "--csv").stdout)))
+    assert [float(row["event_time"]) for row in events] == motion.events.time.tolist()
+    assert run("simulate", brake, "--max-events", "5").stdout.startswith("Trajectory(")
+
+
+def test_cycle(brake, tmp_path):
+    printed = run("cycle", brake, "-o", tmp_path / "cycle.json").stdout
+    assert "Period 8.90849261 ms (112.252 Hz), main line 112.252 Hz; stable" in printed
+    cycle = ss.load_case(brake).simulate().limit_cycle()
+    found = ss.read_dataset(tmp_path / "cycle.json")
+    assert found.attrs["period"] == cycle.period
+    assert found.multiplier.values.tobytes() == cycle.multipliers.tobytes()
+    assert found.combination.values.tolist() == list(cycle.combinations)
+    assert found.coefficient.values.tobytes() == cycle.harmonics().coefficient.values.tobytes()
+    none = run("cycle", brake, "--set", "friction=0.5", code=1)
+    assert "no limit cycle (equilibrium)" in none.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["modes", "none.toml"], "does not exist"),
+        (["modes", "SCENE", "--set", "frcition=1"], "nearest: friction"),
+        (["modes", "SCENE", "--set", "friction"], "expected NAME=VALUE"),
+        (["modes", "SCENE", "--set", "friction=-1"], "friction: must be >= 0, got -1"),
+        (["modes", "SCENE", "-c", "+x"], "+x"),
+        (["modes", "SCENE", "-o", "modes.xls"], "expected a file .nc, .json, .csv"),
+        (["modes", "SCENE", "-o", "no/where.nc"], "no such folder: no"),
+        (["modes", "SCENE", "--plot", "modes.doc"], "expected a file .pdf"),
+        (["modes", "SCENE", "--json", "--csv"], "exclude each other"),
+        (["sweep", "SCENE", "--over", "friction=0:1:x"], "expected NAME=FROM:TO:COUNT"),
+        (["sweep", "SCENE", "--over", "friction=0:3"], "expected NAME=FROM:TO:COUNT or NAME=[values]"),
+        (["sweep", "SCENE", "--over", "friction=0.3"], "expected NAME=FROM:TO:COUNT or NAME=[values]"),
+        (["sweep", "SCENE", "--over", "friction=0:inf:31"], "FROM and TO must be finite"),
+        (["sweep", "SCENE", "--over", "friction=nan:1:31"], "FROM and TO must be finite"),
+        (
+            ["sweep", "SCENE", "--over", "friction=0:1:3", "--over", "friction=0:2:3"],
+            "friction is given twice",
+        ),
+        (["study", "SCENE", "--over", "friction=[0,1]", "--over", "friction=[2]"], "friction is given twice"),
+        (["modes", "SCENE", "--set", "friction=1", "--set", "friction=2"], "friction is given twice"),
+        (["modes", "SCENE", "--set", "vertical_stiffness_1=3e4"], "give vertical_stiffness as a list"),
+        (["sweep", "SCENE", "--over", "vertical_stiffness_1=1:2:3"], "give vertical_stiffness as a list"),
+        (["modes", "SCENE", "--set", "friction=inf"], "friction: must be finite, got inf"),
+        (["modes", "SCENE", "--set", "upper_mass=[0.3,-0.7]"], "subsystems[1].upper_mass: must be positive"),
+        (["simulate", "SCENE", "--samples", "abc"], "'abc' is not a valid integer."),
+        (["simulate", "SCENE", "--dof", "x9", "--plot", "OUT.pdf"], "--dof: unknown dof 'x9'"),
+        (["simulate", "SCENE", "--dof", "x1"], "--dof goes with --plot"),
+        (["simulate", "SCENE", "--events"], "--events goes with --csv"),
+        (["simulate", "SCENE", "--events", "-o", "OUT.nc"], "--events goes with --csv"),
+        (["simulate", "SCENE", "--start", "speed.x1=1"], "expected position.DOF=METRES or velocity.DOF"),
+        (
+            ["simulate", "SCENE", "--start", "velocity.x1=fast"],
+            "expected position.DOF=METRES or velocity.DOF",
+        ),
+        (["simulate", "SCENE", "--start", "velocity.x9=1"], "velocity: unknown dof 'x9'"),
+        (["simulate", "SCENE", "--method", "rk4"], "'rk4' is not one of 'auto', 'modal', 'taylor'"),
+        (["simulate", "SCENE", "--max-events", "1" + 30 * "0"], "max_events: expected an integer <="),
+        (["sweep", "SCENE", "--over", "mu=0:1:5"], "mu: the model has no such parameter"),
+        (["simulate", "SCENE", "--duration", "-1"], "duration"),
+        (["simulate", "SCENE", "--dof", "y", "--plot", "OUT.pdf"], "unknown dof 'y'"),
+    ],
+)
+def test_wrong_usage_exits_with_2_and_says_why(brake, tmp_path, monkeypatch, arguments, message):
+    # No motion is computed first.
+    monkeypatch.setattr(ss.Trajectory, "__init__", None)
+    given = [
+        str(brake) if a == "SCENE" else str(tmp_path / a) if a.startswith("OUT") else a for a in arguments
+    ]
+    refused = run(*given, code=2)
+    assert message in refused.stderr
+    assert "Traceback" not in refused.output
+
+
+def test_a_run_that_cannot_go_on_exits_with_3_and_writes_what_it_has(brake, tmp_path, monkeypatch):
+    partial = ss.load_case(brake).simulate(duration=0.1)
+
+    def stopped(case, **changes):
+        raise ss.RunError("contact 0 changes status without end at one instant", partial)
+
+    monkeypatch.setattr(ss.Case, "simulate", stopped)
+    result = run("simulate", brake, "-o", tmp_path / "part.nc", code=3)
+    assert "changes status without end" in result.stderr
+    assert ss.read_dataset(tmp_path / "part.nc").attrs["duration"] == 0.1
+
+
+def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_path):
+    target = tmp_path / "part.json"
+    interrupt = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))
+    interrupt.start()
+    result = run("simulate", brake, "--duration", "1e7", "-o", target, "--csv", "--samples", "2", code=130)
+    interrupt.join()
+    assert "interrupted" in result.stderr
+    assert 0.0 < ss.read_dataset(target).attrs["duration"] < 1e7
+
+
+def test_figures(tmp_path):
+    said = run("figures", 2, 3, "--output", tmp_path / "new" / "folder", "--format", "svg").stderr
+    assert "figure-03.svg: Eigenvalues of steady sliding over friction" in said
+    written = sorted((tmp_path / "new" / "folder").iterdir())
+    assert [path.name for path in written] == ["figure-02.svg", "figure-03.svg"]
+    assert all("<svg" in path.read_text()[:1000] for path in written)
+    run("figures", 2, "--output", tmp_path, "--format", "png")
+    # A column of a journal, 85 mm, at 300 points per inch.
+    assert struct.unpack(">I", (tmp_path / "figure-02.png").read_bytes()[16:20])[0] == int(85 / 25.4 * 300)
+    assert "16 is not in the range 2<=x<=15" in run("figures", 16, code=2).stderr
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_completion_scripts(shell):
+    assert "_STICKSLIP_COMPLETE" in run("completion", shell).stdout
+
+
+@pytest.mark.process
+def test_completion_completes_verbs():
+    words = {"_STICKSLIP_COMPLETE": "bash_complete", "COMP_WORDS": "stickslip si", "COMP_CWORD": "1"}
+    done = subprocess.run(COMMAND, env={**os.environ, **words}, capture_output=True, text=True)
+    assert done.stdout.split() == ["plain,simulate"]
+
+
+@pytest.mark.process
+def test_help_loads_nothing_heavy():
+    code = "import sys; from stickslip.cli import main; main(['--help'], standalone_mode=False)"
+    code += "; print(*sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
+    assert not {"xarray", "matplotlib", "pandas", "scipy.optimize"} & set(done.stdout.split())
+
+
+def test_study(brake, tmp_path):
+    """What it prints, writes and draws is what `ss.Study` gives."""
+    data, drawn = tmp_path / "study.nc", tmp_path / "study.svg"
+    printed = run("study", brake, "--samples", 400, "-o", data, "--plot", drawn).stdout
+    found = ss.read_dataset(data)
+    table = ss.load_case(brake).study["parameters"]
+    law = stats.uniform(0.3, 2.2)
+    assert table["friction"] == {"uniform": [0.3, 2.5]}
+    expected = ss.Study(
+        ss.models.two_subsystems,
+        {
+            "friction": law,
+            "wall_stiffness": stats.norm(1.8e6, 9e4),
+            "vertical_stiffness_1": stats.norm(3e4, 1.5e3),
+        },
+        outputs=["growth_rate", "frequency", "unstable_modes"],
+        samples=400,
+        seed=1,
+    ).run()
+    for name in ("friction", "growth_rate", "unstable_modes"):
+        assert found[name].values.tolist() == expected[name].values.tolist()
+    chance = ss.study.probability(expected)
+    assert (
+        f"unstable with probability {chance.probability.item():.4f} ({chance.lower.item():.4f} to" in printed
+    )
+    assert "400 ok" in printed
+    assert f"{expected.growth_rate.mean().item():.6g}" in printed
+    # One panel for each of three parameters, two of outputs: bars and bands.
+    assert drawn.read_text().count("axes_") >= 5
+    rows = list(csv.DictReader(io.StringIO(run("study", brake, "--samples", 400, "--csv").stdout)))
+    assert [float(row["growth_rate"]) for row in rows] == expected.growth_rate.values.tolist()
+    assert rows[0].keys() >= {"friction", "status", "reason"}
+
+
+def test_study_of_motions_goes_on_in_its_store(brake, tmp_path):
+    given = (
+        "study",
+        brake,
+        "--over",
+        "friction=[0.5,1.5]",
+        "--store",
+        tmp_path / "x.zarr",
+        "--set",
+        "damping=2e-4",
+    )
+    asked = ("--ask", "amplitude", "--ask", "attractor", "--ask", "period", "--duration", 0.2)
+    record = json.loads(run(*given, *asked, "--json").stdout)
+    # A grid needs no number of samples.
+    assert "samples" in run(*given, *asked, "--samples", 2, code=2).stderr
+    assert record["data_vars"]["attractor"]["data"] == ["equilibrium", "cycle"]
+    scene = ss.models.two_subsystems(friction=1.5, damping=2e-4)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, start, duration=0.2).limit_cycle(2.0)
+    assert record["data_vars"]["period"]["data"][1] == pytest.approx(cycle.period, rel=1e-9)
+    assert json.loads(run(*given, *asked, "--json").stdout) == record
+    refused = run(*given, *asked, "--json", "--seed", 3, code=2)
+    assert "holds another study; seed: 3 here, 1 there" in refused.stderr
+
+
+def test_a_study_that_is_interrupted_exits_with_130_and_writes_what_it_has(brake, tmp_path, monkeypatch):
+    target, write = tmp_path / "part.nc", store.MemoryStore.write
+
+    def write_and_interrupt(self, chunk, columns):
+        write(self, chunk, columns)
+        if chunk == 1:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(store.MemoryStore, "write", write_and_interrupt)
+    asked = ("--ask", "events", "--samples", 1000, "--duration", 0.01, "-o", target)
+    result = run("study", brake, *asked, "--over", "friction={uniform=[0.3,2.5]}", code=130)
+    assert "interrupted" in result.stderr
+    left = ss.read_dataset(target).status == "pending"
+    assert 256 <= (~left).sum() < 1000
+    assert left[-1]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (
+            ["--over", "fricton={uniform=[0,1]}"],
+            "fricton: the chain has no such parameter",
+        ),
+        (["--over", "friction={uniform=[1,0]}"], "friction: uniform: got [1.0, 0.0], expected lower < upper"),
+        (["--over", "friction={unifrom=[0,1]}"], "nearest: uniform"),
+        (["--over", "friction={normal=[1.0]}"], "friction: normal: expected [mean, deviation], got [1.0]"),
+        (["--over", "friction={normal=[1.0,-1.0]}"], "expected a positive deviation"),
+        (["--over", "friction={distribution='weibul'}"], "scipy.stats has no distribution 'weibul'"),
+        (["--over", "friction={distribution='weibull_min',k=2}"], "friction: weibull_min"),
+        (["--over", "friction=0.5"], "expected values"),
+        (["--ask", "growth"], "unknown output 'growth'"),
+        (["--samples", "0"], "samples: expected an integer >= 1, got 0"),
+        (["--sampler", "halton"], "sampler: expected one of"),
+    ],
+)
+def test_wrong_studies_exit_with_2_and_say_why(brake, arguments, message):
+    assert message in run("study", brake, *arguments, code=2).stderr
+
+
+def test_distributions_of_a_file_have_the_moments_they_say():
+    for law, mean, deviation in (
+        ({"uniform": [1.0, 4.0]}, 2.5, 3.0 / np.sqrt(12.0)),
+        ({"normal": [2.0, 0.3]}, 2.0, 0.3),
+        ({"lognormal": [1.8e6, 9e4]}, 1.8e6, 9e4),
+        ({"triangular": [0.0, 1.0, 5.0]}, 2.0, np.sqrt((25.0 + 1.0 - 5.0) / 18.0)),
+        ({"distribution": "gamma", "a": 4.0, "scale": 0.5}, 2.0, 1.0),
+    ):
+        found = distribution("x", law)
+        assert found.mean() == pytest.approx(mean, rel=1e-12)
+        assert found.std() == pytest.approx(deviation, rel=1e-12)

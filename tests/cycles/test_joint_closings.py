@@ -1,0 +1,79 @@
+"""Series of impacts over contacts that mass couples, as one event of a periodic orbit."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from pad_on_disc import pad_on_disc
+from return_map import assert_multipliers
+from stickslip.cycles.attractors import disturbed_sliding
+
+
+def settled(restitution, friction=0.6, **controls):
+    pad = pad_on_disc(friction, restitution)
+    return ss.simulate(pad, disturbed_sliding(pad), 0.5, **controls)
+
+
+@pytest.fixture(scope="module")
+def cycle():
+    """An orbit whose contacts both bounce until they close jointly."""
+    return settled(0.3).limit_cycle()
+
+
+def last_closing(cycle):
+    return max(k for k, phase in enumerate(cycle.phases) if phase.event == "accumulation")
+
+
+def test_multipliers_where_all_contacts_fly(cycle):
+    closing = last_closing(cycle)
+    assert cycle.phases[closing].combination == "dd"
+    assert cycle.residual <= 1e-12
+    longest = max(range(len(cycle.phases)), key=lambda k: cycle.phases[k].duration)
+    # The differences of runs err by 1e-7 (see `return_map`).
+    assert_multipliers(cycle, 1e-6, phase=longest)
+
+
+def test_a_joint_closing_forgets_all_gaps_and_their_velocities(cycle):
+    # Two gaps and two velocities of them; the limit of the bounces of one contact forgets two.
+    losses = [
+        lost
+        for lost, phase in zip(cycle.core.losses, cycle.phases, strict=True)
+        if phase.event == "accumulation"
+    ]
+    assert losses[-1] == 4
+    assert set(losses[:-1]) == {2}
+
+
+def test_the_number_of_impacts_does_not_matter(cycle):
+    fewer = settled(0.3, accumulation_tolerance=1e-5).limit_cycle()
+    assert len(fewer.phases) != len(cycle.phases)
+    # Both are the limit: the gaps left out at the closing are below the rounding of displacements.
+    assert fewer.period == pytest.approx(cycle.period, rel=1e-12)
+    assert fewer.largest_multiplier == pytest.approx(cycle.largest_multiplier, rel=1e-9)
+
+
+def test_the_motion_of_an_orbit_has_the_events_of_a_run(cycle):
+    events = cycle.run.events
+    kinds = np.flatnonzero(events.kind == "accumulation")
+    joint = [k for k in kinds if np.count_nonzero(events.time[kinds] == events.time[k]) == 2]
+    assert list(events.contact[joint]) == [0, 1]
+    assert set(events.combination[joint]) == {"++"}
+
+
+def test_an_orbit_with_a_joint_closing_is_kept(cycle):
+    kept = pickle.loads(pickle.dumps(cycle))
+    assert kept.period == cycle.period
+    assert np.array_equal(kept.multipliers, cycle.multipliers)
+    assert np.array_equal(kept.run.events.kind, cycle.run.events.kind)
+    record = cycle.core.record()
+    record["series"][last_closing(cycle)] = [0, 2]
+    with pytest.raises(ss.InputError, match="do not fit"):
+        cycle.scene.core.cycle(record)
+
+
+def test_an_orbit_with_a_joint_closing_is_followed(cycle):
+    followed = cycle.continued(pad_on_disc(0.601, 0.3))
+    assert followed.is_followed()
+    assert followed.period != cycle.period

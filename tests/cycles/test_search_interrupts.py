@@ -1,0 +1,79 @@
+"""Ctrl-C stops searches over many motions at once and keeps what they have."""
+
+import os
+import subprocess
+import sys
+import textwrap
+
+import pytest
+
+import interrupts
+
+#: Two blocks, weakly tied, on belts of their own: at rest, or on a torus that is watched without end.
+SEARCH = """
+    import sys
+    import numpy as np
+    import stickslip as ss
+    from interrupts import Interrupt
+
+    stiffness = np.diag([1e4, 137.0**2, 1e4, 1e4])
+    stiffness[:2, :2] += np.array([[10.0, -10.0], [-10.0, 10.0]])
+    contacts = [
+        ss.Contact(tangential=k, normal=k + 2, friction=0.2, static_friction=0.5, slider_speed=0.1)
+        for k in (0, 1)
+    ]
+    scene = ss.Scene([1.0] * 4, stiffness, damping=ss.Proportional(stiffness=1e-4),
+                     force=[0.0, 0.0, -100.0, -100.0], contacts=contacts)
+
+    def start(scene):
+        speed = -0.5 if scene.contacts[0].friction > 0.2 else 0.0
+        return ss.sliding_equilibrium(scene).perturbed(velocity={"x1": speed, "x2": speed})
+
+    def diagram(follow):
+        ss.bifurcation(scene, friction=[0.15, 0.18, 0.21, 0.22], start=start, follow=follow, limit=1e6)
+
+    def basins():
+        start = ss.sliding_equilibrium(scene)
+        ss.basins(scene, start, velocity={"x1": [0.0, -0.5], "x2": [0.0, -0.5]}, limit=1e6)
+
+    def cycle():
+        moving = scene.replace(friction=0.21)
+        ss.simulate(moving, start(moving), 1.0).limit_cycle(1e6)
+
+    search = eval(sys.argv[1])
+    interrupt = Interrupt(after=1.5)
+    try:
+        search()
+    except KeyboardInterrupt as stopped:
+        print(interrupt.unheard(), flush=True)
+        print(repr(getattr(stopped, "partial", None)), flush=True)
+"""
+
+
+@pytest.mark.process
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
+@pytest.mark.parametrize(
+    ("search", "kept"),
+    [
+        ("lambda: diagram(False)", ("(friction: 2,", "'equilibrium' 'equilibrium'")),
+        ("basins", ("array([[ 0,  1],", "-2]])")),
+        ("cycle", ("Trajectory(", "stopped by interrupted")),
+    ],
+)
+def test_an_interrupt_is_heard_at_once_and_what_is_done_is_kept(search, kept):
+    path = os.pathsep.join(
+        [os.path.dirname(__file__), os.path.dirname(interrupts.__file__), os.environ.get("PYTHONPATH", "")]
+    )
+    process = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(SEARCH), search],
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=120,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+    assert process.returncode == 0
+    unheard, printed = process.stdout.split("\n", 1)
+    # The promise is 1 s, here of the processor time of every thread together.
+    assert float(unheard) <= 1.0 * os.cpu_count()
+    for part in kept:
+        assert part in printed

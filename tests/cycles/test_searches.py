@@ -1,0 +1,135 @@
+"""Every search gives the same answer for the same motion, and says so where it does not know."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import stickslip as ss
+from pad_on_disc import pad_on_disc
+from return_map import differenced_multipliers
+from stickslip.cycles.attractors import described, disturbed_sliding
+from stickslip.cycles.bifurcation import table
+
+#: Newton's method ends at rounding; the searches reach the orbit from different states.
+SAME = 1e-10
+
+
+@pytest.fixture(scope="module")
+def pad():
+    return pad_on_disc()
+
+
+@pytest.fixture(scope="module")
+def cycle(pad):
+    return ss.simulate(pad, disturbed_sliding(pad), 0.5).limit_cycle()
+
+
+def test_searches_agree_where_contacts_strike_in_turn(pad, cycle):
+    # Two contacts strike in turn, infinitely often in a finite time: roundings say how many impacts are met.
+    diagram = ss.bifurcation(pad, friction=[0.6]).data
+    assert diagram.kind.item() == "cycle"
+    assert diagram.period.item() == pytest.approx(cycle.period, rel=SAME)
+    assert diagram.stability.item() == cycle.stability == "stable"
+    assert diagram.largest_multiplier.item() == pytest.approx(cycle.largest_multiplier, abs=1e-6)
+    basins = ss.basins(pad, disturbed_sliding(pad), position={"x1": [0.0]}, velocity={"x2": [0.0]})
+    (reached,) = basins.attractors
+    assert reached.period == pytest.approx(cycle.period, rel=SAME)
+    study = ss.Study(
+        pad,
+        {"friction": [0.6]},
+        outputs=["attractor", "period", "stability", "largest_multiplier"],
+        duration=0.5,
+    )
+    answers = study.run()
+    assert answers.attractor.item() == "cycle"
+    assert answers.period.item() == pytest.approx(cycle.period, rel=SAME)
+    assert answers.stability.item() == "stable"
+    assert answers.largest_multiplier.item() == pytest.approx(cycle.largest_multiplier, abs=1e-6)
+
+
+def test_multipliers_across_the_limit_of_a_series_of_impacts(cycle):
+    assert sum(phase.event == "accumulation" for phase in cycle.phases) == 1
+    assert not cycle.corner
+    assert cycle.stable is True
+    longest = max(range(len(cycle.phases)), key=lambda k: cycle.phases[k].duration)
+    # The differences of runs err by 1e-7 (see `return_map`).
+    differenced = differenced_multipliers(cycle, phase=longest)
+    for multiplier in cycle.multipliers:
+        assert np.abs(differenced - multiplier).min() <= 1e-6
+
+
+def test_orbit_with_a_series_of_impacts_is_followed(cycle):
+    assert cycle.is_followed()
+    assert cycle.continued(pad_on_disc(0.601)).is_followed()
+
+
+@pytest.fixture(scope="module")
+def symmetric():
+    """An orbit of two equal subsystems, started alike: their contacts strike at the same instants."""
+    part = ss.models.Subsystem(
+        upper_mass=0.3,
+        contact_mass=0.7,
+        inclination=0.75,
+        vertical_stiffness=3e5,
+        horizontal_stiffness=6e5,
+        ceiling_stiffness=6e4,
+        preload_displacement=1e-3,
+    )
+    one = ss.models.chain([part], [], wall_stiffness=1e6)
+    tie = np.eye(8)[0] - np.eye(8)[4]
+    scene = ss.Scene(
+        mass=np.tile(one.mass, 2),
+        stiffness=np.kron(np.eye(2), one.stiffness.toarray()) + 1e4 * np.outer(tie, tie),
+        damping=ss.Proportional(stiffness=1e-4),
+        force=np.tile(one.force, 2),
+        contacts=[
+            ss.Contact(tangential=2 + 4 * i, normal=3 + 4 * i, friction=2.0, slider_speed=0.025)
+            for i in (0, 1)
+        ],
+    )
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3, "x5": 1e-3})
+    return ss.simulate(scene, start, 1.0).limit_cycle()
+
+
+def test_stability_that_is_not_known_is_a_third_answer(symmetric):
+    reason = "stability not known: events of contacts 0 and 1 coincide, and their order matters to neighbours"
+    assert symmetric.corner
+    assert symmetric.stable is None
+    assert symmetric.stability == reason
+    assert np.isnan(symmetric.largest_multiplier)
+    # Its neighbours meet the two impacts in the one or the other order.
+    assert [phase.event for phase in symmetric.phases].count("impact") == 2
+    for shown in (repr(symmetric), symmetric._repr_html_()):
+        assert reason in shown
+        assert "unstable" not in shown
+        assert "nan" not in shown
+    assert symmetric.dataset().attrs["stability"] == reason
+    assert symmetric.dataset().attrs["stable"] == -1
+
+
+def test_stability_that_is_not_known_in_diagrams(symmetric):
+    data = table("friction", np.array([2.0]), [symmetric], {})
+    assert data.stability.item() == symmetric.stability
+    assert not data.stable.item()
+    figure, axes = plt.subplots()
+    ss.plot.bifurcation_diagram(axes, ss.Bifurcation(data, (symmetric,)), "x1")
+    shown = [text.get_text() for text in axes.get_legend().get_texts()]
+    plt.close(figure)
+    assert "stability not known" in shown
+
+
+def test_a_motion_followed_too_short_says_so():
+    nothing = (float("nan"), float("inf"), 0.0)
+    kind, message = described("aperiodic", nothing, "")
+    assert kind == "undecided"
+    assert "followed too short" in message
+    assert "nan" not in message
+    assert "inf" not in message
+
+
+def test_a_scene_without_contacts_says_so():
+    scene = ss.Scene(mass=[1.0, 1.0], stiffness=np.diag([100.0, 200.0]))
+    run = ss.simulate(scene, ss.State([1e-3, 1e-3], [0.0, 0.0], "", dofs=scene.dofs), 1.0)
+    with pytest.raises(ss.NotPeriodicError, match="followed too short") as caught:
+        run.limit_cycle(further=2.0)
+    assert "nan" not in str(caught.value)

@@ -1,0 +1,75 @@
+"""Figures of energy show the numbers that the functions return."""
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import stickslip as ss
+
+
+@pytest.fixture(scope="module")
+def run(standard):
+    return ss.simulate(standard.scene, standard.start, standard.duration)
+
+
+@pytest.fixture(scope="module")
+def cycle(run):
+    return run.limit_cycle()
+
+
+def test_energy_history_of_a_cycle(cycle):
+    figure = ss.plot.energy_history(cycle.run)
+    stored, rate, powers, status = figure.axes
+    flow = cycle.run.energy(rate.lines[0].get_xdata())
+    assert rate.lines[0].get_ydata() == pytest.approx(flow.energy_rate.values)
+    # Both curves of the rate lie on each other: the balance of powers.
+    assert rate.lines[1].get_ydata() == pytest.approx(flow.energy_rate.values, abs=1e-11)
+    assert powers.lines[0].get_ydata() == pytest.approx(flow.contact_power.sel(contact=0).values)
+    top = stored.collections[1].get_paths()[0].vertices[:, 1].max()
+    assert top == pytest.approx(1e3 * float((flow.kinetic + flow.elastic).max()))
+    # `++ +d ++ s+ ss s+` by contact: + s, and + d + s +.
+    # Stretches of one status are one collection.
+    assert sorted(len(collection.get_paths()) for collection in status.collections) == [1, 1, 1, 1, 3]
+
+
+def test_every_flow_has_a_colour_of_its_own():
+    """Of the cycle at friction 1.5, whose contact 1 lifts off and strikes."""
+    scene = ss.models.two_subsystems()
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
+    balance = run.limit_cycle().balance()
+    assert balance.impact_loss > 0.0
+    axes = ss.plot.energy_flow(balance).axes[0]
+    names = [text.get_text().split("\n")[0] for text in axes.texts][:-1]
+    colours = [patch.get_facecolor() for patch in axes.patches][: len(names)]
+    owners = {name.removeprefix("slider of ").removeprefix("friction heat of ") for name in names}
+    assert {"impacts", "dampers", "contact 0", "contact 1"} <= owners
+    assert len(set(colours)) == len(owners)
+
+
+def test_energy_flow_is_in_proportion(cycle):
+    balance = cycle.balance()
+    figure = ss.plot.energy_flow(balance)
+    axes = figure.axes[0]
+    texts = [text.get_text() for text in axes.texts]
+    for expected in ("slider of contact 0\n26.87 mJ", "dampers\n2.133 mJ", "impacts\n32.3 nJ"):
+        assert expected in texts
+    heights = {}
+    for patch, text in zip(axes.patches, texts, strict=False):
+        vertices = patch.get_path().vertices
+        heights[text.split("\n")[0]] = vertices[0, 1] - vertices[-1, 1]
+    ratio = heights["slider of contact 0"] / heights["dampers"]
+    work = float(balance.contacts.slider.sel(contact=0).sum())
+    assert ratio == pytest.approx(work / balance.damping, rel=1e-9)
+
+
+def test_growth_and_selection_figures(run):
+    shares = ss.plot.modal_shares(run, 0.0, 0.15, "++")
+    lines = {line.get_label(): line for line in shares.axes[0].lines}
+    assert "119.4 Hz" in lines
+    energy = ss.modal_energy(run, lines["all"].get_xdata()[:50])
+    assert lines["all"].get_ydata()[:50] == pytest.approx(1e3 * energy.total.values)
+    selection = ss.mode_selection(run.scene, np.linspace(1e-5, 1e-4, 4), phases=4)
+    figure = ss.plot.gain_over_amplitude(selection)
+    assert isinstance(figure, Figure)
+    curve = figure.axes[0].lines[0]
+    assert curve.get_ydata() == pytest.approx((selection.gains.net / selection.gains.energy).values[0])

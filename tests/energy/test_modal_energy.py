@@ -1,0 +1,116 @@
+"""Energy of complex modes: growth from power, shares of a motion, and the sum over them."""
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import stickslip as ss
+from random_scenes import drawn_scenes
+from stickslip.modes.shape import mode_friction
+from stickslip.scene.structure import Structure
+
+EPS = np.finfo(float).eps
+COMBINATIONS = ["".join(pair) for pair in itertools.product("+-sd", repeat=2)]
+
+
+def check_growth(scene, combination):
+    """contact - damping = 2 Re(lambda) energy for every mode, to rounding of powers and eigenvalue.
+
+    Contact power by Coulomb's law on the normal forces; `mode_power` takes it from the equation of motion.
+    """
+    power, modes = ss.mode_power(scene, combination), ss.complex_modes(scene, combination)
+    structure = Structure.of(scene)
+    slip = structure.directions[:, ::2].T @ (modes.eigenvalues * modes.shapes)
+    mean = np.where(modes.eigenvalues.imag == 0.0, 1.0, 0.5)
+    contact = mean * (mode_friction(structure, scene, modes) * slip.conj()).real
+    rate, energy = np.abs(modes.eigenvalues), power.energy.values
+    # Forces of a mode are differences in (lambda^2 M + lambda C + K) xi, beside the largest stiffness.
+    stiffness = abs(scene.stiffness).sum(axis=0).max()
+    scale = np.abs(contact).sum(axis=0) + power.damping_power.values + rate * (energy + stiffness)
+    rounding = 50 * EPS * np.minimum(modes.condition, 1.0 / EPS) * scale
+    growth = 2.0 * modes.eigenvalues.real * energy
+    assert (np.abs(contact.sum(axis=0) - power.damping_power.values - growth) <= rounding).all()
+    assert (np.abs(contact - power.contact_power.values) <= rounding).all()
+
+
+@pytest.mark.parametrize("combination", COMBINATIONS)
+@pytest.mark.parametrize("friction", [0.65, 1.5, 2.2])
+def test_growth_is_contact_power_less_damping_power(friction, combination):
+    scene = ss.models.two_subsystems(friction=friction, slider_speed=0.025, preload_displacement=1e-3)
+    check_growth(scene, combination)
+
+
+@given(drawn_scenes(min_friction=0.1), st.data())
+def test_growth_is_power_in_any_scene(drawn, data):
+    letters = st.text("+-sd", min_size=len(drawn.scene.contacts), max_size=len(drawn.scene.contacts))
+    check_growth(drawn.scene, data.draw(letters, label="combination"))
+
+
+def test_contact_power_alone_has_not_the_sign_of_the_growth():
+    scene = ss.models.two_subsystems(friction=0.65, slider_speed=0.025, preload_displacement=1e-3)
+    power = ss.mode_power(scene)
+    least = int(np.argmax(power.eigenvalue.values.real))
+    contact = float(power.contact_power.sum("contact")[least] / power.energy[least])
+    damping = float(power.damping_power[least] / power.energy[least])
+    assert contact == pytest.approx(28.8, abs=0.1)
+    assert damping == pytest.approx(45.6, abs=0.1)
+    assert power.eigenvalue.values[least].real < 0.0
+
+
+def test_modes_add_up_to_the_motion_and_grow_by_their_own_power(standard):
+    run = ss.simulate(standard.scene, standard.start, 0.3)
+    # Between events, two instants of one phase so close that differences show the rate.
+    times = run.events.time[10:40]
+    middle = times[:-1] + 0.5 * np.diff(times)
+    step = 1e-6
+    early, now, late = (ss.modal_energy(run, middle + shift) for shift in (-step, 0.0, step))
+    rate = (late.energy.values - early.energy.values) / (2.0 * step)
+    power = (now.contact_power - now.damping_power).values
+    valid = ~np.isnan(power)
+    # Central differences of e^{2 lambda t}: (2 |lambda| step)^2 / 6 of 2 |lambda| energy.
+    fastest = 2.0 * np.pi * now.frequency.values
+    error = (2.0 * fastest * step) ** 2 / 6.0 * 2.0 * fastest * now.energy.values
+    rounding = 1e-9 * np.nanmax(now.energy.values) / step
+    assert (np.abs(rate - power) <= error + rounding)[valid].all()
+    np.testing.assert_allclose(now.share.sum("pair"), now.total, rtol=1e-12)
+    assert (now.energy.values[valid] >= 0.0).all()
+
+
+def test_in_the_growth_phase_the_unstable_mode_holds_the_energy(standard):
+    """From the kick to the first event only exponentials: the shares are those of z' = lambda z."""
+    run = ss.simulate(standard.scene, standard.start, 0.3)
+    onset = float(run.events.time[0])
+    modes = ss.modal_energy(run, np.linspace(0.05, 0.999 * onset, 40))
+    unstable = modes.growth.values[0] > 0.0
+    assert unstable.sum() == 1
+    energy = modes.energy.values[:, unstable][:, 0]
+    growth = modes.growth.values[0, unstable][0]
+    # Its energy grows by e^{2 Re(lambda) t} but for a ripple that is the same after half a period.
+    frequency = modes.frequency.values[0, unstable][0]
+    zeta = growth / (2.0 * np.pi * frequency)
+    half = 0.5 / (frequency * np.sqrt(1.0 - zeta**2))
+    pair = ss.modal_energy(run, [0.08, 0.08 + half])
+    ratio = pair.energy.values[1, unstable] / pair.energy.values[0, unstable]
+    assert ratio[0] == pytest.approx(np.exp(2.0 * growth * half), rel=1e-9)
+    assert energy[-1] / float(modes.total[-1]) > 0.9
+
+
+@given(drawn_scenes(min_friction=0.1), st.floats(0.5, 3.0))
+def test_the_energy_of_all_modes_is_that_of_the_deviation_from_sliding(drawn, strength):
+    run = ss.simulate(drawn.scene, drawn.kicked(strength), 0.02, max_events=50)
+    times = np.concatenate([[0.0], drawn.rng.uniform(0.0, run.duration, 10)])
+    modes, flow, sample = ss.modal_energy(run, times), run.energy(times), run.sample(times)
+    equilibrium = ss.sliding_equilibrium(drawn.scene)
+    kept = (modes.combination.values == equilibrium.combination) & ~np.isnan(modes.total.values)
+    # All sliding as in the equilibrium, as at the start: the quasi-static motion is that equilibrium.
+    assert kept[0]
+    deviation = sample.position.values - equilibrium.position
+    elastic = 0.5 * np.einsum("ki,ij,kj->k", deviation, np.asarray(drawn.scene.stiffness), deviation)
+    expected = flow.kinetic.values + elastic
+    # The projection on modes of condition up to 1e6 is rounded relative to the static displacement.
+    np.testing.assert_allclose(
+        modes.total.values[kept], expected[kept], rtol=1e-8, atol=1e-9 * float(flow.elastic.max())
+    )

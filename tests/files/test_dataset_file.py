@@ -1,0 +1,248 @@
+"""Datasets come back from files as they were written."""
+
+import shutil
+import sys
+
+import numpy as np
+import pandas
+import pytest
+import scipy.stats
+import xarray as xr
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import stickslip as ss
+from stickslip.files.dataset_file import csv_text, split_complex
+
+NUMBERS = st.floats()
+FORMATS = [".nc", ".json", ".zarr"]
+
+
+@given(
+    arrays(complex, (3, 2), elements=st.complex_numbers(allow_infinity=False, allow_nan=False)),
+    arrays(float, 3, elements=NUMBERS),
+    arrays(bool, 3),
+    st.lists(st.sampled_from(["++", "s+", "+d", "µ"]), min_size=3, max_size=3),
+    st.sampled_from(FORMATS),
+)
+def test_a_dataset_comes_back(tmp_path_factory, values, numbers, truth, names, suffix):
+    dataset = xr.Dataset(
+        {
+            "eigenvalue": (("mode", "dof"), values, {"units": "1/s"}),
+            "frequency": ("mode", numbers, {"units": "Hz"}),
+            "unstable": ("mode", truth),
+            "status": ("mode", np.array(names)),
+            "count": ("mode", np.arange(3)),
+        },
+        coords={"dof": ["x1", "x2"]},
+        attrs={"duration": 0.1, "stop_reason": "duration"},
+    )
+    path = tmp_path_factory.mktemp("data") / f"d{suffix}"
+    ss.write_dataset(dataset, path)
+    found = ss.read_dataset(path)
+    xr.testing.assert_identical(found, dataset)
+    assert found.eigenvalue.values.tobytes() == values.tobytes()
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_a_run_without_events_comes_back(tmp_path, suffix):
+    scene = ss.models.two_subsystems(friction=0.3)
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.1)
+    assert len(run.events) == 0
+    ss.write_dataset(run.dataset(5), tmp_path / f"run{suffix}")
+    found = ss.read_dataset(tmp_path / f"run{suffix}")
+    assert found.sizes["event"] == 0
+    assert found.position.values.tobytes() == run.dataset(5).position.values.tobytes()
+
+
+def test_csv_has_a_column_per_label():
+    dataset = xr.Dataset(
+        {"position": (("time", "dof"), [[0.1 + 0.2, 1.0], [2.0, 3.0]]), "period": 1.0},
+        coords={"time": [0.0, 0.5], "dof": ["a", "b"]},
+    )
+    assert csv_text(dataset) == "time,position_a,position_b\n0.0,0.30000000000000004,1.0\n0.5,2.0,3.0\n"
+    long = csv_text(dataset, ("time", "dof"))
+    assert long.splitlines()[:3] == ["time,dof,position", "0.0,a,0.30000000000000004", "0.0,b,1.0"]
+    with pytest.raises(ss.InputError, match="no dimension 'mode'"):
+        csv_text(dataset, ("mode",))
+
+
+def labelled(array):
+    if isinstance(array, xr.DataArray):
+        return array.to_dataset(name=array.name or "value")
+    return array if isinstance(array, xr.Dataset) else array.to_dataset()
+
+
+@pytest.fixture(scope="module")
+def public(datasets):
+    """Every labelled array of the package, of studies too."""
+    study = ss.Study(
+        ss.models.two_subsystems,
+        {"friction": scipy.stats.uniform(0.3, 2.2), "slider_speed": scipy.stats.uniform(0.02, 0.08)},
+        samples=8,
+    )
+    saltelli = ss.Study(
+        ss.models.two_subsystems,
+        {"friction": scipy.stats.uniform(0.3, 2.2), "wall_stiffness": scipy.stats.uniform(1.8e6, 2e5)},
+        samples=32,
+        sampler="saltelli",
+    )
+    morris = ss.Study(
+        ss.models.two_subsystems,
+        {"friction": scipy.stats.uniform(0.3, 2.2), "wall_stiffness": scipy.stats.uniform(1.8e6, 2e5)},
+        samples=4,
+        sampler="morris",
+    )
+    results = study.run()
+    return {
+        **datasets,
+        "study": results,
+        "probability": ss.study.probability(results),
+        "probability over a parameter": ss.study.probability(results, "friction", bins=2),
+        "distribution": ss.study.distribution(results, "growth_rate"),
+        "convergence": ss.study.convergence(results, "growth_rate", points=3),
+        "sobol": ss.study.sobol_indices(saltelli.run(), "growth_rate"),
+        "morris": ss.study.morris_effects(morris.run(), "growth_rate"),
+        "eigenvalue_moments": ss.study.eigenvalue_moments(study),
+    }
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_every_public_dataset_comes_back(public, tmp_path, suffix):
+    for call, array in public.items():
+        expected = labelled(array)
+        ss.write_dataset(array, tmp_path / f"data{suffix}")
+        found = ss.read_dataset(tmp_path / f"data{suffix}")
+        xr.testing.assert_identical(found, expected)
+        for name, variable in expected.variables.items():
+            # Texts differ in length and kind of their cells, all else has the same type.
+            if variable.dtype.kind in "biufc":
+                assert found[name].dtype == variable.dtype, (call, name)
+    assert [path.name for path in tmp_path.iterdir()] == [f"data{suffix}"]
+
+
+def test_every_public_dataset_as_a_table(public, tmp_path):
+    for call, array in public.items():
+        expected = split_complex(labelled(array))
+        ss.write_dataset(array, tmp_path / "data.csv")
+        table = pandas.read_csv(tmp_path / "data.csv", keep_default_na=False, na_values=["nan"])
+        (first, *_) = [*expected.sizes, None]
+        seen = [
+            name
+            for name, variable in expected.variables.items()
+            if variable.dims == ((first,) if first else ())
+        ]
+        assert len(table) == (expected.sizes[first] if first else 1), call
+        for name in seen:
+            column = expected[name].to_numpy()
+            if column.dtype.kind in "biuf":
+                np.testing.assert_array_equal(table[name].to_numpy(), column, err_msg=f"{call}: {name}")
+            else:
+                assert table[name].astype(str).tolist() == column.tolist(), (call, name)
+
+
+def test_a_file_that_cannot_be_made_leaves_the_old_one(tmp_path):
+    good, bad = xr.Dataset({"a": ("x", [1.0])}), xr.Dataset({"a": ("x", [object()])})
+    for suffix in (".nc", ".json", ".csv", ".zarr"):
+        path = tmp_path / f"data{suffix}"
+        ss.write_dataset(good, path)
+        with pytest.raises(ss.InputError, match="dataset: a: expected numbers, truth values or texts"):
+            ss.write_dataset(bad, path)
+        with pytest.raises(ss.InputError, match="dataset: attribute cycles: expected"):
+            ss.write_dataset(good.assign_attrs(cycles=ss.models.two_subsystems()), path)
+        if suffix != ".csv":
+            xr.testing.assert_identical(ss.read_dataset(path), good)
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".csv", ".json", ".nc", ".zarr"]
+
+
+def test_a_writer_that_fails_half_way_leaves_the_old_file(tmp_path, monkeypatch):
+    dataset = xr.Dataset({"a": ("x", [1.0])})
+    for suffix in (".nc", ".zarr"):
+        ss.write_dataset(dataset, tmp_path / f"data{suffix}")
+
+    def full(*_, **__):
+        raise OSError(28, "No space left on device")
+
+    with monkeypatch.context() as patch:
+        patch.setattr("pathlib.Path.replace", full)
+        with pytest.raises(OSError, match="No space"):
+            ss.write_dataset(dataset + 1.0, tmp_path / "data.nc")
+    with monkeypatch.context() as patch:
+        patch.setattr("zarr.Group.create_array", full)
+        patch.setattr("zarr.Array.__setitem__", full)
+        with pytest.raises(OSError, match="No space"):
+            ss.write_dataset(dataset + 1.0, tmp_path / "data.zarr")
+    for suffix in (".nc", ".zarr"):
+        xr.testing.assert_identical(ss.read_dataset(tmp_path / f"data{suffix}"), dataset)
+    assert len(list(tmp_path.iterdir())) == 2
+
+
+def test_modes_of_a_scene_without_freedom_make_a_table_of_no_rows():
+    scene = ss.Scene(
+        mass=[1.0, 1.0],
+        stiffness=[1.0, 1.0] * np.eye(2),
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=1.0)],
+    )
+    text = csv_text(ss.complex_modes(scene, "s").dataset(), ("mode",))
+    assert text.startswith("mode,")
+    assert len(text.splitlines()) == 1
+
+
+def test_folders_that_hold_something_else_are_kept(tmp_path):
+    (tmp_path / "notes.zarr").mkdir()
+    (tmp_path / "notes.zarr" / "text").write_text("kept")
+    with pytest.raises(ss.InputError, match="holds something else"):
+        ss.write_dataset(xr.Dataset({"a": 1.0}), tmp_path / "notes.zarr")
+    assert (tmp_path / "notes.zarr" / "text").read_text() == "kept"
+    study = ss.Study(ss.models.two_subsystems, {"friction": scipy.stats.uniform(0.3, 2.2)}, samples=4)
+    results = study.run(tmp_path / "study.zarr")
+    with pytest.raises(ss.InputError, match="holds something else"):
+        ss.write_dataset(results, tmp_path / "study.zarr")
+
+
+def test_zarr_is_optional(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "zarr", None)
+    with pytest.raises(ss.InputError, match=r"a\.zarr: this needs zarr; pip install 'stickslip\[study\]'"):
+        ss.write_dataset(xr.Dataset({"a": 1.0}), tmp_path / "a.zarr")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="no such device")
+def test_a_device_is_written_to(tmp_path):
+    (tmp_path / "sink.csv").symlink_to("/dev/null")
+    ss.write_dataset(xr.Dataset({"a": ("x", [1.0])}), tmp_path / "sink.csv")
+    assert (tmp_path / "sink.csv").is_char_device()
+
+
+def test_hostile_files(tmp_path):
+    with pytest.raises(ss.InputError, match=r"expected a file \.nc, \.json, \.csv, \.zarr"):
+        ss.write_dataset(xr.Dataset(), tmp_path / "a.xls")
+    with pytest.raises(ss.InputError, match=r"expected a file \.nc, \.json, \.zarr"):
+        ss.read_dataset(tmp_path / "a.csv")
+    for suffix in (".nc", ".zarr"):
+        with pytest.raises(ss.InputError, match="dataset: m/s: expected a name without /"):
+            ss.write_dataset(xr.Dataset({"m/s": 1.0}), tmp_path / f"a{suffix}")
+    with pytest.raises(ss.InputError, match="expected a Dataset, a DataArray or a result with to_dataset"):
+        ss.write_dataset([1.0], tmp_path / "a.nc")
+    whole = xr.Dataset({"eigenvalue": ("mode", [1.0, 2j]), "status": ("mode", ["+", "s"])})
+    for name in ("a.nc", "a.json", "a.zarr"):
+        path = tmp_path / name
+        with pytest.raises(ss.InputError, match="no such file"):
+            ss.read_dataset(path)
+        path.write_bytes(b"not data")
+        with pytest.raises(ss.InputError, match="not readable"):
+            ss.read_dataset(path)
+        path.unlink()
+        ss.write_dataset(whole, path)
+        if path.is_dir():
+            (path / "eigenvalue" / "zarr.json").write_text("{")
+            with pytest.raises(ss.InputError, match="not readable"):
+                ss.read_dataset(path)
+            shutil.rmtree(path)
+            continue
+        content = path.read_bytes()
+        for length in (0, 4, 20, len(content) // 2):
+            path.write_bytes(content[:length])
+            with pytest.raises(ss.InputError, match="not readable"):
+                ss.read_dataset(path)

@@ -1,0 +1,387 @@
+"""Scene files: exact round trips, and errors that name file, key and value."""
+
+import dataclasses
+import pickle
+import tomllib
+from functools import partial
+
+import numpy as np
+import pytest
+import scipy.io
+import scipy.sparse
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import stickslip as ss
+from stickslip.files.matrix_file import read_matrix, write_matrix
+from stickslip.files.toml_text import toml_text
+
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False)
+NAMES = st.text(st.characters(exclude_categories=["Cs"]), max_size=6)
+#: Names of dofs and contacts, which are not blank.
+LABELS = NAMES.filter(str.strip)
+
+
+def identical(first, second):
+    """Whether two values are the same to the last bit, of the same kind and shape."""
+    if scipy.sparse.issparse(first):
+        parts = ("data", "indices", "indptr")
+        return (
+            isinstance(second, scipy.sparse.csr_array)
+            and first.shape == second.shape
+            and all(np.array_equal(getattr(first, part), getattr(second, part)) for part in parts)
+            and np.array_equal(np.signbit(first.data), np.signbit(second.data))
+        )
+    if isinstance(first, ss.Contact):
+        return all(
+            identical(getattr(first, f.name), getattr(second, f.name)) for f in dataclasses.fields(first)
+        )
+    if isinstance(first, ss.Scene):
+        fields = [f.name for f in dataclasses.fields(first) if f.name not in ("core", "model", "contacts")]
+        return all(identical(getattr(first, name), getattr(second, name)) for name in fields) and identical(
+            resolved(first), resolved(second)
+        )
+    if isinstance(first, tuple):
+        return len(first) == len(second) and all(map(identical, first, second))
+    if isinstance(first, np.ndarray | list):
+        a, b = np.asarray(first), np.asarray(second)
+        return a.shape == b.shape and a.tobytes() == b.tobytes()
+    return type(first) is type(second) and first == second
+
+
+def resolved(scene):
+    """The contacts of a scene with the numbers of their dofs, which a file gives by name, as vectors."""
+    directions = [
+        (scene.tangential_direction(i), scene.normal_direction(i)) for i in range(len(scene.contacts))
+    ]
+    return tuple(
+        dataclasses.replace(contact, tangential=t, normal=n)
+        for contact, (t, n) in zip(scene.contacts, directions, strict=True)
+    )
+
+
+@st.composite
+def scenes(draw):
+    """Scenes with every kind of argument; numbers of any size that the checks of a scene let through."""
+    size = draw(st.integers(2, 5))
+    scale = draw(st.sampled_from([1e-9, 0.1, 1.0, 3e8]))
+    entry = st.floats(-1.0, 1.0)
+
+    def symmetric(diagonal):
+        half = draw(arrays(float, (size, size), elements=entry))
+        return scale * (half + half.T + diagonal * np.eye(size))
+
+    mass = draw(st.sampled_from(["lumped", "full"]))
+    mass = (
+        np.abs(draw(arrays(float, size, elements=entry))) + 0.1 if mass == "lumped" else symmetric(3.0 * size)
+    )
+    stiffness = symmetric(0.0)
+    if draw(st.booleans()):
+        stiffness = scipy.sparse.csr_array(np.where(np.abs(stiffness) > 0.3 * scale, stiffness, 0.0))
+    damping = draw(
+        st.sampled_from(
+            [
+                None,
+                ss.Proportional(0.1 / 3.0, 1e-5 / 7.0),
+                symmetric(2.0),
+                scipy.sparse.csr_array(symmetric(2.0)),
+            ]
+        )
+    )
+    dofs = draw(st.none() | st.lists(LABELS, min_size=size, max_size=size, unique=True))
+    names = dofs or [f"x{i + 1}" for i in range(size)]
+    friction = draw(st.floats(0.0, 3.0))
+    direction = draw(st.sampled_from([0, names[0], np.eye(size)[0] * 1.7, [0.6] + [0.0] * (size - 1)]))
+    contact = ss.Contact(
+        tangential=direction,
+        normal=draw(st.sampled_from([1, names[1]])),
+        friction=friction,
+        static_friction=draw(st.sampled_from([None, friction + 0.1])),
+        slider_speed=draw(st.floats(-1.0, 1.0)),
+        restitution=draw(st.floats(0.0, 1.0)),
+        gap=draw(st.floats(-1e-3, 1e-3)),
+        name=draw(st.none() | LABELS),
+    )
+    force = draw(arrays(float, size, elements=NUMBERS))
+    contacts = draw(st.sampled_from([(), (contact,)]))
+    return ss.Scene(
+        mass, stiffness, damping, force, contacts, dofs, draw(st.booleans()) if contacts else False
+    )
+
+
+@given(scenes(), st.sampled_from(["auto", "inline", "npz", "mat", "mtx"]))
+def test_a_scene_comes_back_exactly(tmp_path_factory, scene, matrices):
+    path = tmp_path_factory.mktemp("scene") / "brake.toml"
+    if matrices == "mtx":
+        # Matrix Market has no negative zero to its reader.
+        scene = scene.replace(**{f: getattr(scene, f) + 0.0 for f in ("mass", "force")})
+        if isinstance(scene.stiffness, np.ndarray):
+            scene = scene.replace(stiffness=scene.stiffness + 0.0)
+        if isinstance(scene.damping, np.ndarray):
+            scene = scene.replace(damping=scene.damping + 0.0)
+    ss.save(scene, path, matrices)
+    assert identical(scene, ss.load_scene(path))
+
+
+TABLES = st.recursive(
+    NUMBERS | st.integers() | st.booleans() | NAMES | st.just(float("inf")),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(NAMES, inner, max_size=4),
+    max_leaves=12,
+)
+
+
+@given(st.dictionaries(NAMES, TABLES, max_size=5))
+def test_any_table_comes_back_from_its_text(tables):
+    assert shown(tomllib.loads(toml_text(tables))) == shown(tables)
+
+
+def shown(value):
+    """A value as text, to the sign of zero, whatever the order of keys."""
+    if isinstance(value, dict):
+        return repr(sorted((key, shown(entry)) for key, entry in value.items()))
+    return repr([shown(entry) for entry in value] if isinstance(value, list) else value)
+
+
+@given(
+    arrays(float, st.tuples(st.integers(2, 4), st.integers(2, 4)), elements=NUMBERS),
+    st.sampled_from(["npz", "mat", "mtx"]),
+    st.booleans(),
+)
+def test_a_matrix_comes_back_exactly(tmp_path_factory, matrix, kind, sparse):
+    path = tmp_path_factory.mktemp("matrix") / f"k.{kind}"
+    matrix = matrix + 0.0 if kind == "mtx" else matrix
+    given_ = scipy.sparse.csr_array(matrix) if sparse else matrix
+    write_matrix(path, "stiffness", given_)
+    assert identical(given_, read_matrix(path))
+
+
+def test_sections_come_back(tmp_path):
+    path = tmp_path / "case.toml"
+    model = partial(ss.models.two_subsystems, friction=(1.5, 0.1 + 0.2), damping=1e-5 / 3)
+    start = {"velocity": {"x1": 1e-3, 4: 1 / 3}, "position": [0.0] * 7 + [1e-7]}
+    run = {"duration": 0.6, "max_events": 1000, "method": "modal", "time_limit": None}
+    sweep = {"friction": {"from": 0.0, "to": 3.0, "count": 301}, "slider_speed": [0.1, 0.3]}
+    study = {"samples": 100, "parameters": {"friction": {"distribution": "uniform", "low": 0.3}}}
+    case = ss.Case(model, start, run, sweep, study)
+    case.save(path)
+    again = ss.load_case(path)
+    assert again.model.func is ss.models.two_subsystems
+    assert again.model.keywords == {"friction": [1.5, 0.1 + 0.2], "damping": 1e-5 / 3}
+    assert again.start == {"velocity": {"x1": 1e-3, "x5": 1 / 3}, "position": start["position"]}
+    assert again.run == {"duration": 0.6, "max_events": 1000, "method": "modal"}
+    assert (again.sweep, again.study) == (sweep, study)
+    assert identical(again.scene, case.scene)
+    first, second = case.initial_state(), again.initial_state()
+    assert first.velocity.tobytes() == second.velocity.tobytes()
+    assert first.position.tobytes() == second.position.tobytes()
+    assert again.values()["friction"].tobytes() == np.linspace(0.0, 3.0, 301).tobytes()
+
+
+def test_a_chain_comes_back(tmp_path):
+    parts = [
+        ss.models.Subsystem(
+            upper_mass=0.3 + i,
+            contact_mass=0.3,
+            inclination=0.1 * (i + 1),
+            vertical_stiffness=4.5e5,
+            horizontal_stiffness=3e5,
+            ceiling_stiffness=6e4,
+            preload_displacement=1e-3,
+        )
+        for i in range(3)
+    ]
+    links = [ss.models.Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)] * 2
+    case = ss.Case(partial(ss.models.chain, subsystems=parts, links=links, wall_stiffness=1.8e6))
+    case.save(tmp_path / "chain.toml")
+    assert identical(ss.load_scene(tmp_path / "chain.toml"), case.scene)
+
+
+def test_a_large_sparse_scene_goes_into_a_file_beside_it(tmp_path):
+    size = 3000
+    stiffness = scipy.sparse.diags_array([-1.0, 2.0, -1.0], offsets=[-1, 0, 1], shape=(size, size)) * 1e6
+    scene = ss.Scene(np.linspace(1.0, 2.0, size), stiffness, contacts=[])
+    ss.save(scene, tmp_path / "long.toml")
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"long.toml", "long.mass.npz", "long.stiffness.npz", "long.force.npz"}
+    assert identical(scene, ss.load_scene(tmp_path / "long.toml"))
+
+
+def test_a_run_of_a_file_is_that_of_the_scene(tmp_path):
+    path = tmp_path / "standard.toml"
+    path.write_text(
+        '[model]\nname = "two_subsystems"\n[start]\nvelocity = { x1 = 1e-3 }\n[run]\nduration = 0.2\n'
+    )
+    run = ss.load_case(path).simulate()
+    scene = ss.models.two_subsystems()
+    same = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.2)
+    assert run.events.time.tobytes() == same.events.time.tobytes()
+    assert ss.load_case(path).replace(friction=0.5).scene.contacts[1].friction == 0.5
+
+
+SCENE = """[scene]
+mass = [1.0, 1.0]
+stiffness = [[1e4, 0.0], [0.0, 1e4]]
+[[scene.contact]]
+tangential = "x1"
+normal = "x2"
+friction = 0.3
+"""
+MODEL = '[model]\nname = "two_subsystems"\n'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("mass = [", r"no valid TOML: .*end of document"),
+        (SCENE + MODEL, r"expected either \[scene\] or \[model\], got scene, model"),
+        ("", r"expected either \[scene\] or \[model\], got neither"),
+        (SCENE + "[rnu]\n", r"unknown key 'rnu'; nearest: run"),
+        (
+            SCENE.replace("friction", "frictoin"),
+            r"contact 0: unknown key 'frictoin' \(= 0.3\); nearest: friction",
+        ),
+        (SCENE.replace("friction = 0.3\n", ""), r"contact 0: friction is missing"),
+        (SCENE.replace("0.3", "-0.3"), r"\[scene\]: contact 0: friction: must be >= 0, got -0.3"),
+        (SCENE.replace("0.3", '"high"'), r"contact 0: friction: expected a real number, got 'high'"),
+        (SCENE.replace('"x1"', '"x3"'), r"contact 0: tangential: unknown dof 'x3'; known: x1, x2"),
+        (SCENE.replace("mass = [1.0, 1.0]", 'mass = [1.0, "a"]'), r"mass: expected real numbers"),
+        (SCENE.replace("mass = [1.0, 1.0]", 'mass = { file = "m.npz" }'), r"mass: no such file: .*m\.npz"),
+        (
+            SCENE.replace("mass = [1.0, 1.0]", 'mass = { file = "m.xls" }'),
+            r"expected a file .npz, .mat or .mtx",
+        ),
+        (
+            SCENE.replace("mass = [1.0, 1.0]", "mass = { fiel = 1 }"),
+            r"mass: expected rows of numbers or a table",
+        ),
+        (
+            SCENE.replace(
+                "[[1e4, 0.0], [0.0, 1e4]]", "{ shape = [2, 2], row = [2], column = [0], value = [1] }"
+            ),
+            r"stiffness: no sparse matrix",
+        ),
+        (
+            SCENE + "[start]\nvelocity = { y1 = 1e-3 }\n",
+            r"\[start\]: velocity: unknown dof 'y1'; known: x1",
+        ),
+        (SCENE + "[start]\nposition = [0.0]\n", r"\[start\]: position: expected shape \(2,\), got \(1,\)"),
+        (SCENE + "[start]\ncombination = 3\n", r"\[start\]: combination: expected a string"),
+        (SCENE + "[run]\nduratoin = 1.0\n", r"\[run\]: unknown key 'duratoin' \(= 1.0\); nearest: duration"),
+        (
+            SCENE + '[run]\nmethod = "rk4"\n',
+            r"\[run\]: method: expected 'auto', 'modal' or 'taylor', got 'rk4'",
+        ),
+        (SCENE + "[sweep]\nfriction = 0.3\n", r"\[sweep\]: friction: expected values or"),
+        (SCENE + "[sweep]\nfriction = { from = 0, to = 1 }\n", r"\[sweep\]: friction: count is missing"),
+        (SCENE + "[sweep]\nfriction = { from = 0, to = 1, count = 1 }\n", r"count: expected an integer >= 2"),
+        (
+            MODEL.replace("two_sub", "two_su"),
+            r"\[model\]: name: unknown model 'two_susystems'; nearest: two_subsystems",
+        ),
+        ("[model]\nfriction = 1.0\n", r"\[model\]: name is missing; known: two_subsystems, chain"),
+        (MODEL + "frcition = 1.0\n", r"\[model\]: unknown key 'frcition' \(= 1.0\); nearest: friction"),
+        (
+            MODEL + "friction = [1.0]\n",
+            r"\[model\]: friction: expected a scalar or one value per contact \(2\)",
+        ),
+        (
+            MODEL.replace("two_subsystems", "chain") + "wall_stiffness = 1.0\n",
+            r"subsystems: expected at least one",
+        ),
+        (
+            MODEL.replace("two_subsystems", "chain")
+            + "wall_stiffness = 1.0\n[[model.subsystem]]\nmass = 1\n",
+            r"subsystem 0: unknown key 'mass'",
+        ),
+    ],
+)
+def test_errors_name_file_key_and_value(tmp_path, text, message):
+    path = tmp_path / "brake.toml"
+    path.write_text(text)
+    with pytest.raises(ss.InputError, match=message) as raised:
+        ss.load_case(path)
+    assert str(raised.value).startswith(str(path))
+
+
+def test_a_missing_or_binary_file(tmp_path):
+    with pytest.raises(ss.InputError, match=r"none\.toml: No such file"):
+        ss.load_scene(tmp_path / "none.toml")
+    (tmp_path / "b.toml").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(ss.InputError, match=r"b\.toml: no valid TOML"):
+        ss.load_scene(tmp_path / "b.toml")
+    with pytest.raises(ss.InputError, match=r"Is a directory"):
+        ss.load_scene(tmp_path)
+
+
+class Trap:
+    """Raises when it is unpickled."""
+
+    def __reduce__(self):
+        return (exec, ("raise SystemExit('unpickled')",))
+
+
+def test_hostile_matrix_files(tmp_path):
+    np.savez(tmp_path / "trap.npz", mass=np.array([Trap(), 1.0], dtype=object))
+    with pytest.raises(ss.InputError, match=r"trap\.npz: not readable as \.npz: Object arrays"):
+        read_matrix(tmp_path / "trap.npz")
+    np.savez(tmp_path / "two.npz", K=np.eye(2), M=np.eye(2))
+    with pytest.raises(ss.InputError, match=r"two\.npz: holds K, M; say which"):
+        read_matrix(tmp_path / "two.npz", default="stiffness")
+    with pytest.raises(ss.InputError, match=r"two\.npz: holds no 'k'"):
+        read_matrix(tmp_path / "two.npz", "k")
+    assert np.array_equal(read_matrix(tmp_path / "two.npz", default="K"), np.eye(2))
+    np.savez(tmp_path / "text.npz", K=np.array(["a"]))
+    with pytest.raises(ss.InputError, match=r"'K' does not hold real numbers"):
+        read_matrix(tmp_path / "text.npz")
+    scipy.io.savemat(tmp_path / "cells.mat", {"K": {"a": 1.0}})
+    with pytest.raises(ss.InputError, match=r"'K' does not hold real numbers"):
+        read_matrix(tmp_path / "cells.mat")
+    for kind in ("npz", "mat", "mtx"):
+        (tmp_path / f"cut.{kind}").write_bytes(b"PK\x03\x04 cut")
+        with pytest.raises(ss.InputError, match=rf"cut\.{kind}: not readable"):
+            read_matrix(tmp_path / f"cut.{kind}")
+    (tmp_path / "a.mtx").touch()
+    with pytest.raises(ss.InputError, match="a Matrix Market file has no names"):
+        read_matrix(tmp_path / "a.mtx", "K")
+
+
+def test_a_model_that_a_file_cannot_name(tmp_path):
+    case = ss.Case(lambda friction=0.5: ss.models.two_subsystems(friction=friction))
+    with pytest.raises(ss.InputError, match="a file cannot name"):
+        case.save(tmp_path / "x.toml")
+    with pytest.raises(ss.InputError, match="matrices: expected"):
+        ss.save(case.scene, tmp_path / "x.toml", "csv")
+    with pytest.raises(ss.InputError, match="is no text that a file can hold"):
+        ss.save(ss.Scene([1.0], [[1.0]], dofs=["\ud800"]), tmp_path / "x.toml")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_scene_of_a_model_is_saved_as_the_model(tmp_path):
+    """A page of matrices says nothing about the model that they came from."""
+    path = tmp_path / "brake.toml"
+    scene = ss.models.two_subsystems(friction=0.7, inclination=(0.2, 0.5)).replace(friction=(0.9, 1.1))
+    ss.save(pickle.loads(pickle.dumps(scene)), path)
+    assert tomllib.loads(path.read_text()) == {
+        "model": {"name": "two_subsystems", "friction": [0.9, 1.1], "inclination": [0.2, 0.5]}
+    }
+    assert identical(ss.load_scene(path), scene)
+    # What the model does not take makes it a scene of its own, and so does asking for its matrices.
+    ss.save(scene.replace(gap=1e-6), path)
+    assert identical(ss.load_scene(path), scene.replace(gap=1e-6))
+    assert "stiffness" in tomllib.loads(path.read_text())["scene"]
+    ss.save(scene, path, "inline")
+    contacts = tomllib.loads(path.read_text())["scene"]["contact"]
+    assert [(contact["tangential"], contact["normal"]) for contact in contacts] == [
+        ("x3", "x4"),
+        ("x7", "x8"),
+    ]
+    assert identical(ss.load_scene(path), scene)
+
+
+def test_a_model_whose_arguments_changed_after_the_call_is_saved_by_its_matrices(tmp_path):
+    friction = np.array([0.5, 0.6])
+    scene = ss.models.two_subsystems(friction=friction)
+    friction[0] = 5.0
+    ss.save(scene, tmp_path / "brake.toml")
+    assert [contact.friction for contact in ss.load_scene(tmp_path / "brake.toml").contacts] == [0.5, 0.6]

@@ -1,0 +1,129 @@
+import numpy as np
+import pytest
+from matplotlib.animation import AbstractMovieWriter
+
+import stickslip as ss
+from stickslip.modes.figures import MOST
+
+MASSES = {"m1": ("x1", "x2"), "m3": ("x5", "x6")}
+
+
+def test_loci_show_the_branches():
+    branches = ss.sweep(ss.models.two_subsystems(), friction=[0.5, 1.5, 1.0])
+    figure = ss.plot.loci(branches)
+    growth, frequency = figure.axes
+    assert growth.get_xlabel() == "friction coefficient"
+    assert growth.get_ylabel() == "real part, 1/s"
+    # Two lines, all and unstable, for each of six pairs.
+    lines = [line for line in frequency.lines if len(line.get_xdata()) == 3]
+    assert len(lines) == 12
+    assert list(lines[0].get_xdata()) == [0.5, 1.0, 1.5]
+    ends = np.array([line.get_ydata()[-1] for line in lines[::2]])
+    assert np.abs(ends - 118.44).min() < 0.01
+    unstable = np.array([line.get_ydata()[-1] for line in lines[1::2]])
+    assert np.isfinite(unstable).sum() == 1
+
+
+def test_a_stability_map_shows_growth_and_its_border():
+    values = {"friction": np.linspace(0.0, 3.0, 31), "slider_speed": [0.01, 0.05, 0.1]}
+    figure = ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), **values))
+    growth, count, *bars = figure.axes
+    assert growth.get_ylabel() == "friction coefficient"
+    assert growth.get_xlabel() == count.get_xlabel() == "slider speed, m/s"
+    assert [bar.get_ylabel() for bar in bars] == ["largest real part, 1/s", "number of unstable modes"]
+    # One unstable mode beyond the Hopf point, two beyond the second one; no mode depends on the speed.
+    borders = [np.concatenate([path.vertices for path in c.get_paths()]) for c in count.collections]
+    hopf = [p.value for p in ss.hopf_points(ss.models.two_subsystems(), friction=(0.0, 3.0))]
+    # Between samples 0.1 apart the border is interpolated.
+    for border, expected in ((borders[0], hopf[0]), (borders[1], hopf[1]), (borders[-1], hopf[0])):
+        assert border[:, 1].min() == pytest.approx(expected, abs=0.05)
+    with pytest.raises(ss.InputError, match=r"two values of each at least, got {'friction': 31}"):
+        ss.plot.stability_map(ss.sweep(ss.models.two_subsystems(), friction=values["friction"]))
+
+
+def test_shapes_show_every_mode():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=0.0))
+    figure = ss.plot.shapes(modes)
+    titles = [axes.get_title() for axes in figure.axes]
+    assert titles[:2] == ["mode 0: 91.56 Hz", "mode 2: 112.20 Hz"]
+    heights = [bar.get_height() for bar in figure.axes[0].patches]
+    assert np.abs(heights).max() == pytest.approx(1.0)
+    assert np.abs(heights) == pytest.approx(np.abs(modes.shapes[:, 0]), abs=1e-15)
+
+
+def test_shapes_of_a_long_chain_are_few():
+    part = ss.models.Subsystem(
+        upper_mass=0.3,
+        contact_mass=0.3,
+        inclination=0.3,
+        vertical_stiffness=4.5e5,
+        horizontal_stiffness=3e5,
+        ceiling_stiffness=6e4,
+    )
+    link = ss.models.Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)
+    chain = ss.models.chain([part] * 10, [link] * 9, wall_stiffness=1.8e6, friction=0.4, slider_speed=0.025)
+    modes = ss.complex_modes(chain)
+    upper = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
+    figure = ss.plot.shapes(modes)
+    numbers = [int(axes.get_title().split()[1].rstrip(":")) for axes in figure.axes]
+    assert len(numbers) == MOST < upper.size
+    others = np.setdiff1d(upper, numbers)
+    assert modes.eigenvalues.real[numbers].min() >= modes.eigenvalues.real[others].max()
+    # One artist for all dofs, with as many lines as there are dofs.
+    assert not figure.axes[0].patches
+    assert len(figure.axes[0].collections[0].get_paths()) == chain.size
+    assert figure.get_figheight() < 8.0
+    chosen = [axes.get_title() for axes in ss.plot.shapes(modes, [4, 2]).axes if axes.get_visible()]
+    assert [title.split(":")[0] for title in chosen] == ["mode 4", "mode 2"]
+    with pytest.raises(ss.InputError, match=r"numbers: expected modes in 0\.\.\d+, got \[-1\]"):
+        ss.plot.shapes(modes, [-1])
+
+
+def test_orbits_show_the_motion():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
+    mode = int(np.argmax(modes.eigenvalues.real))
+    figure = ss.plot.orbits(modes, mode, MASSES)
+    motion = ss.orbit(modes, mode, ("x1", "x2"))
+    assert figure.axes[0].lines[0].get_xydata() == pytest.approx(motion.to_numpy())
+    assert "grows" in figure.get_suptitle()
+    assert [axes.get_title() for axes in figure.axes] == ["m1", "m3"]
+
+
+class Pictures(AbstractMovieWriter):
+    """A writer that keeps where the masses are in every picture, and writes no file."""
+
+    def __init__(self):
+        super().__init__()
+        self.seen = []
+
+    def setup(self, fig, outfile, dpi=None):
+        super().setup(fig, outfile, dpi)
+
+    def grab_frame(self, **_):
+        self.seen.append(np.array(self.fig.axes[0].collections[0].get_offsets()))
+
+    def finish(self):
+        pass
+
+
+def test_an_animation_is_one_period():
+    modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
+    pictures = Pictures()
+    ss.plot.animated(modes, 0, MASSES, frames=8).save("unused", writer=pictures)
+    seen = pictures.seen
+    assert len(seen) == 8
+    # Opposite phases are mirrored at the place of rest.
+    rest = np.array([(0.0, 0.0), (1.0, 0.0)])
+    assert seen[4] - rest == pytest.approx(rest - seen[0], abs=1e-12)
+    assert np.abs(seen[0] - seen[2]).max() > 1e-3
+
+
+def test_hostile_input():
+    modes = ss.complex_modes(ss.models.two_subsystems())
+    with pytest.raises(ss.InputError, match="masses: expected at least one"):
+        ss.plot.orbits(modes, 0, {})
+    with pytest.raises(ss.InputError, match="places: expected one for each of 2"):
+        ss.plot.animated(modes, 0, MASSES, places=[(0.0, 0.0)])
+    grid = ss.sweep(ss.models.two_subsystems(), friction_0=[0.0, 1.0], friction_1=[0.0, 1.0])
+    with pytest.raises(ss.InputError, match="loci: expected a sweep over one parameter"):
+        ss.plot.loci(grid)

@@ -1,0 +1,261 @@
+"""The report says what the package computes, whatever the scene does."""
+
+import re
+from functools import partial
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import stickslip as ss
+from stickslip.cli import main
+from stickslip.reference import known
+from stickslip.reference.comparison import rows
+from stickslip.report import findings, page
+from stickslip.scene.known import Known
+
+pytestmark = pytest.mark.slow
+
+#: Elements that have no end tag.
+VOID = {"meta", "link", "br", "input", "img"}
+
+
+class Outline(HTMLParser):
+    """Headings, tables, identifiers and links of a page; fails where an element is not closed."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.open, self.headings, self.identifiers, self.links = [], [], [], []
+        self.cells, self.captions, self.pictures = [], [], []
+        self.addresses = []
+        self.feed(text)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attributes):
+        given = dict(attributes)
+        if tag not in VOID:
+            self.open.append(tag)
+        if "id" in given:
+            self.identifiers.append(given["id"])
+        if tag == "a":
+            self.links.append(given["href"])
+        if tag == "svg":
+            self.pictures.append(given.get("aria-label", ""))
+        self.addresses += [given[name] for name in ("src", "href", "xlink:href", "data") if name in given]
+        if tag in ("h1", "h2", "h3"):
+            self.headings.append((int(tag[1]), ""))
+        if tag in ("td", "th"):
+            self.cells.append("")
+        if tag == "caption":
+            self.captions.append("")
+
+    def handle_startendtag(self, tag, attributes):
+        self.handle_starttag(tag, attributes)
+        if tag not in VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        if not self.open:
+            return
+        if self.open[-1] in ("h1", "h2", "h3"):
+            level, text = self.headings[-1]
+            self.headings[-1] = (level, text + data)
+        elif self.open[-1] in ("td", "th"):
+            self.cells[-1] += data
+        elif self.open[-1] == "caption":
+            self.captions[-1] += data
+
+
+def check(text):
+    """Check what holds for every page, and return its outline."""
+    outline = Outline(text)
+    assert len(set(outline.identifiers)) == len(outline.identifiers)
+    assert [level for level, _ in outline.headings].count(1) == 1
+    for (before, _), (after, _) in zip(outline.headings, outline.headings[1:], strict=False):
+        assert after <= before + 1
+    assert all(label for label in outline.pictures)
+    assert all(caption for caption in outline.captions)
+    for link in outline.links:
+        assert link.startswith("#")
+        assert link[1:] in outline.identifiers
+    # Nothing is loaded: what is not inside the page is inside the address.
+    assert all(address.startswith(("#", "data:")) for address in outline.addresses)
+    assert "url(http" not in text
+    assert "@import" not in text
+    assert "nan" not in [cell.lower() for cell in outline.cells]
+    return outline
+
+
+@pytest.fixture(scope="module")
+def standard():
+    found = findings(
+        ss.models.two_subsystems(),
+        "the <standard> run",
+        settings={"duration": 0.6},
+        known=known(ss.models.two_subsystems()),
+    )
+    return found, page(found)
+
+
+def belt(**law):
+    """A mass on a spring, on a belt."""
+    contact = ss.Contact(tangential=0, normal=1, **{"friction": 0.3, "slider_speed": 0.1} | law)
+    return ss.Scene([1.0, 1.0], np.diag([100.0, 1e4]), force=[0.0, -10.0], contacts=[contact])
+
+
+def test_the_page_of_the_standard_run(standard):
+    found, text = standard
+    outline = check(text)
+    assert "the &lt;standard&gt; run" in text
+    assert (1, "the <standard> run") in outline.headings
+    cycle = found.cycle
+    assert f"{1e3 * cycle.period:.12g} ms" in text
+    assert cycle.period == pytest.approx(8.908492605779e-3, rel=1e-12)
+    assert "Steady sliding is unstable: one mode grows (119.36 Hz growing at 49.87 1/s)" in text
+    for name in ("Scene", "Steady sliding", "Complex modes", "Limit cycle", "Spectrum", "Energy"):
+        assert (2, name) in outline.headings
+    for value in ("0.6124841528", "0.7015671731", "1.989108991", "2.100205602"):
+        assert value in outline.cells
+    # Contact forces in steady sliding: friction is 1.5 times normal.
+    forces = found.scene.stiffness @ found.equilibrium.position - found.scene.force
+    assert f"{forces[3]:.6g}" in outline.cells
+    assert f"{forces[2]:.6g}" in outline.cells
+    assert forces[2] == pytest.approx(1.5 * forces[3], rel=1e-12)
+
+
+def test_every_published_number_stands_beside_the_computed_one(standard):
+    outline = check(standard[1])
+    compared = rows()
+    assert len(compared) == 97
+    cells = outline.cells
+    triples = {tuple(cells[i : i + 3]) for i in range(len(cells) - 2)}
+    assert [row for row in compared if (row.quantity, row.published, row.computed) not in triples] == []
+    for number in range(2, 16):
+        assert any(
+            _names(caption, number)
+            for caption in re.findall(r"<figcaption>(.*?)<", standard[1])
+            + [heading for _, heading in outline.headings]
+        ), number
+
+
+def _names(text, number):
+    """Whether a text names a figure, by itself or in a range such as Figs. 5-8."""
+    ranges = re.findall(r"(\d+)(?:-(\d+))?", text) if "Fig" in text else []
+    return any(int(first) <= number <= int(last or first) for first, last in ranges)
+
+
+def test_a_shape_in_motion_is_the_mode(standard):
+    found, text = standard
+    drawing = re.findall(r'<svg role="img" class="motion".*?</svg>', text)[1]
+    modes = found.modes
+    points = re.findall(r'class="point " .*?data-y="(\S+) (\S+)"', drawing)
+    drawn = np.array([complex(float(re_), float(im)) for re_, im in points])
+    k = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag > 0.0))[0]
+    # Three decimals are written.
+    assert np.abs(drawn - drawn[6] / modes.shapes[6, k] * modes.shapes[:, k]).max() < 2e-3
+    assert np.abs(drawn).max() == pytest.approx(44.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("scene", "says"),
+    [
+        (
+            ss.models.two_subsystems(friction=0.3, damping=2e-4),
+            ["Steady sliding is stable", "no contact changes its status", "no limit cycle was looked for"],
+        ),
+        (belt(), ["Steady sliding is marginal", "neither grows nor dies out"]),
+        (belt(slider_speed=0.0), ["There is no steady sliding", "slider_speed is 0"]),
+        (belt(friction=0.0), ["no loci: friction is zero"]),
+        (ss.Scene([1.0], [[100.0]], force=[1.0]), ["no loci: the scene has no contact"]),
+    ],
+    ids=["stable", "neutral", "no speed", "no friction", "no contact"],
+)
+def test_a_scene_without_limit_cycle_has_a_page(scene, says):
+    found = findings(scene, "scene")
+    # The published section depends on the model alone and is checked above.
+    text = page(found)
+    outline = check(text)
+    for words in says:
+        assert words in text
+    assert found.cycle is None
+    assert (2, "Limit cycle") in outline.headings
+    assert (found.run is None) == ("equilibrium" in found.reasons)
+
+
+def test_a_chaotic_motion_is_named_with_its_exponent():
+    found = findings(ss.models.two_subsystems(slider_speed=0.2), "chaos")
+    text = page(found)
+    check(text)
+    assert found.settled == "chaotic"
+    assert re.search(r"No limit cycle: the motion is chaotic: largest Lyapunov exponent \d", text)
+    assert found.lines.attrs["method"] == "sampled"
+    assert "Hann window" in text
+
+
+def test_a_run_that_its_limit_stops_is_shown_up_to_there():
+    found = findings(ss.models.two_subsystems(), "cut", settings={"duration": 1e4, "time_limit": 1e-3})
+    assert 0.0 < found.run.duration < 1e4
+    assert found.cycle is None
+    text = page(found)
+    check(text)
+    assert f"the time limit of computing, 0.001 s, was reached at {found.run.duration:g} s" in text
+
+
+def test_only_the_published_matrices_are_the_published_model():
+    assert [
+        c.inclination for c in known(ss.models.two_subsystems(friction=2.2, external_force=3.0)).columns
+    ] == [0.3, 0.75]
+    assert known(ss.models.two_subsystems(damping=2e-4)) == Known()
+    assert known(ss.models.two_subsystems(labels="printed")) == Known()
+    assert known(belt()) == Known()
+
+
+def test_the_paper_belongs_to_its_own_scenes():
+    def of_the_paper(scene):
+        return known(scene).section is not None
+
+    assert of_the_paper(ss.models.two_subsystems(friction=2.2, slider_speed=0.05))
+    assert not of_the_paper(ss.models.two_subsystems(friction=0.6))
+    assert not of_the_paper(ss.models.two_subsystems(preload_displacement=2e-3))
+    assert not of_the_paper(belt())
+
+
+def test_the_parameter_of_the_sweep_is_followed():
+    model = partial(ss.models.two_subsystems, friction=0.5)
+    found = findings(
+        model(), "x", settings={"duration": 0.01}, model=model, over={"wall_stiffness": [1.8e6, 1.9e6]}
+    )
+    assert found.parameter == "wall_stiffness"
+    assert found.loci.wall_stiffness.to_numpy().tolist() == [1.8e6, 1.9e6]
+    assert "Stability over wall stiffness" in page(found)
+
+
+def test_nothing_is_searched_where_every_mode_decays(monkeypatch):
+    def search(*_, **__):
+        raise AssertionError("a limit cycle was looked for")
+
+    monkeypatch.setattr(ss.Trajectory, "limit_cycle", search)
+    found = findings(ss.models.two_subsystems(friction=0.3), "x", settings={"duration": 0.2})
+    assert found.settled == "decaying"
+    assert "every mode decays" in found.reasons["cycle"]
+
+
+def test_the_verb_writes_the_page(tmp_path):
+    file = tmp_path / "belt.toml"
+    ss.save(belt(static_friction=0.4), file)
+    result = CliRunner().invoke(main, ["report", str(file), "--duration", "2.0"])
+    assert result.exit_code == 0, result.output
+    assert "Steady sliding is marginal" in result.output
+    outline = check((tmp_path / "belt.html").read_text(encoding="utf-8"))
+    assert (1, "belt") in outline.headings
+    refused = CliRunner().invoke(main, ["report", str(tmp_path / "none.toml")])
+    assert refused.exit_code == 2
+    assert "none.toml" in refused.output
+    negative = CliRunner().invoke(main, ["report", str(file), "--duration", "-1"])
+    assert negative.exit_code == 2
+    assert "duration" in negative.output

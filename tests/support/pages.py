@@ -1,0 +1,74 @@
+"""Pages of the documentation as programs: what is typed into Python or a shell, and what it prints."""
+
+import code
+import contextlib
+import io
+import re
+import shlex
+from pathlib import Path
+
+from click.testing import CliRunner
+
+from stickslip.cli import main
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+#: A block that is typed, and the block of text just below it, if there is one.
+BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```\n(?:\n+```text\n(.*?)^```\n)?", re.DOTALL | re.MULTILINE)
+
+
+class Session(code.InteractiveConsole):
+    """A session of the interpreter in which any error ends the test."""
+
+    def showtraceback(self):
+        raise
+
+    def showsyntaxerror(self, *_, **__):
+        raise
+
+
+def run(page):
+    """Type the blocks of a page; return, for each that shows output, block, shown and printed."""
+    session, results = Session(filename=str(page)), []
+    for match in BLOCK.finditer(page.read_text(encoding="utf-8")):
+        language, block, shown = match.groups()
+        printed = typed(session, block) if language == "python" else entered(block)
+        if shown is not None:
+            results.append((block, shown, printed))
+    return results
+
+
+def typed(session, block):
+    """Type a block into a session; return what it prints."""
+    with contextlib.redirect_stdout(io.StringIO()) as printed:
+        for line in block.splitlines():
+            unfinished = session.push(line)
+        # An empty line ends what is indented.
+        unfinished = unfinished and session.push("")
+    assert not unfinished, f"a block ends in the middle of a statement: {block}"
+    return printed.getvalue()
+
+
+def entered(block):
+    """Run the lines of a shell's block that call `stickslip`; return what they print."""
+    printed = ""
+    for line in block.splitlines():
+        command, *arguments = shlex.split(line, comments=True) or [""]
+        if command == "stickslip":
+            result = CliRunner().invoke(main, arguments, prog_name=command)
+            assert result.exit_code == 0, f"{line}: {result.output}"
+            printed += result.stdout
+    return printed
+
+
+def rewritten(page):
+    """Return a page with what its blocks print in place of what they showed."""
+    outputs = iter([printed for _, _, printed in run(page)])
+
+    def replaced(match):
+        language, block, shown = match.groups()
+        if shown is None:
+            return match.group(0)
+        return f"```{language}\n{block}```\n\n```text\n{next(outputs)}```\n"
+
+    return BLOCK.sub(replaced, page.read_text(encoding="utf-8"))

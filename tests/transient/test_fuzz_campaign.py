@@ -1,0 +1,86 @@
+"""The first thousand scenes of the fuzz campaign, and that the campaign can fail and be taken up again."""
+
+import json
+import os
+from dataclasses import asdict, replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+import fuzz_campaign
+import stickslip as ss
+from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
+from fuzz_scenes import fuzz_scene
+
+pytestmark = pytest.mark.slow
+
+SCENES = 1000
+
+
+def test_a_thousand_scenes():
+    outcomes = fuzz_campaign.campaign(SCENES, 1, None, os.cpu_count() or 1)
+    report = fuzz_campaign.summary(outcomes)
+    verdicts = [outcome.verdict for outcome in outcomes]
+    assert set(verdicts) <= set(fuzz_campaign.PASSED), report
+    # Near ties are where a difference could hide.
+    assert verdicts.count("near tie") <= 0.01 * SCENES, report
+    assert verdicts.count("ok") >= 0.95 * SCENES, report
+    # They must exercise what they check.
+    assert sum(outcome.events for outcome in outcomes) > 100 * SCENES, report
+    assert sum(outcome.accumulations > 0 for outcome in outcomes) > 0.2 * SCENES, report
+    assert np.isfinite([outcome.energy_residual for outcome in outcomes]).all(), report
+
+
+def recorded(outcomes):
+    """Comparable: a residual that is too costly is nan."""
+    return [json.dumps(asdict(outcome)) for outcome in outcomes]
+
+
+def test_a_campaign_goes_on_where_it_stopped(tmp_path):
+    store = tmp_path / "fuzz.jsonl"
+    first = fuzz_campaign.campaign(6, 7, store, 1)
+    lines = store.read_text().splitlines(keepends=True)
+    assert len(lines) == 6
+    # Cut in the middle of a line, as a power failure does.
+    store.write_text("".join(lines[:4]) + lines[4][:20] + "\n")
+    second = fuzz_campaign.campaign(8, 7, store, 2)
+    assert [outcome.index for outcome in second] == list(range(8))
+    assert recorded(second[:4]) == recorded(first[:4])
+    again = [replace(outcome, seconds=0.0) for outcome in (first[4], second[4])]
+    assert recorded(again[:1]) == recorded(again[1:])
+    assert recorded(fuzz_campaign.campaign(8, 7, store, 1)) == recorded(second)
+    indices = [json.loads(line)["index"] for line in store.read_text().splitlines() if line.endswith("}")]
+    assert sorted(indices) == list(range(8))
+
+
+def with_friction(scene, factor):
+    return scene.replace(
+        friction=[factor * contact.friction for contact in scene.contacts],
+        static_friction=[factor * contact.static_friction for contact in scene.contacts],
+    )
+
+
+def test_the_checks_see_what_is_wrong():
+    """Each check on a run that another scene's trajectory was put into: it must not pass."""
+    scene, start = fuzz_scene(1, 3)
+    run = ss.simulate(scene, start, 0.1)
+    wrong = ss.simulate(with_friction(scene, 1.01), start, 0.1)
+    assert not complementarity(Sampled(run))
+    assert not impact_law(Sampled(run))
+    assert energy_residual(Sampled(run)) < 1e-12
+    taylor = ss.simulate(scene, start, 0.1, method="taylor")
+
+    @cache
+    def moved(directions):
+        effect = sensitivity(run, lambda start, duration: ss.simulate(scene, start, duration), directions)
+        return effect, effect
+
+    assert compare(run, taylor, moved).verdict == "ok"
+    assert compare(run, wrong, moved).verdict in ("times", "events")
+    assert compare(wrong, taylor, moved).verdict in ("times", "events")
+    heavier = scene.replace(mass=1.001 * scene.mass)
+    assert energy_residual(Sampled(replace(run, scene=heavier))) > 1e-6
+    assert complementarity(Sampled(replace(run, scene=with_friction(scene, 0.9))))
+    bouncy = scene.replace(restitution=[0.5 * c.restitution + 0.1 for c in scene.contacts])
+    assert "velocity" in impact_law(Sampled(replace(run, scene=bouncy)))

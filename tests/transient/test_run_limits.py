@@ -1,0 +1,172 @@
+"""How a run ends before its duration, and what it leaves."""
+
+import os
+import pickle
+import subprocess
+import sys
+import textwrap
+import time
+
+import numpy as np
+import pytest
+
+import interrupts
+import stickslip as ss
+from equal_chain import long_chain
+from one_mass import oscillator
+
+#: s; a run that reaches it did not stop
+ENDLESS = 1e9
+
+
+def chattering_belt(**changes):
+    """A mass on a belt, with static friction: two events every few milliseconds, for ever."""
+    return oscillator(friction=0.3, static=0.6, speed=0.1, **changes), ss.State([0.0, 0.0], [0.1, 0.0], "s")
+
+
+def test_time_limit():
+    scene, start = chattering_belt()
+    began = time.perf_counter()
+    run = ss.simulate(scene, start, ENDLESS, time_limit=0.1)
+    elapsed = time.perf_counter() - began
+    assert run.stop_reason == "time_limit"
+    # Asked every tenth of a millisecond or panel; the rest is the conversion of the events.
+    assert elapsed >= 0.1
+    assert 0.0 < run.duration < ENDLESS
+    assert len(run.events) > 100
+    assert run.events.time[-1] <= run.duration
+    assert np.isfinite(run.state(run.duration).position).all()
+
+
+@pytest.mark.parametrize("most", [0, 1, 7])
+def test_max_events(most):
+    scene, start = chattering_belt()
+    run = ss.simulate(scene, start, ENDLESS, max_events=most)
+    assert run.stop_reason == "max_events"
+    assert len(run.events) == most
+    assert run.duration == (run.events.time[-1] if most else 0.0)
+
+
+INTERRUPTED = """
+    import numpy as np
+    import stickslip as ss
+    from interrupts import Interrupt
+    from test_run_limits import ENDLESS, SCENE
+
+    scene, start = SCENE()
+    interrupt = Interrupt(after=0.3)
+    try:
+        ss.simulate(scene, start, ENDLESS)
+    except KeyboardInterrupt as stopped:
+        unheard = interrupt.unheard()
+        run = stopped.partial
+        run.state(run.duration)
+        assert run.stop_reason == "interrupted"
+        assert np.all(np.diff(run.events.time) >= 0.0) and run.events.time[-1] <= run.duration
+        print(unheard, run.duration, len(run.events), flush=True)
+    else:
+        raise SystemExit("not interrupted")
+"""
+
+
+@pytest.mark.process
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
+@pytest.mark.parametrize("scene", [chattering_belt, long_chain])
+def test_ctrl_c_stops_a_run_and_keeps_it(scene):
+    path = os.pathsep.join(
+        [os.path.dirname(__file__), os.path.dirname(interrupts.__file__), os.environ.get("PYTHONPATH", "")]
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", textwrap.dedent(INTERRUPTED).replace("SCENE", scene.__name__)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    ) as process:
+        unheard, duration, events = map(float, process.communicate(timeout=120)[0].split())
+    assert process.returncode == 0
+    # The promise in s of processor time, with the conversion of the events so far.
+    assert unheard <= 0.2
+    assert 0.0 < duration < ENDLESS
+    assert events >= 1
+
+
+def test_growth_without_bound_ends_with_the_part_computed():
+    """A negative spring under friction without any stop: e^(r t) leaves the range of numbers at 709 / r."""
+    scene = ss.Scene(
+        [1.0, 1.0, 1.0],
+        np.diag([-1e4, 5e4, 1e4]),
+        force=[0.0, -20.0, 0.0],
+        contacts=[ss.Contact(tangential=2, normal=1, friction=0.3, slider_speed=0.1)],
+    )
+    start = ss.sliding_equilibrium(scene).perturbed(position={"x1": 1e-6})
+    for method in ("modal", "taylor"):
+        run = ss.simulate(scene, start, 100.0, method=method)
+        assert run.stop_reason == "unbounded"
+        # 5e-7 e^(100 t) = 1.8e308 at 7.24 s.
+        latest = (np.log(np.finfo(float).max) - np.log(5e-7)) / 100.0
+        assert 0.8 * latest < run.duration <= latest
+        end = run.state(run.duration)
+        assert np.isfinite(end.position).all()
+        # The exponent carries the rounding of the rate.
+        assert np.log(end.position[0]) == pytest.approx(np.log(5e-7) + 100.0 * run.duration, abs=1e-11)
+
+
+def test_a_flutter_without_any_limit_but_lift_off():
+    """Friction 3 under a thousandfold load: it grows through lift-off and impacts, in bounded work."""
+    scene = ss.models.two_subsystems(friction=3.0, slider_speed=1e9, preload_displacement=1.0)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    run = ss.simulate(scene, start, 0.5, max_events=2000)
+    assert run.stop_reason in ("duration", "max_events")
+    assert {"release", "impact"} <= set(run.events.kind)
+    assert np.isfinite(run.state(run.duration).position).all()
+
+
+@pytest.fixture
+def tangent():
+    """g = h + a - a cos(w t) .. touches zero after a full cycle: an undamped mass released at the stop."""
+    scene = oscillator(load=(0.0, 40.0), restitution=0.5)
+    return scene, ss.State([0.0, 0.0], [0.0, 0.0], "d"), 2.0 * np.pi / np.sqrt(5e4 / 1.5)
+
+
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+def test_a_touch_within_rounding_is_reported(tangent, method):
+    scene, start, period = tangent
+    run = ss.simulate(scene, start, 1.5 * period, method=method)
+    (touch,) = run.grazings
+    # A double root: rounding moves it by the square root of itself.
+    assert touch.time == pytest.approx(period, rel=np.sqrt(100 * np.finfo(float).eps))
+    assert (touch.contact, touch.alternative) == (0, "impact")
+    assert abs(touch.value) <= touch.uncertainty
+    assert touch.uncertainty <= 1e-12 * 40.0 / 5e4
+    assert len(run.events) == 0
+    assert run.stop_reason == "duration"
+
+
+def test_on_grazing_stop(tangent):
+    scene, start, period = tangent
+    run = ss.simulate(scene, start, 1.5 * period, on_grazing="stop")
+    assert run.stop_reason == "grazing"
+    assert len(run.grazings) == 1
+    assert run.duration == pytest.approx(run.grazings[0].time, abs=np.spacing(period))
+    assert run.duration == pytest.approx(period, rel=np.sqrt(100 * np.finfo(float).eps))
+    # It can be taken up again from there, on either branch.
+    assert run.state(run.duration).combination == "d"
+
+
+def test_a_motion_ends_at_an_event_that_no_phase_can_follow():
+    # Two modes of sliding at friction 0.5 are equal and have one shape between them.
+    stiffness = np.array([[2.0, 0.0, 0.5], [0.0, 10.0, 2.0], [0.5, 2.0, 1.0]])
+    contact = ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=5.0)
+    scene = ss.Scene(mass=np.ones(3), stiffness=stiffness, force=[0.0, -1.0, 0.0], contacts=[contact])
+    start = ss.State([0.0, 0.1, 0.0], np.zeros(3), "d", dofs=scene.dofs)
+    with pytest.raises(ss.RunError, match="defective") as stopped:
+        ss.simulate(scene, start, 3.0, method="modal")
+    run = stopped.value.partial
+    whole = ss.simulate(scene, start, 3.0, method="taylor")
+    assert run.duration == pytest.approx(whole.events.time[0], rel=1e-12)
+    # The event itself is not part of the motion: the state at its end is the one before it.
+    assert not run.events.combination.size
+    assert run.state(run.duration).combination == "d"
+    assert pickle.loads(pickle.dumps(run)).duration == run.duration
+    with pytest.raises(ss.NotPeriodicError):
+        run.limit_cycle(further=0.0)
