@@ -3,8 +3,6 @@
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use crate::status::Combination;
-
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
@@ -51,7 +49,7 @@ pub enum Error {
     #[error(
         "combination: contact {contact} has friction 0 and can't stick, got 's' in {combination:?}"
     )]
-    FrictionlessStick { contact: usize, combination: Combination },
+    FrictionlessStick { contact: usize, combination: String },
     #[error(
         "contact {contact}: slider_speed is 0, so steady sliding has no direction; give the slider a speed, or the contact a status by combination"
     )]
@@ -64,19 +62,19 @@ pub enum Error {
     #[error(
         "combination: no steady sliding in {combination:?}, where contact {contact} would pull, normal force {} N; {}",
         rounded(*normal_force),
-        advice(combination, admissible.as_ref())
+        advice(combination, admissible.as_deref())
     )]
     NoSteadySliding {
         contact: usize,
         normal_force: f64,
-        combination: Combination,
+        combination: String,
         /// The one with open contacts in which the static load finds its equilibrium, where there is one.
-        admissible: Option<Combination>,
+        admissible: Option<String>,
     },
     #[error(
         "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
     )]
-    SingularStiffness { combination: Combination, reciprocal_condition: f64 },
+    SingularStiffness { combination: String, reciprocal_condition: f64 },
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration { contact: usize, gap: f64 },
     #[error(
@@ -93,15 +91,15 @@ pub enum Error {
     #[error(
         "method: {method:?} can't propagate combination {combination:?}, whose modes are defective (condition {condition:e}); use \"taylor\" or \"auto\""
     )]
-    DefectiveModes { method: &'static str, combination: Combination, condition: f64 },
+    DefectiveModes { method: &'static str, combination: String, condition: f64 },
     #[error(
         "the reduced mass matrix of combination {combination:?} is singular (pivot {pivot:e}): with this friction and mass coupling the contact problem has no unique acceleration"
     )]
-    SingularMass { combination: Combination, pivot: f64 },
+    SingularMass { combination: String, pivot: f64 },
     #[error(
         "the eigenvalues of combination {combination:?} did not converge: relative residual {residual:e}"
     )]
-    Eigenvalues { combination: Combination, residual: f64 },
+    Eigenvalues { combination: String, residual: f64 },
     #[error(
         "impact_friction: must be true where mass couples contacts, as here; an impulse on one contact moves the others, so their tangential velocities can't stay unchanged"
     )]
@@ -117,7 +115,7 @@ fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-fn advice(combination: &Combination, admissible: Option<&Combination>) -> String {
+fn advice(combination: &str, admissible: Option<&str>) -> String {
     match admissible {
         Some(open) => format!(
             "the static load opens it: pass combination=\"{open}\", in which the structure is in equilibrium"

@@ -18,12 +18,12 @@ const PATIENCE: Duration = Duration::from_millis(20);
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Batch {
-    inner: Mutex<core::Batch>,
+    inner: Mutex<core::transient::Batch>,
 }
 
 impl Batch {
     /// A poisoned lock only means that a run panicked after it was taken out.
-    fn lock(&self) -> MutexGuard<'_, core::Batch> {
+    fn lock(&self) -> MutexGuard<'_, core::transient::Batch> {
         self.inner.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
     }
 }
@@ -42,7 +42,7 @@ impl Batch {
         on_grazing: &str,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        let settings = core::RunSettings {
+        let settings = core::transient::RunSettings {
             duration,
             method: method_named(py, method)?,
             max_events,
@@ -50,7 +50,7 @@ impl Batch {
             accumulation_tolerance,
             stop_at_grazing: stops_at_grazing(py, on_grazing)?,
         };
-        let batch = core::Batch::new(settings, threads)
+        let batch = core::transient::Batch::new(settings, threads)
             .map_err(|error| named(py, "InputError", &format!("threads: {error}")))?;
         Ok(Self { inner: Mutex::new(batch) })
     }
@@ -79,7 +79,7 @@ impl Batch {
         let added = |values: Option<PyReadonlyArray1<'_, f64>>| {
             values.map_or(Vec::new(), |values| vector(&values))
         };
-        self.lock().submit(core::Job {
+        self.lock().submit(core::transient::Job {
             scene: scene.inner.clone(),
             start,
             added_position: added(added_position),

@@ -7,7 +7,8 @@ use numpy::{
     PyReadonlyArrayDyn, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use stickslip_core::{Error, SparseMatrix};
+use stickslip_core::Error;
+use stickslip_core::linalg::SparseMatrix;
 
 use crate::errors::raise;
 

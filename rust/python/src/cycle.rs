@@ -32,9 +32,11 @@ pub fn settled(attractor: core::Attractor, run: Option<core::Trajectory>) -> Set
     match attractor {
         core::Attractor::Equilibrium => ("equilibrium", None, none, run),
         core::Attractor::Cycle(found) => ("cycle", Some(Cycle { inner: found.cycle }), none, run),
-        core::Attractor::Aperiodic(core::Lyapunov { exponent, error, time }) => {
-            ("aperiodic", None, (exponent, error, time), run)
-        }
+        core::Attractor::Aperiodic(core::cycles::attractors::Lyapunov {
+            exponent,
+            error,
+            time,
+        }) => ("aperiodic", None, (exponent, error, time), run),
         core::Attractor::Unbounded => ("unbounded", None, none, run),
         core::Attractor::Stopped => ("stopped", None, none, run),
     }
@@ -42,9 +44,11 @@ pub fn settled(attractor: core::Attractor, run: Option<core::Trajectory>) -> Set
 
 type Margin = (usize, usize, &'static str, f64, f64, bool);
 
-fn failed(py: Python<'_>, failure: &core::OrbitFailure) -> PyErr {
+fn failed(py: Python<'_>, failure: &core::cycles::orbits::OrbitFailure) -> PyErr {
     match failure {
-        core::OrbitFailure::Failed(core::RunFailure::Input(error)) => raise(py, error),
+        core::cycles::orbits::OrbitFailure::Failed(core::RunFailure::Input(error)) => {
+            raise(py, error)
+        }
         _ => named(py, "OrbitError", &failure.to_string()),
     }
 }
@@ -196,7 +200,7 @@ impl Cycle {
 
     /// Whether a run from the orbit keeps to its event sequence.
     fn is_followed(&self, py: Python<'_>) -> PyResult<bool> {
-        detached(py, || self.inner.orbit.is_followed())
+        detached(py, || core::cycles::attractors::is_followed(&self.inner.orbit))
     }
 
     fn orbit(&self) -> Orbit {
@@ -205,8 +209,9 @@ impl Cycle {
 
     /// The orbit with the same event sequence in another scene.
     fn continued(&self, py: Python<'_>, scene: &Scene) -> PyResult<Self> {
-        let cycle =
-            detached(py, || self.inner.orbit.continued(&scene.inner).and_then(core::Cycle::new))?;
+        let cycle = detached(py, || {
+            self.inner.orbit.continued(&scene.propagators).and_then(core::Cycle::new)
+        })?;
         Ok(Self { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }
@@ -214,7 +219,7 @@ impl Cycle {
 /// An orbit, or a guess of one, on its way along a branch.
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Orbit {
-    inner: core::Orbit,
+    inner: core::cycles::orbits::Orbit,
 }
 
 /// State at the section and parameter, in their units.
@@ -234,7 +239,11 @@ impl Orbit {
         before: Option<(PyReadonlyArray1<'py, f64>, f64)>,
     ) -> PyResult<Direction<'py>> {
         let before = before.map(direction);
-        let sides = core::Sides { below: &below.inner, above: &above.inner, width };
+        let sides = core::cycles::orbits::Sides {
+            below: &below.propagators,
+            above: &above.propagators,
+            width,
+        };
         let found = detached(py, || self.inner.tangent(sides, before.as_ref()))?;
         let found = found.map_err(|failure| failed(py, &failure))?;
         Ok((found.state.into_pyarray(py), found.parameter))
@@ -251,7 +260,11 @@ impl Orbit {
         length: f64,
     ) -> PyResult<Self> {
         let tangent = direction(tangent);
-        let sides = core::Sides { below: &below.inner, above: &above.inner, width };
+        let sides = core::cycles::orbits::Sides {
+            below: &below.propagators,
+            above: &above.propagators,
+            width,
+        };
         let guess = detached(py, || self.inner.predicted(sides, &tangent, length))?;
         Ok(Self { inner: guess.map_err(|failure| failed(py, &failure))? })
     }
@@ -268,8 +281,12 @@ impl Orbit {
         tangent: (PyReadonlyArray1<'_, f64>, f64),
     ) -> PyResult<(Self, f64, f64)> {
         let tangent = direction(tangent);
-        let sides = core::Sides { below: &below.inner, above: &above.inner, width };
-        let step = detached(py, || self.inner.corrected(&scene.inner, sides, &tangent))?;
+        let sides = core::cycles::orbits::Sides {
+            below: &below.propagators,
+            above: &above.propagators,
+            width,
+        };
+        let step = detached(py, || self.inner.corrected(&scene.propagators, sides, &tangent))?;
         let step = step.map_err(|failure| failed(py, &failure))?;
         Ok((Self { inner: step.orbit }, step.parameter, step.size))
     }
@@ -302,8 +319,8 @@ pub struct Record<'py> {
 }
 
 impl Record<'_> {
-    pub fn cycle(self, py: Python<'_>, scene: &Arc<core::Scene>) -> PyResult<Cycle> {
-        let record = core::CycleRecord {
+    pub fn cycle(self, py: Python<'_>, propagators: &Arc<core::Propagators>) -> PyResult<Cycle> {
+        let record = core::cycles::orbits::CycleRecord {
             method: method_named(py, &self.method)?,
             combinations: self.combinations,
             states: vector(&self.states),
@@ -314,13 +331,15 @@ impl Record<'_> {
             period: self.period,
             residual: self.residual,
         };
-        let cycle = detached(py, || core::Cycle::from_record(scene, &record))?;
+        let cycle = detached(py, || core::Cycle::from_record(propagators, &record))?;
         Ok(Cycle { inner: cycle.map_err(|failure| failed(py, &failure))? })
     }
 }
 
-fn direction((state, parameter): (PyReadonlyArray1<'_, f64>, f64)) -> core::Tangent {
-    core::Tangent { state: vector(&state), parameter }
+fn direction(
+    (state, parameter): (PyReadonlyArray1<'_, f64>, f64),
+) -> core::cycles::orbits::Tangent {
+    core::cycles::orbits::Tangent { state: vector(&state), parameter }
 }
 
 type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, String);
@@ -341,19 +360,20 @@ pub fn settle_all(
     let mut cases = Vec::with_capacity(scenes.len());
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
         let state = scene.start(py, position, velocity, combination)?;
-        scene.inner.start_coordinates(&state).map_err(|error| raise(py, &error))?;
-        cases.push((scene.inner.clone(), state));
+        core::contact::start_coordinates(&scene.inner, &state)
+            .map_err(|error| raise(py, &error))?;
+        cases.push((scene.propagators.clone(), state));
     }
     let (found, exception) = py.detach(|| {
         until_interrupted(|stopped| {
             let interrupted = || stopped.load(Ordering::Relaxed);
-            let search = core::Search {
+            let search = core::cycles::attractors::Search {
                 stretch,
                 limit,
                 method: core::Method::Auto,
                 interrupted: Some(&interrupted),
             };
-            core::settle_all(&cases, search)
+            core::cycles::attractors::settle_all(&cases, search)
         })
     })?;
     let found = found.into_iter().map(|result| {

@@ -3,6 +3,7 @@
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use stickslip_core::energy::{self as core, damper_groups};
 
 use crate::convert::{matrix, vector};
 use crate::errors::raise;
@@ -20,10 +21,11 @@ pub fn energy<'py>(
     times: PyReadonlyArray1<'py, f64>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let times = vector(&times);
-    let core = trajectory.core();
-    let sample = detached(py, || core.energy(&times))?.map_err(|error| raise(py, &error))?;
-    let (rows, contacts) = (times.len(), core.contact_count());
-    let groups = core.damper_groups();
+    let run = trajectory.core();
+    let sample =
+        detached(py, || core::energy_at(run, &times))?.map_err(|error| raise(py, &error))?;
+    let (rows, contacts) = (times.len(), run.contact_count());
+    let groups = damper_groups(run.scene());
     let result = PyDict::new(py);
     for (name, values) in [
         ("kinetic", sample.kinetic),
@@ -65,10 +67,10 @@ pub struct Works {
 
 #[pyfunction]
 pub fn works(py: Python<'_>, trajectory: &Trajectory, t0: f64, t1: f64) -> PyResult<Works> {
-    let core = trajectory.core();
-    let works = detached(py, || core.works(t0, t1))?.map_err(|error| raise(py, &error))?;
-    let groups = core.damper_groups().to_vec();
-    let (rows, contacts) = (works.phases.len(), core.contact_count());
+    let run = trajectory.core();
+    let works = detached(py, || core::works(run, t0, t1))?.map_err(|error| raise(py, &error))?;
+    let groups = damper_groups(run.scene()).to_vec();
+    let (rows, contacts) = (works.phases.len(), run.contact_count());
     let column = |values: Vec<f64>| -> Column<'_> { values.into_pyarray(py) };
     let table =
         |width: usize, values: Vec<f64>| -> PyResult<Table<'_>> { matrix(py, rows, width, values) };

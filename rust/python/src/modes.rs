@@ -13,13 +13,13 @@ pub struct Reduced {
     right_basis: Vec<f64>,
     left_basis: Vec<f64>,
     dofs: usize,
-    statics: core::Statics,
+    statics: core::scene::Statics,
 }
 
 impl Reduced {
     pub fn new(scene: &core::Scene, inner: core::Reduced) -> Self {
         let (right_basis, left_basis) = inner.bases(scene);
-        let statics = core::Statics::new(scene, &inner);
+        let statics = core::scene::Statics::new(scene, &inner);
         Self { inner, right_basis, left_basis, dofs: scene.size(), statics }
     }
 
@@ -53,7 +53,7 @@ impl Reduced {
     /// Load (1, m), rows (c, m), offsets (1, c) and slider speeds (1, c): margins are `rows . K^-1 load - offsets`.
     #[getter]
     fn statics<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
-        let core::Statics { load, rows, offsets, speeds } = self.statics.clone();
+        let core::scene::Statics { load, rows, offsets, speeds } = self.statics.clone();
         let (m, contacts) = (load.len(), offsets.len());
         Ok([
             matrix(py, 1, m, load)?,

@@ -33,16 +33,16 @@ type PieceData<'py> =
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Path {
-    inner: core::Path,
+    inner: core::locus::Path,
 }
 
-fn series(coefficients: &Coefficients<'_>) -> core::Series {
+fn series(coefficients: &Coefficients<'_>) -> core::locus::Series {
     let outer = coefficients.as_array();
-    core::Series(outer.outer_iter().map(|matrix| matrix.iter().copied().collect()).collect())
+    core::locus::Series(outer.outer_iter().map(|matrix| matrix.iter().copied().collect()).collect())
 }
 
-fn scalar_series(coefficients: &PyReadonlyArray1<'_, f64>) -> core::Series {
-    core::Series(vector(coefficients).into_iter().map(|value| vec![value]).collect())
+fn scalar_series(coefficients: &PyReadonlyArray1<'_, f64>) -> core::locus::Series {
+    core::locus::Series(vector(coefficients).into_iter().map(|value| vec![value]).collect())
 }
 
 #[pymethods]
@@ -57,17 +57,17 @@ impl Path {
     ) -> PyResult<Self> {
         let combination = core::Combination::parse(combination, combination.len())
             .map_err(|error| raise(py, &error))?;
-        let pieces: Vec<core::Piece> = pieces
+        let pieces: Vec<core::locus::Piece> = pieces
             .iter()
             .map(|(lower, upper, mass, damping, stiffness, [load, rows, offsets, speeds])| {
-                core::Piece {
+                core::locus::Piece {
                     lower: *lower,
                     upper: *upper,
                     centre: 0.5 * (lower + upper),
                     half_width: 0.5 * (upper - lower),
                     mass: series(mass),
                     stiffness: series(stiffness),
-                    statics: core::StaticSeries {
+                    statics: core::locus::StaticSeries {
                         load: series(load),
                         rows: series(rows),
                         offsets: series(offsets),
@@ -75,20 +75,20 @@ impl Path {
                     },
                     damping: match damping {
                         DampingSeries::Proportional(alpha, beta) => {
-                            core::PathDamping::Proportional {
+                            core::locus::PathDamping::Proportional {
                                 alpha: scalar_series(alpha),
                                 beta: scalar_series(beta),
                             }
                         }
                         DampingSeries::General(damping) => {
-                            core::PathDamping::General(series(damping))
+                            core::locus::PathDamping::General(series(damping))
                         }
                     },
                 }
             })
             .collect();
         let inner =
-            core::Path::new(combination, size, pieces).map_err(|error| raise(py, &error))?;
+            core::locus::Path::new(combination, size, pieces).map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
 
@@ -105,7 +105,7 @@ impl Path {
     ) -> PyResult<Self> {
         let combination = scene.combination(py, combination)?;
         let ends: [&core::Scene; 2] = [&scene.inner, &other.inner];
-        let inner = core::Path::contact_law(ends, &combination, &contacts, lower, upper)
+        let inner = core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
             .map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
@@ -137,7 +137,7 @@ impl Path {
         modes: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let sweep = detached(py, || core::Sweep::new(&self.inner, &values, vectors, modes))?
+        let sweep = detached(py, || core::locus::Sweep::new(&self.inner, &values, vectors, modes))?
             .map_err(|error| raise(py, &error))?;
         let (rows, branches, m) = (values.len(), sweep.branches, self.inner.size);
         let dict = PyDict::new(py);
@@ -168,7 +168,7 @@ impl Path {
         imaginary: f64,
     ) -> PyResult<CriticalArrays<'py>> {
         let (points, steady) = detached(py, || {
-            let points = core::critical_points(&self.inner, imaginary)?;
+            let points = core::locus::critical_points(&self.inner, imaginary)?;
             let values: Vec<f64> = points.iter().map(|point| point.value).collect();
             Ok((points, self.inner.steady(&values)))
         })?
@@ -179,8 +179,8 @@ impl Path {
     /// The Hopf points alone, how many eigenproblems lay the mesh, and how many modes were followed from one to the
     /// next.
     fn hopf_points<'py>(&self, py: Python<'py>) -> PyResult<(CriticalArrays<'py>, usize, usize)> {
-        let (core::HopfSearch { points, nodes, followed }, steady) = detached(py, || {
-            let found = core::hopf_points(&self.inner)?;
+        let (core::locus::HopfSearch { points, nodes, followed }, steady) = detached(py, || {
+            let found = core::locus::hopf_points(&self.inner)?;
             let values: Vec<f64> = found.points.iter().map(|point| point.value).collect();
             Ok((found, self.inner.steady(&values)))
         })?
@@ -195,7 +195,7 @@ impl Path {
         values: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let verdicts = detached(py, || core::Verdict::along(&self.inner, &values))?
+        let verdicts = detached(py, || core::locus::verdicts_along(&self.inner, &values))?
             .map_err(|error| raise(py, &error))?;
         verdict_arrays(py, verdicts, Some(&self.inner.combination))
     }
@@ -214,14 +214,14 @@ type CriticalArrays<'py> = (
 
 fn critical_arrays<'py>(
     py: Python<'py>,
-    points: &[core::CriticalPoint],
-    steady: &[core::Steady],
+    points: &[core::locus::CriticalPoint],
+    steady: &[core::scene::Steady],
 ) -> CriticalArrays<'py> {
-    let contact = |point: &core::CriticalPoint| match point.kind {
-        core::CriticalKind::Separation { contact } => Some(contact),
+    let contact = |point: &core::locus::CriticalPoint| match point.kind {
+        core::locus::CriticalKind::Separation { contact } => Some(contact),
         _ => None,
     };
-    let each = |f: fn(&core::CriticalPoint) -> Complex64| {
+    let each = |f: fn(&core::locus::CriticalPoint) -> Complex64| {
         points.iter().map(f).collect::<Vec<_>>().into_pyarray(py)
     };
     (
@@ -245,7 +245,7 @@ fn set_steady<'py>(
     py: Python<'py>,
     dict: &Bound<'py, PyDict>,
     combination: &core::Combination,
-    steady: Vec<core::Steady>,
+    steady: Vec<core::scene::Steady>,
 ) -> PyResult<()> {
     let closed: Vec<bool> =
         combination.statuses().iter().map(|status| status.is_closed()).collect();
@@ -262,7 +262,7 @@ fn set_steady<'py>(
 /// Eigenvalue, number of unstable ones, and whether that is steady sliding; without a combination all contacts slide.
 fn verdict_arrays<'py>(
     py: Python<'py>,
-    verdicts: Vec<core::Verdict>,
+    verdicts: Vec<core::modes::Verdict>,
     combination: Option<&core::Combination>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
@@ -287,7 +287,7 @@ pub fn scene_growth<'py>(
     let Some(first) = scenes.first() else { return verdict_arrays(py, Vec::new(), None) };
     let combination = combination.map(|text| first.get().combination(py, text)).transpose()?;
     let inner: Vec<&core::Scene> = scenes.iter().map(|scene| &*scene.get().inner).collect();
-    let verdicts = detached(py, || core::Verdict::of_scenes(&inner, combination.as_ref()))?
+    let verdicts = detached(py, || core::modes::Verdict::of_scenes(&inner, combination.as_ref()))?
         .map_err(|error| raise(py, &error))?;
     verdict_arrays(py, verdicts, combination.as_ref())
 }
@@ -344,7 +344,7 @@ pub fn chain_growth<'py>(
     let slider_speed = table("slider_speed", &slider_speed, subsystems)?;
     let link_horizontal = table("link_horizontal", &link_horizontal, links)?;
     let link_vertical = table("link_vertical", &link_vertical, links)?;
-    let samples = core::ChainSamples {
+    let samples = core::modes::ChainSamples {
         subsystems,
         upper_mass: &upper_mass,
         contact_mass: &contact_mass,

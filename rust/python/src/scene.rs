@@ -52,13 +52,16 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
     pub inner: Arc<core::Scene>,
+    pub propagators: Arc<core::Propagators>,
     pub input: core::SceneInput,
 }
 
 impl Scene {
     fn build(py: Python<'_>, input: core::SceneInput) -> PyResult<Self> {
-        let inner = core::Scene::new(input.clone()).map_err(|error| raise(py, &error))?;
-        Ok(Self { inner: Arc::new(inner), input })
+        let scene = core::Scene::new(input.clone()).map_err(|error| raise(py, &error))?;
+        let inner = Arc::new(scene);
+        let propagators = Arc::new(core::Propagators::new(Arc::clone(&inner)));
+        Ok(Self { inner, propagators, input })
     }
 
     pub fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
@@ -94,8 +97,8 @@ impl Scene {
         impact_friction: bool,
     ) -> PyResult<Self> {
         let mass = match *mass.shape() {
-            [_] => core::Mass::Lumped(entries(&mass)),
-            [rows, columns] if rows == columns => core::Mass::Full(entries(&mass)),
+            [_] => core::scene::Mass::Lumped(entries(&mass)),
+            [rows, columns] if rows == columns => core::scene::Mass::Full(entries(&mass)),
             ref shape => {
                 let error = core::Error::Shape {
                     argument: "mass".to_owned(),
@@ -107,10 +110,10 @@ impl Scene {
         };
         let damping = match damping {
             DampingInput::Proportional(mass, stiffness) => {
-                core::Damping::Proportional { mass, stiffness }
+                core::scene::Damping::Proportional { mass, stiffness }
             }
             DampingInput::General(matrix) => {
-                core::Damping::General(matrix.to_matrix(py, "damping")?)
+                core::scene::Damping::General(matrix.to_matrix(py, "damping")?)
             }
         };
         let input = core::SceneInput {
@@ -179,7 +182,7 @@ impl Scene {
         combination: &str,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, combination)?;
-        self.inner.start_coordinates(&state).map_err(|error| raise(py, &error))?;
+        core::contact::start_coordinates(&self.inner, &state).map_err(|error| raise(py, &error))?;
         Ok(())
     }
 
@@ -208,8 +211,8 @@ impl Scene {
             stop_at_grazing,
             interrupted: Some(&interrupted),
         };
-        let scene = &self.inner;
-        let run = detached(py, || core::simulate(scene, &start, duration, method, controls))?
+        let propagators = &self.propagators;
+        let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?
             .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
     }
@@ -217,13 +220,13 @@ impl Scene {
     /// The motion that a record was made of.
     fn trajectory(&self, py: Python<'_>, record: &Bound<'_, PyAny>) -> PyResult<Trajectory> {
         let record: crate::trajectory::Record<'_> = read_record(record)?;
-        record.trajectory(py, &self.inner)
+        record.trajectory(py, &self.propagators)
     }
 
     /// The orbit that a record was made of.
     fn cycle(&self, py: Python<'_>, record: &Bound<'_, PyAny>) -> PyResult<Cycle> {
         let record: crate::cycle::Record<'_> = read_record(record)?;
-        record.cycle(py, &self.inner)
+        record.cycle(py, &self.propagators)
     }
 }
 
@@ -282,7 +285,7 @@ impl ChainColumns<'_> {
     pub fn parts(
         &self,
         py: Python<'_>,
-    ) -> PyResult<(Vec<core::models::Subsystem>, Vec<core::models::Link>)> {
+    ) -> PyResult<(Vec<core::scene::Subsystem>, Vec<core::scene::Link>)> {
         let upper = vector(&self.upper_mass);
         let count = upper.len();
         let column = |name: &str, values: &PyReadonlyArray1<'_, f64>, length: usize| {
@@ -303,7 +306,7 @@ impl ChainColumns<'_> {
         let between = count.saturating_sub(1);
         let link_horizontal = column("link_horizontal", &self.link_horizontal, between)?;
         let link_vertical = column("link_vertical", &self.link_vertical, between)?;
-        let subsystems = (0..count).map(|i| core::models::Subsystem {
+        let subsystems = (0..count).map(|i| core::scene::Subsystem {
             upper_mass: upper[i],
             contact_mass: contact[i],
             inclination: inclination[i],
@@ -313,7 +316,7 @@ impl ChainColumns<'_> {
             preload_displacement: preload[i],
             external_force: external[i],
         });
-        let links = (0..between).map(|i| core::models::Link {
+        let links = (0..between).map(|i| core::scene::Link {
             horizontal_stiffness: link_horizontal[i],
             vertical_stiffness: link_vertical[i],
         });
@@ -331,6 +334,6 @@ pub fn chain<'py>(
     wall_stiffness: f64,
 ) -> PyResult<ChainParts<'py>> {
     let (subsystems, links) = columns.parts(py)?;
-    let (mass, stiffness, force) = core::models::chain(&subsystems, &links, wall_stiffness);
+    let (mass, stiffness, force) = core::scene::chain(&subsystems, &links, wall_stiffness);
     Ok((mass.into_pyarray(py), sparse_parts(py, &stiffness), force.into_pyarray(py)))
 }

@@ -20,13 +20,13 @@ type Slots = Vec<(String, Option<usize>)>;
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Family {
-    inner: core::Family,
+    inner: core::study::Family,
 }
 
 impl Family {
     fn build(
         py: Python<'_>,
-        template: core::Template,
+        template: core::study::Template,
         slots: Slots,
         following: &[bool],
     ) -> PyResult<Self> {
@@ -35,13 +35,13 @@ impl Family {
         };
         let parsed = slots
             .iter()
-            .map(|(name, place)| match core::Field::named(name) {
-                Some(field) => Ok(core::Slot { field, place: *place }),
+            .map(|(name, place)| match core::study::Field::named(name) {
+                Some(field) => Ok(core::study::Slot { field, place: *place }),
                 None => Err(unknown(name)),
             })
             .collect::<PyResult<Vec<_>>>()?;
         let names: Vec<&str> = slots.iter().map(|slot| slot.0.as_str()).collect();
-        core::Family::new(template, parsed, following)
+        core::study::Family::new(template, parsed, following)
             .map(|inner| Self { inner })
             .ok_or_else(|| unknown(&names.join(", ")))
     }
@@ -57,7 +57,7 @@ impl Family {
         slots: Slots,
         following: Vec<bool>,
     ) -> PyResult<Self> {
-        Self::build(py, core::Template::Scene(scene.input.clone()), slots, &following)
+        Self::build(py, core::study::Template::Scene(scene.input.clone()), slots, &following)
     }
 
     #[staticmethod]
@@ -73,7 +73,7 @@ impl Family {
         following: Vec<bool>,
     ) -> PyResult<Self> {
         let (subsystems, links) = columns.parts(py)?;
-        let chain = core::Chain {
+        let chain = core::study::Chain {
             subsystems,
             links,
             wall_stiffness,
@@ -81,7 +81,7 @@ impl Family {
             contacts: contact_inputs(&contacts),
             impact_friction,
         };
-        Self::build(py, core::Template::Chain(chain), slots, &following)
+        Self::build(py, core::study::Template::Chain(chain), slots, &following)
     }
 }
 
@@ -125,7 +125,7 @@ pub fn answers<'py>(
         .map_err(|error| crate::errors::raise(py, &error))?;
     let motion = match motion {
         Some(MotionData(duration, further, method, max_events, added, settle, energy, keep)) => {
-            Some(core::MotionQuestions {
+            Some(core::study::MotionQuestions {
                 duration,
                 further,
                 method: method_named(py, &method)?,
@@ -138,12 +138,16 @@ pub fn answers<'py>(
         }
         None => None,
     };
-    let questions = core::Questions {
+    let questions = core::study::Questions {
         combination,
         growth,
         eigenvalues,
         normal_force,
-        hopf: hopf.map(|(contacts, lower, upper)| core::HopfRange { contacts, lower, upper }),
+        hopf: hopf.map(|(contacts, lower, upper)| core::study::HopfRange {
+            contacts,
+            lower,
+            upper,
+        }),
         motion,
     };
     let rows: Vec<f64>;
@@ -151,14 +155,15 @@ pub fn answers<'py>(
     let source = match &samples {
         SampleData::Family(family, table) => {
             rows = table.as_array().iter().copied().collect();
-            core::Samples::Family(&family.inner, &rows)
+            core::study::Samples::Family(&family.inner, &rows)
         }
         SampleData::Scenes(listed) => {
             scenes = listed.iter().map(|scene| scene.inner.clone()).collect();
-            core::Samples::Scenes(&scenes)
+            core::study::Samples::Scenes(&scenes)
         }
     };
-    let found = interruptible(py, threads, |stopped| core::answers(&source, &questions, stopped))?;
+    let found =
+        interruptible(py, threads, |stopped| core::study::answers(&source, &questions, stopped))?;
     columns(py, found, sizes, &questions)
 }
 
@@ -169,7 +174,7 @@ fn interruptible<T: Send>(
     compute: impl Fn(&AtomicBool) -> T + Send + Sync,
 ) -> PyResult<T> {
     let pool = threads
-        .map(|count| core::pool(count).map_err(|error| named(py, "InputError", &error)))
+        .map(|count| core::study::pool(count).map_err(|error| named(py, "InputError", &error)))
         .transpose()?;
     let (computed, interrupted) = py.detach(|| {
         until_interrupted(|stopped| match &pool {
@@ -182,16 +187,16 @@ fn interruptible<T: Send>(
 
 fn columns<'py>(
     py: Python<'py>,
-    mut answers: Vec<core::Answer>,
+    mut answers: Vec<core::study::Answer>,
     (dofs, contacts, modes): (usize, usize, usize),
-    questions: &core::Questions,
+    questions: &core::study::Questions,
 ) -> PyResult<Bound<'py, PyDict>> {
     let dict = PyDict::new(py);
     let count = answers.len();
-    let real = |key: &str, entry: &dyn Fn(&core::Answer) -> f64| {
+    let real = |key: &str, entry: &dyn Fn(&core::study::Answer) -> f64| {
         dict.set_item(key, answers.iter().map(entry).collect::<Vec<f64>>().into_pyarray(py))
     };
-    let table = |key: &str, width: usize, row: &dyn Fn(&core::Answer) -> Option<&[f64]>| {
+    let table = |key: &str, width: usize, row: &dyn Fn(&core::study::Answer) -> Option<&[f64]>| {
         let mut entries = Vec::with_capacity(count * width);
         for answer in &answers {
             match row(answer) {
@@ -203,7 +208,8 @@ fn columns<'py>(
     };
     let nan = Complex64::new(f64::NAN, f64::NAN);
     if questions.growth {
-        let least = |answer: &core::Answer| answer.growth.map_or(nan, |growth| growth.eigenvalue);
+        let least =
+            |answer: &core::study::Answer| answer.growth.map_or(nan, |growth| growth.eigenvalue);
         dict.set_item(
             "eigenvalue",
             answers.iter().map(least).collect::<Vec<_>>().into_pyarray(py),
@@ -242,7 +248,7 @@ fn columns<'py>(
             .collect();
         dict.set_item("events", events.into_pyarray(py))?;
         if asked.settle {
-            fn settled(answer: &core::Answer) -> Option<&core::Settled> {
+            fn settled(answer: &core::study::Answer) -> Option<&core::study::Settled> {
                 answer.motion.as_ref()?.settled.as_ref()
             }
             let kinds: Vec<&str> =
@@ -269,11 +275,11 @@ fn columns<'py>(
                 })
                 .collect();
             dict.set_item("sequence", sequences)?;
-            let of = |f: fn(&core::Settled) -> f64| {
-                move |answer: &core::Answer| settled(answer).map_or(f64::NAN, f)
+            let of = |f: fn(&core::study::Settled) -> f64| {
+                move |answer: &core::study::Answer| settled(answer).map_or(f64::NAN, f)
             };
-            let growth = |f: fn(core::Lyapunov) -> f64| {
-                move |answer: &core::Answer| {
+            let growth = |f: fn(core::cycles::attractors::Lyapunov) -> f64| {
+                move |answer: &core::study::Answer| {
                     settled(answer).and_then(|s| s.growth).map_or(f64::NAN, f)
                 }
             };
@@ -286,7 +292,7 @@ fn columns<'py>(
             table("amplitude", dofs, &|answer| settled(answer).map(|s| &s.amplitude[..]))?;
         }
         if asked.energy {
-            fn energy(answer: &core::Answer) -> Option<&core::CycleEnergy> {
+            fn energy(answer: &core::study::Answer) -> Option<&core::study::CycleEnergy> {
                 answer.motion.as_ref()?.settled.as_ref()?.energy.as_ref()
             }
             table("contact_energy", contacts, &|answer| energy(answer).map(|e| &e.contact[..]))?;
@@ -326,5 +332,5 @@ fn columns<'py>(
 /// What the results of floating-point arithmetic depend on besides the program: target and vector extensions.
 #[pyfunction]
 pub fn arithmetic() -> (String, Vec<&'static str>) {
-    core::arithmetic()
+    core::numerics::arithmetic()
 }

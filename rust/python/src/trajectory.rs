@@ -102,13 +102,13 @@ impl Trajectory {
             stopped.load(Ordering::Relaxed)
         };
         let found = detached(py, || {
-            let search = core::Search {
+            let search = core::cycles::attractors::Search {
                 stretch: self.inner.end,
                 limit,
                 method,
                 interrupted: Some(&interrupted),
             };
-            self.inner.settled(search)
+            core::cycles::attractors::settled_from(&self.inner, search)
         })?;
         let (attractor, run) = found.map_err(|error| raise(py, &error))?;
         py.check_signals()?;
@@ -263,10 +263,10 @@ pub fn integers<'py>(py: Python<'py>, values: &[usize]) -> Bound<'py, PyArray1<i
     values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
 }
 
-pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<core::EventKind>> {
+pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<core::contact::EventKind>> {
     names
         .iter()
-        .map(|name| core::EventKind::named(name).map_err(|error| raise(py, &error)))
+        .map(|name| core::contact::EventKind::named(name).map_err(|error| raise(py, &error)))
         .collect()
 }
 
@@ -291,7 +291,11 @@ pub struct Record<'py> {
 }
 
 impl Record<'_> {
-    pub fn trajectory(self, py: Python<'_>, scene: &Arc<core::Scene>) -> PyResult<Trajectory> {
+    pub fn trajectory(
+        self,
+        py: Python<'_>,
+        propagators: &Arc<core::Propagators>,
+    ) -> PyResult<Trajectory> {
         let (reason, message, contact) = &self.stop;
         let stop_reason = core::StopReason::named(reason, message, *contact)
             .map_err(|error| raise(py, &error))?;
@@ -300,14 +304,14 @@ impl Record<'_> {
             .into_iter()
             .map(|(time, contact, kind, value, uncertainty)| {
                 let alternative =
-                    core::EventKind::named(&kind).map_err(|error| raise(py, &error))?;
-                Ok(core::Grazing { time, contact, alternative, value, uncertainty })
+                    core::contact::EventKind::named(&kind).map_err(|error| raise(py, &error))?;
+                Ok(core::transient::Grazing { time, contact, alternative, value, uncertainty })
             })
             .collect::<PyResult<Vec<_>>>()?;
         let accumulations = self
             .accumulations
             .into_iter()
-            .map(|(event, bounces, error)| core::Accumulation { event, bounces, error })
+            .map(|(event, bounces, error)| core::transient::Accumulation { event, bounces, error })
             .collect();
         let [phases, panels, leaps, refinements, combinations, taylor_phases] = self.counters;
         let bases = self
@@ -318,7 +322,7 @@ impl Record<'_> {
                 Ok((name, methods.collect::<PyResult<Vec<_>>>()?))
             })
             .collect::<PyResult<Vec<_>>>()?;
-        let record = core::TrajectoryRecord {
+        let record = core::transient::TrajectoryRecord {
             bases,
             phase_basis: self.phase_basis,
             phase_start: vector(&self.phase_start),
@@ -330,7 +334,7 @@ impl Record<'_> {
             event_phase: self.event_phase,
             grazings,
             accumulations,
-            counters: core::Counters {
+            counters: core::transient::Counters {
                 phases,
                 panels,
                 leaps,
@@ -341,8 +345,8 @@ impl Record<'_> {
             stop_reason,
             end: self.end,
         };
-        let inner =
-            core::Trajectory::from_record(scene, record).map_err(|error| raise(py, &error))?;
+        let inner = core::Trajectory::from_record(propagators, record)
+            .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(inner))
     }
 }

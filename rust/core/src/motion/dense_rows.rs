@@ -5,10 +5,10 @@
 
 use pulp::cast;
 
-use crate::matrix::SparseMatrix;
-use crate::reduction::RowMerge;
-use crate::scene::Scene;
-use crate::vector::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
+use crate::linalg::sparse::SparseMatrix;
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
+use crate::scene::model::Scene;
+use crate::scene::reduction::RowMerge;
 
 /// Two groups: with the two sums that `product` keeps, enough to hide the latency of additions.
 const ROWS: usize = 2 * GROUP;

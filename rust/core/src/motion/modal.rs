@@ -17,10 +17,11 @@
 use num_complex::Complex64;
 use pulp::cast;
 
-use super::modal_basis::{LEVELS, Level, LevelModes, ModalBasis, Step, TAIL_GROUPS};
-use super::phi::exponential_and_phi;
-use super::{DEGREE, Panel};
-use crate::vector::{
+use crate::motion::modal_basis::{LEVELS, Level, LevelModes, ModalBasis, Step, TAIL_GROUPS};
+use crate::motion::panel::Panel;
+use crate::numerics::first_root::DEGREE;
+use crate::numerics::phi::exponential_and_phi;
+use crate::numerics::simd::{
     ComplexGroup, GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, add_real_part, group,
 };
 

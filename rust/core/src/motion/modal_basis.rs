@@ -4,15 +4,16 @@ use std::sync::OnceLock;
 
 use num_complex::Complex64;
 
-use super::phi::{exponential_and_phi, inverse, phi2_bound};
-use super::{COEFFICIENTS, REACH};
-use crate::compensated::Doubled;
-use crate::eigen;
-use crate::event::EventFunction;
-use crate::reduction::Reduced;
-use crate::scene::Scene;
-use crate::spectrum::Mode;
-use crate::vector::{ComplexGroup, GROUP, Group, group, in_groups};
+use crate::contact::event_function::EventFunction;
+use crate::linalg::eigen;
+use crate::modes::mode::Mode;
+use crate::motion::panel::REACH;
+use crate::numerics::double_double::Doubled;
+use crate::numerics::first_root::COEFFICIENTS;
+use crate::numerics::phi::{exponential_and_phi, inverse, phi2_bound};
+use crate::numerics::simd::{ComplexGroup, GROUP, Group, group, in_groups};
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
 
 /// Widths grow by powers of two from the one that the fastest mode allows: enough for forty orders
 /// of magnitude between the fastest mode and the duration.
@@ -260,6 +261,11 @@ impl ModalBasis {
             lambda,
             inverse: ComplexVector::of(&inverse),
         }
+    }
+
+    /// About how many numbers it holds: shapes and projections of every mode over every coordinate.
+    pub fn numbers(&self) -> usize {
+        6 * self.groups * GROUP * self.kept.len()
     }
 
     pub(super) fn level(&self, level: usize) -> &Level {

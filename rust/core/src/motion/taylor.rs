@@ -10,15 +10,16 @@
 //! What is expanded is the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
 //! precision: rounding is then a part of the motion and not of the static displacement.
 
-use super::dense_rows::{DenseRows, Order};
-use super::{COEFFICIENTS, DEGREE, Panel};
-use crate::compensated::Doubled;
-use crate::eigen;
+use crate::contact::event_function::{EventFunction, Functional};
 use crate::error::Error;
-use crate::event::{EventFunction, Functional};
-use crate::reduction::{Reduced, RowMerge};
-use crate::scene::Scene;
-use crate::status::Combination;
+use crate::linalg::eigen;
+use crate::motion::dense_rows::{DenseRows, Order};
+use crate::motion::panel::Panel;
+use crate::numerics::double_double::Doubled;
+use crate::numerics::first_root::{COEFFICIENTS, DEGREE};
+use crate::scene::model::Scene;
+use crate::scene::reduction::{Reduced, RowMerge};
+use crate::scene::status::Combination;
 
 /// sigma times width of a panel, before it is shortened to what the series leaves out. The norm overestimates
 /// the fastest mode about twofold, and terms up to e^(sigma h / 2) cancel.
@@ -55,6 +56,14 @@ enum MassSolve {
 }
 
 impl TaylorOperator {
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        let mass = match &self.mass {
+            MassSolve::Diagonal(entries) | MassSolve::Full(entries) => entries.len(),
+        };
+        mass + 4 * self.kept.len()
+    }
+
     pub fn new(
         scene: &Scene,
         combination: &Combination,
@@ -66,7 +75,7 @@ impl TaylorOperator {
             .contacts
             .iter()
             .zip(combination.statuses())
-            .filter(|pair| *pair.1 == crate::status::Status::Sticking)
+            .filter(|pair| *pair.1 == crate::scene::status::Status::Sticking)
             .map(|(contact, _)| (contact.tangential, contact.slider_speed))
             .collect();
         let m = kept.len();
@@ -77,7 +86,7 @@ impl TaylorOperator {
             let reduced = Reduced::new(scene, combination)?;
             let pivot = eigen::smallest_relative_pivot(m, &reduced.mass);
             if pivot < 1e-14 {
-                return Err(Error::SingularMass { combination: combination.clone(), pivot });
+                return Err(Error::SingularMass { combination: combination.to_string(), pivot });
             }
             let identity: Vec<f64> =
                 (0..m * m).map(|k| if k / m == k % m { 1.0 } else { 0.0 }).collect();
@@ -139,7 +148,7 @@ impl TaylorOperator {
     fn norms(&self, scene: &Scene) -> (f64, f64) {
         let mut is_kept = vec![false; scene.size];
         self.kept.iter().for_each(|&k| is_kept[k] = true);
-        let row_sums = |matrix: &crate::matrix::SparseMatrix| -> Vec<f64> {
+        let row_sums = |matrix: &crate::linalg::sparse::SparseMatrix| -> Vec<f64> {
             let sum = |row: usize| -> f64 {
                 matrix
                     .row(row)

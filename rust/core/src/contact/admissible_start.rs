@@ -1,0 +1,176 @@
+//! The start of a run: a state brought to contact coordinates and to the exact zeros of its combination.
+
+use crate::contact::event_function::Functional;
+use crate::contact::event_function::{contact_forces, reaction};
+use crate::contact::transition::Departure;
+use crate::error::Error;
+use crate::scene::contact_law::check_finite;
+use crate::scene::model::{Scene, State};
+use crate::scene::status::{Combination, Status};
+
+/// Relative tolerance to which a start state may miss the constraints of its combination.
+const START_TOLERANCE: f64 = 1e-9;
+
+/// Brings a start state to contact coordinates, refusing one that penetrates or violates its combination.
+pub fn start_coordinates(scene: &Scene, state: &State) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    for (argument, values) in [("position", &state.position), ("velocity", &state.velocity)] {
+        if values.len() != scene.size {
+            return Err(Error::Shape {
+                argument: argument.into(),
+                expected: format!("shape ({},)", scene.size),
+                got: format!("({},)", values.len()),
+            });
+        }
+        check_finite(argument, values)?;
+    }
+    if state.combination.statuses().len() != scene.contacts.len() {
+        return Err(Error::Combination {
+            got: state.combination.to_string(),
+            contacts: scene.contacts.len(),
+        });
+    }
+    scene.check_combination(&state.combination)?;
+    let (mut q, mut u) = scene.to_coordinates(&state.position, &state.velocity);
+    let length = q.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let speed = u.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    for (contact, (law, &status)) in
+        scene.contacts.iter().zip(state.combination.statuses()).enumerate()
+    {
+        let violated = |argument, quantity, value| Error::ViolatedStatus {
+            argument,
+            contact,
+            status: status.letter(),
+            quantity,
+            value,
+        };
+        let gap = q[law.normal];
+        let length_tolerance = START_TOLERANCE * length.max(law.gap.abs());
+        let speed_tolerance = START_TOLERANCE * speed.max(law.slider_speed.abs());
+        if gap < -length_tolerance {
+            return Err(Error::Penetration { contact, gap });
+        }
+        if !status.is_closed() {
+            q[law.normal] = gap.max(0.0);
+            if gap <= 0.0 && u[law.normal] < -speed_tolerance {
+                return Err(violated("velocity", "gap velocity", u[law.normal]));
+            }
+            continue;
+        }
+        if gap > length_tolerance {
+            return Err(violated("position", "gap", gap));
+        }
+        if u[law.normal].abs() > speed_tolerance {
+            return Err(violated("velocity", "gap velocity", u[law.normal]));
+        }
+        q[law.normal] = 0.0;
+        u[law.normal] = 0.0;
+        let slip = u[law.tangential] - law.slider_speed;
+        let consistent = match status {
+            Status::Sticking => slip.abs() <= speed_tolerance,
+            Status::Positive => slip <= 0.0 || law.static_friction == 0.0,
+            _ => slip >= 0.0 || law.static_friction == 0.0,
+        };
+        if !consistent {
+            return Err(violated("velocity", "slip velocity", slip));
+        }
+        if status == Status::Sticking {
+            u[law.tangential] = law.slider_speed;
+        }
+    }
+    for (contact, (law, &status)) in
+        scene.contacts.iter().zip(state.combination.statuses()).enumerate()
+    {
+        if !status.is_closed() {
+            continue;
+        }
+        let violated = |quantity, value| Error::ViolatedStatus {
+            argument: "state",
+            contact,
+            status: status.letter(),
+            quantity,
+            value,
+        };
+        let (_, normal) = force_as(scene, &state.combination, contact, status);
+        let normal_force = normal.value(&q, &u);
+        let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
+        if normal_force < -tolerance {
+            return Err(violated("normal force", normal_force));
+        }
+        let slip = u[law.tangential] - law.slider_speed;
+        if slip == 0.0 && law.static_friction > 0.0 {
+            let (friction, _) = force_as(scene, &state.combination, contact, Status::Sticking);
+            let required = friction.value(&q, &u);
+            let limit = law.static_friction * normal_force;
+            let tolerance =
+                law.static_friction * tolerance + START_TOLERANCE * friction.magnitude(&q, &u);
+            let holds = match status {
+                Status::Sticking => required.abs() <= limit + tolerance,
+                Status::Positive => required >= law.friction * normal_force - tolerance,
+                _ => required <= -law.friction * normal_force + tolerance,
+            };
+            if !holds {
+                return Err(violated("required friction force at slip velocity 0", required));
+            }
+        }
+    }
+    Ok((q, u))
+}
+
+/// (T, N) of a contact if it had a status and the others theirs of `combination`: where mass couples contacts, what
+/// one of them carries depends on all.
+fn force_as(
+    scene: &Scene,
+    combination: &Combination,
+    contact: usize,
+    status: Status,
+) -> (Functional, Functional) {
+    if !scene.contacts_coupled() {
+        let law = &scene.contacts[contact];
+        return (reaction(scene, law.tangential), reaction(scene, law.normal));
+    }
+    let mut statuses = combination.statuses().to_vec();
+    statuses[contact] = status;
+    contact_forces(scene, &Combination::new(statuses)).swap_remove(contact)
+}
+
+/// Functions of the start state that are exactly zero leave from zero: their multiplicity is found
+/// from the derivatives, each compared with its rounding.
+pub(crate) fn initial_departures(
+    scene: &Scene,
+    combination: &Combination,
+    q: &[f64],
+    u: &[f64],
+) -> Vec<Departure> {
+    combination
+        .statuses()
+        .iter()
+        .enumerate()
+        .map(|(contact, &status)| {
+            let law = &scene.contacts[contact];
+            let force = |status| force_as(scene, combination, contact, status);
+            let vanishes = |reaction: &Functional| {
+                reaction.value(q, u).abs() <= START_TOLERANCE * reaction.magnitude(q, u)
+            };
+            match status {
+                Status::Detached if q[law.normal] == 0.0 => {
+                    if u[law.normal] > 0.0 {
+                        Departure::Gap(1)
+                    } else if vanishes(&force(Status::Positive).1) {
+                        Departure::Gap(3)
+                    } else {
+                        Departure::Gap(2)
+                    }
+                }
+                _ if status.is_sliding() && u[law.tangential] == law.slider_speed => {
+                    let normal = force(status).1.value(q, u);
+                    let friction = status.friction_sign() * law.friction * normal;
+                    let required = force(Status::Sticking).0;
+                    let excess = (required.value(q, u) - friction).abs();
+                    let rounding = START_TOLERANCE * required.magnitude(q, u);
+                    Departure::Slip(if excess <= rounding { 2 } else { 1 })
+                }
+                _ => Departure::None,
+            }
+        })
+        .collect()
+}

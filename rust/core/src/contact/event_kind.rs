@@ -1,0 +1,58 @@
+//! The kinds of events, and their names.
+
+use crate::error::Error;
+use crate::scene::status::Status;
+
+/// What happened to one contact at one instant, and the zero of the event function that says so.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum EventKind {
+    /// The slip velocity of a sliding contact reached zero.
+    Velocity,
+    /// T of a sticking contact reached +mu_static N: it slides with T = +mu N.
+    SlipPositive,
+    /// T of a sticking contact reached -mu_static N: it slides with T = -mu N.
+    SlipNegative,
+    /// The normal force reached zero and the contact opened.
+    Release,
+    /// The gap of an open contact closed.
+    Impact,
+    /// Infinitely many bounces came to rest; this kind has no event function of its own.
+    Accumulation,
+}
+
+impl EventKind {
+    pub const fn name(self) -> &'static str {
+        match self {
+            EventKind::Velocity => "velocity",
+            EventKind::SlipPositive => "slip+",
+            EventKind::SlipNegative => "slip-",
+            EventKind::Release => "release",
+            EventKind::Impact => "impact",
+            EventKind::Accumulation => "accumulation",
+        }
+    }
+
+    const ALL: [EventKind; 6] = [
+        EventKind::Velocity,
+        EventKind::SlipPositive,
+        EventKind::SlipNegative,
+        EventKind::Release,
+        EventKind::Impact,
+        EventKind::Accumulation,
+    ];
+
+    /// Whether a contact of this status can have such an event.
+    pub(crate) const fn can_end(self, status: Status) -> bool {
+        match self {
+            EventKind::Velocity => status.is_sliding(),
+            EventKind::SlipPositive | EventKind::SlipNegative => matches!(status, Status::Sticking),
+            EventKind::Release => status.is_closed(),
+            EventKind::Impact | EventKind::Accumulation => !status.is_closed(),
+        }
+    }
+
+    pub fn named(name: &str) -> Result<Self, Error> {
+        let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
+        found.ok_or(Error::Record { reason: "unknown kind of event" })
+    }
+}

@@ -1,0 +1,10 @@
+//! What a status means: event functions, kinds of events, transitions, admissible starts.
+
+pub(crate) mod admissible_start;
+pub(crate) mod contact_problem;
+pub(crate) mod event_function;
+pub(crate) mod event_kind;
+pub(crate) mod transition;
+
+pub use admissible_start::start_coordinates;
+pub use event_kind::EventKind;

@@ -1,0 +1,183 @@
+//! What a motion settles to: an equilibrium, a periodic orbit, or neither.
+
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use crate::cycles::attractors::lyapunov::{Lyapunov, Neighbour};
+use crate::cycles::attractors::recurrence::Recurrence;
+use crate::cycles::attractors::recurrence::recurrence;
+use crate::cycles::attractors::search::Search;
+use crate::error::Error;
+use crate::linalg::eigen;
+use crate::modes::complex_modes::Modes;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::State;
+use crate::scene::status::Status;
+use crate::transient::run_state::Controls;
+use crate::transient::simulate::simulate;
+use crate::transient::trajectory::{StopReason, Trajectory};
+
+/// Growth of neighbours, as a power of e, over the later half of the motion that makes it chaotic.
+const CHAOS: f64 = 12.0;
+/// Length of a look at the motion, of what has been computed before.
+const LONGER: f64 = 0.5;
+/// Longest look, of the first one: what is kept of a motion fits into memory.
+const LONGEST: f64 = 32.0;
+/// Standard errors of the growth rate by which it must exceed zero for that.
+const CERTAIN: f64 = 4.0;
+
+/// Where a motion ends up.
+#[derive(Debug)]
+pub enum Attractor {
+    /// Rest or steady sliding: every mode of the combination decays and no event function can reach zero.
+    Equilibrium,
+    /// A periodic orbit.
+    Cycle(Box<Recurrence>),
+    /// No recurrence within the motion looked at.
+    Aperiodic(Lyapunov),
+    /// The motion grew beyond the range of numbers.
+    Unbounded,
+    /// The run could not go on, for the reason its trajectory states.
+    Stopped,
+}
+
+/// Follows the motion from `start` until it is known what it settles to; with its last stretch.
+pub fn settle(
+    propagators: &Arc<Propagators>,
+    start: &State,
+    search: Search<'_>,
+) -> Result<(Attractor, Trajectory), Error> {
+    let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
+    let mut elapsed = 0.0;
+    let mut neighbour: Option<Neighbour> = None;
+    let mut state = start.clone();
+    loop {
+        // A recurrence shows within one look only: long periods need long ones.
+        let longer = (LONGER * elapsed).min(LONGEST * search.stretch);
+        let look = search.stretch.max(longer.min(search.limit - elapsed));
+        let mut run = simulate(propagators, &state, look, search.method, controls)?;
+        elapsed += run.end;
+        if let Some(attractor) = attractor(&run, search) {
+            return Ok((attractor, run));
+        }
+        if neighbour.is_none() && meets_events(&run) {
+            neighbour = Some(Neighbour::new(&run));
+        }
+        if let Some(neighbour) = &mut neighbour {
+            neighbour.follow(&run, search.method, search.interrupted)?;
+        }
+        if search.is_interrupted() {
+            run.stop_reason = StopReason::Interrupted;
+            return Ok((Attractor::Stopped, run));
+        }
+        let growth = neighbour.as_ref().map_or(Lyapunov::UNKNOWN, Neighbour::growth);
+        let Lyapunov { exponent, error, time } = growth;
+        if exponent * time > CHAOS && exponent > CERTAIN * error || elapsed >= search.limit {
+            return Ok((Attractor::Aperiodic(growth), run));
+        }
+        state = run.state(run.end)?;
+    }
+}
+
+/// What the run settles to: shown by its own end, or by the motion that follows, of which the last stretch
+/// comes with it.
+pub fn settled_from(
+    run: &Trajectory,
+    search: Search<'_>,
+) -> Result<(Attractor, Option<Trajectory>), Error> {
+    if let Some(attractor) = attractor(run, search) {
+        return Ok((attractor, None));
+    }
+    if !(search.limit > 0.0) {
+        if !meets_events(run) {
+            return Ok((Attractor::Aperiodic(Lyapunov::UNKNOWN), None));
+        }
+        let mut neighbour = Neighbour::new(run);
+        neighbour.follow(run, search.method, None)?;
+        return Ok((Attractor::Aperiodic(neighbour.growth()), None));
+    }
+    let (attractor, run) = settle(&run.propagators, &run.state(run.end)?, search)?;
+    Ok((attractor, Some(run)))
+}
+
+/// Whether events begin in its first half: until then neighbours grow by the modes of one combination, which
+/// says nothing of the attractor.
+fn meets_events(run: &Trajectory) -> bool {
+    run.events.first().is_some_and(|event| event.time <= 0.5 * run.end)
+}
+
+/// What the run has settled to, if its end shows it.
+pub fn attractor(run: &Trajectory, search: Search<'_>) -> Option<Attractor> {
+    match run.stop_reason {
+        StopReason::Unbounded => return Some(Attractor::Unbounded),
+        StopReason::Failed(_) | StopReason::Chattering { .. } | StopReason::Interrupted => {
+            return Some(Attractor::Stopped);
+        }
+        _ => {}
+    }
+    if comes_to_rest(run) {
+        return Some(Attractor::Equilibrium);
+    }
+    recurrence(run, search).map(|recurrence| Attractor::Cycle(Box::new(recurrence)))
+}
+
+/// Whether no event can follow: with modal deviations z from the equilibrium of the last combination,
+/// an event function never falls below its value there less `sum |h_r| |z_r|`.
+fn comes_to_rest(run: &Trajectory) -> bool {
+    let scene = run.scene();
+    let Some(phase) = run.phases.last() else { return false };
+    let combination = &phase.basis.combination;
+    let carried = scene
+        .contacts
+        .iter()
+        .zip(combination.statuses())
+        .any(|(law, &status)| status == Status::Sticking && law.slider_speed != 0.0);
+    if carried {
+        return false;
+    }
+    let Ok(modes) = Modes::new(scene, combination) else { return false };
+    if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
+        return false;
+    }
+    let Ok(end) = run.state(run.end) else { return false };
+    let (q, u) = scene.to_coordinates(&end.position, &end.velocity);
+    let reduced = &modes.reduced;
+    let m = reduced.size();
+    let mut force = reduced.force_constant.clone();
+    for stick in &reduced.sticking {
+        force.iter_mut().zip(&stick.load).for_each(|(f, load)| *f += load * q[stick.coordinate]);
+    }
+    let mut rest = q.clone();
+    let solved = eigen::solve(m, &reduced.stiffness, &force);
+    reduced.kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
+    let deviation: Vec<f64> = reduced
+        .kept
+        .iter()
+        .map(|&k| q[k] - rest[k])
+        .chain(reduced.kept.iter().map(|&k| u[k]))
+        .collect();
+    let z = modes.coordinates(&deviation);
+    let still = vec![0.0; scene.size];
+    phase.basis.functions.iter().all(|function| {
+        let functional = &function.functional;
+        let reach: f64 = z
+            .iter()
+            .zip(modes.right.chunks_exact(m.max(1)))
+            .zip(&modes.eigenvalues)
+            .map(|((z, right), lambda)| {
+                let part = |terms: &[(usize, f64)]| -> Complex64 {
+                    terms
+                        .iter()
+                        .filter_map(|&(k, weight)| {
+                            let j = reduced.kept.iter().position(|&kept| kept == k)?;
+                            Some(weight * right[j])
+                        })
+                        .sum()
+                };
+                (part(&functional.position) + lambda * part(&functional.velocity)).norm() * z.norm()
+            })
+            .sum();
+        functional.value(&rest, &still) > reach
+    })
+}

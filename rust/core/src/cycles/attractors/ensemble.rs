@@ -1,0 +1,58 @@
+//! Many scenes at once, one per processor; each result is that of its scene alone.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use crate::cycles::attractors::attractor::{Attractor, settle};
+use crate::cycles::attractors::search::Search;
+use crate::error::RunFailure;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::State;
+use crate::transient::trajectory::{StopReason, Trajectory};
+
+/// An attractor, with the last stretch of the motion towards it.
+pub type Found = (Attractor, Trajectory);
+
+/// What the motion from every start settles to, in the order given; nothing for those that an interrupt came
+/// before.
+pub fn settle_all(
+    cases: &[(Arc<Propagators>, State)],
+    search: Search<'_>,
+) -> Vec<Option<Result<Found, RunFailure>>> {
+    let interrupted = || search.interrupted.is_some_and(|ask| ask());
+    cases
+        .par_iter()
+        .with_max_len(1)
+        .map(|(scene, start)| {
+            if interrupted() {
+                return None;
+            }
+            let found = RunFailure::guarded(|| settle(scene, start, search));
+            let found = found.and_then(|found| Ok(found?));
+            let unfinished =
+                matches!(&found, Ok((_, run)) if run.stop_reason == StopReason::Interrupted);
+            (!unfinished).then_some(found)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::motion::method::Method;
+    use crate::transient::batch::tests::{defective, job, oscillator};
+
+    #[test]
+    fn a_panic_is_the_failure_of_its_own_search() {
+        let (sound, broken) = (oscillator(20.0), defective());
+        let start = job(&sound).start.expect("given");
+        let cases = [&sound, &broken, &sound]
+            .map(|scene| (Arc::new(Propagators::new(Arc::clone(scene))), start.clone()));
+        let search = Search { stretch: 0.5, limit: 1.0, method: Method::Auto, interrupted: None };
+        let settled = settle_all(&cases, search);
+        assert!(matches!(settled[0], Some(Ok(_))) && matches!(settled[2], Some(Ok(_))));
+        let Some(Err(failure)) = &settled[1] else { panic!("not a failure") };
+        assert!(failure.to_string().starts_with("internal error: "), "{failure}");
+    }
+}

@@ -1,0 +1,179 @@
+//! How fast neighbours of a motion part: its largest Lyapunov exponent across the flow.
+//!
+//! A neighbour is carried by the transition matrix of every phase and the saltation of every event, and compared
+//! with the motion at its own events, so that a shift along the motion, which neither grows nor decays, does
+//! not show (G. Benettin et al., "Lyapunov characteristic exponents for smooth dynamical systems and for
+//! Hamiltonian systems", Meccanica 15, 1980; P. Müller, "Calculation of Lyapunov exponents for dynamic systems
+//! with discontinuities", Chaos, Solitons & Fractals 5, 1995). A mean rate over a finite time has an
+//! error: that of the means of batches much longer than a period, taken as independent of each other. Means are
+//! weighted smoothly towards the ends, where a rate that repeats almost converges faster than one that is
+//! chaotic (S. Das et al., "Measuring quasiperiodicity", Europhysics Letters 114, 2016): on a torus the error
+//! is small, in weak chaos it is not.
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::orbits::flow::Flow;
+use crate::cycles::orbits::orbit::Scales;
+use crate::cycles::orbits::saltation::passages;
+use crate::error::Error;
+use crate::motion::method::Method;
+use crate::transient::trajectory::Trajectory;
+
+/// Batches whose means give the error: its own relative error is about `1 / sqrt(2 BATCHES)`.
+const BATCHES: usize = 8;
+/// Entries kept of the history: many to a batch, however long the motion.
+const ENTRIES: usize = 1 << 16;
+/// Phases between two looks for an interrupt, about a millisecond.
+const PATIENCE: usize = 64;
+
+/// A mean growth rate of neighbours, 1/s.
+#[derive(Debug, Clone, Copy)]
+pub struct Lyapunov {
+    /// Positive in chaos, zero on a torus, negative while the motion still settles.
+    pub exponent: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// The time over which it was measured, s.
+    pub time: f64,
+}
+
+impl Lyapunov {
+    /// A rate of which nothing is known: the neighbours of a motion that has not met an event grow by its modes, and
+    /// those of one that only touches the zero of an event function have no derivative.
+    pub const UNKNOWN: Self = Self { exponent: f64::NAN, error: f64::INFINITY, time: 0.0 };
+}
+
+/// An infinitesimal neighbour of a motion that is computed run after run.
+#[derive(Debug)]
+pub(crate) struct Neighbour {
+    scales: Scales,
+    apart: Vec<f64>,
+    time: f64,
+    grown: f64,
+    /// Time and logarithm of the distance after every phase.
+    history: Vec<(f64, f64)>,
+}
+
+impl Neighbour {
+    pub fn new(run: &Trajectory) -> Self {
+        let size = 2 * run.scene().size;
+        Self {
+            scales: Scales::of(run.scene().size, run.states.chunks_exact(size)),
+            // Any direction has a part along the one that grows most.
+            apart: (0..size).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect(),
+            time: 0.0,
+            grown: 0.0,
+            history: vec![(0.0, 0.0)],
+        }
+    }
+
+    /// Carries the neighbour along a run that starts where the one before ended, unless interrupted.
+    pub fn follow(
+        &mut self,
+        run: &Trajectory,
+        method: Method,
+        interrupted: Option<&(dyn Fn() -> bool + Sync)>,
+    ) -> Result<(), Error> {
+        let scene = run.scene();
+        let size = 2 * scene.size;
+        let count = run.phases.len();
+        let mut events: Vec<Vec<(usize, EventKind)>> = vec![Vec::new(); count + 1];
+        for event in &run.events {
+            events[event.phase].push((event.contact, event.kind));
+        }
+        for phase in 0..count {
+            if phase % PATIENCE == 0 && interrupted.is_some_and(|ask| ask()) {
+                return Ok(());
+            }
+            let basis = &run.phases[phase].basis;
+            let flow = Flow::new(&run.propagators, &basis.combination, method)?;
+            let start = &run.states[size * phase..size * (phase + 1)];
+            let duration = run.phase_duration(phase);
+            let end = flow.end(start, duration);
+            // Phi times the neighbour: the difference of two motions, which is exact (see `flow`).
+            let mut moved = start.to_vec();
+            flow.free.iter().for_each(|&k| moved[k] += self.apart[k]);
+            let mut apart = flow.end(&moved, duration);
+            apart.iter_mut().zip(&end).for_each(|(dy, y)| *dy -= y);
+            if phase + 1 < count {
+                let arrived = &run.states[size * (phase + 1)..size * (phase + 2)];
+                let found = passages(scene, &basis.combination, &end, &events[phase + 1]);
+                let after = &run.phases[phase + 1].basis.combination;
+                let mut between = basis.combination.clone();
+                for (index, passage) in found.iter().enumerate() {
+                    // Events that coincide follow each other in no time.
+                    let carried = match index {
+                        0 => passage.carried(scene, &flow, [start, &end, arrived], &apart),
+                        _ => {
+                            let flow = Flow::new(&run.propagators, &between, method)?;
+                            passage.carried(scene, &flow, [arrived; 3], &apart)
+                        }
+                    };
+                    // Of a neighbour that cannot be carried on nothing is known.
+                    apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);
+                    between = passage.settled(&between, after);
+                }
+            }
+            self.apart = apart;
+            self.rescale(duration);
+        }
+        Ok(())
+    }
+
+    fn rescale(&mut self, duration: f64) {
+        let scaled = self.apart.iter().enumerate().map(|(k, x)| (x / self.scales.unit(k)).powi(2));
+        let distance = scaled.sum::<f64>().sqrt();
+        self.time += duration;
+        if distance == 0.0 {
+            // The neighbour has come to the motion itself, as all others do, and stays there.
+            self.grown = f64::NEG_INFINITY;
+        } else {
+            self.apart.iter_mut().for_each(|x| *x /= distance);
+            self.grown += distance.ln();
+        }
+        self.history.push((self.time, self.grown));
+        if self.history.len() > ENTRIES {
+            // Every second one, from the first on.
+            let mut odd = false;
+            self.history.retain(|_| {
+                odd = !odd;
+                odd
+            });
+        }
+    }
+
+    /// The rate over the later half of the motion: until then the neighbour turns towards what grows most.
+    pub fn growth(&self) -> Lyapunov {
+        if self.grown.is_nan() {
+            return Lyapunov::UNKNOWN;
+        }
+        if self.grown == f64::NEG_INFINITY {
+            return Lyapunov { exponent: self.grown, error: 0.0, time: self.time };
+        }
+        let time = 0.5 * self.time;
+        let exponent = self.smooth_rate(time, self.time);
+        let width = time / BATCHES as f64;
+        let square: f64 = (0..BATCHES)
+            .map(|batch| time + width * batch as f64)
+            .map(|begin| (self.smooth_rate(begin, begin + width) - exponent).powi(2))
+            .sum();
+        let count = BATCHES as f64;
+        Lyapunov { exponent, error: (square / (count * (count - 1.0))).sqrt(), time }
+    }
+
+    /// Mean growth rate from `begin` to `end`, weighted by `exp(-1 / (s (1 - s)))` over 0 < s < 1.
+    fn smooth_rate(&self, begin: f64, end: f64) -> f64 {
+        let first = self.history.partition_point(|entry| entry.0 <= begin).max(1);
+        let (mut growth, mut time) = (0.0, 0.0);
+        for pair in self.history[first - 1..].windows(2) {
+            let (from, to) = (pair[0].0.max(begin), pair[1].0.min(end));
+            let s = (0.5 * (from + to) - begin) / (end - begin);
+            if from >= end || !(s > 0.0 && s < 1.0 && to > from) {
+                continue;
+            }
+            let weight = (-1.0 / (s * (1.0 - s))).exp() * (to - from);
+            growth += weight * (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0);
+            time += weight;
+        }
+        growth / time
+    }
+}

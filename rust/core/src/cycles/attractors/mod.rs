@@ -1,0 +1,14 @@
+//! What motions settle to.
+
+pub(crate) mod attractor;
+pub(crate) mod ensemble;
+pub(crate) mod lyapunov;
+pub(crate) mod recurrence;
+pub(crate) mod search;
+
+pub use attractor::{Attractor, settle, settled_from};
+pub use ensemble::{Found, settle_all};
+pub use lyapunov::Lyapunov;
+pub use recurrence::Recurrence;
+pub use recurrence::is_followed;
+pub use search::Search;

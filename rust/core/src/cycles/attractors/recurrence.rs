@@ -1,0 +1,304 @@
+//! Whether a motion has become periodic: recurrence of its events, and of the states after them.
+//!
+//! The last events of a run are compared with themselves shifted by p = 1, 2, ... events. A recurrence is a
+//! guess for Newton's method; the orbit found is what the run settles to if the run is on it, or if the orbit is
+//! stable and the run approaches it by at least half of what the multipliers say. A run that alternates around an unstable orbit goes on to 2p, and a
+//! multiplier near -1, whose alternation dies slowly, does not double the period.
+//!
+//! The impacts of a series that ends at its limit are one event: their number depends on rounding, and no sequence
+//! that counts them would recur.
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::attractors::search::Search;
+use crate::cycles::orbits::cycle::{Cycle, Stability};
+use crate::cycles::orbits::flow::Flow;
+use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
+use crate::cycles::orbits::saltation::{Passage, passages};
+use crate::motion::method::Method;
+use crate::scene::status::Combination;
+use crate::transient::run_state::Controls;
+use crate::transient::simulate::simulate;
+use crate::transient::trajectory::Trajectory;
+
+/// Periods over which events must repeat.
+const REPEATS: usize = 3;
+/// Mismatch of a recurrence, relative to the range of the motion, up to which Newton's method is tried.
+const NEAR: f64 = 0.5;
+/// Distance from an orbit at which a run is on it, whether the orbit is stable or not.
+const ON: f64 = 1e-8;
+/// Recurrences tried: the doublings of a period up to 64, or as many odd ones.
+const CANDIDATES: usize = 7;
+/// Distance of two states of one orbit that are the same one.
+const SAME: f64 = 1e-6;
+
+/// A periodic motion that a run has settled to.
+#[derive(Debug)]
+pub struct Recurrence {
+    pub cycle: Cycle,
+    /// Distance of the end of the run from the orbit, relative to its range.
+    pub distance: f64,
+    approached: bool,
+}
+
+/// What happened at the start of a phase, and its combination.
+type Label = (Vec<(usize, EventKind)>, Combination);
+
+/// One entry of a sequence of events: what happened, and the phase that begins then.
+#[derive(Debug, PartialEq)]
+struct Entry {
+    label: Label,
+    phase: usize,
+}
+
+impl Entry {
+    /// Whether a contact struck, whatever that did to others.
+    fn is_impact(&self) -> bool {
+        self.label.0.iter().any(|event| event.1 == EventKind::Impact)
+    }
+}
+
+/// The shortest periodic orbit that the end of the run is on or approaches.
+pub fn recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
+    let labels = labels(run);
+    let mut sequence = condensed(&labels);
+    recurring(run, search, &labels, &sequence).or_else(|| {
+        // The run may end within a series of impacts, whose limit it does not reach.
+        let whole = sequence.len();
+        while sequence.pop_if(|entry| entry.is_impact()).is_some() {}
+        let ends_within = sequence.len() < whole;
+        ends_within.then(|| recurring(run, search, &labels, &sequence)).flatten()
+    })
+}
+
+fn recurring(
+    run: &Trajectory,
+    search: Search<'_>,
+    labels: &[Label],
+    sequence: &[Entry],
+) -> Option<Recurrence> {
+    let last = sequence.len().checked_sub(1)?;
+    (1..=last / REPEATS)
+        .map(|period| (period, repeats(sequence, period)))
+        .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
+        .take(CANDIDATES)
+        .take_while(|_| !search.is_interrupted())
+        .filter_map(|(period, returns)| {
+            let compared = &sequence[last - returns..];
+            let phases: Vec<usize> = compared.iter().map(|entry| entry.phase).collect();
+            candidate(run, search.method, labels, &phases, period)
+        })
+        // A stable orbit that the run does not yet approach is waited for, not passed over for its doubling.
+        .next()
+        .filter(|found| found.approached)
+}
+
+/// What happened at the start of every phase but the first, and its combination.
+fn labels(run: &Trajectory) -> Vec<Label> {
+    let mut labels: Vec<Label> = run
+        .phases
+        .iter()
+        .skip(1)
+        .map(|phase| (Vec::new(), phase.basis.combination.clone()))
+        .collect();
+    for event in &run.events {
+        labels[event.phase - 1].0.push((event.contact, event.kind));
+    }
+    labels
+}
+
+/// The combinations of the phases that last, neighbours that are equal once: bounces don't change them, and
+/// the phases within a series of impacts don't count.
+fn lasting_combinations(run: &Trajectory, period: f64) -> Vec<Combination> {
+    let count = run.phases.len();
+    let lasts = |k: usize| k + 1 == count || run.phase_duration(k) > INSTANT * period;
+    let after = condensed(&labels(run)).into_iter().map(|entry| entry.phase);
+    let mut sequence: Vec<Combination> = std::iter::once(0)
+        .chain(after)
+        .filter(|&k| lasts(k))
+        .map(|k| run.phases[k].basis.combination.clone())
+        .collect();
+    sequence.dedup();
+    sequence
+}
+
+fn whole_state(run: &Trajectory, phase: usize) -> &[f64] {
+    let size = 2 * run.scene().size;
+    &run.states[size * phase..size * (phase + 1)]
+}
+
+/// The orbit behind a recurrence: `ends` are the phases at which the compared entries of the sequence begin,
+/// of which the last `period` make up one round.
+fn candidate(
+    run: &Trajectory,
+    method: Method,
+    labels: &[Label],
+    ends: &[usize],
+    period: usize,
+) -> Option<Recurrence> {
+    let count = ends.len() - 1;
+    let rounds = count / period;
+    let (last, before) = (ends[count], ends[count - period]);
+    let window = (before..=last).map(|phase| whole_state(run, phase));
+    let scales = Scales::of(run.scene().size, window);
+    if !(scales.distance(whole_state(run, last), whole_state(run, before)) < NEAR) {
+        return None;
+    }
+    let steps = steps(run, method, labels, before..last)?;
+    let orbit = Orbit::solve(&run.propagators, method, steps).ok()?;
+    let distance = |phase: usize| scales.distance(whole_state(run, phase), &orbit.steps[0].state);
+    let (now, first) = (distance(last), distance(ends[count - rounds * period]));
+    if !(now < NEAR) || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period) {
+        return None;
+    }
+    if repeats_itself(&orbit) || !is_followed(&orbit) {
+        return None;
+    }
+    let cycle = Cycle::new(rotated(orbit)).ok()?;
+    let stable = cycle.stability == Stability::Stable;
+    let rate = cycle.multipliers.largest();
+    let expected = 0.5 * (1.0 + rate.powi(rounds.min(i32::MAX as usize) as i32));
+    let approached = now < ON || stable && now < expected * first;
+    (approached || stable).then_some(Recurrence { cycle, distance: now, approached })
+}
+
+/// The phases of a range as steps of an orbit.
+fn steps(
+    run: &Trajectory,
+    method: Method,
+    labels: &[Label],
+    phases: std::ops::Range<usize>,
+) -> Option<Vec<Step>> {
+    let mut steps = Vec::with_capacity(phases.len());
+    for phase in phases {
+        let combination = &run.phases[phase].basis.combination;
+        let start = whole_state(run, phase);
+        let duration = run.phase_duration(phase);
+        let flow = Flow::new(&run.propagators, combination, method).ok()?;
+        let end = flow.end(start, duration);
+        let (events, after) = &labels[phase];
+        let mut found = passages(run.scene(), combination, &end, events);
+        // The limit of the bounces of a contact comes before what coincides with it.
+        let is_limit =
+            |passage: &Passage| passage.trigger == EventKind::Accumulation && !passage.is_joint();
+        if let Some(limit) = found.iter().position(is_limit) {
+            found = vec![found.swap_remove(limit)];
+        }
+        let mut found = found.into_iter().peekable();
+        let (mut combination, mut state, mut duration) =
+            (combination.clone(), start.to_vec(), duration);
+        while let Some(passage) = found.next() {
+            let contact = passage.contact;
+            let kind = match passage.is_joint() {
+                true => EventKind::Accumulation,
+                false => events.iter().find(|event| event.0 == contact)?.1,
+            };
+            let next = match found.peek() {
+                Some(_) => passage.settled(&combination, after),
+                None => after.clone(),
+            };
+            steps.push(Step { combination, state, duration, passage, kind });
+            // Events that coincide follow each other in no time.
+            (combination, state, duration) = (next, whole_state(run, phase + 1).to_vec(), 0.0);
+        }
+    }
+    (!steps.is_empty()).then_some(steps)
+}
+
+/// The sequence of labels in which every series of impacts up to its limit is one entry: the contacts in it, and the
+/// combination after it.
+fn condensed(labels: &[Label]) -> Vec<Entry> {
+    let mut sequence: Vec<Entry> = Vec::with_capacity(labels.len());
+    for (k, (events, combination)) in labels.iter().enumerate() {
+        let is_limit = events.iter().any(|event| event.1 == EventKind::Accumulation);
+        let mut events = events.clone();
+        while is_limit && let Some(before) = sequence.pop_if(|entry| entry.is_impact()) {
+            events.extend(before.label.0);
+        }
+        if is_limit {
+            events.retain(|event| matches!(event.1, EventKind::Impact | EventKind::Accumulation));
+            events.iter_mut().for_each(|event| event.1 = EventKind::Accumulation);
+            events.sort_unstable_by_key(|event| event.0);
+            events.dedup();
+        }
+        sequence.push(Entry { label: (events, combination.clone()), phase: k + 1 });
+    }
+    sequence
+}
+
+/// Entries at the end whose labels equal those `period` before.
+fn repeats(sequence: &[Entry], period: usize) -> usize {
+    let last = sequence.len();
+    (0..last - period)
+        .take_while(|&back| {
+            sequence[last - 1 - back].label == sequence[last - 1 - back - period].label
+        })
+        .count()
+}
+
+/// Whether it is a shorter orbit, run through several times.
+fn repeats_itself(orbit: &Orbit) -> bool {
+    let count = orbit.steps.len();
+    let scales = orbit.scales();
+    (1..count).filter(|part| count.is_multiple_of(*part)).any(|part| {
+        (0..count).all(|k| {
+            let (a, b) = (&orbit.steps[k], &orbit.steps[(k + part) % count]);
+            a.combination == b.combination
+                && a.passage.contact == b.passage.contact
+                && scales.distance(&a.state, &b.state) < SAME
+        })
+    })
+}
+
+/// Whether a run of one period from the orbit keeps to its sequence and comes back.
+pub fn is_followed(orbit: &Orbit) -> bool {
+    let longest = (0..orbit.steps.len())
+        .max_by(|&a, &b| orbit.steps[a].duration.total_cmp(&orbit.steps[b].duration));
+    let Some((longest, Ok(flows))) = longest.map(|k| (k, orbit.flows())) else { return false };
+    let step = &orbit.steps[longest];
+    let middle = flows[longest].end(&step.state, 0.5 * step.duration);
+    let state = state_of(orbit, &middle, &step.combination);
+    let Ok(run) =
+        simulate(&orbit.propagators, &state, orbit.period, orbit.method, Controls::default())
+    else {
+        return false;
+    };
+    let mut turned = orbit.clone();
+    turned.steps.rotate_left(longest);
+    let Ok(expected) = turned.trajectory() else { return false };
+    let Ok(end) = run.state(run.end) else { return false };
+    let (q, u) = orbit.scene().to_coordinates(&end.position, &end.velocity);
+    lasting_combinations(&expected, orbit.period) == lasting_combinations(&run, orbit.period)
+        && orbit.scales().distance(&[q, u].concat(), &middle) < SAME
+}
+
+pub(crate) fn state_of(
+    orbit: &Orbit,
+    state: &[f64],
+    combination: &Combination,
+) -> crate::scene::model::State {
+    let (q, u) = state.split_at(orbit.scene().size);
+    crate::scene::model::State {
+        position: orbit.scene().positions(q),
+        velocity: orbit.scene().velocities(u),
+        combination: combination.clone(),
+    }
+}
+
+/// The same orbit from the section at which its combinations come first in the alphabet.
+fn rotated(mut orbit: Orbit) -> Orbit {
+    let count = orbit.steps.len();
+    let names: Vec<String> = orbit.steps.iter().map(|step| step.combination.to_string()).collect();
+    let rotation = |first: usize| (0..count).map(move |k| (first + k) % count);
+    let best = (0..count)
+        .filter(|&k| orbit.lasts(k))
+        .min_by(|&a, &b| {
+            let sequence = |first| rotation(first).map(|k| names[k].as_str());
+            sequence(a).cmp(sequence(b)).then_with(|| {
+                let durations = |first| rotation(first).map(|k| orbit.steps[k].duration);
+                durations(b).partial_cmp(durations(a)).unwrap_or(std::cmp::Ordering::Equal)
+            })
+        })
+        .unwrap_or_default();
+    orbit.steps.rotate_left(best);
+    orbit
+}

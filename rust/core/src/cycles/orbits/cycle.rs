@@ -1,0 +1,311 @@
+//! A periodic orbit as a motion: its trajectory, its extremes, and how far it is from other event sequences.
+
+use std::fmt;
+use std::sync::Arc;
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::orbits::floquet::Multipliers;
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
+use crate::error::Error;
+use crate::motion::propagators::Propagators;
+use crate::transient::run_state::Clock;
+use crate::transient::trajectory::{Event, Phase, Trajectory};
+
+/// Instants per phase at which an extreme is looked for, and per period besides; between two of
+/// them a velocity has changed sign once.
+const PHASE_GRID: usize = 8;
+const PERIOD_GRID: usize = 512;
+
+/// Part of its terms below which an event function starts a phase at zero.
+const LEAVING: f64 = 1e-10;
+
+/// A periodic orbit and what it is asked for most.
+#[derive(Debug, Clone)]
+pub struct Cycle {
+    pub orbit: Orbit,
+    pub multipliers: Multipliers,
+    pub stability: Stability,
+    pub extremes: Extremes,
+}
+
+/// Whether the neighbours of an orbit return to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Stability {
+    /// All multipliers across the flow lie within the unit circle.
+    Stable,
+    /// One of them lies outside.
+    Unstable,
+    /// Events of these contacts coincide, and the order in which a neighbour meets them matters to it.
+    Corner { contacts: (usize, usize) },
+    /// The largest multiplier is 1 in modulus to rounding.
+    Marginal,
+    /// The return map has no derivative: an event function only touches zero.
+    Touch,
+}
+
+/// Distance from 1 of the modulus of the largest multiplier up to which rounding decides on which side it is.
+const MARGIN: f64 = 1e-11;
+
+impl Stability {
+    fn of(orbit: &Orbit, multipliers: &Multipliers) -> Self {
+        let largest = multipliers.largest();
+        match orbit.corner() {
+            Some(contacts) => Self::Corner { contacts },
+            None if largest < 1.0 - MARGIN => Self::Stable,
+            None if largest > 1.0 + MARGIN => Self::Unstable,
+            None if largest.is_nan() => Self::Touch,
+            None => Self::Marginal,
+        }
+    }
+
+    /// None where it is not known.
+    pub const fn is_stable(self) -> Option<bool> {
+        match self {
+            Self::Stable => Some(true),
+            Self::Unstable => Some(false),
+            Self::Corner { .. } | Self::Marginal | Self::Touch => None,
+        }
+    }
+}
+
+impl fmt::Display for Stability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Stable => f.write_str("stable"),
+            Self::Unstable => f.write_str("unstable"),
+            Self::Corner { contacts: (a, b) } => write!(
+                f,
+                "stability not known: events of contacts {a} and {b} coincide, and their order matters to neighbours"
+            ),
+            Self::Marginal => f.write_str(
+                "stability not known: the largest multiplier is 1 in modulus to rounding",
+            ),
+            Self::Touch => f.write_str("stability not known: an event function only touches zero"),
+        }
+    }
+}
+
+impl Cycle {
+    pub fn new(orbit: Orbit) -> Result<Self, OrbitFailure> {
+        let multipliers = orbit.multipliers()?;
+        let stability = Stability::of(&orbit, &multipliers);
+        Ok(Self { extremes: orbit.extremes()?, multipliers, stability, orbit })
+    }
+}
+
+/// Smallest and largest displacement of every dof over a period, m.
+#[derive(Debug, Clone)]
+pub struct Extremes {
+    pub minimum: Vec<f64>,
+    pub maximum: Vec<f64>,
+}
+
+/// How close an event function that ends no phase comes to its zero: what would change the sequence.
+#[derive(Debug, Clone, Copy)]
+pub struct Margin {
+    pub step: usize,
+    pub contact: usize,
+    /// The event that would happen.
+    pub kind: EventKind,
+    /// Lowest value, in the unit of the event function; negative where the orbit violates a contact law.
+    pub value: f64,
+    /// Where in the period, s.
+    pub time: f64,
+    /// Lowest within the phase (a touch there), not at its end (two events that meet).
+    pub interior: bool,
+}
+
+impl Orbit {
+    /// One period as a trajectory, from just after the last event to just after it again.
+    pub fn trajectory(&self) -> Result<Trajectory, Error> {
+        let times = self.times();
+        let flows = self.flows()?;
+        let mut trajectory = Trajectory::new(&self.propagators);
+        let count = self.steps.len();
+        trajectory.end = times[count].seconds;
+        for k in 0..=count {
+            let step = &self.steps[k % count];
+            let basis = Arc::clone(&flows[k % count].basis);
+            let Clock { seconds: start, rest } = times[k];
+            trajectory.phases.push(Phase { start, rest, basis });
+            trajectory.states.extend_from_slice(&step.state);
+            if k > 0 {
+                let ended = &self.steps[k - 1];
+                let time = times[k].seconds;
+                trajectory.events.extend(ended.events().into_iter().map(|(contact, kind)| Event {
+                    time,
+                    contact,
+                    kind,
+                    phase: k,
+                }));
+            }
+        }
+        trajectory.counters.phases = count + 1;
+        let taylor = |phase: &&Phase| !phase.basis.is_modal();
+        trajectory.counters.taylor_phases = trajectory.phases.iter().filter(taylor).count();
+        Ok(trajectory)
+    }
+
+    /// The orbit with the same event sequence in another scene.
+    pub fn continued(&self, propagators: &Arc<Propagators>) -> Result<Self, OrbitFailure> {
+        let scene = &propagators.scene;
+        if scene.size != self.scene().size || scene.contacts.len() != self.scene().contacts.len() {
+            return Err(Error::Shape {
+                argument: "scene".into(),
+                expected: format!(
+                    "{} dofs and {} contacts, like the orbit",
+                    self.scene().size,
+                    self.scene().contacts.len()
+                ),
+                got: format!("{} dofs and {} contacts", scene.size, scene.contacts.len()),
+            }
+            .into());
+        }
+        Self::solve(propagators, self.method, self.steps.clone())
+    }
+
+    fn grid(&self, duration: f64) -> usize {
+        PHASE_GRID + (PERIOD_GRID as f64 * (duration / self.period).abs()).ceil() as usize
+    }
+
+    /// Smallest and largest displacement of every dof; where a velocity changes sign, by Newton's method.
+    pub fn extremes(&self) -> Result<Extremes, Error> {
+        let scene = self.scene();
+        let n = scene.size;
+        let mut extremes =
+            Extremes { minimum: vec![f64::INFINITY; n], maximum: vec![f64::NEG_INFINITY; n] };
+        let dofs = |state: &[f64]| {
+            let (q, u) = state.split_at(n);
+            (scene.positions(q), scene.velocities(u))
+        };
+        for (step, flow) in self.steps.iter().zip(self.flows()?) {
+            let count = self.grid(step.duration);
+            let width = step.duration / count as f64;
+            let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
+            for i in 0..=count {
+                let at = dofs(&flow.end(&step.state, width * i as f64));
+                for dof in 0..n {
+                    extremes.include(dof, at.0[dof]);
+                    let turns = before.as_ref().is_some_and(|b| b.1[dof] * at.1[dof] < 0.0);
+                    if let (true, Some(before)) = (turns, &before) {
+                        let (v0, v1) = (before.1[dof], at.1[dof]);
+                        let mut time = width * ((i - 1) as f64 + v0 / (v0 - v1));
+                        // An error d of the time leaves one of d^2 in the extreme: two steps are rounding.
+                        for _ in 0..2 {
+                            let state = flow.end(&step.state, time);
+                            let field = flow.field(&state);
+                            let velocity = dofs(&state).1[dof];
+                            let acceleration = scene.velocities(&field[n..])[dof];
+                            let moved = time - velocity / acceleration;
+                            if (width * (i - 1) as f64..=width * i as f64).contains(&moved) {
+                                time = moved;
+                            }
+                        }
+                        extremes.include(dof, dofs(&flow.end(&step.state, time)).0[dof]);
+                    }
+                }
+                before = Some(at);
+            }
+        }
+        Ok(extremes)
+    }
+
+    /// The margins of all event functions over their phases, except those that end them.
+    pub fn margins(&self) -> Result<Vec<Margin>, Error> {
+        let n = self.scene().size;
+        let mut margins = Vec::new();
+        let times = self.times();
+        for (index, (step, flow)) in self.steps.iter().zip(self.flows()?).enumerate() {
+            let count = self.grid(step.duration);
+            let width = step.duration / count as f64;
+            let at = |time: f64| {
+                let state = flow.end(&step.state, time);
+                let field = flow.field(&state);
+                (state, field)
+            };
+            let samples: Vec<_> = (0..=count).map(|i| at(width * i as f64)).collect();
+            for function in &flow.basis.functions {
+                let functional = &function.functional;
+                let value = |state: &[f64]| functional.value(&state[..n], &state[n..]);
+                let slope = |field: &[f64]| {
+                    functional.value(&field[..n], &field[n..]) - functional.constant
+                };
+                let passage = &step.passage;
+                let ends = match passage.is_joint() {
+                    false => {
+                        function.contact == passage.contact && function.trigger == passage.trigger
+                    }
+                    true => {
+                        function.trigger == EventKind::Impact
+                            && (function.contact == passage.contact
+                                || passage.series.contains(&function.contact))
+                    }
+                };
+                let slopes: Vec<f64> = samples.iter().map(|sample| slope(&sample.1)).collect();
+                let mut lowest: Option<(f64, f64, bool)> = None;
+                let mut include = |value: f64, time: f64, interior: bool| {
+                    if lowest.is_none_or(|low| value < low.0) {
+                        lowest = Some((value, time, interior));
+                    }
+                };
+                // A function that leaves from zero does so with a slope of its own, or of rounding.
+                let (start_value, scale) = (
+                    value(&step.state).abs(),
+                    functional.magnitude(&step.state[..n], &step.state[n..]),
+                );
+                let first = usize::from(start_value <= LEAVING * scale);
+                for i in first..count {
+                    if slopes[i] < 0.0 && slopes[i + 1] >= 0.0 {
+                        let time = root(width * i as f64, width, (slopes[i], slopes[i + 1]), |t| {
+                            slope(&at(t).1)
+                        });
+                        include(value(&at(time).0), time, true);
+                    }
+                }
+                if !ends {
+                    include(value(&samples[count].0), step.duration, false);
+                }
+                margins.extend(lowest.map(|(value, time, interior)| Margin {
+                    step: index,
+                    contact: function.contact,
+                    kind: function.trigger,
+                    value,
+                    time: times[index].seconds + time,
+                    interior,
+                }));
+            }
+        }
+        Ok(margins)
+    }
+}
+
+/// The zero of a function that rises from negative to not negative over `width`, by false position with
+/// halved weights (M. Dowell, P. Jarratt, BIT 11, 1971).
+fn root(left: f64, width: f64, ends: (f64, f64), function: impl Fn(f64) -> f64) -> f64 {
+    let (mut a, mut b) = (left, left + width);
+    let (mut fa, mut fb) = ends;
+    for _ in 0..60 {
+        if fb == 0.0 {
+            return b;
+        }
+        let c = b - fb * (b - a) / (fb - fa);
+        if (c - b).abs() <= 4.0 * f64::EPSILON * width {
+            return c;
+        }
+        let fc = function(c);
+        if fc * fb < 0.0 {
+            (a, fa) = (b, fb);
+        } else {
+            fa *= 0.5;
+        }
+        (b, fb) = (c, fc);
+    }
+    b
+}
+
+impl Extremes {
+    fn include(&mut self, dof: usize, displacement: f64) {
+        self.minimum[dof] = self.minimum[dof].min(displacement);
+        self.maximum[dof] = self.maximum[dof].max(displacement);
+    }
+}

@@ -1,0 +1,193 @@
+//! The flow of one status combination: where a phase leads, how its end depends on its start, and its
+//! vector field.
+//!
+//! Within a phase the state y = (q, q') moves by `M_s q'' = F_s(t) - C_s q' - K_s q` (see `reduction`), so
+//! the state after a time tau is an affine map of the state before, `y(tau) = Phi(tau) y(0) + g(tau)`. A
+//! column of Phi is therefore the exact difference of two motions, one of them from the origin, however
+//! the combination is propagated. Free to vary are q and q' of the coordinates left free, and the
+//! tangential displacement at which a sticking contact sticks: it loads the others for the whole phase.
+//!
+//! A phase far shorter than every mode is the sum of its Taylor series: what one of a series of bounces adds to
+//! a gap has all its digits there, and none beside the modes.
+
+use std::cell::RefCell;
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::linalg::eigen;
+use crate::motion::combination_basis::CombinationBasis;
+use crate::motion::method::Method;
+use crate::motion::phase_motion::Motion;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
+use crate::scene::reduction::{Reduced, RowMerge};
+use crate::scene::status::{Combination, Status};
+
+/// Duration, in terms of the fastest rate of the scene, below which a phase is summed as a series, and its terms:
+/// the first one left out is below `SHORT^TERMS / (TERMS + 1)!` of the increment.
+const SHORT: f64 = 0.01;
+const TERMS: usize = 7;
+
+/// One combination of a scene as a flow on states (q, q') of 2n entries.
+#[derive(Debug)]
+pub(crate) struct Flow<'a> {
+    scene: &'a Scene,
+    pub basis: Arc<CombinationBasis>,
+    kept: Vec<usize>,
+    merges: Vec<RowMerge>,
+    sticking: Vec<(usize, f64)>,
+    /// Reduced mass, row-major, unless it is diagonal.
+    mass: Option<Vec<f64>>,
+    /// Entries of (q, q') that may vary: the admissible space of the combination.
+    pub free: Vec<usize>,
+    /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
+    fastest: f64,
+    /// Buffers of the motions.
+    running: RefCell<Motion>,
+}
+
+impl<'a> Flow<'a> {
+    pub fn new(
+        propagators: &'a Propagators,
+        combination: &Combination,
+        method: Method,
+    ) -> Result<Self, Error> {
+        let scene = &propagators.scene;
+        let (basis, _) = propagators.basis(combination, method.for_repeated_use())?;
+        let (kept, merges) = Reduced::bases_of(scene, combination);
+        let sticking: Vec<(usize, f64)> = scene
+            .contacts
+            .iter()
+            .zip(combination.statuses())
+            .filter(|pair| *pair.1 == Status::Sticking)
+            .map(|(law, _)| (law.tangential, law.slider_speed))
+            .collect();
+        let mass = match scene.lumped {
+            true => None,
+            false => Some(Reduced::new(scene, combination)?.mass),
+        };
+        let mut free: Vec<usize> = kept
+            .iter()
+            .copied()
+            .chain(sticking.iter().map(|stick| stick.0))
+            .chain(kept.iter().map(|&k| scene.size + k))
+            .collect();
+        free.sort_unstable();
+        let still = vec![0.0; scene.size];
+        let motion = Motion::new(scene, &basis, &still, &still);
+        let running = RefCell::new(motion);
+        let fastest = fastest(scene);
+        Ok(Self { scene, basis, kept, merges, sticking, mass, free, fastest, running })
+    }
+
+    pub fn combination(&self) -> &Combination {
+        &self.basis.combination
+    }
+
+    /// The state a time `duration` after `start`.
+    pub fn end(&self, start: &[f64], duration: f64) -> Vec<f64> {
+        if duration * self.fastest < SHORT
+            && let Some(end) = self.series(start, duration)
+        {
+            return end;
+        }
+        let n = self.scene.size;
+        let mut end = start.to_vec();
+        let (q, u) = start.split_at(n);
+        let (end_q, end_u) = end.split_at_mut(n);
+        let mut motion = self.running.borrow_mut();
+        motion.restart(&self.basis, q, u);
+        motion.seek(duration, end_q, end_u);
+        // A combination that leaves nothing free still moves its sticking contacts.
+        for &(k, speed) in &self.sticking {
+            end_q[k] = q[k] + speed * duration;
+            end_u[k] = speed;
+        }
+        end
+    }
+
+    /// The same by its Taylor series, unless that has not converged.
+    fn series(&self, start: &[f64], duration: f64) -> Option<Vec<f64>> {
+        let mut end = start.to_vec();
+        let mut term: Vec<f64> = self.field(start).iter().map(|rate| duration * rate).collect();
+        let size = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+        let halves = |values: &[f64]| {
+            let (position, velocity) = values.split_at(self.scene.size);
+            (size(position), size(velocity))
+        };
+        let mut largest = (0.0f64, 0.0f64);
+        for order in 2..=TERMS + 1 {
+            end.iter_mut().zip(&term).for_each(|(end, term)| *end += term);
+            let (position, velocity) = halves(&term);
+            largest = (largest.0.max(position), largest.1.max(velocity));
+            let factor = duration / order as f64;
+            term = self.rate(&term, 0.0).iter().map(|rate| factor * rate).collect();
+        }
+        let (position, velocity) = halves(&term);
+        let converged = |left: f64, largest: f64| left <= f64::EPSILON * largest;
+        (converged(position, largest.0) && converged(velocity, largest.1)).then_some(end)
+    }
+
+    /// Phi(duration) over all entries of (q, q'), row-major; columns outside `free` are zero.
+    pub fn transition(&self, duration: f64) -> Vec<f64> {
+        let size = 2 * self.scene.size;
+        let mut start = vec![0.0; size];
+        let origin = self.end(&start, duration);
+        let mut transition = vec![0.0; size * size];
+        for &column in &self.free {
+            start[column] = 1.0;
+            let end = self.end(&start, duration);
+            start[column] = 0.0;
+            for &row in &self.free {
+                transition[row * size + column] = end[row] - origin[row];
+            }
+        }
+        transition
+    }
+
+    /// `y' = (q', q'')`
+    pub fn field(&self, state: &[f64]) -> Vec<f64> {
+        self.rate(state, 1.0)
+    }
+
+    /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
+    fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
+        let scene = self.scene;
+        let n = scene.size;
+        let (q, u) = state.split_at(n);
+        let mut residual: Vec<f64> = scene.force.iter().map(|force| load * force).collect();
+        scene.stiffness.add_product(-1.0, q, &mut residual);
+        scene.damping.add_product(-1.0, u, &mut residual);
+        for merge in &self.merges {
+            residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
+        }
+        let force: Vec<f64> = self.kept.iter().map(|&k| residual[k]).collect();
+        let acceleration = match &self.mass {
+            None => self
+                .kept
+                .iter()
+                .zip(force)
+                .map(|(&k, force)| force / scene.mass.get(k, k))
+                .collect(),
+            Some(mass) => eigen::solve(self.kept.len(), mass, &force),
+        };
+        let mut field = vec![0.0; 2 * n];
+        for (&k, acceleration) in self.kept.iter().zip(acceleration) {
+            field[k] = u[k];
+            field[n + k] = acceleration;
+        }
+        for &(k, speed) in &self.sticking {
+            field[k] = load * speed;
+        }
+        field
+    }
+}
+
+/// The fastest rate is at most the root of the trace of `M^-1 K`, or the trace of `M^-1 C`, where M is diagonal.
+fn fastest(scene: &Scene) -> f64 {
+    let (stiff, damped) = (0..scene.size).fold((0.0, 0.0), |(stiff, damped), k| {
+        let mass = scene.mass.get(k, k);
+        (stiff + scene.stiffness.get(k, k) / mass, damped + scene.damping.get(k, k) / mass)
+    });
+    f64::max(stiff.sqrt(), damped)
+}

@@ -1,0 +1,178 @@
+//! What a joint closing of contacts that mass couples does to a motion and to its neighbours.
+//!
+//! A series of impacts in which contacts lift each other ends with all of its gaps g and their velocities v at zero
+//! (see `transition`). It is one event of an orbit, at the impact from which on the order of the others is not in the
+//! numbers: the gap of the contact that strikes then is its event function h, and how many impacts came before does not
+//! matter. The jump is the impact itself, and then what the rest of the series does. During that rest the contacts take
+//! the reactions N of closed contacts and besides impulses p, of which `M^-1 D p` changes the velocities. A contact that
+//! slides has `p_t = sigma mu p_n` at every impact, so that the sums P of these impulses are those that end the series:
+//!
+//! ```text
+//! u_n + (W P)_n = 0,   P_t = sigma mu P_n   or, where it sticks,   s + (W P)_t = 0
+//! ```
+//!
+//! Displacements follow from their first moment. Over the rest T of the series the gaps come from g to 0 although v is
+//! gone: `0 = g + v T + W Q`, where `Q = int (T - t) p dt` has the same directions as P, while the motion that
+//! has taken P at once moves by `v T + W P T`. They differ by R = Q - P T with
+//!
+//! ```text
+//! g + (W R)_n = 0,   R_t = sigma mu R_n   or, where it sticks,   (W R)_t = 0
+//! ```
+//!
+//! Gaps at the closing are below rounding, so `W R` moves nothing that a run shows, but those of a neighbour are as large
+//! as its other displacements. T is in neither of the two: how early the closing comes is of no first-order effect on the
+//! motion that follows. Both projections are linear, and Dg is their product with that of the impact. Its rows of the
+//! gaps, of their velocities and of slips that stick are zero.
+
+use crate::contact::transition;
+use crate::error::{Error, RunFailure};
+use crate::linalg::dense::{apply, product};
+use crate::linalg::eigen;
+use crate::scene::model::Scene;
+use crate::scene::status::{Combination, Status};
+
+/// An impulse on one contact.
+pub(crate) struct Impulse {
+    /// Whether the slip velocity is held; else P_t is `friction` times P_n.
+    pub sticking: bool,
+    pub friction: f64,
+    /// The parts of a held slip velocity, and of the normal velocity, that the impulse takes away.
+    pub lost: [f64; 2],
+}
+
+/// What impulses change of the (tangential, normal) velocities of all contacts, per velocity before, row-major.
+pub(crate) fn response(w: &[f64], impulses: &[Option<Impulse>]) -> Vec<f64> {
+    let count = 2 * impulses.len();
+    let (mut conditions, mut given) = (vec![0.0; count * count], vec![0.0; count * count]);
+    for (i, impulse) in impulses.iter().enumerate() {
+        let (t, g) = (2 * i, 2 * i + 1);
+        let held = impulse.as_ref();
+        let sticking = held.filter(|impulse| impulse.sticking);
+        for (row, lost) in
+            [(t, sticking.map(|impulse| impulse.lost[0])), (g, held.map(|impulse| impulse.lost[1]))]
+        {
+            if let Some(lost) = lost {
+                conditions[row * count..(row + 1) * count]
+                    .copy_from_slice(&w[row * count..(row + 1) * count]);
+                given[row * count + row] = -lost;
+            } else {
+                conditions[row * count + row] = 1.0;
+            }
+        }
+        if let Some(impulse) = held.filter(|impulse| !impulse.sticking) {
+            conditions[t * count + g] = -impulse.friction;
+        }
+    }
+    product(count, w, &eigen::solve(count, &conditions, &given))
+}
+
+/// The rest of a series after its last impact: `y+ = projection (y - moving) + moving`.
+pub(crate) struct Closing {
+    pub projection: Vec<f64>,
+    /// Velocities of the sliders to which contacts stick, over (q, q').
+    moving: Vec<f64>,
+}
+
+impl Closing {
+    /// Of the contacts `series`, in the state just after the impact of `struck`.
+    pub fn new(
+        scene: &Scene,
+        before: &Combination,
+        struck: usize,
+        series: &[usize],
+        state: &[f64],
+    ) -> Result<Self, RunFailure> {
+        let Some(w) = &scene.coordinates.delassus else {
+            return Err(RunFailure::Input(Error::Shape {
+                argument: "scene".into(),
+                expected: "contacts coupled by mass, like those of the orbit".into(),
+                got: "contacts that mass does not couple".into(),
+            }));
+        };
+        let laws = &scene.contacts;
+        let n = scene.size;
+        let size = 2 * n;
+        let (q, u) = state.split_at(n);
+        let touches = |i: usize| i == struck || before.statuses()[i].is_closed();
+        let joined: Vec<usize> = (0..laws.len())
+            .filter(|i| series.contains(i) || touches(*i) && u[laws[*i].normal] == 0.0)
+            .collect();
+        let statuses = transition::at_rest(scene, &joined, q, u)?;
+        let impulses = |level: usize| -> Vec<Option<Impulse>> {
+            let mut impulses: Vec<Option<Impulse>> = (0..laws.len()).map(|_| None).collect();
+            for (&i, &status) in joined.iter().zip(&statuses).filter(|pair| pair.1.is_closed()) {
+                impulses[i] = Some(Impulse {
+                    sticking: status == Status::Sticking,
+                    friction: status.friction_sign() * laws[i].friction,
+                    // A contact that sticks stays where it is.
+                    lost: [level as f64, 1.0],
+                });
+            }
+            impulses
+        };
+        let rows: Vec<usize> = laws.iter().flat_map(|law| [law.tangential, law.normal]).collect();
+        let mut projection = vec![0.0; size * size];
+        (0..size).for_each(|k| projection[k * size + k] = 1.0);
+        for level in [0, 1] {
+            let change = response(w, &impulses(level));
+            for (i, &row) in rows.iter().enumerate() {
+                for (j, &column) in rows.iter().enumerate() {
+                    projection[(level * n + row) * size + level * n + column] +=
+                        change[i * rows.len() + j];
+                }
+            }
+        }
+        let mut moving = vec![0.0; size];
+        let mut still = Vec::new();
+        for (&i, &status) in joined.iter().zip(&statuses).filter(|pair| pair.1.is_closed()) {
+            still.extend([laws[i].normal, n + laws[i].normal]);
+            if status == Status::Sticking {
+                still.push(n + laws[i].tangential);
+                moving[n + laws[i].tangential] = laws[i].slider_speed;
+            }
+        }
+        let zero = |matrix: &mut [f64], rows: &[usize]| {
+            rows.iter().for_each(|row| matrix[row * size..(row + 1) * size].fill(0.0));
+        };
+        zero(&mut projection, &still);
+        let closing = Self { projection, moving };
+        let mut after = state.to_vec();
+        closing.close(&mut after);
+        // The impulses must not draw into the slider what has just lifted off: then only what is left of the series goes.
+        if (0..laws.len()).any(|i| touches(i) && after[n + laws[i].normal] < 0.0) {
+            let mut projection = vec![0.0; size * size];
+            (0..size).for_each(|k| projection[k * size + k] = 1.0);
+            series.iter().for_each(|&i| {
+                zero(&mut projection, &[laws[i].normal, n + laws[i].normal]);
+            });
+            return Ok(Self { projection, moving: vec![0.0; size] });
+        }
+        Ok(closing)
+    }
+
+    /// Takes a state to the end of the series.
+    pub fn close(&self, state: &mut [f64]) {
+        let apart: Vec<f64> = state.iter().zip(&self.moving).map(|(y, v)| y - v).collect();
+        let closed = apply(&self.projection, &apart);
+        state.iter_mut().zip(closed).zip(&self.moving).for_each(|((y, closed), v)| *y = closed + v);
+    }
+}
+
+/// Contacts that mass couples to one contact, directly or through others, itself among them.
+pub(crate) fn coupled_with(w: &[f64], count: usize, contact: usize) -> Vec<usize> {
+    let size = 2 * count;
+    let tied = |i: usize, j: usize| {
+        [(0, 0), (0, 1), (1, 0), (1, 1)]
+            .iter()
+            .any(|(a, b)| w[(2 * i + a) * size + 2 * j + b] != 0.0)
+    };
+    let mut found = vec![contact];
+    let mut next = 0;
+    while next < found.len() {
+        let more: Vec<usize> =
+            (0..count).filter(|&j| !found.contains(&j) && tied(found[next], j)).collect();
+        found.extend(more);
+        next += 1;
+    }
+    found
+}

@@ -1,0 +1,176 @@
+//! Periodic orbits of a given event sequence, by Newton's method on the exact return map.
+//!
+//! A cycle of K phases is K start states y_k, durations tau_k and passages with
+//!
+//! ```text
+//! y_{k+1} = g_k(phi_k(y_k, tau_k)),   h_k(phi_k(y_k, tau_k)) = 0,   y_K = y_0
+//! ```
+//!
+//! (multiple shooting, so that an unstable orbit is found as well as a stable one; see `shooting`).
+
+use std::sync::Arc;
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::orbits::flow::Flow;
+use crate::cycles::orbits::saltation::Passage;
+use crate::error::{Error, RunFailure};
+use crate::motion::method::Method;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+use crate::transient::run_state::Clock;
+
+/// Part of the period below which a phase between two events is none: they coincide.
+pub(crate) const INSTANT: f64 = 1e-11;
+
+/// One phase of a cycle and the event that ends it.
+#[derive(Debug, Clone)]
+pub struct Step {
+    pub combination: Combination,
+    /// (q, q') at its start, contact coordinates.
+    pub(crate) state: Vec<f64>,
+    pub duration: f64,
+    pub(crate) passage: Passage,
+    pub kind: EventKind,
+}
+
+impl Step {
+    /// Of the event that ends it.
+    pub const fn contact(&self) -> usize {
+        self.passage.contact
+    }
+
+    /// The events that end it, by contact: one, or those of all contacts that close jointly.
+    pub(crate) fn events(&self) -> Vec<(usize, EventKind)> {
+        let Passage { contact, series, .. } = &self.passage;
+        if series.is_empty() {
+            return vec![(*contact, self.kind)];
+        }
+        let mut events: Vec<_> =
+            series.iter().map(|&member| (member, EventKind::Accumulation)).collect();
+        if !series.contains(contact) {
+            events.push((*contact, EventKind::Impact));
+        }
+        events.sort_unstable_by_key(|event| event.0);
+        events
+    }
+}
+
+/// Why no orbit was found.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum OrbitFailure {
+    #[error(
+        "Newton's method did not converge: the last of {steps} steps changed the orbit by {change:e} of its size"
+    )]
+    Diverged { steps: usize, change: f64 },
+    #[error("the return map has a multiplier 1 besides the one of its phase")]
+    Singular,
+    #[error(transparent)]
+    Failed(#[from] RunFailure),
+}
+
+impl From<Error> for OrbitFailure {
+    fn from(error: Error) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+/// A periodic orbit of a scene.
+#[derive(Debug, Clone)]
+pub struct Orbit {
+    pub(crate) propagators: Arc<Propagators>,
+    pub(crate) method: Method,
+    pub steps: Vec<Step>,
+    pub period: f64,
+    /// Largest mismatch of a phase's end and the next one's start, relative to the range of the orbit.
+    pub residual: f64,
+}
+
+/// Typical sizes of displacement changes and velocities along an orbit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Scales {
+    n: usize,
+    pub length: f64,
+    pub speed: f64,
+}
+
+impl Scales {
+    pub fn of<'s>(n: usize, states: impl Iterator<Item = &'s [f64]> + Clone) -> Self {
+        let range = |k: usize| {
+            let (low, high) = states
+                .clone()
+                .map(|state| state[k])
+                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
+                    (low.min(x), high.max(x))
+                });
+            high - low
+        };
+        let positive = |size: f64| if size > 0.0 { size } else { 1.0 };
+        Self {
+            n,
+            length: positive((0..n).map(range).fold(0.0, f64::max)),
+            speed: positive((n..2 * n).map(range).fold(0.0, f64::max)),
+        }
+    }
+
+    /// Entries of (q, q').
+    pub const fn size(&self) -> usize {
+        2 * self.n
+    }
+
+    /// Unit of an entry of (q, q').
+    pub const fn unit(&self, k: usize) -> f64 {
+        if k < self.n { self.length } else { self.speed }
+    }
+
+    pub fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
+        a.iter()
+            .zip(b)
+            .enumerate()
+            .map(|(k, (a, b))| (a - b).abs() / self.unit(k))
+            .fold(0.0, |size, x| if x.is_nan() { x } else { size.max(x) })
+    }
+}
+
+impl Orbit {
+    pub(crate) fn scene(&self) -> &Arc<Scene> {
+        &self.propagators.scene
+    }
+
+    /// The events in the laws of the scene, where the steps come from another one.
+    pub(crate) fn transfer(&mut self) {
+        for step in &mut self.steps {
+            step.passage = step.passage.transferred(&self.propagators.scene, &step.combination);
+        }
+    }
+
+    pub(crate) fn flows(&self) -> Result<Vec<Flow<'_>>, Error> {
+        flows(&self.propagators, self.method, &self.steps)
+    }
+
+    pub(crate) fn scales(&self) -> Scales {
+        Scales::of(self.scene().size, self.steps.iter().map(|step| step.state.as_slice()))
+    }
+
+    /// Whether a phase is more than the instant between two events that coincide.
+    pub(crate) fn lasts(&self, step: usize) -> bool {
+        self.steps[step].duration > INSTANT * self.period
+    }
+
+    /// Start times of the steps; the last entry is the end of the period.
+    pub(crate) fn times(&self) -> Vec<Clock> {
+        let mut times = vec![Clock::default()];
+        for step in &self.steps {
+            times.push(times[times.len() - 1].after(step.duration));
+        }
+        times
+    }
+}
+
+pub(crate) fn flows<'a>(
+    propagators: &'a Propagators,
+    method: Method,
+    steps: &[Step],
+) -> Result<Vec<Flow<'a>>, Error> {
+    steps.iter().map(|step| Flow::new(propagators, &step.combination, method)).collect()
+}

@@ -1,0 +1,118 @@
+//! Orbits as plain numbers: what has to be kept beside a scene to have them again to the last bit.
+//!
+//! Passages follow from the scene and are found anew.
+
+use std::sync::Arc;
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::orbits::cycle::Cycle;
+use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, Step};
+use crate::cycles::orbits::saltation::Passage;
+use crate::error::Error;
+use crate::motion::method::Method;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+use crate::transient::record::refused;
+
+/// A [`Cycle`] without its scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CycleRecord {
+    pub method: Method,
+    pub combinations: Vec<String>,
+    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
+    pub states: Vec<f64>,
+    pub durations: Vec<f64>,
+    /// The contact and the kind of the event that ends each phase.
+    pub contacts: Vec<usize>,
+    pub kinds: Vec<EventKind>,
+    /// The contacts that close with it, where it ends a series of impacts over several contacts; else empty.
+    pub series: Vec<Vec<usize>>,
+    pub period: f64,
+    pub residual: f64,
+}
+
+impl CycleRecord {
+    /// Refuses what no orbit of the scene leaves behind.
+    fn check(&self, scene: &Scene) -> Result<(), Error> {
+        let (count, width) = (self.combinations.len(), 2 * scene.size);
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let whole: f64 = self.durations.iter().sum();
+        if count == 0
+            || self.states.len() != width * count
+            || self.durations.len() != count
+            || self.contacts.len() != count
+            || self.kinds.len() != count
+            || self.series.len() != count
+            || self.series.iter().flatten().any(|&contact| contact >= scene.contacts.len())
+            || self.contacts.iter().any(|&contact| contact >= scene.contacts.len())
+            || !(finite(&self.states) && finite(&self.durations) && self.residual >= 0.0)
+            // The same sum in another order.
+            || !(self.period > 0.0 && (self.period - whole).abs() <= count as f64 * f64::EPSILON * self.period)
+            || self.durations.iter().any(|&duration| duration < -INSTANT * self.period)
+        {
+            return Err(refused("phases that do not fit each other or the scene"));
+        }
+        Ok(())
+    }
+}
+
+impl Cycle {
+    /// What [`Cycle::from_record`] takes.
+    pub fn record(&self) -> CycleRecord {
+        let steps = &self.orbit.steps;
+        CycleRecord {
+            method: self.orbit.method,
+            combinations: steps.iter().map(|step| step.combination.to_string()).collect(),
+            states: steps.iter().flat_map(|step| step.state.iter().copied()).collect(),
+            durations: steps.iter().map(|step| step.duration).collect(),
+            contacts: steps.iter().map(|step| step.passage.contact).collect(),
+            kinds: steps.iter().map(|step| step.kind).collect(),
+            series: steps.iter().map(|step| step.passage.series.clone()).collect(),
+            period: self.orbit.period,
+            residual: self.orbit.residual,
+        }
+    }
+
+    /// The orbit that a record was made of, in the same scene.
+    pub fn from_record(
+        propagators: &Arc<Propagators>,
+        record: &CycleRecord,
+    ) -> Result<Self, OrbitFailure> {
+        let scene = &propagators.scene;
+        let (count, width) = (record.combinations.len(), 2 * scene.size);
+        record.check(scene)?;
+        let steps = (0..count)
+            .map(|k| {
+                let (contact, kind) = (record.contacts[k], record.kinds[k]);
+                let combination =
+                    Combination::parse(&record.combinations[k], scene.contacts().len())?;
+                propagators.scene.check_combination(&combination)?;
+                let series = &record.series[k];
+                let is_joint = !series.is_empty();
+                if !kind.can_end(combination.statuses()[contact])
+                    || is_joint && !(kind == EventKind::Accumulation && scene.contacts_coupled())
+                {
+                    return Err(refused("events that do not fit the phases they end"));
+                }
+                Ok(Step {
+                    state: record.states[width * k..width * (k + 1)].to_vec(),
+                    duration: record.durations[k],
+                    passage: match is_joint {
+                        true => Passage::joint(scene, &combination, contact, series.clone()),
+                        false => Passage::new(scene, &combination, contact, kind),
+                    },
+                    kind,
+                    combination,
+                })
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        Self::new(Orbit {
+            propagators: Arc::clone(propagators),
+            method: record.method,
+            steps,
+            period: record.period,
+            residual: record.residual,
+        })
+    }
+}

@@ -1,0 +1,425 @@
+//! What an event does to a motion and to its neighbours.
+//!
+//! A phase ends where its event function h(y) vanishes; the state jumps, `y+ = g(y-)`, and the next vector
+//! field takes over. A neighbour gets there `dt = -grad h . dy / (grad h . f-)` later, so that at equal
+//! times (M. A. Aizerman, F. R. Gantmakher, "On the stability of periodic motions", J. Appl. Math. Mech. 22,
+//! 1958; R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", 2004, ch. 7)
+//!
+//! ```text
+//! dy+ = Dg (dy- + f- dt) - f+ dt = S dy-,   S = Dg + (f+ - Dg f-) grad h' / (grad h . f-)
+//! ```
+//!
+//! The end of a series of bounces has no event function of its own: its time `-2 g' / (g'' (1 - e))` after
+//! the last bounce (see `simulation`) gives dt instead. A neighbour that is dg away from that bounce at equal times
+//! gets there `dg / g'` later, and its limit comes `(1 + e) / (1 - e) dg / g'` later than at the same speed.
+//! Where mass couples contacts, several of them close at the end of a series: see `joint`.
+
+use crate::contact::event_function::Functional;
+use crate::contact::event_function::{contact_forces, event_functions};
+use crate::contact::event_kind::EventKind;
+use crate::contact::transition;
+use crate::cycles::orbits::flow::Flow;
+use crate::cycles::orbits::joint::{Closing, Impulse, coupled_with, response};
+use crate::error::RunFailure;
+use crate::linalg::dense::{apply, product};
+use crate::linalg::eigen;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+
+/// Part of the largest impulse below which a contact took none.
+const NO_IMPULSE: f64 = 1e-12;
+
+/// What ends a phase: which contact, and by what.
+#[derive(Debug, Clone)]
+pub(crate) struct Passage {
+    pub contact: usize,
+    pub trigger: EventKind,
+    event: Functional,
+    /// The contacts that close for good with the impact of `contact`; empty unless the end of a series over several.
+    pub series: Vec<usize>,
+}
+
+/// The derivatives of a passage at one motion, row-major over (q, q').
+#[derive(Debug)]
+pub(crate) struct Linearised {
+    /// Event function at the end of the phase; 0 where its time is known explicitly.
+    pub value: f64,
+    /// d(time of the event) / d(state at the start of the phase).
+    pub timing: Vec<f64>,
+    /// grad h . f-, 1 where the time is explicit.
+    pub speed: f64,
+    /// f-
+    pub field: Vec<f64>,
+    /// Dg
+    pub jump: Vec<f64>,
+    /// Dg Phi
+    pub carried: Vec<f64>,
+}
+
+impl Passage {
+    pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: EventKind) -> Self {
+        let event = event_functions(scene, before)
+            .into_iter()
+            .find(|function| function.contact == contact && function.trigger == trigger)
+            .map_or_else(
+                // A sticking contact whose friction cone closes: its N vanishes.
+                || contact_forces(scene, before)[contact].1.clone(),
+                |function| function.functional,
+            );
+        Self { contact, trigger, event, series: Vec::new() }
+    }
+
+    /// The impact of contact `struck` with which all contacts of a series close.
+    pub fn joint(scene: &Scene, before: &Combination, struck: usize, series: Vec<usize>) -> Self {
+        let impact = Self::new(scene, before, struck, EventKind::Impact);
+        Self { trigger: EventKind::Accumulation, series, ..impact }
+    }
+
+    /// The same in another scene, from the same combination.
+    pub fn transferred(&self, scene: &Scene, before: &Combination) -> Self {
+        match self.is_joint() {
+            true => Self::joint(scene, before, self.contact, self.series.clone()),
+            false => Self::new(scene, before, self.contact, self.trigger),
+        }
+    }
+
+    /// Whether several contacts close with it.
+    pub const fn is_joint(&self) -> bool {
+        !self.series.is_empty()
+    }
+
+    /// A combination in which the contacts that this passage moves are as in another one.
+    pub fn settled(&self, between: &Combination, after: &Combination) -> Combination {
+        let moved = std::iter::once(self.contact).chain(self.series.iter().copied());
+        moved.fold(between.clone(), |settled, contact| {
+            settled.with(contact, after.statuses()[contact])
+        })
+    }
+
+    /// The event function, and the scale of its terms.
+    pub fn value(&self, state: &[f64]) -> (f64, f64) {
+        let (q, u) = state.split_at(state.len() / 2);
+        (self.event.value(q, u), self.event.magnitude(q, u))
+    }
+
+    fn along(&self, n: usize, vector: impl Fn(usize) -> f64) -> f64 {
+        let position: f64 = self.event.position.iter().map(|&(k, a)| a * vector(k)).sum();
+        let velocity: f64 = self.event.velocity.iter().map(|&(k, b)| b * vector(n + k)).sum();
+        position + velocity
+    }
+
+    /// `y+ = g(y-)`, in place.
+    pub fn jump(
+        &self,
+        scene: &Scene,
+        before: &Combination,
+        state: &mut [f64],
+    ) -> Result<(), RunFailure> {
+        let law = &scene.contacts[self.contact];
+        if self.is_joint() {
+            self.strike(scene, before, state)?;
+            Closing::new(scene, before, self.contact, &self.series, state)?.close(state);
+            return Ok(());
+        }
+        let (q, u) = state.split_at_mut(scene.size);
+        match self.trigger {
+            EventKind::Velocity => u[law.tangential] = law.slider_speed,
+            EventKind::Impact => self.strike(scene, before, state)?,
+            EventKind::Accumulation => {
+                q[law.normal] = 0.0;
+                u[law.normal] = 0.0;
+            }
+            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+        }
+        Ok(())
+    }
+
+    /// The impact of the contact, in place.
+    fn strike(
+        &self,
+        scene: &Scene,
+        before: &Combination,
+        state: &mut [f64],
+    ) -> Result<(), RunFailure> {
+        let (q, u) = state.split_at_mut(scene.size);
+        q[scene.contacts[self.contact].normal] = 0.0;
+        transition::impact(scene, before.statuses(), self.contact, q, u)
+    }
+
+    /// All derivatives at a phase from `start` to `end`, which jumps to `arrived`.
+    pub fn linearised(
+        &self,
+        scene: &Scene,
+        flow: &Flow<'_>,
+        transition: &[f64],
+        [start, end, arrived]: [&[f64]; 3],
+    ) -> Result<Linearised, RunFailure> {
+        let n = scene.size;
+        let size = 2 * n;
+        let field = flow.field(end);
+        let jump = self.jump_matrix(scene, flow.combination(), end, arrived)?;
+        let (value, timing, speed) = match self.trigger {
+            EventKind::Accumulation if !self.is_joint() => {
+                let law = &scene.contacts[self.contact];
+                let acceleration = flow.field(start)[n + law.normal];
+                let mut timing = vec![0.0; size];
+                let lost = 1.0 - law.restitution;
+                timing[n + law.normal] = -2.0 / (acceleration * lost);
+                timing[law.normal] = (1.0 + law.restitution) / (lost * start[n + law.normal]);
+                (0.0, timing, 1.0)
+            }
+            _ => {
+                let speed = self.along(n, |k| field[k]);
+                let timing = (0..size)
+                    .map(|column| -self.along(n, |k| transition[k * size + column]) / speed)
+                    .collect();
+                (self.value(end).0, timing, speed)
+            }
+        };
+        let carried = product(size, &jump, transition);
+        Ok(Linearised { value, timing, speed, field, jump, carried })
+    }
+
+    /// A neighbour at the end of a phase as it is just after its own event, without the matrices.
+    pub fn carried(
+        &self,
+        scene: &Scene,
+        flow: &Flow<'_>,
+        [start, end, arrived]: [&[f64]; 3],
+        neighbour: &[f64],
+    ) -> Result<Vec<f64>, RunFailure> {
+        let n = scene.size;
+        let field = flow.field(end);
+        let delay = match self.trigger {
+            // The time to the limit of the bounces counts from the start, an instant before.
+            EventKind::Accumulation if !self.is_joint() => {
+                let law = &scene.contacts[self.contact];
+                let acceleration = flow.field(start)[n + law.normal];
+                -2.0 * neighbour[n + law.normal] / (acceleration * (1.0 - law.restitution))
+            }
+            _ => -self.along(n, |k| neighbour[k]) / self.along(n, |k| field[k]),
+        };
+        let moved: Vec<f64> = neighbour.iter().zip(&field).map(|(dy, f)| dy + f * delay).collect();
+        Ok(apply(&self.jump_matrix(scene, flow.combination(), end, arrived)?, &moved))
+    }
+
+    /// Dg, row-major.
+    fn jump_matrix(
+        &self,
+        scene: &Scene,
+        before: &Combination,
+        end: &[f64],
+        arrived: &[f64],
+    ) -> Result<Vec<f64>, RunFailure> {
+        let n = scene.size;
+        let size = 2 * n;
+        if self.is_joint() {
+            let mut between = end.to_vec();
+            self.strike(scene, before, &mut between)?;
+            let closing = Closing::new(scene, before, self.contact, &self.series, &between)?;
+            let impact = Self::new(scene, before, self.contact, EventKind::Impact);
+            let matrix = impact.jump_matrix(scene, before, end, &between)?;
+            return Ok(product(size, &closing.projection, &matrix));
+        }
+        let mut matrix = vec![0.0; size * size];
+        (0..size).for_each(|k| matrix[k * size + k] = 1.0);
+        let law = &scene.contacts[self.contact];
+        let (t, g) = (n + law.tangential, n + law.normal);
+        match self.trigger {
+            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+            EventKind::Velocity => matrix[t * size + t] = 0.0,
+            EventKind::Accumulation => {
+                matrix[law.normal * size + law.normal] = 0.0;
+                matrix[g * size + g] = 0.0;
+            }
+            EventKind::Impact => {
+                // The gap is zero at the event; the time shift does the rest.
+                matrix[law.normal * size + law.normal] = 0.0;
+                match &scene.coordinates.delassus {
+                    Some(w) => {
+                        coupled_impact(scene, w, before, self.contact, end, arrived, &mut matrix);
+                    }
+                    None => {
+                        matrix[g * size + g] = -law.restitution;
+                        if scene.impact_friction && arrived[t] == law.slider_speed {
+                            matrix[t * size + t] = 0.0;
+                        } else if scene.impact_friction {
+                            // |g'| = -g' before an impact.
+                            let ratio = scene.mass.get(law.normal, law.normal)
+                                / scene.mass.get(law.tangential, law.tangential);
+                            let slip = (end[t] - law.slider_speed).signum();
+                            matrix[t * size + g] =
+                                slip * law.friction * (1.0 + law.restitution) * ratio;
+                        }
+                    }
+                }
+            }
+        }
+        Ok(matrix)
+    }
+
+    /// Dimension of the directions that a passage forgets: the kernel of its saltation matrix.
+    ///
+    /// `S dy = 0` says `Dg w = f+ dt` with `w = dy + f- dt` and `grad h . w = 0`. Rows of zeros in Dg are what the
+    /// jump sets, whatever was before: as many directions w as rows have Dg w = 0. One more, `Dg w = f+ dt`, exists
+    /// if f+ leaves those entries alone; one less satisfies `grad h . w = 0`, as h is among what is set.
+    pub fn loss(&self, before: &[usize], jump: &[f64], next_field: &[f64]) -> usize {
+        let size = next_field.len();
+        let set: Vec<usize> = before
+            .iter()
+            .copied()
+            .filter(|&row| jump[row * size..(row + 1) * size].iter().all(|&entry| entry == 0.0))
+            .collect();
+        match set.iter().any(|&row| next_field[row] != 0.0) {
+            true => set.len() - 1,
+            false => set.len(),
+        }
+    }
+}
+
+/// The rows of Dg of an impact that mass spreads over all closed contacts. What the impulses did says which
+/// of their conditions hold: none, sticking (both velocities given) or sliding (`P_t = +-mu P_n`).
+fn coupled_impact(
+    scene: &Scene,
+    w: &[f64],
+    before: &Combination,
+    struck: usize,
+    end: &[f64],
+    arrived: &[f64],
+    matrix: &mut [f64],
+) {
+    let n = scene.size;
+    let size = 2 * n;
+    let count = 2 * scene.contacts.len();
+    let rows: Vec<usize> =
+        scene.contacts.iter().flat_map(|law| [n + law.tangential, n + law.normal]).collect();
+    let change: Vec<f64> = rows.iter().map(|&row| arrived[row] - end[row]).collect();
+    let impulse = eigen::solve(count, w, &change);
+    let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
+    // Velocities that do not depend on what they were.
+    let mut set = vec![false; count];
+    let impulses: Vec<Option<Impulse>> = scene
+        .contacts
+        .iter()
+        .enumerate()
+        .map(|(i, law)| {
+            let (t, g) = (2 * i, 2 * i + 1);
+            let touching = i == struck || before.statuses()[i].is_closed();
+            let held = touching && impulse[g] > NO_IMPULSE * largest;
+            let sticking = held && arrived[rows[t]] == law.slider_speed;
+            (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
+            let friction = law.friction * impulse[t].signum();
+            held.then_some(Impulse { sticking, friction, lost: [1.0, 1.0 + law.restitution] })
+        })
+        .collect();
+    let velocity = response(w, &impulses);
+    for (i, &row) in rows.iter().enumerate() {
+        for (j, &column) in rows.iter().enumerate() {
+            matrix[row * size + column] += velocity[i * count + j];
+        }
+        if set[i] {
+            matrix[row * size..(row + 1) * size].fill(0.0);
+        }
+    }
+}
+
+impl Linearised {
+    /// The map from the start of this phase to the start of the next: `Dg (Phi + f- timing)`.
+    pub fn return_map(&self) -> Vec<f64> {
+        let size = self.field.len();
+        let pushed = apply(&self.jump, &self.field);
+        let mut map = self.carried.clone();
+        for i in 0..size {
+            for j in 0..size {
+                map[i * size + j] += pushed[i] * self.timing[j];
+            }
+        }
+        map
+    }
+
+    /// The same at equal times, `S Phi`: with f+ the next vector field.
+    pub fn fundamental(&self, next_field: &[f64]) -> Vec<f64> {
+        let size = self.field.len();
+        let mut map = self.return_map();
+        for i in 0..size {
+            for j in 0..size {
+                map[i * size + j] -= next_field[i] * self.timing[j];
+            }
+        }
+        map
+    }
+}
+
+/// The passages behind the events of one instant, in the order of the contacts: a consequence of an
+/// impact, whose own event function is not at zero, is none.
+pub(crate) fn passages(
+    scene: &Scene,
+    before: &Combination,
+    end: &[f64],
+    events: &[(usize, EventKind)],
+) -> Vec<Passage> {
+    let impact =
+        events.iter().any(|event| matches!(event.1, EventKind::Impact | EventKind::Accumulation));
+    let own = |passage: &Passage| {
+        let direct = matches!(passage.trigger, EventKind::Impact | EventKind::Accumulation);
+        let (value, scale) = passage.value(end);
+        direct || !impact || value.abs() <= COINCIDENCE * scale
+    };
+    let mut found = joint_closings(scene, before, end, events);
+    let joined: Vec<usize> = match &scene.coordinates.delassus {
+        Some(w) => found
+            .iter()
+            .flat_map(|passage| coupled_with(w, scene.contacts.len(), passage.contact))
+            .collect(),
+        None => Vec::new(),
+    };
+    found.extend(
+        events
+            .iter()
+            .filter(|event| !joined.contains(&event.0))
+            .map(|&(contact, kind)| Passage::new(scene, before, contact, kind))
+            .filter(own),
+    );
+    found.sort_by_key(|passage| passage.contact);
+    found
+}
+
+/// The joint closings among the events of one instant: an impact comes with them, whose contact may close as well. The
+/// limit of the bounces of one contact has none beside it.
+fn joint_closings(
+    scene: &Scene,
+    before: &Combination,
+    end: &[f64],
+    events: &[(usize, EventKind)],
+) -> Vec<Passage> {
+    let Some(w) = &scene.coordinates.delassus else { return Vec::new() };
+    let (q, u) = end.split_at(scene.size);
+    let mut rest: Vec<(usize, EventKind)> = events.to_vec();
+    let mut found = Vec::new();
+    while let Some(&(first, _)) = rest.iter().find(|event| event.1 == EventKind::Accumulation) {
+        let tied = coupled_with(w, scene.contacts.len(), first);
+        let (own, others): (Vec<_>, Vec<_>) =
+            rest.into_iter().partition(|event| tied.contains(&event.0));
+        rest = others;
+        let of_kind =
+            |kind: EventKind| own.iter().filter(move |event| event.1 == kind).map(|event| event.0);
+        let series: Vec<usize> = of_kind(EventKind::Accumulation).collect();
+        let candidates = series.iter().copied().chain(of_kind(EventKind::Impact));
+        // The contact that strikes has the gap that closes soonest: those of the others are not in the numbers any more.
+        let time = |contact: &usize| {
+            let normal = scene.contacts[*contact].normal;
+            (q[normal] / u[normal]).abs()
+        };
+        let struck = candidates
+            .filter(|&contact| !before.statuses()[contact].is_closed())
+            .min_by(|a, b| time(a).total_cmp(&time(b)));
+        let is_joint = series.len() > 1 || of_kind(EventKind::Impact).next().is_some();
+        found.extend(
+            struck.filter(|_| is_joint).map(|struck| Passage::joint(scene, before, struck, series)),
+        );
+    }
+    found
+}
+
+/// Part of its terms below which an event function counts as zero at the instant of another event.
+const COINCIDENCE: f64 = 1e-10;

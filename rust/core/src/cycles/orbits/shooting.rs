@@ -1,0 +1,270 @@
+//! Newton's method on all phases of an orbit at once (multiple shooting), condensed to the section.
+//!
+//! Every passage gives the duration of its phase, which leaves `dy_{k+1} = P_k dy_k + r_k` with the derivative
+//! P_k of the return map and the mismatch r_k (see `orbit`). Chained over a period, y_K = y_0 leaves
+//!
+//! ```text
+//! (I - P_{K-1} ... P_0) dy_0 = rest,   rest = sum_k P_{K-1} ... P_{k+1} r_k
+//! ```
+//!
+//! in the admissible space at the section.
+
+use std::sync::Arc;
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::orbits::flow::Flow;
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows};
+use crate::cycles::orbits::saltation::Linearised;
+use crate::linalg::dense::{apply, product};
+use crate::linalg::eigen;
+use crate::motion::method::Method;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
+use crate::scene::status::Status;
+
+/// Newton steps; from a recurrence within the basin six or seven reach rounding.
+const STEPS: usize = 25;
+/// A step larger than the orbit itself leads to another orbit, if to any.
+const LARGEST_STEP: f64 = 3.0;
+/// A relative step below which the orbit is as good as rounding allows.
+const ROUNDING: f64 = 1e-13;
+/// A relative step that may be the last one if the next is no smaller.
+const NEARLY: f64 = 1e-9;
+
+/// One pass along an orbit: where every phase ends, and all derivatives there.
+pub(crate) struct Pass {
+    pub arrived: Vec<Vec<f64>>,
+    pub linearised: Vec<Linearised>,
+}
+
+/// The linear equations of one step.
+pub(crate) struct Shooting {
+    /// Derivative of the time of every event by the state at the start of its phase.
+    timings: Vec<Vec<f64>>,
+    maps: Vec<Vec<f64>>,
+    pub mismatch: Mismatch,
+    pub whole: Vec<f64>,
+    pub free: Vec<usize>,
+    scales: Scales,
+}
+
+/// How far the phases of a guess are from an orbit.
+#[derive(Debug, Clone)]
+pub(crate) struct Mismatch {
+    /// r_k
+    pub rests: Vec<Vec<f64>>,
+    /// How much later every event comes than its phase ends, s.
+    pub delays: Vec<f64>,
+}
+
+/// A change of the state at the start of a phase and of its duration.
+pub(crate) struct Change {
+    pub state: Vec<f64>,
+    pub delay: f64,
+}
+
+impl Shooting {
+    pub fn new(orbit: &Orbit, flows: &[Flow<'_>], pass: &Pass, scales: Scales) -> Self {
+        let maps: Vec<Vec<f64>> = pass.linearised.iter().map(Linearised::return_map).collect();
+        let whole = maps[1..]
+            .iter()
+            .fold(maps[0].clone(), |whole, map| product(scales.size(), map, &whole));
+        Self {
+            timings: pass.linearised.iter().map(|linear| linear.timing.clone()).collect(),
+            maps,
+            mismatch: orbit.mismatches(pass),
+            whole,
+            free: flows[0].free.clone(),
+            scales,
+        }
+    }
+
+    /// What mismatches of the phases sum up to over a period.
+    pub fn rest(&self, mismatch: &Mismatch) -> Vec<f64> {
+        let zero = vec![0.0; self.scales.size()];
+        self.maps.iter().zip(&mismatch.rests).fold(zero, |sum, (map, rest)| {
+            apply(map, &sum).iter().zip(rest).map(|(a, b)| a + b).collect()
+        })
+    }
+
+    /// I - P over the admissible space, row-major, in the units of the orbit.
+    pub fn matrix(&self) -> Vec<f64> {
+        let size = self.scales.size();
+        let unit = |k: usize| self.scales.unit(k);
+        let entry = |i: usize, j: usize| {
+            f64::from(u8::from(i == j)) - self.whole[i * size + j] * unit(j) / unit(i)
+        };
+        self.free.iter().flat_map(|&i| self.free.iter().map(move |&j| entry(i, j))).collect()
+    }
+
+    pub fn load(&self, mismatch: &Mismatch) -> Vec<f64> {
+        let rest = self.rest(mismatch);
+        self.free.iter().map(|&k| rest[k] / self.scales.unit(k)).collect()
+    }
+
+    /// The whole state of which the entries in the admissible space are given in the units of the orbit.
+    pub fn state(&self, entries: &[f64]) -> Vec<f64> {
+        let mut state = vec![0.0; self.scales.size()];
+        self.free.iter().zip(entries).for_each(|(&k, x)| state[k] = x * self.scales.unit(k));
+        state
+    }
+
+    /// dy_0
+    pub fn solution(&self) -> Result<Vec<f64>, OrbitFailure> {
+        let entries = eigen::solve(self.free.len(), &self.matrix(), &self.load(&self.mismatch));
+        match entries.iter().all(|x| x.is_finite()) {
+            true => Ok(self.state(&entries)),
+            false => Err(OrbitFailure::Singular),
+        }
+    }
+
+    /// The changes of all phases that follow from one at the section.
+    pub fn changes(&self, section: &[f64]) -> Vec<Change> {
+        self.carried(section, &self.mismatch)
+    }
+
+    pub fn carried(&self, section: &[f64], mismatch: &Mismatch) -> Vec<Change> {
+        let mut state = section.to_vec();
+        (0..self.maps.len())
+            .map(|k| {
+                let timing: f64 = self.timings[k].iter().zip(&state).map(|(a, x)| a * x).sum();
+                let mut next = apply(&self.maps[k], &state);
+                next.iter_mut().zip(&mismatch.rests[k]).for_each(|(next, rest)| *next += rest);
+                let state = std::mem::replace(&mut state, next);
+                Change { state, delay: timing + mismatch.delays[k] }
+            })
+            .collect()
+    }
+}
+
+impl Orbit {
+    /// The orbit of `scene` with the event sequence of `guess`, starting from its states and durations.
+    pub fn solve(
+        propagators: &Arc<Propagators>,
+        method: Method,
+        guess: Vec<Step>,
+    ) -> Result<Self, OrbitFailure> {
+        let mut orbit = Self {
+            propagators: Arc::clone(propagators),
+            method,
+            period: guess.iter().map(|step| step.duration).sum(),
+            steps: guess,
+            residual: f64::INFINITY,
+        };
+        orbit.transfer();
+        let flows = flows(propagators, method, &orbit.steps)?;
+        let mut last = f64::INFINITY;
+        for count in 1..=STEPS {
+            let pass = orbit.pass(&flows)?;
+            let scales = orbit.scales();
+            orbit.residual = orbit.mismatch(&pass, scales);
+            let shooting = Shooting::new(&orbit, &flows, &pass, scales);
+            let section = shooting.solution()?;
+            let change = orbit.moved(&flows, scales, shooting.changes(&section));
+            if !(change <= LARGEST_STEP) {
+                return Err(OrbitFailure::Diverged { steps: count, change });
+            }
+            if change <= ROUNDING || (last <= NEARLY && change >= 0.5 * last) {
+                let pass = orbit.pass(&flows)?;
+                orbit.residual = orbit.mismatch(&pass, orbit.scales());
+                return Ok(orbit);
+            }
+            last = change;
+        }
+        Err(OrbitFailure::Diverged { steps: STEPS, change: last })
+    }
+
+    pub(crate) fn pass(&self, flows: &[Flow<'_>]) -> Result<Pass, OrbitFailure> {
+        let mut pass = Pass { arrived: Vec::new(), linearised: Vec::new() };
+        for (step, flow) in self.steps.iter().zip(flows) {
+            let end = flow.end(&step.state, step.duration);
+            let mut arrived = end.clone();
+            step.passage.jump(self.scene(), &step.combination, &mut arrived)?;
+            let transition = flow.transition(step.duration);
+            pass.linearised.push(step.passage.linearised(
+                self.scene(),
+                flow,
+                &transition,
+                [&step.state, &end, &arrived],
+            )?);
+            pass.arrived.push(arrived);
+        }
+        Ok(pass)
+    }
+
+    pub(crate) fn mismatch(&self, pass: &Pass, scales: Scales) -> f64 {
+        let count = self.steps.len();
+        (0..count)
+            .map(|k| scales.distance(&pass.arrived[k], &self.steps[(k + 1) % count].state))
+            .fold(0.0, |size, x| if x.is_nan() { x } else { size.max(x) })
+    }
+
+    pub(crate) fn mismatches(&self, pass: &Pass) -> Mismatch {
+        let count = self.steps.len();
+        let delays: Vec<f64> =
+            pass.linearised.iter().map(|linear| -linear.value / linear.speed).collect();
+        let rests = (0..count)
+            .map(|k| {
+                let linear = &pass.linearised[k];
+                let pushed = apply(&linear.jump, &linear.field);
+                let next = &self.steps[(k + 1) % count].state;
+                (0..next.len())
+                    .map(|i| pass.arrived[k][i] + pushed[i] * delays[k] - next[i])
+                    .collect()
+            })
+            .collect();
+        Mismatch { rests, delays }
+    }
+
+    /// Applies the changes of all phases; the largest, relative to the orbit.
+    pub(crate) fn moved(
+        &mut self,
+        flows: &[Flow<'_>],
+        scales: Scales,
+        changes: Vec<Change>,
+    ) -> f64 {
+        let mut largest = 0.0f64;
+        for (k, change) in changes.into_iter().enumerate() {
+            for &i in &flows[k].free {
+                self.steps[k].state[i] += change.state[i];
+                let size = (change.state[i] / scales.unit(i)).abs();
+                largest = if size.is_nan() { size } else { largest.max(size) };
+            }
+            largest = largest.max((change.delay / self.period).abs());
+            self.steps[k].duration += change.delay;
+        }
+        self.constrain(flows);
+        self.period = self.steps.iter().map(|step| step.duration).sum();
+        if self.period.is_finite() { largest } else { f64::NAN }
+    }
+
+    /// Sets what the combinations prescribe.
+    pub(crate) fn constrain(&mut self, flows: &[Flow<'_>]) {
+        let n = self.scene().size;
+        let scene = Arc::clone(self.scene());
+        for (step, flow) in self.steps.iter_mut().zip(flows) {
+            for (law, &status) in scene.contacts.iter().zip(step.combination.statuses()) {
+                if status.is_closed() {
+                    step.state[law.normal] = 0.0;
+                    step.state[n + law.normal] = 0.0;
+                }
+                if status == Status::Sticking {
+                    step.state[n + law.tangential] = law.slider_speed;
+                }
+            }
+            if let Some(duration) = explicit_time(&scene, flow, step) {
+                step.duration = duration;
+            }
+        }
+    }
+}
+
+/// The duration of a phase that ends where a series of bounces comes to rest.
+fn explicit_time(scene: &Scene, flow: &Flow<'_>, step: &Step) -> Option<f64> {
+    if step.kind != EventKind::Accumulation || step.passage.is_joint() {
+        return None;
+    }
+    let law = &scene.contacts[step.passage.contact];
+    let row = scene.size + law.normal;
+    Some(-2.0 * step.state[row] / (flow.field(&step.state)[row] * (1.0 - law.restitution)))
+}

@@ -1,0 +1,166 @@
+//! Energy and powers of a state, each from its own formula.
+//!
+//! ```text
+//! E = 1/2 u' M u + 1/2 x' K x,      u = x'
+//! dE/dt = sum_i T_i (t_i . u) + F . u - u' C u
+//! ```
+//!
+//! (N_i g_i' = 0 while a contact is closed). The left side is computed as `u' (M x'' + K x)` with x'' from the
+//! reduced equation of motion, in which no contact force appears; the right side from the contact forces:
+//! their agreement is a check. The contact power is the power on the structure, `T_i v_i` from the slider
+//! less the friction heat `-T_i s_i >= 0`, `s_i = t_i . u - v_i`.
+
+use crate::contact::event_function::Functional;
+use crate::contact::event_function::contact_forces;
+use crate::error::Error;
+use crate::linalg::sparse::SparseMatrix;
+use crate::motion::taylor::TaylorOperator;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+use crate::transient::trajectory::{Cursor, Trajectory};
+
+/// Energies, J, and powers, W, at a series of instants; row-major.
+#[derive(Debug, Clone, Default)]
+pub struct EnergySample {
+    pub kinetic: Vec<f64>,
+    pub elastic: Vec<f64>,
+    /// dE/dt from the state equation.
+    pub rate: Vec<f64>,
+    pub external: Vec<f64>,
+    /// Dissipated power, one column per damper group.
+    pub damping: Vec<f64>,
+    /// T_i (t_i . u), one column per contact.
+    pub contact: Vec<f64>,
+    /// T_i v_i, one column per contact.
+    pub slider: Vec<f64>,
+    /// Combination of each instant.
+    pub combination: Vec<Combination>,
+}
+
+/// `q - q_gap`: positions from which springs are relaxed.
+fn elongation(scene: &Scene, q: &[f64]) -> Vec<f64> {
+    let mut relative = q.to_vec();
+    for law in &scene.contacts {
+        relative[law.normal] -= law.gap;
+    }
+    relative
+}
+
+/// The constant force on contact coordinates, without the part that shifts the gaps to zero.
+pub(crate) fn external_force(scene: &Scene) -> Vec<f64> {
+    let mut force = scene.force.clone();
+    if scene.contacts.iter().any(|law| law.gap != 0.0) {
+        let origin = elongation(scene, &vec![0.0; scene.size]);
+        scene.stiffness.add_product(1.0, &origin, &mut force);
+    }
+    force
+}
+
+/// `1/2 u' M u` and `1/2 x' K x`.
+pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
+    let x = elongation(scene, q);
+    (0.5 * bilinear(&scene.mass, u, u), 0.5 * bilinear(&scene.stiffness, &x, &x))
+}
+
+/// Changes of kinetic and elastic energy between two states, `1/2 (u1 + u0)' M (u1 - u0)` and
+/// `1/2 (x1 + x0)' K (x1 - x0)`: rounded relative to the change of the state, not to the energies.
+pub(crate) fn energy_change(
+    scene: &Scene,
+    (q0, u0): (&[f64], &[f64]),
+    (q1, u1): (&[f64], &[f64]),
+) -> (f64, f64) {
+    let (x0, x1) = (elongation(scene, q0), elongation(scene, q1));
+    let half = |matrix: &SparseMatrix, a0: &[f64], a1: &[f64]| {
+        let sum: Vec<f64> = a0.iter().zip(a1).map(|(a, b)| b + a).collect();
+        let change: Vec<f64> = a0.iter().zip(a1).map(|(a, b)| b - a).collect();
+        0.5 * bilinear(matrix, &sum, &change)
+    };
+    (half(&scene.mass, u0, u1), half(&scene.stiffness, &x0, &x1))
+}
+
+/// Names of the damper groups: `mass` and `stiffness` where damping is proportional, else `dampers`.
+pub fn damper_groups(scene: &Scene) -> &'static [&'static str] {
+    if scene.proportional.is_some() { &["mass", "stiffness"] } else { &["dampers"] }
+}
+
+/// Dissipated power per damper group, `alpha u' M u` and `beta u' K u`, or `u' C u`.
+pub(crate) fn damping_powers(scene: &Scene, u: &[f64]) -> [f64; 2] {
+    let form = |factor: f64, matrix: &SparseMatrix| {
+        if factor == 0.0 { 0.0 } else { factor * bilinear(matrix, u, u) }
+    };
+    match scene.proportional {
+        Some((alpha, beta)) => [form(alpha, &scene.mass), form(beta, &scene.stiffness)],
+        None => [form(1.0, &scene.damping), 0.0],
+    }
+}
+
+/// `a' matrix b`
+fn bilinear(matrix: &SparseMatrix, a: &[f64], b: &[f64]) -> f64 {
+    a.iter()
+        .enumerate()
+        .filter(|entry| *entry.1 != 0.0)
+        .map(|(k, a)| a * matrix.row_dot(k, b))
+        .sum()
+}
+
+/// The friction forces of one combination as functionals of the state.
+#[derive(Debug)]
+pub(crate) struct FrictionForces {
+    pub combination: Combination,
+    /// T by contact.
+    pub tangential: Vec<Functional>,
+}
+
+impl FrictionForces {
+    pub fn new(scene: &Scene, combination: &Combination) -> Self {
+        let forces = contact_forces(scene, combination);
+        Self {
+            combination: combination.clone(),
+            tangential: forces.into_iter().map(|(friction, _)| friction).collect(),
+        }
+    }
+}
+
+/// Energies and powers at `times`, in any order; at an event time just after it.
+pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample, Error> {
+    let scene = &**trajectory.scene();
+    let force = external_force(scene);
+    let groups = damper_groups(scene).len();
+    let mut sample = EnergySample::default();
+    let mut cursor = Cursor::new(trajectory);
+    let mut known: Option<(FrictionForces, TaylorOperator)> = None;
+    let mut residual = vec![0.0; scene.size];
+    for &time in times {
+        cursor.seek("times", time)?;
+        let combination = &trajectory.phases[cursor.phase].basis.combination;
+        let (friction, operator) = match &mut known {
+            Some(known) if known.0.combination == *combination => known,
+            known => known.insert((
+                FrictionForces::new(scene, combination),
+                TaylorOperator::new(scene, combination, &[])?,
+            )),
+        };
+        let (q, u) = (&cursor.q, &cursor.u);
+        let (kinetic, elastic) = energies(scene, q, u);
+        sample.kinetic.push(kinetic);
+        sample.elastic.push(elastic);
+
+        residual.copy_from_slice(&scene.force);
+        scene.stiffness.add_product(-1.0, q, &mut residual);
+        scene.damping.add_product(-1.0, u, &mut residual);
+        let mut acceleration = vec![0.0; scene.size];
+        operator.accelerate(&mut residual, &mut acceleration);
+        let inertia = bilinear(&scene.mass, u, &acceleration);
+        sample.rate.push(inertia + bilinear(&scene.stiffness, u, &elongation(scene, q)));
+
+        sample.external.push(force.iter().zip(u).map(|(f, u)| f * u).sum());
+        sample.damping.extend(&damping_powers(scene, u)[..groups]);
+        for (law, friction) in scene.contacts.iter().zip(&friction.tangential) {
+            let t = friction.value(q, u);
+            sample.contact.push(t * u[law.tangential]);
+            sample.slider.push(t * law.slider_speed);
+        }
+        sample.combination.push(combination.clone());
+    }
+    Ok(sample)
+}

@@ -1,0 +1,278 @@
+//! Works over an interval, phase by phase and impact by impact.
+//!
+//! The powers of `energy.rs` are integrated by the rule of `quadrature.rs` on panels as short as the motion of
+//! the moment needs; a constant force works `F . (x1 - x0)`. At an impact the velocities jump and the impulses
+//! `p = M (u+ - u-)` of the contacts change the kinetic energy by exactly
+//! `sum p_n (g'+ + g'-) / 2 + p_t (t.u+ + t.u-) / 2`:
+//!
+//! ```text
+//! lost in the normal direction    -p_n (g'+ + g'-) / 2  = 1/2 m (1 - e^2) g'-^2,  p_n = (1 + e) m |g'-|
+//! work of the slider               p_t v
+//! friction heat                   -p_t (s+ + s-) / 2    >= 0 for a Coulomb impulse
+//! ```
+//!
+//! The limit of a series of bounces takes what is left of the relative motion, `1/2 m g'^2` after its last one. Where
+//! several contacts close together, their gaps g of some rounding close too: what the load `F - K x` works on that way
+//! is part of what the impacts take.
+
+use crate::contact::event_kind::EventKind;
+use crate::energy::power::FrictionForces;
+use crate::energy::power::{damper_groups, damping_powers, energy_change, external_force};
+use crate::error::Error;
+use crate::numerics::double_double::Doubled;
+use crate::numerics::gauss::{NODES, REACH, gauss_rule};
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+use crate::transient::trajectory::{Cursor, Trajectory};
+
+/// Works over the part of one phase inside the interval, J.
+#[derive(Debug, Clone)]
+pub struct PhaseWork {
+    pub start: f64,
+    pub duration: f64,
+    pub combination: Combination,
+    /// On the structure through each contact: `slider` less friction heat.
+    pub contact: Vec<f64>,
+    /// `integral of T_i v_i dt` for each contact.
+    pub slider: Vec<f64>,
+    pub external: f64,
+    /// Dissipated, by damper group; see [`Scene::damper_groups`].
+    pub damping: Vec<f64>,
+}
+
+/// What one contact takes from the motion at an impact or at the limit of its bounces, J.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ImpactWork {
+    pub time: f64,
+    pub contact: usize,
+    /// Lost in the normal direction.
+    pub normal: f64,
+    /// Brought in by the slider through the tangential impulse.
+    pub slider: f64,
+    /// Turned into heat by the tangential impulse.
+    pub friction: f64,
+}
+
+/// Everything that changes the energy between two times.
+#[derive(Debug, Clone, Default)]
+pub struct Works {
+    pub phases: Vec<PhaseWork>,
+    pub impacts: Vec<ImpactWork>,
+    /// Changes of kinetic and elastic energy.
+    pub kinetic: f64,
+    pub elastic: f64,
+    /// States evaluated for it.
+    pub states: usize,
+}
+
+/// The works over (t0, t1]: with the impacts at t1, without those at t0.
+pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> {
+    for (argument, value) in [("t0", t0), ("t1", t1)] {
+        if !(value >= 0.0 && value <= trajectory.end) {
+            return Err(Error::TimeOutside { argument, value, end: trajectory.end });
+        }
+    }
+    if t0 > t1 {
+        return Err(Error::Range { argument: "t0".into(), requirement: "at most t1", value: t0 });
+    }
+    let mut walk = Walk::new(trajectory);
+    let first = trajectory.phase_at(t0);
+    let last = trajectory.phase_at(t1);
+    for phase in first..=last {
+        let start = trajectory.phases[phase].start;
+        let from = if phase == first { walk.local(phase, t0) } else { 0.0 };
+        let to =
+            if phase == last { walk.local(phase, t1) } else { trajectory.phase_duration(phase) };
+        walk.cursor.seek_local(phase, from);
+        let begun = (walk.cursor.q.clone(), walk.cursor.u.clone());
+        if phase == first {
+            walk.first = begun.clone();
+        }
+        walk.follow(phase, from, to);
+        // A reset of the position at an impact is part of what the constant forces work.
+        let reached =
+            if phase < last { trajectory.phase_state(phase + 1).0 } else { &walk.cursor.q };
+        let external = dot_change(&walk.force, reached, &begun.0);
+        walk.works.phases.push(PhaseWork {
+            start: start + from,
+            duration: to - from,
+            combination: trajectory.phases[phase].basis.combination.clone(),
+            contact: walk.contact.iter().map(|sum| sum.value()).collect(),
+            slider: walk.slider.iter().map(|sum| sum.value()).collect(),
+            external,
+            damping: walk.damping.iter().map(|sum| sum.value()).collect(),
+        });
+        if phase < last {
+            walk.strike(phase + 1);
+        }
+    }
+    let Walk { cursor, first, mut works, .. } = walk;
+    let first = (&first.0[..], &first.1[..]);
+    (works.kinetic, works.elastic) =
+        energy_change(trajectory.scene(), first, (&cursor.q, &cursor.u));
+    Ok(works)
+}
+
+fn dot_change(force: &[f64], to: &[f64], from: &[f64]) -> f64 {
+    let terms = force.iter().zip(to.iter().zip(from)).map(|(f, (b, a))| f * (b - a));
+    terms.fold(Doubled::default(), added).value()
+}
+
+fn added(sum: Doubled, term: f64) -> Doubled {
+    sum.add(Doubled { high: term, low: 0.0 })
+}
+
+/// The walk through the phases of an interval.
+struct Walk<'a> {
+    trajectory: &'a Trajectory,
+    scene: &'a Scene,
+    cursor: Cursor<'a>,
+    force: Vec<f64>,
+    friction: Option<FrictionForces>,
+    first: (Vec<f64>, Vec<f64>),
+    /// Integrals over the phase in progress.
+    contact: Vec<Doubled>,
+    slider: Vec<Doubled>,
+    damping: Vec<Doubled>,
+    works: Works,
+}
+
+impl<'a> Walk<'a> {
+    fn new(trajectory: &'a Trajectory) -> Self {
+        let scene = &**trajectory.scene();
+        let contacts = scene.contacts.len();
+        Self {
+            trajectory,
+            scene,
+            cursor: Cursor::new(trajectory),
+            force: external_force(scene),
+            friction: None,
+            first: Default::default(),
+            contact: vec![Doubled::default(); contacts],
+            slider: vec![Doubled::default(); contacts],
+            damping: vec![Doubled::default(); damper_groups(scene).len()],
+            works: Works::default(),
+        }
+    }
+
+    /// The local time of `time` within a phase.
+    fn local(&self, phase: usize, time: f64) -> f64 {
+        let start = self.trajectory.phases[phase].start;
+        if time == start {
+            return 0.0;
+        }
+        (time - start - self.trajectory.phases[phase].rest)
+            .clamp(0.0, self.trajectory.phase_duration(phase))
+    }
+
+    /// Integrates the powers over local times of one phase and leaves the cursor at `to`.
+    fn follow(&mut self, phase: usize, from: f64, to: f64) {
+        for sum in [&mut self.contact, &mut self.slider, &mut self.damping] {
+            sum.fill(Doubled::default());
+        }
+        let combination = &self.trajectory.phases[phase].basis.combination;
+        let friction = match self.friction.take() {
+            Some(known) if known.combination == *combination => known,
+            _ => FrictionForces::new(self.scene, combination),
+        };
+        let rule = gauss_rule();
+        let mut at = from;
+        while at < to {
+            let rate = self.cursor.growth_rate(phase, at);
+            let remaining = to - at;
+            // Equal panels where the rate stays, so that none is a sliver.
+            let panels = (rate * remaining / REACH).ceil().max(1.0);
+            let width = remaining / panels;
+            let end = if panels == 1.0 { to } else { at + width };
+            for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
+                self.cursor.seek_local(phase, at + width * node);
+                self.accumulate(&friction, width * weight);
+            }
+            self.works.states += NODES;
+            at = end;
+        }
+        self.cursor.seek_local(phase, to);
+        self.friction = Some(friction);
+    }
+
+    fn accumulate(&mut self, friction: &FrictionForces, weight: f64) {
+        let (q, u) = (&self.cursor.q, &self.cursor.u);
+        for (i, (law, friction)) in self.scene.contacts.iter().zip(&friction.tangential).enumerate()
+        {
+            let t = weight * friction.value(q, u);
+            self.contact[i] = added(self.contact[i], t * u[law.tangential]);
+            self.slider[i] = added(self.slider[i], t * law.slider_speed);
+        }
+        for (sum, power) in self.damping.iter_mut().zip(damping_powers(self.scene, u)) {
+            *sum = added(*sum, weight * power);
+        }
+    }
+
+    /// What the contacts take at the start of `phase`; the cursor stands at the end of the phase before.
+    fn strike(&mut self, phase: usize) {
+        let trajectory = self.trajectory;
+        let mut impact = false;
+        for event in trajectory.events_at(phase) {
+            match event.kind {
+                EventKind::Impact => impact = true,
+                // Where mass couples contacts, what one loses the others feel: the jump tells.
+                EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
+                EventKind::Accumulation => {
+                    let rest = trajectory.phase_state(phase - 1).1
+                        [self.scene.contacts[event.contact].normal];
+                    self.works.impacts.push(ImpactWork {
+                        time: event.time,
+                        contact: event.contact,
+                        normal: 0.5 * normal_mass(self.scene, event.contact) * rest * rest,
+                        slider: 0.0,
+                        friction: 0.0,
+                    });
+                }
+                _ => {}
+            }
+        }
+        if !impact {
+            return;
+        }
+        let time = trajectory.phases[phase].start;
+        let (before, after) = (&self.cursor.u, trajectory.phase_state(phase).1);
+        let jump: Vec<f64> = after.iter().zip(before).map(|(b, a)| b - a).collect();
+        for (contact, law) in self.scene.contacts.iter().enumerate() {
+            let impulse = |row: usize| self.scene.mass.row_dot(row, &jump);
+            let mean = |row: usize| 0.5 * (after[row] + before[row]);
+            let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
+            let reset = |row: usize| {
+                if !self.scene.contacts_coupled() {
+                    return 0.0;
+                }
+                let (q0, q1) = (&self.cursor.q, trajectory.phase_state(phase).0);
+                let middle: Vec<f64> = q0.iter().zip(q1).map(|(a, b)| 0.5 * (a + b)).collect();
+                (self.scene.force[row] - self.scene.stiffness.row_dot(row, &middle))
+                    * (q1[row] - q0[row])
+            };
+            let struck = trajectory
+                .events_at(phase)
+                .any(|event| event.contact == contact && event.kind == EventKind::Impact);
+            // Where mass couples contacts, every closed one may take an impulse.
+            if struck || (self.scene.contacts_coupled() && (p_n, p_t) != (0.0, 0.0)) {
+                self.works.impacts.push(ImpactWork {
+                    time,
+                    contact,
+                    normal: -p_n * mean(law.normal) + reset(law.normal),
+                    slider: p_t * law.slider_speed,
+                    friction: -p_t * (mean(law.tangential) - law.slider_speed),
+                });
+            }
+        }
+    }
+}
+
+/// `1 / (n' M^-1 n)`: the mass that an impact of this contact alone moves.
+fn normal_mass(scene: &Scene, contact: usize) -> f64 {
+    let size = 2 * scene.contacts.len();
+    let normal = 2 * contact + 1;
+    match &scene.coordinates.delassus {
+        Some(w) => 1.0 / w[normal * size + normal],
+        None => scene.mass.get(scene.contacts[contact].normal, scene.contacts[contact].normal),
+    }
+}

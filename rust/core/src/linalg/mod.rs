@@ -1,0 +1,11 @@
+//! Matrices, eigenproblems and factorizations.
+
+pub(crate) mod banded_vectors;
+pub(crate) mod dense;
+pub(crate) mod eigen;
+pub(crate) mod eigenpair;
+pub(crate) mod parallel;
+pub(crate) mod schur;
+pub(crate) mod sparse;
+
+pub use sparse::SparseMatrix;

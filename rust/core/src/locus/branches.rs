@@ -1,0 +1,432 @@
+//! Eigenvalues along a path as continuous branches.
+//!
+//! Two neighbouring points are joined by the correlation of left and right vectors,
+//! `v_r' ((lambda_r + lambda_s) M + C) xi_s / sqrt(a_r a_s)`, which is 1 or 0 for the modes of one point (it is
+//! `left' A right` of the state vectors) and stays near 1 or 0 as long as the points are near each other. An interval
+//! is halved until the correlation is decisive *and* no pair of coupled eigenvalues has approached or left each other
+//! by more than half its distance: a veering, however sharp, is followed and not jumped across.
+//! At an exceptional point of a real parameter two branches meet and no continuation exists; there the interval shrinks
+//! to [`RESOLUTION`], and the nearest eigenvalues are joined.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::linalg::eigenpair::turned;
+use crate::locus::parameter_path::Path;
+use crate::modes::complex_modes::normalised;
+use crate::modes::mode::Mode;
+use crate::modes::quadratic_pencil::{Damping, DoubledRows};
+use crate::modes::spectrum::{Vectors, spectrum};
+
+/// Smallest interval, of the whole range; below it two branches count as meeting. Rounding splits a meeting pair by
+/// the square root of an ulp, so nothing finer could be told from rounding.
+pub(crate) const RESOLUTION: f64 = 1e-13;
+/// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
+const KEPT: f64 = 0.5;
+const OTHERS: f64 = 0.25;
+/// Relative distance of two well-conditioned eigenvalues below which their vectors are any two of one plane.
+const TWINS: f64 = 1e-9;
+/// Condition number up to which two eigenvalues that near are a semisimple pair and not nearly defective.
+const SEMISIMPLE: f64 = 1e3;
+/// Where an interval is divided: in its middle, unless twins happen to lie there.
+const DIVISIONS: [f64; 3] = [0.5, 0.4375, 0.5625];
+/// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
+const UNCOUPLED: f64 = 1e-22;
+
+/// The modes at one parameter value, of each conjugate pair the one with positive imaginary part. Vectors are scaled to
+/// a largest entry of 1: a correlation of two modes depends on how each is shared between its right and left vector.
+#[derive(Debug, Default)]
+pub(crate) struct Node {
+    pub value: f64,
+    pub modes: Vec<Mode>,
+    /// `d lambda / d p` of each mode.
+    pub slopes: Vec<Complex64>,
+    /// `|a|` of each mode.
+    sizes: Vec<f64>,
+    /// `M xi` and `C xi`, one mode after the other.
+    mass: Vec<Complex64>,
+    damping: Vec<Complex64>,
+    /// Whether both vectors of a mode are real: of proportional damping they are, until two modes lock in.
+    real: Vec<bool>,
+}
+
+/// An eigenvalue among all 2m: a mode of the node, or its conjugate.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Member {
+    pub mode: usize,
+    pub conjugate: bool,
+}
+
+/// Two neighbouring nodes joined: `next[k]` is the member of the second that continues member k of the first.
+#[derive(Debug, Clone)]
+pub(crate) struct Link {
+    pub next: Vec<usize>,
+    /// Whether branches meet in the interval, so that the continuation is a convention.
+    pub meeting: bool,
+}
+
+impl Node {
+    pub fn new(path: &Path, value: f64) -> Result<Self, Error> {
+        let pencil = path.pencil(value);
+        let mut modes = spectrum(&pencil, Vectors::Solved)?;
+        modes.sort_by(|p, q| {
+            let key = |mode: &Mode| (mode.eigenvalue.norm_sqr(), mode.eigenvalue.re);
+            let (p, q) = (key(p), key(q));
+            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1))
+        });
+        modes = modes.into_iter().map(normalised).collect();
+        let products = |rows: &DoubledRows| -> Vec<Complex64> {
+            let mut all = Vec::with_capacity(modes.len() * pencil.size);
+            modes.iter().for_each(|mode| all.extend(rows.rounded_product(&mode.right)));
+            all
+        };
+        let mass = products(&pencil.mass);
+        let damping = match &pencil.damping {
+            Damping::General(rows) => products(rows),
+            Damping::Proportional { alpha, beta } => {
+                let mut stiffness = products(&pencil.stiffness);
+                stiffness.iter_mut().zip(&mass).for_each(|(k, m)| *k = alpha * m + beta * *k);
+                stiffness
+            }
+        };
+        let moved = moved_entries(pencil.size, &path.derivative(value));
+        Ok(Self {
+            value,
+            slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
+            sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
+            real: modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect(),
+            mass,
+            damping,
+            modes,
+        })
+    }
+
+    /// A node that divides the interval between two others, without twins if that is possible; None where no number
+    /// is left between them.
+    pub fn between(path: &Path, from: &Node, to: &Node) -> Result<Option<Self>, Error> {
+        let mut division = None;
+        for part in DIVISIONS {
+            let value = from.value + part * (to.value - from.value);
+            if from.value < value && value < to.value {
+                let node = Node::new(path, value)?;
+                let clear = !node.has_twins();
+                division = Some(node);
+                if clear {
+                    break;
+                }
+            }
+        }
+        Ok(division)
+    }
+
+    /// All 2m eigenvalues, conjugates adjacent, positive imaginary part first.
+    pub fn members(&self) -> Vec<Member> {
+        let mut members = Vec::with_capacity(2 * self.modes.len());
+        for (mode, entry) in self.modes.iter().enumerate() {
+            members.push(Member { mode, conjugate: false });
+            if !entry.is_real() {
+                members.push(Member { mode, conjugate: true });
+            }
+        }
+        members
+    }
+
+    pub fn eigenvalue(&self, member: Member) -> Complex64 {
+        turned(self.modes[member.mode].eigenvalue, member.conjugate)
+    }
+
+    /// Whether two modes have one eigenvalue but different vectors, which are then not determined.
+    fn are_twins(&self, r: usize, s: usize) -> bool {
+        let (p, q) = (&self.modes[r], &self.modes[s]);
+        p.condition.max(q.condition) < SEMISIMPLE
+            && (p.eigenvalue - q.eigenvalue).norm_sqr() <= TWINS * TWINS * p.eigenvalue.norm_sqr()
+    }
+
+    fn has_twins(&self) -> bool {
+        // Modes are sorted by modulus, so twins are neighbours.
+        (1..self.modes.len()).any(|s| self.are_twins(s - 1, s))
+    }
+
+    /// Square of the correlation of mode r here with mode s there.
+    fn correlation(&self, r: usize, other: &Node, s: usize) -> f64 {
+        let (here, there) = (&self.modes[r], &other.modes[s]);
+        let sum = here.eigenvalue + there.eigenvalue;
+        let column = s * there.right.len()..(s + 1) * there.right.len();
+        let (mass, damping) = (&other.mass[column.clone()], &other.damping[column]);
+        let terms = here.left.iter().zip(mass.iter().zip(damping));
+        let product = if self.real[r] && other.real[s] {
+            let (mut by_mass, mut by_damping) = (0.0, 0.0);
+            terms.for_each(|(v, (m, c))| {
+                by_mass += v.re * m.re;
+                by_damping += v.re * c.re;
+            });
+            sum * by_mass + by_damping
+        } else {
+            terms.map(|(v, (m, c))| v * (sum * m + c)).sum::<Complex64>()
+        };
+        product.norm_sqr() / (self.sizes[r] * other.sizes[s])
+    }
+
+    /// The decisive continuation of all modes, if there is one, and the correlations, row by row.
+    pub fn continued(&self, other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
+        if self.modes.len() != other.modes.len() {
+            return (None, Vec::new());
+        }
+        let every: Vec<usize> = (0..self.modes.len()).collect();
+        self.continued_modes(&every, other)
+    }
+
+    /// The decisive continuation of the modes `rows` among all modes of the other node, if there is one, and their
+    /// correlations with all of them, row by row.
+    pub fn continued_modes(&self, rows: &[usize], other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
+        let count = other.modes.len();
+        let correlations: Vec<f64> = rows
+            .iter()
+            .flat_map(|&r| (0..count).map(move |s| self.correlation(r, other, s)))
+            .collect();
+        let mut next = Vec::with_capacity(rows.len());
+        let mut taken = vec![false; count];
+        for (row, &r) in correlations.chunks_exact(count.max(1)).zip(rows) {
+            let best = (0..count).fold(0, |best, s| if row[s] > row[best] { s } else { best });
+            let same = |s: usize| s == best || other.are_twins(best, s);
+            let kept: f64 = (0..count).filter(|&s| same(s)).map(|s| row[s]).sum();
+            let decisive = (KEPT..=1.0 / KEPT).contains(&kept)
+                && (0..count).all(|s| same(s) || row[s] <= OTHERS * kept)
+                && self.modes[r].is_real() == other.modes[best].is_real();
+            let free =
+                if taken[best] { (0..count).find(|&s| !taken[s] && same(s)) } else { Some(best) };
+            let (true, Some(free)) = (decisive, free) else {
+                return (None, correlations);
+            };
+            taken[free] = true;
+            next.push(free);
+        }
+        (Some(next), correlations)
+    }
+
+    /// Whether every pair of coupled eigenvalues among the modes `rows` keeps its distance to within half of it.
+    pub fn keeps_distances(
+        &self,
+        rows: &[usize],
+        other: &Node,
+        next: &[usize],
+        correlations: &[f64],
+    ) -> bool {
+        let count = other.modes.len();
+        let steady = |before: Complex64, after: Complex64| {
+            (after - before).norm_sqr() <= 0.25 * before.norm_sqr().min(after.norm_sqr())
+        };
+        let value = |node: &Node, mode: usize| node.modes[mode].eigenvalue;
+        (0..rows.len()).all(|k| {
+            let r = rows[k];
+            let (before, after) = (value(self, r), value(other, next[k]));
+            let own_conjugate =
+                self.modes[r].is_real() || steady(before - before.conj(), after - after.conj());
+            own_conjugate
+                && (0..k).all(|l| {
+                    let s = rows[l];
+                    let coupling =
+                        correlations[k * count + next[l]].max(correlations[l * count + next[k]]);
+                    coupling < UNCOUPLED
+                        || self.are_twins(r, s)
+                        || other.are_twins(next[k], next[l])
+                        || steady(before - value(self, s), after - value(other, next[l]))
+                })
+        })
+    }
+
+    /// How near a mode r and a mode s, or its conjugate, come to a point where they meet: their distance, and the part
+    /// of the parameter's way `width` at which its square would vanish if it went on as it goes here.
+    pub fn approach(&self, r: usize, (s, conjugate): (usize, bool), width: f64) -> (f64, f64) {
+        let difference = self.modes[r].eigenvalue - turned(self.modes[s].eigenvalue, conjugate);
+        let slope = self.slopes[r] - turned(self.slopes[s], conjugate);
+        let distance = difference.norm();
+        (distance, distance / (2.0 * slope.norm() * width))
+    }
+
+    /// The members of `other` that continue the members here, given the continuation of modes.
+    /// A mode that is not continued, `usize::MAX`, has members that aren't.
+    pub fn members_of(&self, other: &Node, next: &[usize]) -> Vec<usize> {
+        let mut position = vec![0; other.modes.len()];
+        for (k, member) in
+            other.members().iter().enumerate().filter(|(_, member)| !member.conjugate)
+        {
+            position[member.mode] = k;
+        }
+        self.members()
+            .iter()
+            .map(|member| match next[member.mode] {
+                usize::MAX => usize::MAX,
+                mode => position[mode] + usize::from(member.conjugate),
+            })
+            .collect()
+    }
+
+    /// Eigenvalues here, moved on along their slopes, joined to the nearest ones there, conjugates alike, from the pairs of
+    /// members that are `wanted`; `usize::MAX` for those left over.
+    pub fn nearest(&self, other: &Node, wanted: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+        let (here, there) = (self.members(), other.members());
+        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
+        for (i, &r) in here.iter().enumerate() {
+            let shift = self.slopes[r.mode] * (other.value - self.value);
+            let shift = turned(shift, r.conjugate);
+            // A defective mode has no slope.
+            let predicted = self.eigenvalue(r) + if shift.is_finite() { shift } else { 0.0.into() };
+            for (j, &s) in there.iter().enumerate().filter(|&(j, _)| wanted(i, j)) {
+                candidates.push(((predicted - other.eigenvalue(s)).norm(), i, j));
+            }
+        }
+        candidates.sort_by(|p, q| p.0.total_cmp(&q.0));
+        let mut next = vec![usize::MAX; here.len()];
+        let mut taken = vec![false; there.len()];
+        let mirror = |node: &Node, members: &[Member], k: usize| {
+            if node.modes[members[k].mode].is_real() {
+                k
+            } else if members[k].conjugate {
+                k - 1
+            } else {
+                k + 1
+            }
+        };
+        for (_, i, j) in candidates {
+            for (i, j) in [(i, j), (mirror(self, &here, i), mirror(other, &there, j))] {
+                if next[i] == usize::MAX && !taken[j] {
+                    next[i] = j;
+                    taken[j] = true;
+                }
+            }
+        }
+        next
+    }
+}
+
+fn is_real(vector: &[Complex64]) -> bool {
+    vector.iter().all(|z| z.im == 0.0)
+}
+
+/// Row, column and the entries of M', C', K' where any of them differs from zero: most parameters move few.
+type Moved = (usize, usize, [f64; 3]);
+
+fn moved_entries(size: usize, [mass, damping, stiffness]: &[Vec<f64>; 3]) -> Vec<Moved> {
+    (0..size * size)
+        .filter(|&k| mass[k] != 0.0 || damping[k] != 0.0 || stiffness[k] != 0.0)
+        .map(|k| (k / size, k % size, [mass[k], damping[k], stiffness[k]]))
+        .collect()
+}
+
+/// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`
+fn slope(mode: &Mode, moved: &[Moved]) -> Complex64 {
+    let lambda = mode.eigenvalue;
+    let square = lambda * lambda;
+    let mut sum = Complex64::default();
+    for &(i, j, [mass, damping, stiffness]) in moved {
+        sum += mode.left[i] * (square * mass + lambda * damping + stiffness) * mode.right[j];
+    }
+    -sum / mode.a
+}
+
+/// What an interval must fulfil beyond a safe continuation, else it is halved as well.
+pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync);
+
+/// The nodes at all `values`, those apart at which branches cross without meeting.
+pub(crate) fn regular_nodes(path: &Path, values: &[f64]) -> Result<(Vec<Node>, Vec<Node>), Error> {
+    let nodes =
+        values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()?;
+    let crosses = |k: usize| {
+        let neighbours = [nodes.get(k.wrapping_sub(1)), nodes.get(k + 1)];
+        nodes[k].has_twins()
+            && neighbours.iter().all(|node| node.is_some_and(|node| !node.has_twins()))
+    };
+    let crosses: Vec<bool> = (0..nodes.len()).map(crosses).collect();
+    let (mut crossings, mut regular) = (Vec::new(), Vec::with_capacity(nodes.len()));
+    for (node, crosses) in nodes.into_iter().zip(crosses) {
+        if crosses { crossings.push(node) } else { regular.push(node) }
+    }
+    Ok((regular, crossings))
+}
+
+/// Nodes in ascending order of the parameter, each joined to the next.
+#[derive(Debug, Default)]
+pub(crate) struct Mesh {
+    pub nodes: Vec<Node>,
+    pub links: Vec<Link>,
+    /// Points at which branches cross without meeting: their vectors there tell nothing, and the branches are joined
+    /// past them.
+    pub crossings: Vec<Node>,
+}
+
+impl Mesh {
+    /// Through all `values` (ascending, at least one) and as many points between them as it takes.
+    pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
+        let (nodes, crossings) = regular_nodes(path, values)?;
+        let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
+        let parts = nodes
+            .par_windows(2)
+            .map(|pair| {
+                let mut part = Mesh::default();
+                part.refine(path, &pair[0], &pair[1], demand, resolution)?;
+                Ok(part)
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        let mut mesh = Mesh { crossings, ..Mesh::default() };
+        let mut nodes = nodes.into_iter();
+        mesh.nodes.extend(nodes.next());
+        for (part, node) in parts.into_iter().zip(nodes) {
+            mesh.nodes.extend(part.nodes);
+            mesh.links.extend(part.links);
+            mesh.nodes.push(node);
+        }
+        Ok(mesh)
+    }
+
+    fn refine(
+        &mut self,
+        path: &Path,
+        from: &Node,
+        to: &Node,
+        demand: Demand<'_>,
+        resolution: f64,
+    ) -> Result<(), Error> {
+        let (continued, correlations) = from.continued(to);
+        let every: Vec<usize> = (0..from.modes.len()).collect();
+        if let Some(next) = &continued
+            && from.keeps_distances(&every, to, next, &correlations)
+        {
+            let next = from.members_of(to, next);
+            if demand(from, to, &next) {
+                self.links.push(Link { next, meeting: false });
+                return Ok(());
+            }
+        }
+        if to.value - from.value > resolution
+            && let Some(node) = Node::between(path, from, to)?
+        {
+            self.refine(path, from, &node, demand, resolution)?;
+            let place = self.nodes.len();
+            self.nodes.push(Node::default());
+            let refined = self.refine(path, &node, to, demand, resolution);
+            self.nodes[place] = node;
+            return refined;
+        }
+        let link = match continued {
+            // A crossing of modes whose coupling is lost in rounding.
+            Some(next) => Link { next: from.members_of(to, &next), meeting: false },
+            None => Link { next: from.nearest(to, |_, _| true), meeting: true },
+        };
+        self.links.push(link);
+        Ok(())
+    }
+
+    /// For every node, the member that carries each branch; branches are the members of the first node.
+    pub fn carriers(&self) -> Vec<Vec<usize>> {
+        let count = self.nodes.first().map_or(0, |node| node.members().len());
+        let mut current: Vec<usize> = (0..count).collect();
+        let mut carriers = vec![current.clone()];
+        for link in &self.links {
+            current = current.iter().map(|&k| link.next[k]).collect();
+            carriers.push(current.clone());
+        }
+        carriers
+    }
+}

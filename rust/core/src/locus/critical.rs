@@ -1,0 +1,455 @@
+//! Where stability changes along a path, and where branches meet.
+//!
+//! Roots of functions of the tracked branches (a real part, a difference of two real parts), each bracketed by two
+//! nodes of a mesh so fine that the cubics through values and slopes at its nodes leave no room for further roots,
+//! and refined by Newton's method with the slopes `d lambda / d p = -v' (dP/dp) xi / a`.
+
+use num_complex::Complex64;
+
+use crate::error::Error;
+use crate::linalg::eigen::determinant_sign;
+use crate::locus::branches::{Member, Mesh, Node};
+use crate::locus::critical_point::{
+    CriticalKind, CriticalPoint, RESOLUTION, Stretch, significant_sign,
+};
+use crate::locus::exceptional_point::{ExceptionalPoint, ImplicitDeterminant, exceptional_point};
+use crate::locus::parameter_path::Path;
+use crate::locus::separation::separations;
+
+/// Equal intervals that a search starts from; the mesh refines itself from there.
+const INTERVALS: usize = 64;
+/// Ulp, times condition times modulus, below which a real part has no sign.
+const NEUTRAL: f64 = 64.0 * f64::EPSILON;
+/// An exceptional parameter whose imaginary part is below this part of the range is real.
+const REAL: f64 = 1e-11;
+
+/// All critical points of a path with exceptional points up to `imaginary` off the real axis, by value.
+pub fn critical_points(path: &Path, imaginary: f64) -> Result<Vec<CriticalPoint>, Error> {
+    let (lower, upper) = path.range();
+    let span = upper - lower;
+    let values = initial_values(path, INTERVALS);
+    let demand = |a: &Node, b: &Node, next: &[usize]| {
+        b.value - a.value <= RESOLUTION * span || real_parts_settled(a, b, &successors(a, b, next))
+    };
+    let mesh = Mesh::new(path, &values, &demand)?;
+    let search = Search { path, mesh, span };
+    let mut points = search.divergences();
+    points.extend(search.axis_crossings()?);
+    let lock_ins = search.exceptional_points(imaginary, &points);
+    points.extend(search.leader_crossings(&lock_ins)?);
+    points.extend(lock_ins);
+    points.extend(separations(path, &values));
+    points.sort_by(|p, q| p.value.total_cmp(&q.value).then(p.kind.cmp(&q.kind)));
+    Ok(points)
+}
+
+/// Ends of so many equal intervals of the whole range.
+pub(crate) fn initial_values(path: &Path, intervals: usize) -> Vec<f64> {
+    let (lower, upper) = path.range();
+    let value = |k: usize| lower + (upper - lower) * (k as f64 / intervals as f64);
+    (0..intervals).map(value).chain([upper]).collect()
+}
+
+/// For every mode of `a` the mode of `b` that continues it, from the continuation of members.
+fn successors(a: &Node, b: &Node, next: &[usize]) -> Vec<usize> {
+    let there = b.members();
+    a.members()
+        .iter()
+        .zip(next)
+        .filter(|(member, _)| !member.conjugate)
+        .map(|(_, &k)| there[k].mode)
+        .collect()
+}
+
+pub(crate) fn uncertainty(node: &Node, mode: usize) -> f64 {
+    NEUTRAL * node.modes[mode].condition * node.modes[mode].eigenvalue.norm()
+}
+
+/// Index of the mode with the largest real part.
+fn leader(node: &Node) -> usize {
+    let real = |mode: usize| node.modes[mode].eigenvalue.re;
+    (0..node.modes.len()).fold(0, |best, mode| if real(mode) > real(best) { mode } else { best })
+}
+
+pub(crate) fn real_part(a: &Node, b: &Node, mode: usize, next: usize) -> Stretch {
+    let width = b.value - a.value;
+    Stretch {
+        value: [a.modes[mode].eigenvalue.re, b.modes[next].eigenvalue.re],
+        rise: [a.slopes[mode].re * width, b.slopes[next].re * width],
+        uncertainty: [uncertainty(a, mode), uncertainty(b, next)],
+    }
+}
+
+/// Whether the roots of all real parts, and of their differences to the largest one, are known from the two ends.
+fn real_parts_settled(a: &Node, b: &Node, next: &[usize]) -> bool {
+    let stretches: Vec<Stretch> =
+        (0..a.modes.len()).map(|mode| real_part(a, b, mode, next[mode])).collect();
+    let leaders = [leader(a), next.iter().position(|&mode| mode == leader(b)).unwrap_or(0)];
+    stretches.iter().all(Stretch::is_settled)
+        && leaders.iter().all(|&top| {
+            (0..stretches.len())
+                .all(|mode| mode == top || stretches[top].minus(&stretches[mode]).is_settled())
+        })
+}
+
+/// The node at p with the modes that continue some modes of `from`.
+fn followed(
+    path: &Path,
+    from: &Node,
+    modes: &[usize],
+    p: f64,
+) -> Result<(Node, Vec<usize>), Error> {
+    let node = Node::new(path, p)?;
+    let nearest = |mode: usize| {
+        let predicted = from.modes[mode].eigenvalue + from.slopes[mode] * (p - from.value);
+        let distance = |k: usize| (node.modes[k].eigenvalue - predicted).norm();
+        (0..node.modes.len()).fold(0, |best, k| if distance(k) < distance(best) { k } else { best })
+    };
+    let next = match from.continued_modes(modes, &node).0 {
+        Some(next) => next,
+        None => modes.iter().map(|&mode| nearest(mode)).collect(),
+    };
+    Ok((node, next))
+}
+
+/// The root of `f(node, modes continued) = (value, slope)` between two nodes for some modes of `from`, by Newton's
+/// method kept inside its bracket; `sign` is that of f at `from`.
+pub(crate) fn root(
+    path: &Path,
+    [from, to]: [&Node; 2],
+    modes: &[usize],
+    sign: f64,
+    f: impl Fn(&Node, &[usize]) -> (f64, f64),
+) -> Result<(Node, Vec<usize>), Error> {
+    let (lower, upper) = path.range();
+    let (mut low, mut high) = (from.value, to.value);
+    let mut p = 0.5 * (low + high);
+    loop {
+        let (node, next) = followed(path, from, modes, p)?;
+        let (value, slope) = f(&node, &next);
+        if value * sign > 0.0 {
+            low = p
+        } else {
+            high = p
+        }
+        let step = -value / slope;
+        let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * (upper - lower));
+        if value == 0.0 || step.abs() <= resolution || high - low <= resolution {
+            return Ok((node, next));
+        }
+        let newton = p + step;
+        let bisected = 0.5 * (low + high);
+        let proposed = if newton > low && newton < high { newton } else { bisected };
+        if proposed == p || proposed <= low || proposed >= high {
+            return Ok((node, next));
+        }
+        p = proposed;
+    }
+}
+
+/// Where a mode of the first node passes the axis before the second, at which its sign is another one; None where it
+/// is real: those pass zero where the stiffness is singular.
+pub(crate) fn axis_crossing(
+    path: &Path,
+    ends: [&Node; 2],
+    mode: usize,
+    sign: f64,
+) -> Result<Option<CriticalPoint>, Error> {
+    let (root, next) = root(path, ends, &[mode], sign, |node, next| {
+        (node.modes[next[0]].eigenvalue.re, node.slopes[next[0]].re)
+    })?;
+    let eigenvalue = root.modes[next[0]].eigenvalue;
+    Ok((eigenvalue.im != 0.0).then(|| CriticalPoint {
+        kind: CriticalKind::Hopf,
+        value: root.value,
+        complex_value: root.value.into(),
+        eigenvalue,
+        other: Complex64::new(f64::NAN, f64::NAN),
+        slope: root.slopes[next[0]].re,
+    }))
+}
+
+struct Search<'a> {
+    path: &'a Path,
+    mesh: Mesh,
+    span: f64,
+}
+
+impl Search<'_> {
+    /// Where a complex branch changes the sign of its real part.
+    fn axis_crossings(&self) -> Result<Vec<CriticalPoint>, Error> {
+        let carriers = self.mesh.carriers();
+        let nodes = &self.mesh.nodes;
+        let members: Vec<Vec<Member>> = nodes.iter().map(Node::members).collect();
+        let mut points: Vec<CriticalPoint> = Vec::new();
+        for branch in 0..carriers.first().map_or(0, Vec::len) {
+            // The last node at which this branch had a sign.
+            let mut last: Option<(usize, f64)> = None;
+            for (k, node) in nodes.iter().enumerate() {
+                let member = members[k][carriers[k][branch]];
+                let value = node.eigenvalue(member);
+                let sign = significant_sign(value.re, uncertainty(node, member.mode));
+                if sign == 0.0 {
+                    continue;
+                }
+                if let Some((start, before)) = last
+                    && before != sign
+                    && value.im >= 0.0
+                    // Longer without a sign, or across a meeting: the axis is not crossed but left.
+                    && k - start <= 2
+                    && self.mesh.links[start..k].iter().all(|link| !link.meeting)
+                {
+                    let mode = members[start][carriers[start][branch]].mode;
+                    points.extend(axis_crossing(self.path, [&nodes[start], node], mode, before)?);
+                }
+                last = Some((k, sign));
+            }
+        }
+        Ok(points)
+    }
+
+    /// Where det K_s changes its sign: a real eigenvalue passes zero. The sign beyond tells the direction, because
+    /// `det P(lambda)` has the sign of det M for large lambda: an odd number of positive eigenvalues makes it change.
+    fn divergences(&self) -> Vec<CriticalPoint> {
+        let m = self.path.size;
+        let matrices = |p: f64| {
+            let expansion = self.path.expansion(p.into());
+            [0, 2].map(|k: usize| expansion.matrices[k].iter().map(|z| z.re).collect::<Vec<f64>>())
+        };
+        let sign = |p: f64| {
+            let [mass, stiffness] = matrices(p);
+            determinant_sign(m, &mass) * determinant_sign(m, &stiffness)
+        };
+        let mut points = Vec::new();
+        let mut last: Option<(usize, f64)> = None;
+        for (k, node) in self.mesh.nodes.iter().enumerate() {
+            let here = sign(node.value);
+            if here == 0.0 {
+                continue;
+            }
+            if let Some((start, before)) = last
+                && before != here
+            {
+                let from = &self.mesh.nodes[start];
+                let value = self.singular_stiffness(from, node, before, &sign);
+                points.push(CriticalPoint {
+                    kind: CriticalKind::Divergence,
+                    value,
+                    complex_value: value.into(),
+                    eigenvalue: Complex64::default(),
+                    other: Complex64::new(f64::NAN, f64::NAN),
+                    slope: before,
+                });
+            }
+            last = Some((k, here));
+        }
+        points
+    }
+
+    /// The root of det K_s between two nodes, by Newton's method for its implicit determinant.
+    fn singular_stiffness(
+        &self,
+        from: &Node,
+        to: &Node,
+        sign: f64,
+        sign_at: &dyn Fn(f64) -> f64,
+    ) -> f64 {
+        let (mut low, mut high) = (from.value, to.value);
+        let slowest =
+            from.modes.iter().min_by(|a, b| a.eigenvalue.norm().total_cmp(&b.eigenvalue.norm()));
+        let mut p = 0.5 * (low + high);
+        while high - low > 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * self.span) {
+            match sign_at(p) {
+                0.0 => return p,
+                here if here == sign => low = p,
+                _ => high = p,
+            }
+            let newton = slowest.map_or(f64::NAN, |mode| {
+                let expansion = self.path.expansion(p.into());
+                let d = ImplicitDeterminant::new(
+                    &expansion,
+                    Complex64::default(),
+                    &mode.right,
+                    &mode.left,
+                );
+                p - (d.g / d.by_parameter).re
+            });
+            let bisected = 0.5 * (low + high);
+            let next = if newton > low && newton < high { newton } else { bisected };
+            if next == p || next <= low || next >= high {
+                break;
+            }
+            p = next;
+        }
+        p
+    }
+
+    /// Exceptional points of two modes, and of a mode with its conjugate (critical damping), from every interval in
+    /// which the linear course of the squared difference, `(lambda_r - lambda_s)^2`, has its root.
+    fn exceptional_points(
+        &self,
+        imaginary: f64,
+        divergences: &[CriticalPoint],
+    ) -> Vec<CriticalPoint> {
+        let (lower, upper) = self.path.range();
+        let nodes = &self.mesh.nodes;
+        let mut found: Vec<ExceptionalPoint> = Vec::new();
+        for (k, node) in nodes.iter().enumerate() {
+            let before = nodes[k.saturating_sub(1)].value;
+            let after = nodes[(k + 1).min(nodes.len() - 1)].value;
+            let width = after - before;
+            for r in 0..node.modes.len() {
+                let mode = &node.modes[r];
+                for s in 0..=r {
+                    let (other, other_slope) = if s < r {
+                        (node.modes[s].eigenvalue, node.slopes[s])
+                    } else {
+                        (mode.eigenvalue.conj(), node.slopes[r].conj())
+                    };
+                    let difference = mode.eigenvalue - other;
+                    let shift = -difference / (2.0 * (node.slopes[r] - other_slope));
+                    let inside =
+                        shift.re.abs() <= width && shift.im.abs() <= 2.0 * imaginary.max(width);
+                    if !inside || difference == Complex64::default() {
+                        continue;
+                    }
+                    let start = ExceptionalPoint {
+                        parameter: node.value + shift,
+                        eigenvalue: 0.5
+                            * (mode.eigenvalue + other + (node.slopes[r] + other_slope) * shift),
+                    };
+                    let reach = 4.0 * (shift.norm() + width);
+                    if let Some(point) =
+                        exceptional_point(self.path, start, &mode.right, &mode.left, reach)
+                    {
+                        self.admit(point, &mut found, imaginary, lower, upper);
+                    }
+                }
+            }
+        }
+        found
+            .into_iter()
+            .filter(|point| !self.is_divergence(point, divergences))
+            .map(|point| CriticalPoint {
+                kind: CriticalKind::LockIn,
+                value: point.parameter.re,
+                complex_value: point.parameter,
+                eigenvalue: point.eigenvalue,
+                other: point.eigenvalue,
+                slope: f64::NAN,
+            })
+            .collect()
+    }
+
+    /// Keeps a new point inside the range, with the positive imaginary part of the two conjugate eigenvalues.
+    fn admit(
+        &self,
+        point: ExceptionalPoint,
+        found: &mut Vec<ExceptionalPoint>,
+        imaginary: f64,
+        lower: f64,
+        upper: f64,
+    ) {
+        let ExceptionalPoint { mut parameter, mut eigenvalue } = point;
+        if eigenvalue.im < 0.0 {
+            (parameter, eigenvalue) = (parameter.conj(), eigenvalue.conj());
+        }
+        if parameter.im.abs() <= REAL * self.span {
+            parameter.im = 0.0;
+        }
+        if parameter.re < lower || parameter.re > upper || parameter.im.abs() > imaginary {
+            return;
+        }
+        let known = found.iter().any(|other| {
+            (other.parameter - parameter).norm() <= 1e-8 * self.span
+                && (other.eigenvalue - eigenvalue).norm() <= 1e-6 * eigenvalue.norm()
+        });
+        if !known {
+            found.push(ExceptionalPoint { parameter, eigenvalue });
+        }
+    }
+
+    /// With damping in proportion to stiffness a pair that becomes static coalesces at zero: one event, not two.
+    fn is_divergence(&self, point: &ExceptionalPoint, divergences: &[CriticalPoint]) -> bool {
+        let largest =
+            self.mesh.nodes[0].modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
+        point.eigenvalue.norm() <= 1e-6 * largest
+            && divergences
+                .iter()
+                .any(|other| (other.value - point.parameter.re).abs() <= 1e-8 * self.span)
+    }
+
+    /// Where the largest real part passes to another branch; at a lock-in it does so trivially.
+    fn leader_crossings(&self, lock_ins: &[CriticalPoint]) -> Result<Vec<CriticalPoint>, Error> {
+        let carriers = self.mesh.carriers();
+        let nodes = &self.mesh.nodes;
+        let mut points = Vec::new();
+        // The last node with an undisputed leader, and the branch that leads there.
+        let mut last: Option<(usize, usize)> = None;
+        for (k, node) in nodes.iter().enumerate() {
+            let top = leader(node);
+            let undisputed = (0..node.modes.len()).filter(|&mode| mode != top).all(|mode| {
+                let lead = node.modes[top].eigenvalue.re - node.modes[mode].eigenvalue.re;
+                lead > uncertainty(node, top) + uncertainty(node, mode)
+            });
+            let members = node.members();
+            let branch = carriers[k]
+                .iter()
+                .position(|&carrier| members[carrier].mode == top && !members[carrier].conjugate);
+            let (true, Some(branch)) = (undisputed, branch) else { continue };
+            if let Some((start, before)) = last
+                && before != branch
+                && k - start <= 2
+                && self.mesh.links[start..k].iter().all(|link| !link.meeting)
+            {
+                let there = nodes[start].members();
+                let mode = |branch: usize| there[carriers[start][branch]].mode;
+                let ends = [&nodes[start], node];
+                self.leader_crossings_between(ends, mode(before), mode(branch), &mut points)?;
+            }
+            last = Some((k, branch));
+        }
+        points.retain(|point| {
+            lock_ins.iter().all(|other| {
+                other.complex_value.im != 0.0
+                    || (other.value - point.value).abs() > 1e-6 * self.span
+            })
+        });
+        Ok(points)
+    }
+
+    /// `old` leads at the first node, `new` at the second; both are modes of the first.
+    fn leader_crossings_between(
+        &self,
+        [from, to]: [&Node; 2],
+        old: usize,
+        new: usize,
+        points: &mut Vec<CriticalPoint>,
+    ) -> Result<(), Error> {
+        let modes: Vec<usize> = (0..from.modes.len()).collect();
+        let (root, next) = root(self.path, [from, to], &modes, 1.0, |node, next| {
+            let part = |mode: usize| node.modes[next[mode]].eigenvalue.re;
+            let slope = |mode: usize| node.slopes[next[mode]].re;
+            (part(old) - part(new), slope(old) - slope(new))
+        })?;
+        let top = leader(&root);
+        let lead = root.modes[top].eigenvalue.re - root.modes[next[new]].eigenvalue.re;
+        let third = next.iter().position(|&mode| mode == top);
+        if let Some(third) = third
+            && ![old, new].contains(&third)
+            && lead > uncertainty(&root, top) + uncertainty(&root, next[new])
+        {
+            self.leader_crossings_between([from, &root], old, third, points)?;
+            return self.leader_crossings_between([&root, to], top, next[new], points);
+        }
+        points.push(CriticalPoint {
+            kind: CriticalKind::Crossing,
+            value: root.value,
+            complex_value: root.value.into(),
+            eigenvalue: root.modes[next[new]].eigenvalue,
+            other: root.modes[next[old]].eigenvalue,
+            slope: root.slopes[next[new]].re - root.slopes[next[old]].re,
+        });
+        Ok(())
+    }
+}

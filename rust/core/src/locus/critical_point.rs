@@ -1,0 +1,89 @@
+//! A critical point, and functions of the parameter between two nodes whose roots are critical points.
+
+use num_complex::Complex64;
+
+/// Smallest interval of the search, of the whole range, for roots of real parts: two roots nearer to each other than
+/// this, or a touch, are not told apart. Meeting branches are resolved further.
+pub(crate) const RESOLUTION: f64 = 1e-7;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum CriticalKind {
+    /// A complex pair crosses the imaginary axis.
+    Hopf,
+    /// A real eigenvalue crosses zero.
+    Divergence,
+    /// Two eigenvalues coalesce, at a real or complex parameter.
+    LockIn,
+    /// The largest real part passes from one branch to another.
+    Crossing,
+    /// Steady sliding ends, or begins, because the normal force or the gap of a contact vanishes.
+    Separation { contact: usize },
+}
+
+impl CriticalKind {
+    pub const fn name(self) -> &'static str {
+        match self {
+            CriticalKind::Hopf => "hopf",
+            CriticalKind::Divergence => "divergence",
+            CriticalKind::LockIn => "lock_in",
+            CriticalKind::Crossing => "crossing",
+            CriticalKind::Separation { .. } => "separation",
+        }
+    }
+}
+
+#[derive(Debug, Clone)]
+pub struct CriticalPoint {
+    pub kind: CriticalKind,
+    /// The parameter, or its real part at a complex exceptional point.
+    pub value: f64,
+    pub complex_value: Complex64,
+    /// At a crossing that of the branch that has the largest real part beyond it; NaN at a separation.
+    pub eigenvalue: Complex64,
+    /// Of the branch that loses the largest real part at a crossing, otherwise NaN.
+    pub other: Complex64,
+    /// Hopf: `d Re lambda / d p`; divergence: +1 or -1; crossing: the slope of the new branch less that of the old one;
+    /// separation: +1 where the contact opens as the parameter grows, else -1.
+    pub slope: f64,
+}
+
+/// The sign of a value, 0 within its uncertainty.
+pub(crate) fn significant_sign(value: f64, uncertainty: f64) -> f64 {
+    if value.abs() > uncertainty { value.signum() } else { 0.0 }
+}
+
+/// A function of the parameter between two nodes: values, slopes times width, uncertainties.
+pub(crate) struct Stretch {
+    pub value: [f64; 2],
+    pub rise: [f64; 2],
+    pub uncertainty: [f64; 2],
+}
+
+impl Stretch {
+    pub fn minus(&self, other: &Self) -> Self {
+        let each = |a: [f64; 2], b: [f64; 2], sign: f64| [a[0] + sign * b[0], a[1] + sign * b[1]];
+        Self {
+            value: each(self.value, other.value, -1.0),
+            rise: each(self.rise, other.rise, -1.0),
+            uncertainty: each(self.uncertainty, other.uncertainty, 1.0),
+        }
+    }
+
+    pub fn signs(&self) -> [f64; 2] {
+        [0, 1].map(|k| significant_sign(self.value[k], self.uncertainty[k]))
+    }
+
+    /// Whether its roots are known from its signs: none between like signs, one between unlike ones. The cubic through
+    /// values and slopes leaves the chord by at most 4/27 of its excess slopes; twice that is allowed for the rest.
+    pub fn is_settled(&self) -> bool {
+        let chord = self.value[1] - self.value[0];
+        let excess = self.rise.map(|rise| (rise - chord).abs());
+        match self.signs() {
+            [0.0, 0.0] => true,
+            [a, b] if a == b => {
+                self.value[0].abs().min(self.value[1].abs()) > 8.0 / 27.0 * (excess[0] + excess[1])
+            }
+            _ => excess[0].max(excess[1]) <= 0.5 * chord.abs(),
+        }
+    }
+}

@@ -1,0 +1,169 @@
+//! Hopf points alone: only the modes that may reach the imaginary axis are followed.
+//!
+//! Most modes of a fine mesh stay far below the axis. Over an interval of width w the real part of a mode can reach it
+//! by its slope, or by meeting another mode: `(lambda_r - lambda_s)^2` goes linearly through an exceptional point, so the
+//! distance of two modes that would meet after the part t of w grows by no more than `sqrt(1 + 1 / t)`, and half of it is
+//! how far each of them leaves their mean. Modes that neither of both takes to the axis, with a margin of two, are left
+//! alone; the others are continued from both ends of the interval, which is halved until that is as safe as on the mesh
+//! of all modes.
+
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::locus::branches::{self, Node};
+use crate::locus::critical::{axis_crossing, initial_values, real_part, uncertainty};
+use crate::locus::critical_point::{CriticalPoint, RESOLUTION, significant_sign};
+use crate::locus::parameter_path::Path;
+
+/// Equal intervals that the search starts from. What the modes within reach need beyond is found interval by interval,
+/// so half as many as for the mesh of all modes suffice.
+const INTERVALS: usize = 32;
+/// How much further than predicted from one end of an interval a mode is allowed to come.
+const MARGIN: f64 = 2.0;
+
+/// Hopf points in ascending order, and at how many parameter values the eigenproblem was solved for the mesh.
+#[derive(Debug)]
+pub struct HopfSearch {
+    pub points: Vec<CriticalPoint>,
+    pub nodes: usize,
+    /// Modes continued from one node to the next, all intervals together.
+    pub followed: usize,
+}
+
+/// All Hopf points of a path, as `critical_points` finds them among all others.
+pub fn hopf_points(path: &Path) -> Result<HopfSearch, Error> {
+    let nodes = initial_values(path, INTERVALS)
+        .into_par_iter()
+        .map(|value| Node::new(path, value))
+        .collect::<Result<Vec<_>, _>>()?;
+    let (lower, upper) = path.range();
+    let parts = nodes
+        .par_windows(2)
+        .map(|pair| {
+            let mut part = Track::default();
+            part.refine(path, &pair[0], &pair[1], upper - lower)?;
+            Ok(part)
+        })
+        .collect::<Result<Vec<_>, Error>>()?;
+    let mut track = Track::default();
+    let mut initial = nodes.into_iter();
+    track.nodes.extend(initial.next());
+    for (part, node) in parts.into_iter().zip(initial) {
+        track.nodes.extend(part.nodes);
+        track.links.extend(part.links);
+        track.nodes.push(node);
+    }
+    let points = track
+        .crossings()
+        .into_par_iter()
+        .map(|(ends, mode, sign)| axis_crossing(path, ends, mode, sign))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut points: Vec<CriticalPoint> = points.into_iter().flatten().collect();
+    points.sort_by(|p, q| p.value.total_cmp(&q.value));
+    let followed = track.links.iter().map(Vec::len).sum();
+    Ok(HopfSearch { points, nodes: track.nodes.len(), followed })
+}
+
+/// Modes of a node that may reach the axis within `width` of it.
+fn within_reach(node: &Node, width: f64) -> Vec<usize> {
+    let modes = &node.modes;
+    let mut reaches: Vec<bool> = (0..modes.len())
+        .map(|r| {
+            let rise = node.slopes[r].re * width;
+            // Also so for a slope that is not finite, as of a defective mode.
+            !(modes[r].eigenvalue.re.abs() > MARGIN * rise.abs() + uncertainty(node, r))
+        })
+        .collect();
+    let meets = |r: usize, s: usize, conjugate: bool| {
+        let (distance, part) = node.approach(r, (s, conjugate), width);
+        let mean = 0.5 * (modes[r].eigenvalue.re + modes[s].eigenvalue.re);
+        let rise = 0.5 * (node.slopes[r].re + node.slopes[s].re) * width;
+        let excursion = 0.5 * distance * (1.0 + 1.0 / part).sqrt();
+        !(part > MARGIN || mean.abs() > MARGIN * (excursion + rise.abs()))
+    };
+    for r in 0..modes.len() {
+        if !modes[r].is_real() && meets(r, r, true) {
+            reaches[r] = true;
+        }
+        for s in 0..r {
+            if meets(r, s, false) {
+                (reaches[r], reaches[s]) = (true, true);
+            }
+        }
+    }
+    (0..modes.len()).filter(|&r| reaches[r]).collect()
+}
+
+/// Nodes in ascending order, and for each interval the modes within reach of the axis: (at its start, at its end).
+#[derive(Debug, Default)]
+struct Track {
+    nodes: Vec<Node>,
+    links: Vec<Vec<(usize, usize)>>,
+}
+
+/// The continuation of all modes within reach at either end, if it is safe.
+fn link(from: &Node, to: &Node) -> Option<Vec<(usize, usize)>> {
+    let width = to.value - from.value;
+    let safely = |here: &Node, rows: &[usize], there: &Node| -> Option<Vec<usize>> {
+        let (next, correlations) = here.continued_modes(rows, there);
+        next.filter(|next| here.keeps_distances(rows, there, next, &correlations))
+    };
+    let rows = within_reach(from, width);
+    let mut pairs: Vec<(usize, usize)> =
+        rows.iter().copied().zip(safely(from, &rows, to)?).collect();
+    let mut others = within_reach(to, width);
+    others.retain(|s| pairs.iter().all(|pair| pair.1 != *s));
+    pairs.extend(safely(to, &others, from)?.into_iter().zip(others));
+    Some(pairs)
+}
+
+impl Track {
+    fn refine(&mut self, path: &Path, from: &Node, to: &Node, span: f64) -> Result<(), Error> {
+        let width = to.value - from.value;
+        let pairs = link(from, to);
+        let settled = pairs.as_ref().is_some_and(|pairs| {
+            width <= RESOLUTION * span
+                || pairs.iter().all(|&(r, s)| real_part(from, to, r, s).is_settled())
+        });
+        if !settled
+            && width > branches::RESOLUTION * span
+            && let Some(node) = Node::between(path, from, to)?
+        {
+            self.refine(path, from, &node, span)?;
+            let place = self.nodes.len();
+            self.nodes.push(Node::default());
+            let refined = self.refine(path, &node, to, span);
+            self.nodes[place] = node;
+            return refined;
+        }
+        // Where branches meet the axis is not crossed but left.
+        self.links.push(pairs.unwrap_or_default());
+        Ok(())
+    }
+
+    /// Ends of a bracket, the mode at the first one and the sign of its real part there.
+    fn crossings(&self) -> Vec<([&Node; 2], usize, f64)> {
+        let sign = |k: usize, mode: usize| {
+            let node: &Node = &self.nodes[k];
+            significant_sign(node.modes[mode].eigenvalue.re, uncertainty(node, mode))
+        };
+        let mut crossings = Vec::new();
+        for (k, link) in self.links.iter().enumerate() {
+            for &(r, s) in link {
+                let before = sign(k, r);
+                let (mut end, mut after) = (k + 1, sign(k + 1, s));
+                if after == 0.0
+                    && let Some(next) = self.links.get(k + 1)
+                    && let Some(&(_, beyond)) = next.iter().find(|pair| pair.0 == s)
+                {
+                    // On the axis at a node.
+                    (end, after) = (k + 2, sign(k + 2, beyond));
+                }
+                if before * after < 0.0 {
+                    crossings.push(([&self.nodes[k], &self.nodes[end]], r, before));
+                }
+            }
+        }
+        crossings
+    }
+}

@@ -1,0 +1,260 @@
+//! A reduced problem along one parameter p: `P(lambda, p) = lambda^2 M(p) + lambda C(p) + K(p)`.
+//!
+//! Entries are piecewise Chebyshev series in p. Friction enters linearly (design of the left basis), so a path over
+//! friction is one piece of degree one and exact; any other parameter of a model is interpolated to rounding by
+//! whoever samples the model. A series can be evaluated at complex p and differentiated, which is what
+//! sensitivities and exceptional points need.
+
+use num_complex::Complex64;
+
+use crate::error::Error;
+use crate::locus::series::{Series, StaticSeries};
+use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
+use crate::scene::statics::Statics;
+use crate::scene::status::Combination;
+
+/// Damping along a path.
+#[derive(Debug, Clone)]
+pub enum PathDamping {
+    /// `C = alpha M + beta K`; series of one entry.
+    Proportional {
+        alpha: Series,
+        beta: Series,
+    },
+    General(Series),
+}
+
+/// The problem on `lower <= p <= upper`, in `t = (p - centre) / half_width`.
+#[derive(Debug, Clone)]
+pub struct Piece {
+    pub lower: f64,
+    pub upper: f64,
+    pub centre: f64,
+    pub half_width: f64,
+    /// m by m, row-major.
+    pub mass: Series,
+    pub stiffness: Series,
+    pub damping: PathDamping,
+    pub statics: StaticSeries,
+}
+
+/// One status combination along one parameter.
+#[derive(Debug, Clone)]
+pub struct Path {
+    pub combination: Combination,
+    pub size: usize,
+    pieces: Vec<Piece>,
+}
+
+/// M, C, K and their derivatives to p at one, possibly complex, p.
+#[derive(Debug, Clone)]
+pub(crate) struct Expansion {
+    pub matrices: [Vec<Complex64>; 3],
+    pub slopes: [Vec<Complex64>; 3],
+}
+
+impl Path {
+    /// From `pieces`, ascending and adjacent, at least one.
+    pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Result<Self, Error> {
+        let contacts = combination.statuses().len();
+        let adjacent = pieces.windows(2).all(|pair| pair[0].upper == pair[1].lower);
+        let complete = |series: &Series, length: usize| {
+            !series.0.is_empty() && series.0.iter().all(|coefficient| coefficient.len() == length)
+        };
+        let consistent = pieces.iter().all(|piece| {
+            piece.half_width > 0.0
+                && complete(&piece.mass, size * size)
+                && complete(&piece.stiffness, size * size)
+                && match &piece.damping {
+                    PathDamping::Proportional { alpha, beta } => {
+                        complete(alpha, 1) && complete(beta, 1)
+                    }
+                    PathDamping::General(series) => complete(series, size * size),
+                }
+                && complete(&piece.statics.load, size)
+                && complete(&piece.statics.rows, size * contacts)
+                && complete(&piece.statics.offsets, contacts)
+                && complete(&piece.statics.speeds, contacts)
+        });
+        if pieces.is_empty() || !adjacent || !consistent {
+            return Err(Error::Shape {
+                argument: "pieces".into(),
+                expected: format!("adjacent intervals with series of ({size}, {size}) matrices"),
+                got: format!("{} pieces", pieces.len()),
+            });
+        }
+        Ok(Self { combination, size, pieces })
+    }
+
+    /// (M, C, K, M', C', K') at a real p, row-major.
+    pub fn matrices(&self, p: f64) -> [Vec<f64>; 6] {
+        let Expansion { matrices: [m, c, k], slopes: [dm, dc, dk] } = self.expansion(p.into());
+        [m, c, k, dm, dc, dk].map(|entries| entries.into_iter().map(|z| z.re).collect())
+    }
+
+    /// The contact law of a scene: the friction of `contacts` from `lower` to `upper`, one value for all of them, or
+    /// what else differs between the scenes at both ends and does not enter the matrices (slider speeds, clearances).
+    pub fn contact_law(
+        [scene, other]: [&Scene; 2],
+        combination: &Combination,
+        contacts: &[usize],
+        lower: f64,
+        upper: f64,
+    ) -> Result<Self, Error> {
+        let reduced = Reduced::new(scene, combination)?;
+        let m = reduced.size();
+        let mut column = vec![usize::MAX; scene.size];
+        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
+        let series = |matrix: &crate::linalg::sparse::SparseMatrix| {
+            let (mut constant, mut slope) = (vec![0.0; m * m], vec![0.0; m * m]);
+            let add = |target: &mut [f64], i: usize, row: usize, factor: f64| {
+                for (k, value) in matrix.row(row).filter(|entry| column[entry.0] != usize::MAX) {
+                    target[i * m + column[k]] += factor * value;
+                }
+            };
+            reduced.kept.iter().enumerate().for_each(|(i, &k)| add(&mut constant, i, k, 1.0));
+            for (contact, &status) in combination.statuses().iter().enumerate() {
+                let law = &scene.contacts[contact];
+                if status.is_sliding() {
+                    let i = reduced.kept.partition_point(|&k| k < law.tangential);
+                    if contacts.contains(&contact) {
+                        add(&mut slope, i, law.normal, -status.friction_sign());
+                    } else {
+                        add(&mut constant, i, law.normal, -status.friction_sign() * law.friction);
+                    }
+                }
+            }
+            Series(vec![constant, slope])
+        };
+        let load = |scene: &Scene| {
+            let mut constant: Vec<f64> = reduced.kept.iter().map(|&k| scene.force[k]).collect();
+            let mut slope = vec![0.0; m];
+            for (contact, &status) in combination.statuses().iter().enumerate() {
+                let law = &scene.contacts[contact];
+                if status.is_sliding() {
+                    let i = reduced.kept.partition_point(|&k| k < law.tangential);
+                    let normal = -status.friction_sign() * scene.force[law.normal];
+                    if contacts.contains(&contact) {
+                        slope[i] += normal;
+                    } else {
+                        constant[i] += law.friction * normal;
+                    }
+                }
+            }
+            (constant, slope)
+        };
+        let ends = [
+            Statics::new(scene, &reduced),
+            Statics::new(other, &Reduced::new(other, combination)?),
+        ];
+        let load = (!contacts.is_empty()).then(|| load(scene));
+        let piece = Piece {
+            lower,
+            upper,
+            statics: StaticSeries::linear(ends, [lower, upper], load),
+            centre: 0.0,
+            half_width: 1.0,
+            mass: series(&scene.mass),
+            stiffness: series(&scene.stiffness),
+            damping: match scene.proportional {
+                Some((alpha, beta)) => PathDamping::Proportional {
+                    alpha: Series::constant(vec![alpha]),
+                    beta: Series::constant(vec![beta]),
+                },
+                None => PathDamping::General(series(&scene.damping)),
+            },
+        };
+        Ok(Self { combination: combination.clone(), size: m, pieces: vec![piece] })
+    }
+
+    pub fn range(&self) -> (f64, f64) {
+        match (self.pieces.first(), self.pieces.last()) {
+            (Some(first), Some(last)) => (first.lower, last.upper),
+            _ => (f64::NAN, f64::NAN),
+        }
+    }
+
+    /// The piece at p, and its t there.
+    pub(crate) fn place(&self, p: f64) -> (&Piece, f64) {
+        let piece = self.piece(p);
+        (piece, (p - piece.centre) / piece.half_width)
+    }
+
+    fn piece(&self, p: f64) -> &Piece {
+        let index = self.pieces.partition_point(|piece| piece.upper < p);
+        &self.pieces[index.min(self.pieces.len() - 1)]
+    }
+
+    /// The problem at a real p.
+    pub(crate) fn pencil(&self, p: f64) -> Pencil {
+        let (piece, t) = self.place(p);
+        let m = self.size;
+        let rows = |series: &Series| DoubledRows::new(m, |i, j| series.doubled(i * m + j, t));
+        Pencil {
+            combination: self.combination.clone(),
+            size: m,
+            mass: rows(&piece.mass),
+            stiffness: rows(&piece.stiffness),
+            damping: match &piece.damping {
+                PathDamping::Proportional { alpha, beta } => {
+                    Damping::Proportional { alpha: alpha.value(t), beta: beta.value(t) }
+                }
+                PathDamping::General(series) => Damping::General(rows(series)),
+            },
+        }
+    }
+
+    /// (M', C', K') at a real p.
+    pub(crate) fn derivative(&self, p: f64) -> [Vec<f64>; 3] {
+        let piece = self.piece(p);
+        let constant = |series: &Series| series.0.len() == 1;
+        if let PathDamping::Proportional { alpha, beta } = &piece.damping
+            && let ([_, mass], [_, stiffness]) = (&*piece.mass.0, &*piece.stiffness.0)
+            && constant(alpha)
+            && constant(beta)
+        {
+            // Of friction, and of any other parameter that enters linearly.
+            let scaled =
+                |slope: &[f64]| slope.iter().map(|c| c / piece.half_width).collect::<Vec<_>>();
+            let (mass, stiffness) = (scaled(mass), scaled(stiffness));
+            let (alpha, beta) = (alpha.0[0][0], beta.0[0][0]);
+            let damping = mass.iter().zip(&stiffness).map(|(m, k)| alpha * m + beta * k).collect();
+            return [mass, damping, stiffness];
+        }
+        let Expansion { slopes, .. } = self.expansion(p.into());
+        slopes.map(|entries| entries.into_iter().map(|z| z.re).collect())
+    }
+
+    /// The problem and its derivative at a complex p.
+    pub(crate) fn expansion(&self, p: Complex64) -> Expansion {
+        let piece = self.piece(p.re);
+        let t = (p - piece.centre) / piece.half_width;
+        let scaled = |series: &Series| {
+            let (value, mut slope) = series.expanded(t);
+            slope.iter_mut().for_each(|z| *z /= piece.half_width);
+            (value, slope)
+        };
+        let (mass, mass_slope) = scaled(&piece.mass);
+        let (stiffness, stiffness_slope) = scaled(&piece.stiffness);
+        let (damping, damping_slope) = match &piece.damping {
+            PathDamping::General(series) => scaled(series),
+            PathDamping::Proportional { alpha, beta } => {
+                let ((alpha, alpha_slope), (beta, beta_slope)) = (scaled(alpha), scaled(beta));
+                let combined = |a: Complex64, b: Complex64, m: &[Complex64], k: &[Complex64]| {
+                    m.iter().zip(k).map(|(m, k)| a * m + b * k).collect::<Vec<_>>()
+                };
+                let value = combined(alpha[0], beta[0], &mass, &stiffness);
+                let mut slope = combined(alpha[0], beta[0], &mass_slope, &stiffness_slope);
+                let moved = combined(alpha_slope[0], beta_slope[0], &mass, &stiffness);
+                slope.iter_mut().zip(moved).for_each(|(z, more)| *z += more);
+                (value, slope)
+            }
+        };
+        Expansion {
+            matrices: [mass, damping, stiffness],
+            slopes: [mass_slope, damping_slope, stiffness_slope],
+        }
+    }
+}

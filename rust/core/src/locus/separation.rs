@@ -1,0 +1,163 @@
+//! Where steady sliding is lost along a path: the normal force of a closed contact, or the gap of an open one, passes
+//! zero.
+//!
+//! The margins of the contacts (see [`crate::scene::statics`]) are rational functions of the parameter, with poles where the
+//! stiffness is singular. They are bracketed as real parts are: an interval is halved until the cubic through values
+//! and slopes at its ends leaves no room for further roots. A pole changes their sign as well; there bisection comes to
+//! large margins instead of small ones.
+
+use num_complex::Complex64;
+
+use crate::linalg::eigen::solve_in_place;
+use crate::locus::critical_point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
+use crate::locus::parameter_path::Path;
+use crate::locus::series::{Series, StaticSeries};
+use crate::scene::statics::Steady;
+use rayon::prelude::*;
+
+/// Margins of all contacts at a parameter value.
+type Point = (f64, Vec<MarginAt>);
+
+/// The boundaries of steady sliding on a path that is looked at from `values`, ascending: every other contact holds.
+pub(crate) fn separations(path: &Path, values: &[f64]) -> Vec<CriticalPoint> {
+    let contacts = path.combination.statuses().len();
+    let (lower, upper) = path.range();
+    let resolution = RESOLUTION * (upper - lower);
+    let at = |p: f64| path.margins(p).map(|margins| (p, margins));
+    let known: Vec<Point> = values.iter().filter_map(|&value| at(value)).collect();
+    let mut points = Vec::new();
+    for contact in 0..contacts {
+        for pair in known.windows(2) {
+            let mut open = vec![(pair[0].clone(), pair[1].clone())];
+            while let Some((from, to)) = open.pop() {
+                let stretch = stretch(&from, &to, contact);
+                let width = to.0 - from.0;
+                let middle = (width > resolution && !stretch.is_settled())
+                    .then(|| at(0.5 * (from.0 + to.0)))
+                    .flatten();
+                match middle {
+                    Some(middle) => open.extend([(middle.clone(), to), (from, middle)]),
+                    None => points.extend(boundary(path, contact, &from, &to)),
+                }
+            }
+        }
+    }
+    points
+}
+
+fn stretch((p, from): &Point, (q, to): &Point, contact: usize) -> Stretch {
+    let (from, to) = (from[contact], to[contact]);
+    Stretch {
+        value: [from.value, to.value],
+        rise: [from.slope * (q - p), to.slope * (q - p)],
+        uncertainty: [from.uncertainty, to.uncertainty],
+    }
+}
+
+/// The root between two points of which the margin has unlike signs, if it is a boundary of steady sliding.
+fn boundary(path: &Path, contact: usize, from: &Point, to: &Point) -> Option<CriticalPoint> {
+    let (before, after) = (from.1[contact].value, to.1[contact].value);
+    // Halves share their ends: a root at one belongs to the interval below it.
+    if !(before < 0.0 && after >= 0.0 || before > 0.0 && after <= 0.0) {
+        return None;
+    }
+    let (mut low, mut high) = (from.0, to.0);
+    let mut p = 0.5 * (low + high);
+    let mut size = f64::INFINITY;
+    while low < p && p < high {
+        let margin = path.margins(p)?[contact];
+        size = margin.value.abs();
+        if margin.value == 0.0 {
+            break;
+        }
+        if (margin.value < 0.0) == (before < 0.0) {
+            low = p
+        } else {
+            high = p
+        }
+        let newton = p - margin.value / margin.slope;
+        if newton == p {
+            break;
+        }
+        p = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+    }
+    let Steady { mut margins, .. } = path.steady_at(p);
+    *margins.get_mut(contact)? = 0.0;
+    let is_pole = size > before.abs().min(after.abs());
+    if is_pole || !Steady::new(&path.combination, &path.speeds(p), margins).exists {
+        return None;
+    }
+    let closed = path.combination.statuses()[contact].is_closed();
+    let undefined = Complex64::new(f64::NAN, f64::NAN);
+    Some(CriticalPoint {
+        kind: CriticalKind::Separation { contact },
+        value: p,
+        complex_value: p.into(),
+        eigenvalue: undefined,
+        other: undefined,
+        slope: if (after < before) == closed { 1.0 } else { -1.0 },
+    })
+}
+
+/// A margin along a path: value, derivative to the parameter, and the rounding error of the value.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct MarginAt {
+    pub value: f64,
+    pub slope: f64,
+    pub uncertainty: f64,
+}
+
+impl Path {
+    /// Whether steady sliding exists at parameter values.
+    pub fn steady(&self, values: &[f64]) -> Vec<Steady> {
+        values.par_iter().with_min_len(64).map(|&value| self.steady_at(value)).collect()
+    }
+
+    pub(crate) fn steady_at(&self, p: f64) -> Steady {
+        let (piece, t) = self.place(p);
+        piece.statics.at(t).steady(&self.combination, &mut piece.stiffness.at(t))
+    }
+
+    pub(crate) fn speeds(&self, p: f64) -> Vec<f64> {
+        let (piece, t) = self.place(p);
+        piece.statics.speeds.at(t)
+    }
+
+    /// The margins at p with their derivatives, `q' = K^-1 (F' - K' q)`; None where the stiffness is singular.
+    pub(crate) fn margins(&self, p: f64) -> Option<Vec<MarginAt>> {
+        let (piece, t) = self.place(p);
+        let StaticSeries { load, rows, offsets, .. } = &piece.statics;
+        let both = |series: &Series| {
+            let (value, slope) = series.expanded(t.into());
+            let real = |entries: Vec<Complex64>, scale: f64| {
+                entries.into_iter().map(|z| z.re / scale).collect::<Vec<f64>>()
+            };
+            (real(value, 1.0), real(slope, piece.half_width))
+        };
+        let (stiffness, stiffness_slope) = both(&piece.stiffness);
+        let (mut q, mut q_slope) = both(load);
+        let m = q.len();
+        if !solve_in_place(m, &mut stiffness.clone(), &mut q) {
+            return None;
+        }
+        for (i, slope) in q_slope.iter_mut().enumerate() {
+            let row = &stiffness_slope[i * m..(i + 1) * m];
+            *slope -= row.iter().zip(&q).map(|(a, x)| a * x).sum::<f64>();
+        }
+        solve_in_place(m, &mut stiffness.clone(), &mut q_slope);
+        let ((rows, rows_slope), (offsets, offsets_slope)) = (both(rows), both(offsets));
+        let margin = |i: usize| {
+            let row = i * m..(i + 1) * m;
+            let terms = rows[row.clone()].iter().zip(&q).map(|(a, x)| a * x);
+            let size: f64 = terms.clone().map(f64::abs).sum();
+            let moved = rows[row.clone()].iter().zip(&q_slope).map(|(a, x)| a * x).sum::<f64>()
+                + rows_slope[row].iter().zip(&q).map(|(a, x)| a * x).sum::<f64>();
+            MarginAt {
+                value: terms.sum::<f64>() - offsets[i],
+                slope: moved - offsets_slope[i],
+                uncertainty: 64.0 * f64::EPSILON * (size + offsets[i].abs()),
+            }
+        };
+        Some((0..offsets.len()).map(margin).collect())
+    }
+}

@@ -1,0 +1,220 @@
+//! Branches of eigenvalues at given values of a parameter.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::linalg::eigenpair::turned;
+use crate::locus::branches::{Mesh, Node};
+use crate::locus::leading::leading;
+use crate::locus::parameter_path::Path;
+use crate::modes::growth::{Verdict, pencil_growth};
+
+/// All 2m branches at every value, or those of some modes. Arrays are row-major over (value, branch), vectors over (value, coordinate, branch);
+/// the branches are sorted at the first value: by modulus, conjugates adjacent, positive imaginary part first.
+#[derive(Debug, Clone)]
+pub struct Sweep {
+    pub values: Vec<f64>,
+    pub branches: usize,
+    pub eigenvalues: Vec<Complex64>,
+    /// Whether no mode at a value grows, followed or not.
+    pub stable: Vec<bool>,
+    /// `d lambda / d p`
+    pub slopes: Vec<Complex64>,
+    pub condition: Vec<f64>,
+    pub defective: Vec<bool>,
+    /// NaN, as the left vectors, where a mode is defective.
+    pub a: Vec<Complex64>,
+    /// Displacement parts xi and v of the right and left state vectors (xi, lambda xi), (v, lambda v).
+    pub right: Vec<Complex64>,
+    pub left: Vec<Complex64>,
+    /// Parameter values at which branches meet, so that their continuation is a convention.
+    pub meetings: Vec<f64>,
+}
+
+impl Sweep {
+    /// At `values`, ascending and at least one; `vectors` asks for right and left ones, `modes` for that many modes of the
+    /// first value alone: those whose largest real part at any of the values is the largest.
+    pub fn new(
+        path: &Path,
+        values: &[f64],
+        vectors: bool,
+        modes: Option<usize>,
+    ) -> Result<Self, Error> {
+        let (mesh, branches) = match modes {
+            Some(modes) => leading(path, values, modes)?,
+            None => {
+                let mesh = Mesh::new(path, values, &|_, _, _| true)?;
+                let count = mesh.nodes.first().map_or(0, |node| node.members().len());
+                (mesh, (0..count).collect())
+            }
+        };
+        let mut rows = rows(&mesh, values, branches);
+        if let Some(modes) = modes {
+            keep_largest(&mut rows, modes);
+        }
+        let branches = rows.first().map_or(0, |row| row.carriers.len());
+        let entries = if vectors { branches * path.size } else { 0 };
+        let zero = Complex64::default();
+        let table = || vec![zero; values.len() * branches];
+        let mut sweep = Self {
+            values: values.to_vec(),
+            branches,
+            eigenvalues: table(),
+            stable: rows.iter().map(Row::is_stable).collect(),
+            slopes: table(),
+            condition: vec![0.0; values.len() * branches],
+            defective: vec![false; values.len() * branches],
+            a: table(),
+            right: vec![zero; values.len() * entries],
+            left: vec![zero; values.len() * entries],
+            meetings: mesh
+                .links
+                .iter()
+                .zip(mesh.nodes.windows(2))
+                .filter(|(link, _)| link.meeting)
+                .map(|(_, pair)| 0.5 * (pair[0].value + pair[1].value))
+                .collect(),
+        };
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        let (branches, entries) = (branches.max(1), entries.max(1));
+        let mut chunks: Vec<Chunk<'_>> = rows
+            .into_iter()
+            .zip(sweep.eigenvalues.chunks_mut(branches))
+            .zip(sweep.slopes.chunks_mut(branches))
+            .zip(sweep.condition.chunks_mut(branches))
+            .zip(sweep.defective.chunks_mut(branches))
+            .zip(sweep.a.chunks_mut(branches))
+            .map(|(((((row, eigenvalues), slopes), condition), defective), a)| Chunk {
+                row,
+                eigenvalues,
+                slopes,
+                condition,
+                defective,
+                a,
+                vectors: None,
+            })
+            .collect();
+        if vectors {
+            let both = sweep.right.chunks_mut(entries).zip(sweep.left.chunks_mut(entries));
+            chunks.iter_mut().zip(both).for_each(|(chunk, both)| chunk.vectors = Some(both));
+        }
+        chunks.into_par_iter().for_each(Chunk::fill);
+        // A mesh of many nodes takes its time to drop as well.
+        mesh.nodes.into_par_iter().for_each(drop);
+        Ok(sweep)
+    }
+}
+
+/// A node at a wanted value, with the member that carries each branch.
+struct Row<'a> {
+    node: &'a Node,
+    carriers: Vec<usize>,
+}
+
+impl Row<'_> {
+    fn is_stable(&self) -> bool {
+        !self.node.modes.iter().any(|mode| mode.eigenvalue.re > 0.0)
+    }
+}
+
+/// Keeps the branches of so many modes of the first row, those of the largest real part at any value.
+fn keep_largest(rows: &mut [Row<'_>], modes: usize) {
+    let Some(first) = rows.first() else { return };
+    let members = first.node.members();
+    let own: Vec<usize> = first.carriers.iter().map(|&carrier| members[carrier].mode).collect();
+    let mut largest = vec![f64::NEG_INFINITY; first.node.modes.len()];
+    for row in &*rows {
+        let members = row.node.members();
+        for (&mode, &carrier) in own.iter().zip(&row.carriers) {
+            largest[mode] = largest[mode].max(row.node.eigenvalue(members[carrier]).re);
+        }
+    }
+    let mut order: Vec<usize> = (0..largest.len()).collect();
+    order.sort_by(|&r, &s| largest[s].total_cmp(&largest[r]));
+    order.truncate(modes);
+    for row in rows {
+        let mut own = own.iter();
+        row.carriers.retain(|_| own.next().is_some_and(|mode| order.contains(mode)));
+    }
+}
+
+/// The node of every value, with the members that carry `branches`, members of the first node.
+fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>> {
+    let mut carriers = branches;
+    let mut rows = Vec::with_capacity(values.len());
+    let mut wanted = values.iter().peekable();
+    let mut crossings = mesh.crossings.iter().peekable();
+    for (k, node) in mesh.nodes.iter().enumerate() {
+        if k > 0 {
+            let previous = &mesh.nodes[k - 1];
+            while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value) {
+                // The eigenvalues that cross here are equal, so the nearest ones are right.
+                let next = previous.nearest(crossing, |carrier, _| carriers.contains(&carrier));
+                wanted.next();
+                let carriers = carriers.iter().map(|&carrier| next[carrier]).collect();
+                rows.push(Row { node: crossing, carriers });
+            }
+            carriers.iter_mut().for_each(|branch| *branch = mesh.links[k - 1].next[*branch]);
+        }
+        if wanted.next_if(|&&value| value == node.value).is_some() {
+            rows.push(Row { node, carriers: carriers.clone() });
+        }
+    }
+    rows
+}
+
+/// The part of a sweep's arrays that belongs to one value.
+struct Chunk<'a> {
+    row: Row<'a>,
+    eigenvalues: &'a mut [Complex64],
+    slopes: &'a mut [Complex64],
+    condition: &'a mut [f64],
+    defective: &'a mut [bool],
+    a: &'a mut [Complex64],
+    /// Right and left, over (coordinate, branch).
+    vectors: Option<(&'a mut [Complex64], &'a mut [Complex64])>,
+}
+
+impl Chunk<'_> {
+    fn fill(self) {
+        let Row { node, carriers } = self.row;
+        let members = node.members();
+        let branches = carriers.len();
+        let mut vectors = self.vectors;
+        for (branch, &carrier) in carriers.iter().enumerate() {
+            let member = members[carrier];
+            let mode = &node.modes[member.mode];
+            let oriented = |z| turned(z, member.conjugate);
+            self.eigenvalues[branch] = node.eigenvalue(member);
+            self.slopes[branch] = oriented(node.slopes[member.mode]);
+            let defective = mode.is_defective();
+            let undefined = Complex64::new(f64::NAN, f64::NAN);
+            self.a[branch] = if defective { undefined } else { oriented(mode.a) };
+            self.condition[branch] = mode.condition;
+            self.defective[branch] = defective;
+            if let Some((right, left)) = &mut vectors {
+                let into = |target: &mut [Complex64], vector: &[Complex64]| {
+                    let column = target[branch..].iter_mut().step_by(branches);
+                    column.zip(vector).for_each(|(entry, &z)| *entry = oriented(z));
+                };
+                into(right, &mode.right);
+                into(left, &mode.left);
+                if defective {
+                    left[branch..]
+                        .iter_mut()
+                        .step_by(branches)
+                        .for_each(|entry| *entry = undefined);
+                }
+            }
+        }
+    }
+}
+
+/// At parameter values of a path.
+pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error> {
+    let verdict = |&value: &f64| {
+        Ok(Verdict { growth: pencil_growth(&path.pencil(value))?, steady: path.steady_at(value) })
+    };
+    values.par_iter().map(verdict).collect()
+}

@@ -1,0 +1,141 @@
+//! Complex modes of a status combination, with left and right vectors.
+//!
+//! `A y' + B y = Q` with `y = (x, x')`, `A = [[C, M], [M, 0]]`, `B = [[K, 0], [0, -M]]`: right vectors
+//! `(xi, lambda xi)` with `lambda A r = -B r`, left vectors `(v, lambda v)` with `lambda l' A = -l' B`,
+//! bi-orthogonal: `L' A R = diag(a)`, `L' B R = diag(b)`, `lambda = -b / a`.
+
+use num_complex::Complex64;
+
+use crate::error::Error;
+use crate::linalg::eigenpair::turned;
+use crate::linalg::parallel::each;
+use crate::modes::mode::Mode;
+use crate::modes::quadratic_pencil::Pencil;
+use crate::modes::spectrum::{Vectors, spectrum};
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
+use crate::scene::status::Combination;
+
+/// A left vector of a defective mode, and what is divided by its product with the right one.
+const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
+
+/// All 2m modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first.
+/// Matrices are column-major: one mode after the other. Of the vectors the displacement parts are kept.
+#[derive(Debug, Clone)]
+pub struct Modes {
+    pub reduced: Reduced,
+    pub eigenvalues: Vec<Complex64>,
+    /// xi, m entries per mode; the largest one is 1.
+    pub right: Vec<Complex64>,
+    /// v, m entries per mode, NaN where the mode is defective.
+    pub left: Vec<Complex64>,
+    pub a: Vec<Complex64>,
+    pub b: Vec<Complex64>,
+    /// xi over all dofs of the scene, n entries per mode.
+    pub shapes: Vec<Complex64>,
+    pub condition: Vec<f64>,
+    pub defective: Vec<bool>,
+    pub residual: Vec<f64>,
+}
+
+impl Modes {
+    pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
+        let reduced = Reduced::new(scene, combination)?;
+        let mut half = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
+        half.sort_by(|p, q| {
+            let key =
+                |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.im, mode.eigenvalue.re);
+            let (p, q) = (key(p), key(q));
+            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
+        });
+        let (m, n) = (reduced.size(), scene.size);
+        let half = each(m, half, normalised);
+        let whole: Vec<(&Mode, bool)> = half
+            .iter()
+            .flat_map(|mode| {
+                std::iter::once((mode, false)).chain((!mode.is_real()).then_some((mode, true)))
+            })
+            .collect();
+        let values = |value: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
+            whole.iter().map(|&(mode, conjugate)| turned(value(mode), conjugate)).collect()
+        };
+        let valid = |mode: &Mode, z| if mode.is_defective() { UNDEFINED } else { z };
+        let zeros = |length: usize| vec![Complex64::default(); whole.len() * length];
+        let (mut right, mut left, mut shapes) = (zeros(m), zeros(m), zeros(n));
+        // Chunks of length zero are not allowed, and there is nothing in them.
+        let columns = right
+            .chunks_mut(m.max(1))
+            .zip(left.chunks_mut(m.max(1)))
+            .zip(shapes.chunks_mut(n.max(1)))
+            .zip(&whole);
+        each(m, columns.collect(), |(((right, left), shape), &(mode, conjugate))| {
+            let copy = |target: &mut [Complex64], source: &[Complex64]| {
+                let entries = target.iter_mut().zip(source);
+                entries.for_each(|(entry, &z)| *entry = turned(z, conjugate));
+            };
+            copy(right, &mode.right);
+            match mode.is_defective() {
+                true => left.fill(UNDEFINED),
+                false => copy(left, &mode.left),
+            }
+            let over_dofs = |part: fn(&Complex64) -> f64| {
+                let mut q = vec![0.0; n];
+                reduced.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                scene.velocities(&q)
+            };
+            let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));
+            shape.iter_mut().zip(parts).for_each(|(z, (re, im))| *z = Complex64::new(re, im));
+        });
+        Ok(Self {
+            eigenvalues: values(&|mode| mode.eigenvalue),
+            right,
+            left,
+            a: values(&|mode| valid(mode, mode.a)),
+            b: values(&|mode| valid(mode, -mode.eigenvalue * mode.a)),
+            shapes,
+            condition: whole.iter().map(|(mode, _)| mode.condition).collect(),
+            defective: whole.iter().map(|(mode, _)| mode.is_defective()).collect(),
+            residual: whole.iter().map(|(mode, _)| mode.residual).collect(),
+            reduced,
+        })
+    }
+
+    /// `left' A y / a` of a reduced state y, left = (v, lambda v): `v' (C x + M x' + lambda M x) / a`.
+    pub(crate) fn coordinates(&self, y: &[f64]) -> Vec<Complex64> {
+        let m = self.reduced.size();
+        let (x, velocity) = y.split_at(m);
+        let product = |matrix: &[f64], vector: &[f64]| -> Vec<f64> {
+            let rows = matrix.chunks_exact(m.max(1));
+            rows.map(|row| row.iter().zip(vector).map(|(a, x)| a * x).sum()).collect()
+        };
+        let Reduced { mass, damping, .. } = &self.reduced;
+        let (momentum, inertia) = (product(mass, velocity), product(mass, x));
+        let momentum: Vec<f64> =
+            product(damping, x).into_iter().zip(momentum).map(|(c, p)| c + p).collect();
+        let lefts = self.left.chunks_exact(m.max(1));
+        lefts
+            .zip(&self.eigenvalues)
+            .zip(&self.a)
+            .map(|((left, lambda), a)| {
+                let terms = left.iter().zip(&momentum).zip(&inertia);
+                terms.map(|((v, p), s)| v * (p + lambda * s)).sum::<Complex64>() / a
+            })
+            .collect()
+    }
+}
+
+/// Scales both vectors so that their largest entries are 1; `a` follows.
+pub(crate) fn normalised(mut mode: Mode) -> Mode {
+    let largest = |vector: &[Complex64]| {
+        vector
+            .iter()
+            .copied()
+            .max_by(|p, q| p.norm_sqr().total_cmp(&q.norm_sqr()))
+            .unwrap_or(Complex64::from(1.0))
+    };
+    let (right, left) = (largest(&mode.right), largest(&mode.left));
+    mode.right.iter_mut().for_each(|z| *z /= right);
+    mode.left.iter_mut().for_each(|z| *z /= left);
+    mode.a /= right * left;
+    mode
+}

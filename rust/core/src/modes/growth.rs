@@ -1,0 +1,262 @@
+//! The stability verdict alone: the largest real part of all eigenvalues, without vectors.
+//!
+//! With `C = alpha M + beta K` the eigenvalues kappa of the mass-normalised stiffness suffice:
+//! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`.
+
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::error::Error;
+use crate::linalg::eigen::{self, solve_in_place};
+use crate::linalg::schur::SMALL;
+use crate::modes::quadratic_pencil::{Damping, Pencil};
+use crate::modes::spectrum::{MassFactor, roots_of_mode};
+use crate::scene::chain::{DOFS, Link, Subsystem, springs};
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
+use crate::scene::statics::Steady;
+use crate::scene::status::{Combination, Status};
+
+/// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Growth {
+    pub eigenvalue: Complex64,
+    /// How many eigenvalues have a positive real part, conjugates counted.
+    pub unstable: usize,
+    /// How many modes do: a conjugate pair is one.
+    pub unstable_modes: usize,
+}
+
+impl Growth {
+    const NONE: Self =
+        Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0, unstable_modes: 0 };
+
+    fn include(&mut self, lambda: Complex64) {
+        let unstable = lambda.re > 0.0;
+        self.unstable += usize::from(unstable);
+        self.unstable_modes += usize::from(unstable && lambda.im >= 0.0);
+        // Not so for NaN, which has to stay.
+        if !(lambda.re <= self.eigenvalue.re) {
+            self.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
+        }
+    }
+
+    /// The verdict on one combination of a scene.
+    pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
+        pencil_growth(&Pencil::new(scene, &Reduced::new(scene, combination)?))
+    }
+}
+
+/// The members of a sampled family of chains: slices hold one row per sample.
+#[derive(Debug, Clone, Copy)]
+pub struct ChainSamples<'a> {
+    pub subsystems: usize,
+    /// `samples * subsystems` each.
+    pub upper_mass: &'a [f64],
+    pub contact_mass: &'a [f64],
+    pub inclination: &'a [f64],
+    pub vertical_stiffness: &'a [f64],
+    pub horizontal_stiffness: &'a [f64],
+    pub ceiling_stiffness: &'a [f64],
+    pub preload_displacement: &'a [f64],
+    pub external_force: &'a [f64],
+    pub friction: &'a [f64],
+    pub slider_speed: &'a [f64],
+    /// `samples * (subsystems - 1)` each.
+    pub link_horizontal: &'a [f64],
+    pub link_vertical: &'a [f64],
+    /// `samples` each.
+    pub wall_stiffness: &'a [f64],
+    /// beta of `C = beta K`.
+    pub damping: &'a [f64],
+}
+
+/// Arrays that one chain after the other reuses.
+#[derive(Debug, Default)]
+pub(crate) struct ChainMatrices {
+    full: Vec<f64>,
+    reduced: Vec<f64>,
+    statics: Vec<f64>,
+    position: Vec<f64>,
+    values: Vec<Complex64>,
+}
+
+/// The verdict on a chain with `C = beta K` whose contacts all slide, and their normal forces in equilibrium, NaN where
+/// that is not unique; `friction(part) = T / N`, negative in negative sliding.
+pub(crate) fn chain_growth(
+    subsystems: &[Subsystem],
+    links: &[Link],
+    wall_stiffness: f64,
+    beta: f64,
+    friction: impl Fn(usize) -> f64,
+    matrices: &mut ChainMatrices,
+) -> (Growth, Vec<f64>) {
+    let count = subsystems.len();
+    let (size, m) = (DOFS * count, (DOFS - 1) * count);
+    let ChainMatrices { full, reduced, statics, position, values } = matrices;
+    full.clear();
+    full.resize(size * size, 0.0);
+    springs(subsystems, links, wall_stiffness, |k, weights| {
+        for &(i, a) in weights {
+            for &(j, b) in weights {
+                full[i * size + j] += k * (a * b);
+            }
+        }
+    });
+    reduced.clear();
+    position.clear();
+    let column = |j: usize| DOFS * (j / 3) + j % 3;
+    for i in 0..m {
+        let (part, role) = (i / 3, i % 3);
+        let row = &full[(DOFS * part + role) * size..][..size];
+        let normal = &full[(DOFS * part + 3) * size..][..size];
+        let friction = if role == 2 { friction(part) } else { 0.0 };
+        let Subsystem { upper_mass, contact_mass, .. } = subsystems[part];
+        // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
+        let inverse_mass = 1.0 / if role == 2 { contact_mass } else { upper_mass };
+        reduced.extend((0..m).map(|j| {
+            let column = column(j);
+            (row[column] - friction * normal[column]) * inverse_mass
+        }));
+        position.push(if role == 1 { subsystems[part].load() * inverse_mass } else { 0.0 });
+    }
+    statics.clone_from(reduced);
+    let regular = solve_in_place(m, statics, position);
+    let normal_force = |part: usize| {
+        let normal = &full[(DOFS * part + 3) * size..][..size];
+        (0..m).map(|j| normal[column(j)] * position[j]).sum()
+    };
+    let normal_forces =
+        (0..count).map(|part| if regular { normal_force(part) } else { f64::NAN }).collect();
+    values.resize(m, Complex64::default());
+    kappas(m, reduced, values);
+    (proportional_growth(values, 0.0, beta), normal_forces)
+}
+
+/// What one sample after the other reuses.
+#[derive(Debug, Default)]
+struct Workspace {
+    matrices: ChainMatrices,
+    subsystems: Vec<Subsystem>,
+    links: Vec<Link>,
+}
+
+impl ChainSamples<'_> {
+    /// The verdict on every sample, on all threads of the pool in use: all contacts in `status`, or each as its slider
+    /// drives it.
+    pub fn growth(&self, status: Option<Status>) -> Vec<Verdict> {
+        // A few microseconds per sample: a hundred of them outweigh handing the work over.
+        (0..self.wall_stiffness.len())
+            .into_par_iter()
+            .with_min_len(128)
+            .map_init(Workspace::default, |workspace, sample| {
+                self.sample(sample, status, workspace)
+            })
+            .collect()
+    }
+
+    fn sample(&self, sample: usize, status: Option<Status>, workspace: &mut Workspace) -> Verdict {
+        let count = self.subsystems;
+        let at = |values: &[f64], i: usize| values[sample * count + i];
+        let Workspace { matrices, subsystems, links } = workspace;
+        subsystems.clear();
+        subsystems.extend((0..count).map(|i| Subsystem {
+            upper_mass: at(self.upper_mass, i),
+            contact_mass: at(self.contact_mass, i),
+            inclination: at(self.inclination, i),
+            vertical_stiffness: at(self.vertical_stiffness, i),
+            horizontal_stiffness: at(self.horizontal_stiffness, i),
+            ceiling_stiffness: at(self.ceiling_stiffness, i),
+            preload_displacement: at(self.preload_displacement, i),
+            external_force: at(self.external_force, i),
+        }));
+        links.clear();
+        links.extend((0..count - 1).map(|i| Link {
+            horizontal_stiffness: self.link_horizontal[sample * (count - 1) + i],
+            vertical_stiffness: self.link_vertical[sample * (count - 1) + i],
+        }));
+        let driven = |part| Status::driven_by(at(self.slider_speed, part));
+        let sign = |part| status.or(driven(part)).map_or(f64::NAN, Status::friction_sign);
+        let friction = |part| sign(part) * at(self.friction, part);
+        let (wall, beta) = (self.wall_stiffness[sample], self.damping[sample]);
+        let (growth, margins) = chain_growth(subsystems, links, wall, beta, friction, matrices);
+        let slides =
+            (0..count).all(|part| driven(part).is_some_and(|d| status.is_none_or(|s| s == d)));
+        let exists = slides && margins.iter().all(|&normal_force| normal_force >= 0.0);
+        Verdict { growth, steady: Steady { exists, margins } }
+    }
+}
+
+/// Eigenvalues of `matrix`, which is overwritten; NaN where the iteration failed.
+fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
+    if m <= SMALL {
+        if eigen::small_values(m, matrix, values).is_none() {
+            values.fill(f64::NAN.into());
+        }
+    } else {
+        values.copy_from_slice(&eigen::values(m, matrix));
+    }
+}
+
+fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
+    let mut growth = Growth::NONE;
+    for &kappa in kappas {
+        let (larger, smaller) = roots_of_mode(kappa, beta * kappa + alpha);
+        growth.include(larger);
+        growth.include(smaller);
+    }
+    growth
+}
+
+pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
+    let m = pencil.size;
+    let factor = MassFactor::new(pencil)?;
+    let mut stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
+    let growth = match &pencil.damping {
+        &Damping::Proportional { alpha, beta } => {
+            let mut values = vec![Complex64::default(); m];
+            kappas(m, &mut stiffness, &mut values);
+            proportional_growth(&values, alpha, beta)
+        }
+        Damping::General(rows) => {
+            let damping = factor.normalised(m, &rows.to_dense());
+            let mut growth = Growth::NONE;
+            eigen::values(2 * m, &crate::modes::spectrum::state_matrix(m, &stiffness, &damping))
+                .into_iter()
+                .for_each(|lambda| growth.include(lambda));
+            growth
+        }
+    };
+    if growth.eigenvalue.re.is_nan() {
+        return Err(Error::Eigenvalues {
+            combination: pencil.combination.to_string(),
+            residual: f64::NAN,
+        });
+    }
+    Ok(growth)
+}
+
+/// The verdict on one combination, and whether it is steady sliding.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Verdict {
+    pub growth: Growth,
+    pub steady: Steady,
+}
+
+impl Verdict {
+    /// On each scene: the combination given, or that of its own sliding.
+    pub fn of_scenes(
+        scenes: &[&Scene],
+        combination: Option<&Combination>,
+    ) -> Result<Vec<Self>, Error> {
+        let verdict = |scene: &&Scene| {
+            let combination =
+                combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
+            Ok(Self {
+                growth: Growth::of_scene(scene, &combination)?,
+                steady: scene.steady(&combination)?,
+            })
+        };
+        scenes.par_iter().map(verdict).collect()
+    }
+}

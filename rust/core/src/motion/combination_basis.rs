@@ -1,0 +1,95 @@
+//! What is known of a status combination: its event functions, and how it is propagated.
+
+use std::sync::Arc;
+
+use crate::contact::event_function::EventFunction;
+use crate::contact::event_function::event_functions;
+use crate::error::Error;
+use crate::modes::quadratic_pencil::Pencil;
+use crate::modes::spectrum::{Vectors, spectrum};
+use crate::motion::method::{Method, Wanted};
+use crate::motion::method_cost::largest;
+use crate::motion::modal_basis::ModalBasis;
+use crate::motion::taylor::TaylorOperator;
+use crate::scene::model::Scene;
+use crate::scene::partition::Block;
+use crate::scene::reduction::Reduced;
+use crate::scene::status::Combination;
+
+/// Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11 of it;
+/// above it the series is used instead.
+const CONDITION_LIMIT: f64 = 300.0;
+/// How a combination is propagated.
+#[derive(Debug)]
+pub(crate) enum Propagator {
+    Modal(Box<ModalBasis>),
+    Taylor(Box<TaylorOperator>),
+    /// Each block of the scene by its own.
+    Blocks(Vec<(Arc<Block>, Arc<CombinationBasis>)>),
+}
+
+/// A combination with its event functions and its propagator.
+#[derive(Debug)]
+pub(crate) struct CombinationBasis {
+    pub combination: Combination,
+    pub functions: Vec<EventFunction>,
+    pub propagator: Propagator,
+}
+
+impl CombinationBasis {
+    pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
+        let functions = event_functions(scene, combination);
+        let series = || {
+            let operator = TaylorOperator::new(scene, combination, &functions)?;
+            Ok(Propagator::Taylor(Box::new(operator)))
+        };
+        let large = scene.free(combination) > largest(scene);
+        let propagator = if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
+            series()?
+        } else {
+            let reduced = Reduced::new(scene, combination)?;
+            let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
+            let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
+            if condition <= CONDITION_LIMIT {
+                Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))
+            } else if wanted == Wanted::SoundModes {
+                series()?
+            } else {
+                return Err(Error::DefectiveModes {
+                    method: "modal",
+                    combination: combination.to_string(),
+                    condition,
+                });
+            }
+        };
+        Ok(Self { combination: combination.clone(), functions, propagator })
+    }
+
+    /// By what it is propagated, block by block if the scene is in blocks.
+    pub fn methods(&self) -> Vec<Method> {
+        match &self.propagator {
+            Propagator::Modal(_) => vec![Method::Modal],
+            Propagator::Taylor(_) => vec![Method::Taylor],
+            Propagator::Blocks(parts) => {
+                parts.iter().flat_map(|(_, part)| part.methods()).collect()
+            }
+        }
+    }
+
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        match &self.propagator {
+            Propagator::Modal(basis) => basis.numbers(),
+            Propagator::Taylor(operator) => operator.numbers(),
+            Propagator::Blocks(parts) => parts.len(),
+        }
+    }
+
+    pub fn is_modal(&self) -> bool {
+        match &self.propagator {
+            Propagator::Modal(_) => true,
+            Propagator::Taylor(_) => false,
+            Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
+        }
+    }
+}

@@ -1,0 +1,40 @@
+//! The methods by which a phase can be propagated.
+
+/// How phases are propagated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Method {
+    /// Modes where they are well conditioned and worth their cost (see `cost.rs`), Taylor series elsewhere.
+    Auto,
+    Modal,
+    Taylor,
+}
+
+impl Method {
+    pub const fn name(self) -> &'static str {
+        match self {
+            Method::Auto => "auto",
+            Method::Modal => "modal",
+            Method::Taylor => "taylor",
+        }
+    }
+
+    /// For a combination that is propagated again and again.
+    pub(crate) const fn for_repeated_use(self) -> Wanted {
+        match self {
+            Method::Auto => Wanted::SoundModes,
+            Method::Modal => Wanted::Modes,
+            Method::Taylor => Wanted::Series,
+        }
+    }
+}
+
+/// How a combination is to be propagated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(crate) enum Wanted {
+    /// By modes, or not at all.
+    Modes,
+    /// By modes unless they are ill-conditioned or too many.
+    SoundModes,
+    /// By Taylor series.
+    Series,
+}

@@ -1,0 +1,187 @@
+//! What a combination costs by modes and by Taylor series: the rule by which `Method::Auto` chooses.
+//!
+//! Modes must be computed first. How often a combination will return is not known beforehand, so Taylor series,
+//! which need nothing, begin; when what they have taken beyond what modes would have is a part of what the modes
+//! cost, the modes are computed (the ski rental rule). With half of it, work is at most 1.5 times that of modes
+//! from the start where these are better, and 3 times that of Taylor series, if the run ends just then. Work is
+//! counted and not measured, so a run is the same on every machine.
+//!
+//! A combination that has come often need not come again: where nearly every event meets a new one, as between many
+//! contacts, modes are computed only for those that stand out. The more of the changes of combination lead to a new one,
+//! the larger is the part that is waited for.
+
+use crate::motion::dense_rows::DenseRows;
+use crate::numerics::first_root::COEFFICIENTS;
+use crate::scene::model::Scene;
+
+/// Free coordinates up to which modes are computed at once: a small scene meets few combinations, and each often.
+pub(crate) const AT_ONCE: usize = 8;
+/// Free coordinates up to which modes are refined.
+const REFINED: usize = 60;
+
+/// The part: less helps long runs, and harms those that end early.
+const SHARE: f64 = 0.5;
+/// How much larger the part is where every combination is a new one.
+const CAUTION: f64 = 16.0;
+/// Changes of combination over which the new ones among them are averaged.
+const MEMORY: f64 = 64.0;
+
+/// Work on an entry of dense rows, of that on an entry of a sparse product: the vector unit takes eight at a time.
+const DENSE_ENTRY: f64 = 0.125;
+/// The same for an entry of the inverse of coupled masses, which is taken row by row.
+const INVERSE_ENTRY: f64 = 0.5;
+
+/// Free coordinates up to which modes are thought of at all: nothing interrupts an eigenproblem, and a larger one
+/// would keep Ctrl-C waiting for more than a tenth of a second. Series of coupled masses begin with an inverse that
+/// takes as long.
+pub(crate) fn largest(scene: &Scene) -> usize {
+    if scene.lumped { 200 } else { 500 }
+}
+
+/// Work on one combination, in multiplications of a sparse product.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cost {
+    /// Computing the modes.
+    pub modes: f64,
+    /// One panel by Taylor series.
+    panel: f64,
+    /// A phase by modes. They pass over quiet stretches as a whole, so it depends little on its length.
+    phase: f64,
+}
+
+impl Cost {
+    /// The work on a combination with `free` coordinates. The factors were measured with chains of 1 to 80 subsystems,
+    /// and with dense stiffness and coupled masses of 46 to 104 free coordinates.
+    pub fn new(scene: &Scene, free: usize) -> Self {
+        let m = free as f64;
+        let modes = if free <= REFINED {
+            250.0 * m.powi(2) + 8.0 * m.powi(3)
+        } else if free <= largest(scene) {
+            350.0 * m.powi(2) + 2.0 * m.powi(3)
+        } else {
+            f64::INFINITY
+        };
+        let order = if DenseRows::are_quicker(scene) {
+            DENSE_ENTRY * m * scene.size as f64
+        } else {
+            let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };
+            let inverse = if scene.lumped { 0.0 } else { INVERSE_ENTRY * m.powi(2) };
+            (scene.stiffness.entries() + damping) as f64 + inverse
+        };
+        Self { modes, panel: COEFFICIENTS as f64 * order, phase: 7.0 * m.powi(2) }
+    }
+}
+
+/// How many of the last changes of combination led to a new one.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Novelty(f64);
+
+impl Novelty {
+    pub fn count(&mut self, is_new: bool) {
+        self.0 += (f64::from(u8::from(is_new)) - self.0) / MEMORY;
+    }
+
+    /// The part of the work on modes that series may take beyond theirs.
+    fn share(self) -> f64 {
+        SHARE * (1.0 + CAUTION * self.0)
+    }
+}
+
+/// A combination that goes by Taylor series as long as its modes are not worth their price.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Rental {
+    cost: Cost,
+    /// What Taylor series took beyond what modes would have.
+    excess: f64,
+}
+
+impl Rental {
+    pub fn new(cost: Cost) -> Self {
+        Self { cost, excess: 0.0 }
+    }
+
+    /// Counts a phase of so many panels.
+    pub fn add(&mut self, panels: usize) {
+        self.excess += panels as f64 * self.cost.panel - self.cost.phase;
+    }
+
+    /// Whether modes are worth their cost by now.
+    pub fn is_over(&self, novelty: Novelty) -> bool {
+        self.excess >= novelty.share() * self.cost.modes
+    }
+
+    /// Panels of one phase after which they are.
+    pub fn panels(&self, novelty: Novelty) -> usize {
+        let left = novelty.share() * self.cost.modes - self.excess + self.cost.phase;
+        // Large numbers are cut off at the largest integer.
+        ((left / self.cost.panel).ceil() as usize).max(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn rental() -> Rental {
+        Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0 })
+    }
+
+    /// Whatever the number of phases after which the combination is left for ever.
+    #[test]
+    fn work_stays_within_the_bounds_of_the_rule() {
+        let Cost { modes, panel, phase } = rental().cost;
+        for panels in 2..300 {
+            let by_series = panels as f64 * panel;
+            let mut rental = rental();
+            let mut work = 0.0;
+            for phases in 1..2000 {
+                if rental.is_over(Novelty::default()) {
+                    work += phase;
+                } else {
+                    let used = panels.min(rental.panels(Novelty::default()));
+                    rental.add(used);
+                    work += used as f64 * panel;
+                    if rental.is_over(Novelty::default()) {
+                        work += modes + phase;
+                    }
+                }
+                let (by_modes, by_series) =
+                    (modes + f64::from(phases) * phase, f64::from(phases) * by_series);
+                // A panel is not cut.
+                assert!(work <= (1.0 + SHARE) * by_modes + panel + phase);
+                assert!(work <= (1.0 + 1.0 / SHARE) * by_series + phase);
+            }
+        }
+    }
+
+    #[test]
+    fn the_panels_allowed_are_those_after_which_modes_are_worth_it() {
+        for begun in [1, 5, 20] {
+            let mut rental = rental();
+            rental.add(begun);
+            let mut one_less = rental;
+            one_less.add(rental.panels(Novelty::default()) - 1);
+            assert!(!one_less.is_over(Novelty::default()));
+            rental.add(rental.panels(Novelty::default()));
+            assert!(rental.is_over(Novelty::default()));
+        }
+    }
+
+    #[test]
+    fn what_modes_do_quicker_than_a_panel_never_pays() {
+        let mut rental = Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0 });
+        (0..100_000).for_each(|_| rental.add(1));
+        assert!(!rental.is_over(Novelty::default()));
+    }
+
+    #[test]
+    fn modes_wait_where_combinations_are_new() {
+        let (mut settled, mut changing) = (Novelty::default(), Novelty::default());
+        (0..1000).for_each(|k| settled.count(k < 10));
+        (0..1000).for_each(|k| changing.count(k % 4 == 0));
+        // Of the last changes a quarter, or none.
+        assert!((changing.0 - 0.25).abs() < 2.0 / MEMORY && settled.0 < 1e-6);
+        assert!(rental().panels(changing) > 4 * rental().panels(settled));
+        assert_eq!(rental().panels(settled), rental().panels(Novelty::default()));
+    }
+}

@@ -1,0 +1,49 @@
+//! The event functions of a phase on one stretch of time, as polynomials with error bounds.
+
+use crate::numerics::first_root::{COEFFICIENTS, ROW};
+use crate::numerics::simd::GROUP;
+
+/// Largest |lambda| times width of a panel: cancellation costs e^3 ulp of the fastest mode.
+pub(super) const REACH: f64 = 3.0;
+
+/// Event functions on one stretch of time `[start, start + width]`, as polynomials in
+/// `s = (t - start) / width`.
+#[derive(Debug, Default)]
+pub(crate) struct Panel {
+    pub width: f64,
+    /// Functions that an envelope proves positive on the panel; they have no coefficients.
+    pub excluded: Vec<bool>,
+    /// `ROW` per function, of which the first `COEFFICIENTS` count.
+    pub coefficients: Vec<f64>,
+    /// Bound of the error of the whole polynomial on [0, 1]: remainder and rounding.
+    pub error: Vec<f64>,
+    /// The part of that bound that belongs to the coefficients from the second power on.
+    pub curvature_error: Vec<f64>,
+    /// Stretches passed over as a whole so far.
+    pub leaps: usize,
+}
+
+impl Panel {
+    /// The polynomial of a function in whole groups, after a root of known multiplicity at 0 is divided out.
+    pub fn polynomial(&self, function: usize, multiplicity: usize) -> &[f64] {
+        let first = function * ROW + multiplicity;
+        let groups = (COEFFICIENTS - multiplicity).div_ceil(GROUP);
+        &self.coefficients[first..first + groups * GROUP]
+    }
+
+    /// The coefficients of a function, to be filled in.
+    pub(super) fn row(&mut self, function: usize) -> &mut [f64; COEFFICIENTS] {
+        self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")
+    }
+
+    pub(super) fn reset(&mut self, width: f64, functions: usize) {
+        self.width = width;
+        if self.excluded.len() == functions {
+            return;
+        }
+        self.excluded.resize(functions, false);
+        self.coefficients.resize(functions * ROW, 0.0);
+        self.error.resize(functions, 0.0);
+        self.curvature_error.resize(functions, 0.0);
+    }
+}

@@ -1,0 +1,150 @@
+//! The motion of one phase, as two kinds that answer the same question: on the next stretch of time,
+//! what polynomial is each event function, and how far can it be off?
+
+use std::sync::Arc;
+
+use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::modal::ModalMotion;
+use crate::motion::panel::Panel;
+use crate::motion::taylor::TaylorMotion;
+use crate::scene::model::Scene;
+
+/// A phase in progress, with buffers that serve one phase after the other.
+#[derive(Debug)]
+pub(crate) struct Motion {
+    scene: Arc<Scene>,
+    basis: Arc<CombinationBasis>,
+    modal: ModalMotion,
+    taylor: TaylorMotion,
+    /// Of a scene in blocks; only to follow a motion that is known.
+    blocks: Vec<BlockMotion>,
+}
+
+#[derive(Debug)]
+struct BlockMotion {
+    motion: Motion,
+    q: Vec<f64>,
+    u: Vec<f64>,
+}
+
+impl Motion {
+    /// A phase of `basis` from (q, q') at local time 0.
+    pub fn new(scene: &Arc<Scene>, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) -> Self {
+        let mut motion = Self {
+            scene: Arc::clone(scene),
+            basis: Arc::clone(basis),
+            modal: ModalMotion::default(),
+            taylor: TaylorMotion::default(),
+            blocks: Vec::new(),
+        };
+        motion.restart(basis, q, u);
+        motion
+    }
+
+    /// Begins another phase.
+    pub fn restart(&mut self, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) {
+        if !Arc::ptr_eq(&self.basis, basis) {
+            self.basis = Arc::clone(basis);
+        }
+        match &basis.propagator {
+            Propagator::Modal(modal) => self.modal.restart(modal, q, u),
+            Propagator::Taylor(operator) => {
+                self.taylor.restart(&self.scene, operator, &basis.functions, q, u);
+            }
+            Propagator::Blocks(parts) => {
+                self.blocks.truncate(parts.len());
+                for (index, (block, basis)) in parts.iter().enumerate() {
+                    let (q, u) = (block.gather(q), block.gather(u));
+                    match self.blocks.get_mut(index) {
+                        Some(part) => {
+                            part.motion.restart(basis, &q, &u);
+                            (part.q, part.u) = (q, u);
+                        }
+                        None => {
+                            let motion = Motion::new(&block.scene, basis, &q, &u);
+                            self.blocks.push(BlockMotion { motion, q, u });
+                        }
+                    }
+                }
+            }
+        }
+    }
+
+    /// Local time at which the next panel begins.
+    pub fn start(&self) -> f64 {
+        match &self.basis.propagator {
+            Propagator::Modal(_) => self.modal.start(),
+            Propagator::Taylor(_) => self.taylor.start(),
+            Propagator::Blocks(_) => {
+                self.blocks.iter().map(|part| part.motion.start()).fold(0.0, f64::max)
+            }
+        }
+    }
+
+    /// Fills `panel` with the event functions on the next stretch. Before it, stretches on which no function
+    /// can vanish may be passed over, up to the local time `remaining`.
+    pub fn expand(&mut self, remaining: f64, panel: &mut Panel) {
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.expand(modal, remaining, panel),
+            Propagator::Taylor(operator) => {
+                self.taylor.expand(operator, &self.basis.functions, panel);
+            }
+            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
+        }
+    }
+
+    /// Moves on to the end of the panel last expanded.
+    pub fn advance(&mut self) {
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.advance(modal),
+            Propagator::Taylor(operator) => self.taylor.advance(&self.scene, operator),
+            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
+        }
+    }
+
+    /// (q, q') at `offset` after the start of the panel, written over `q` and `u`.
+    pub fn state(&mut self, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.state(modal, offset, q, u),
+            Propagator::Taylor(operator) => self.taylor.state(operator, offset, q, u),
+            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
+        }
+    }
+
+    /// (q, q') at local time `time`, from the start of the panel on.
+    pub fn seek(&mut self, time: f64, q: &mut [f64], u: &mut [f64]) {
+        match &self.basis.propagator {
+            // Modes reach any time in one step.
+            Propagator::Modal(modal) => {
+                let offset = time - self.modal.start();
+                self.modal.state(modal, offset, q, u);
+            }
+            Propagator::Taylor(operator) => {
+                while time > self.taylor.end() {
+                    self.taylor.advance(&self.scene, operator);
+                }
+                self.taylor.state(operator, time - self.taylor.start(), q, u);
+            }
+            Propagator::Blocks(parts) => {
+                for ((block, _), part) in parts.iter().zip(&mut self.blocks) {
+                    part.motion.seek(time, &mut part.q, &mut part.u);
+                    block.scatter(&part.q, q);
+                    block.scatter(&part.u, u);
+                }
+            }
+        }
+    }
+
+    /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have
+    /// decayed below rounding of the velocity do not count. 1/s.
+    pub fn growth_rate(&self, time: f64) -> f64 {
+        match &self.basis.propagator {
+            Propagator::Modal(modal) => self.modal.growth_rate(modal, time - self.modal.start()),
+            Propagator::Taylor(operator) => operator.norm(),
+            Propagator::Blocks(_) => {
+                let rates = self.blocks.iter().map(|part| part.motion.growth_rate(time));
+                rates.fold(0.0, f64::max)
+            }
+        }
+    }
+}

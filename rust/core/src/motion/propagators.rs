@@ -1,0 +1,132 @@
+//! A scene with the propagators of the combinations it has met: what runs, orbits and searches share.
+
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
+
+use lru::LruCache;
+
+use crate::contact::event_function::event_functions;
+use crate::error::Error;
+use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::method::Wanted;
+use crate::scene::model::Scene;
+use crate::scene::partition::{Block, blocks_of};
+use crate::scene::status::Combination;
+
+/// Numbers that the kept combinations may hold in all: 4096 modal bases of 20 coordinates, about 64 MB.
+/// When a new one exceeds it, those used longest ago are dropped.
+const KEPT: usize = 4096 * 20 * 20;
+
+/// A scene and the propagators of its combinations, found when a combination is first reached and kept.
+#[derive(Debug)]
+pub struct Propagators {
+    pub(crate) scene: Arc<Scene>,
+    parts: OnceLock<Vec<Part>>,
+    memory: Mutex<Memory>,
+}
+
+/// A part of the scene that nothing couples to the others, with propagators of its own.
+#[derive(Debug)]
+pub(crate) struct Part {
+    pub block: Arc<Block>,
+    pub propagators: Arc<Propagators>,
+}
+
+/// The combinations met so far, those used longest ago at the end.
+#[derive(Debug)]
+struct Memory {
+    known: LruCache<(Combination, Wanted), Arc<CombinationBasis>>,
+    /// Sum of their sizes.
+    numbers: usize,
+}
+
+impl Default for Memory {
+    fn default() -> Self {
+        Self { known: LruCache::unbounded(), numbers: 0 }
+    }
+}
+
+impl Memory {
+    /// Keeps a basis and hands it back; the one that another thread kept before, if there is one.
+    fn keep(
+        &mut self,
+        key: (Combination, Wanted),
+        basis: Arc<CombinationBasis>,
+    ) -> Arc<CombinationBasis> {
+        if let Some(earlier) = self.known.get(&key) {
+            return Arc::clone(earlier);
+        }
+        self.numbers += basis.numbers();
+        self.known.put(key, Arc::clone(&basis));
+        while self.numbers > KEPT && self.known.len() > 1 {
+            if let Some((_, oldest)) = self.known.pop_lru() {
+                self.numbers -= oldest.numbers();
+            }
+        }
+        basis
+    }
+}
+
+impl Propagators {
+    /// The propagators of a scene, none of them computed yet.
+    pub fn new(scene: Arc<Scene>) -> Self {
+        Self { scene, parts: OnceLock::new(), memory: Mutex::default() }
+    }
+
+    /// The scene that they propagate.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.scene
+    }
+
+    /// Parts that nothing couples; none if all of the scene is one.
+    pub(crate) fn parts(&self) -> &[Part] {
+        self.parts.get_or_init(|| {
+            blocks_of(&self.scene)
+                .into_iter()
+                .map(|block| Part {
+                    propagators: Arc::new(Self::new(Arc::clone(&block.scene))),
+                    block: Arc::new(block),
+                })
+                .collect()
+        })
+    }
+
+    /// The basis of a combination, and whether it had to be computed.
+    pub(crate) fn basis(
+        &self,
+        combination: &Combination,
+        wanted: Wanted,
+    ) -> Result<(Arc<CombinationBasis>, bool), Error> {
+        let key = (combination.clone(), wanted);
+        if let Some(basis) = self.memory().known.get(&key) {
+            return Ok((Arc::clone(basis), false));
+        }
+        let basis = if self.parts().is_empty() {
+            CombinationBasis::new(&self.scene, combination, wanted)?
+        } else {
+            let part =
+                |part: &Part| part.propagators.basis(&part.block.statuses(combination), wanted);
+            let bases = self.parts().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
+            self.of_parts(combination.clone(), bases.into_iter().map(|(basis, _)| basis))
+        };
+        Ok((self.memory().keep(key, Arc::new(basis)), true))
+    }
+
+    /// The basis of a scene in parts, from a basis for each part.
+    pub(crate) fn of_parts(
+        &self,
+        combination: Combination,
+        bases: impl Iterator<Item = Arc<CombinationBasis>>,
+    ) -> CombinationBasis {
+        let blocks = self.parts().iter().map(|part| Arc::clone(&part.block));
+        CombinationBasis {
+            functions: event_functions(&self.scene, &combination),
+            propagator: Propagator::Blocks(blocks.zip(bases).collect()),
+            combination,
+        }
+    }
+
+    fn memory(&self) -> MutexGuard<'_, Memory> {
+        // A poisoned lock only means that another thread stopped between two complete entries.
+        self.memory.lock().unwrap_or_else(|poisoned| poisoned.into_inner())
+    }
+}

@@ -1,0 +1,632 @@
+//! The certified first root of a polynomial that is known up to an error bound.
+//!
+//! The true function lies within `error` of `p` on [0, 1] and starts positive. A march from the left
+//! uses the cubic lower bound `p(s) + p'(s) d + p''(s) d^2 / 2 - M d^3 / 6` with `M >= max |p'''|`: where
+//! that stays above `error` there is provably no root. The march slows down only where p approaches the
+//! band |p| <= error; what happens there is a crossing (p leaves the band below), a touch (it leaves
+//! above), or undecided at the end of the interval.
+//!
+//! Everything is inlined into its caller, which is compiled for the vector units found at run time; products
+//! and sums are fused on every machine.
+
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, group};
+
+/// Degree of the local polynomials: the remainder 3^30 / 30! = 8e-19 stays below rounding.
+pub(crate) const DEGREE: usize = 29;
+/// Coefficients per function.
+pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
+/// Room for them: zeros up to a whole number of groups, also when up to three departing roots are divided out.
+pub(crate) const ROW: usize = (COEFFICIENTS + 3).next_multiple_of(GROUP);
+
+/// Where a polynomial stands on the interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Verdict {
+    /// No crossing up to the end. `touch` is the lowest point within the band that was left upwards;
+    /// `in_band` says that the end itself lies within the band, entered there.
+    Clear { touch: Option<Touch>, in_band: Option<Touch> },
+    /// The first crossing to negative values.
+    Crossing { root: f64, touch: Option<Touch> },
+}
+
+/// A local minimum within the error band: whether it crosses can't be decided.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Touch {
+    pub at: f64,
+    pub value: f64,
+}
+
+/// Coefficients in groups, filled up with zeros.
+type Groups<'a> = &'a [[f64; GROUP]];
+
+/// Value and the first two derivatives at s. With `x = s^4` the coefficients of each lane are a polynomial
+/// `V_l(x)` of a quarter of the degree, and `p = sum_l s^l V_l`.
+#[inline(always)]
+fn derivatives<S: Lanes>(simd: S, p: Groups<'_>, s: f64) -> (f64, f64, f64) {
+    let square = s * s;
+    let x = simd.splat_f64s(square * square);
+    let (mut value, mut first, mut second) = (ZEROS, ZEROS, ZEROS);
+    for &coefficients in p.iter().rev() {
+        second = simd.mul_add_f64s(second, x, first);
+        first = simd.mul_add_f64s(first, x, value);
+        value = simd.mul_add_f64s(value, x, group(coefficients));
+    }
+    let cube = square * s;
+    let powers = group([1.0, s, square, cube]);
+    let of_value = group([0.0, 0.0, 2.0, 6.0 * s]);
+    let of_first = group([12.0, 20.0 * s, 28.0 * square, 36.0 * cube]);
+    let of_first = simd.mul_f64s(of_first, simd.splat_f64s(square));
+    let of_second = simd.mul_f64s(powers, simd.splat_f64s(32.0 * cube * cube));
+    let sum = simd.mul_f64s(second, of_second);
+    let sum = simd.mul_add_f64s(value, of_value, simd.mul_add_f64s(first, of_first, sum));
+    let (value, first) = summed(simd, value, first, powers, s);
+    (value, first, simd.reduce_sum_f64s(sum))
+}
+
+/// Value and slope of a polynomial, its coefficients in groups.
+pub(crate) struct ValueAndSlope<'a>(pub &'a [f64], pub f64);
+
+impl Kernel for ValueAndSlope<'_> {
+    type Output = (f64, f64);
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> (f64, f64) {
+        value_and_slope(simd, self.0.as_chunks().0, self.1)
+    }
+}
+
+#[inline(always)]
+fn value_and_slope<S: Lanes>(simd: S, p: Groups<'_>, s: f64) -> (f64, f64) {
+    let square = s * s;
+    let x = simd.splat_f64s(square * square);
+    let (mut value, mut first) = (ZEROS, ZEROS);
+    for &coefficients in p.iter().rev() {
+        first = simd.mul_add_f64s(first, x, value);
+        value = simd.mul_add_f64s(value, x, group(coefficients));
+    }
+    summed(simd, value, first, group([1.0, s, square, square * s]), s)
+}
+
+/// `sum_l s^l V_l` and its slope `sum_l (l s^{l-1} V_l + 4 s^{3+l} V_l')`.
+#[inline(always)]
+fn summed<S: Lanes>(simd: S, value: Group, first: Group, powers: Group, s: f64) -> (f64, f64) {
+    let slopes = group([0.0, 1.0, 2.0 * s, 3.0 * s * s]);
+    let of_first = simd.mul_f64s(powers, simd.splat_f64s(4.0 * s * s * s));
+    let slope = simd.mul_add_f64s(first, of_first, simd.mul_f64s(value, slopes));
+    (simd.reduce_sum_f64s(simd.mul_f64s(value, powers)), simd.reduce_sum_f64s(slope))
+}
+
+/// k (k - 1) (k - 2)
+const THIRD: [[f64; GROUP]; COEFFICIENTS.div_ceil(GROUP)] = {
+    let mut factors = [[0.0; GROUP]; COEFFICIENTS.div_ceil(GROUP)];
+    let mut k = 3;
+    while k < COEFFICIENTS {
+        factors[k / GROUP][k % GROUP] = (k * (k - 1) * (k - 2)) as f64;
+        k += 1;
+    }
+    factors
+};
+
+/// A bound of |p'''| on [0, 1]; of the third derivative alone, not of its modulus, from the `positive` coefficients.
+#[inline(always)]
+fn third_derivative_bound<S: Lanes>(simd: S, p: Groups<'_>, positive: bool) -> f64 {
+    let mut sum = ZEROS;
+    for (&coefficients, &factors) in p.iter().zip(&THIRD) {
+        let coefficients = group(coefficients);
+        let counted =
+            if positive { simd.max_f64s(coefficients, ZEROS) } else { simd.abs_f64s(coefficients) };
+        sum = simd.mul_add_f64s(counted, group(factors), sum);
+    }
+    simd.reduce_sum_f64s(sum)
+}
+
+/// A bound of |p'''| on [s, s + radius] from Taylor's coefficients at s, given that on [0, 1].
+fn third_derivative_near(p: Groups<'_>, on_all: f64, s: f64, radius: f64) -> f64 {
+    let mut about = [0.0; ROW];
+    let about = &mut about[..p.as_flattened().len()];
+    about.copy_from_slice(p.as_flattened());
+    for k in 0..about.len() {
+        for j in (k..about.len() - 1).rev() {
+            about[j] += s * about[j + 1];
+        }
+    }
+    // The rounding of these coefficients is at most this part of the bound for all of [0, 1].
+    let mut sum = (ROW + 2) as f64 * f64::EPSILON * on_all;
+    let mut power = 1.0;
+    for (c, factor) in about.iter().zip(THIRD.as_flattened()).skip(3) {
+        sum += c.abs() * factor * power;
+        power *= radius;
+    }
+    sum.min(on_all)
+}
+
+/// A lower bound of p on [0, 1] from its quadratic part and the negative higher coefficients.
+#[inline(always)]
+fn lower_bound<S: Lanes>(simd: S, p: Groups<'_>) -> f64 {
+    let Some((&[c0, c1, c2, c3], higher)) = p.split_first() else {
+        return 0.0;
+    };
+    let mut lowest = c0.min(c0 + c1 + c2);
+    if c2 > 0.0 && c1 < 0.0 && -c1 < 2.0 * c2 {
+        lowest = lowest.min(c0 - 0.25 * c1 * c1 / c2);
+    }
+    let mut sum = ZEROS;
+    for &coefficients in higher {
+        sum = simd.add_f64s(sum, simd.min_f64s(group(coefficients), ZEROS));
+    }
+    lowest + c3.min(0.0) + simd.reduce_sum_f64s(sum)
+}
+
+/// The largest step d <= longest on which `v + v1 d + v2 d^2 / 2 - m d^3 / 6 > floor`, from below:
+/// any value on which the inequality holds for all smaller d is valid.
+#[inline(always)]
+fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 {
+    let margin = v - floor;
+    let positive_to = |d: f64| {
+        // Lowest of the cubic bound on [0, d]: concave part bounded by its end, convex part by its minimum.
+        let cubic = m * d * d * d / 6.0;
+        let end = margin + v1 * d + 0.5 * v2 * d * d - cubic;
+        let vertex = if v2 > 0.0 && v1 < 0.0 && -v1 < v2 * d {
+            margin - 0.5 * v1 * v1 / v2 - cubic
+        } else {
+            f64::INFINITY
+        };
+        end.min(vertex).min(margin) > 0.0
+    };
+    if positive_to(longest) {
+        return longest;
+    }
+    // The zero of the bound by a few safeguarded Newton steps from the left, then pulled back.
+    let slope_bound =
+        v1.min(0.0).abs() + 0.5 * v2.min(0.0).abs() * longest + m * longest * longest / 6.0;
+    let mut step = (margin / slope_bound).min(longest);
+    for _ in 0..6 {
+        let value = margin + v1 * step + 0.5 * v2 * step * step - m * step * step * step / 6.0;
+        let slope = v1 + v2 * step - 0.5 * m * step * step;
+        if slope >= 0.0 || value <= 0.0 {
+            break;
+        }
+        let next = step - value / slope;
+        if next <= step || next > longest || !positive_to(next) {
+            break;
+        }
+        step = next;
+    }
+    // Doubling covers the case where a convex stretch lets the bound rise again.
+    while 2.0 * step < longest && positive_to(2.0 * step) {
+        step *= 2.0;
+    }
+    step
+}
+
+/// A value below this many errors is near the band: there small steps of bounded change take over.
+const NEAR: f64 = 2.0;
+/// Values nearer to an edge of the band than this many errors count as beyond it, or steps would shrink to nothing
+/// there. The rounding of p itself is more.
+const RESOLUTION: f64 = 1e-6;
+/// Bound on the number of marching steps; a polynomial that needs more is reported as a touch where it
+/// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
+const STEPS: usize = 400;
+/// After so many steps M is taken about the place itself: a flat dip, or roots close together, need small third
+/// derivatives there, which the bound for all of [0, 1] does not show.
+const PATIENCE: usize = 16;
+
+/// The first root of `polynomial`, its coefficients in groups, on [0, end], end <= 1.
+pub(crate) struct FirstRoot<'a> {
+    pub polynomial: &'a [f64],
+    pub error: f64,
+    pub end: f64,
+}
+
+impl Kernel for FirstRoot<'_> {
+    type Output = Verdict;
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> Verdict {
+        let (p, _) = self.polynomial.as_chunks();
+        if let Some(root) = lone_root(simd, p, self.error, self.end) {
+            return Verdict::Crossing { root, touch: None };
+        }
+        if lower_bound(simd, p) > self.error {
+            return Verdict::Clear { touch: None, in_band: None };
+        }
+        march(simd, p, self.error, self.end)
+    }
+}
+
+/// The usual case, a single transversal crossing: where p ends below the band, a root is found by Newton's
+/// method and proved to be the first.
+#[inline(always)]
+fn lone_root<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Option<f64> {
+    let &[c0, c1, ..] = p.first()?;
+    if c0 <= error {
+        return None;
+    }
+    let (at_end, slope_at_end) = value_and_slope(simd, p, end);
+    if !(at_end < -error && slope_at_end < 0.0) {
+        return None;
+    }
+    let (mut low, mut high) = (0.0, end);
+    let mut s = hermite_root(c0, c1 * end, at_end, slope_at_end * end) * end;
+    for _ in 0..20 {
+        let (v, v1, v2) = derivatives(simd, p, s);
+        let step = v / v1;
+        // One step of third order more, and what it leaves is below rounding.
+        if step.abs() <= 1e-6 * s {
+            let root = s - step * (1.0 + 0.5 * step * v2 / v1);
+            return is_first(simd, p, error, s, [v, v1, v2]).then_some(root);
+        }
+        if v > 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+        let newton = s - step;
+        s = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+    }
+    None
+}
+
+/// A root on [0, 1] of the cubic with values `a > 0 > b` and slopes `da`, `db` at 0 and 1: a start that leaves
+/// two steps or so on p itself.
+#[inline(always)]
+fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
+    let c2 = 3.0 * (b - a) - 2.0 * da - db;
+    let c3 = 2.0 * (a - b) + da + db;
+    let (mut low, mut high) = (0.0, 1.0);
+    let mut s = a / (a - b);
+    for _ in 0..3 {
+        let value = ((c3 * s + c2) * s + da) * s + a;
+        let slope = (3.0 * c3 * s + 2.0 * c2) * s + da;
+        if value > 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+        let newton = s - value / slope;
+        s = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+    }
+    s
+}
+
+/// Whether p has no root on [0, s) but for the error of its last part. With d = s - r,
+/// `p(r) >= p(s) + d (-p'(s) + p''(s) d / 2 - M d^2 / 6)`, M >= p''' on [0, 1], where the bracket is concave in d
+/// and so lowest at an end; failing that, `p = (r - s) q` with q bounded from below.
+#[inline(always)]
+fn is_first<S: Lanes>(simd: S, p: Groups<'_>, error: f64, s: f64, [v, v1, v2]: [f64; 3]) -> bool {
+    let m = third_derivative_bound(simd, p, true);
+    let needed = 2.0 * (error + v.abs());
+    let lowest = (-v1).min(-v1 + s * (0.5 * v2 - s * m / 6.0));
+    if lowest * s > needed {
+        return true;
+    }
+    // Horner's scheme at s leaves the coefficients of (p - p(s)) / (r - s), here scaled to [0, 1].
+    let mut quotient = [[0.0; GROUP]; ROW / GROUP];
+    let coefficients = quotient.as_flattened_mut();
+    let p = p.as_flattened();
+    let mut carried = 0.0;
+    for k in (1..p.len()).rev() {
+        carried = carried * s + p[k];
+        coefficients[k - 1] = -carried;
+    }
+    let mut power = 1.0;
+    for c in &mut coefficients[..p.len() - 1] {
+        *c *= power;
+        power *= s;
+    }
+    lower_bound(simd, &quotient[..p.len() / GROUP]) * s > needed
+}
+
+#[inline(always)]
+fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
+    let m = third_derivative_bound(simd, p, false);
+    let mut s = 0.0;
+    let mut touch: Option<Touch> = None;
+    let mut step = 0.0_f64;
+    for taken in 0..STEPS {
+        let (v, v1, v2) = derivatives(simd, p, s);
+        if v > NEAR * error {
+            if let Some(high) = monotone_crossing(v, v1, v2, m, error, 1.0 - s) {
+                let root = bracketed_root(simd, p, s, s + high);
+                if root > end {
+                    return Verdict::Clear { touch, in_band: None };
+                }
+                return Verdict::Crossing { root, touch };
+            }
+            // Down to between the band and what counts as near it, so that the march always arrives.
+            let floor = 0.5 * (1.0 + NEAR) * error;
+            let previous = step;
+            step = safe_step(v, v1, v2, m, floor, end - s);
+            if taken >= PATIENCE {
+                let radius = (4.0 * step.max(previous)).min(end - s);
+                let near = third_derivative_near(p, m, s, radius);
+                step = step.max(safe_step(v, v1, v2, near, floor, radius));
+            }
+            if s + step >= end {
+                return Verdict::Clear { touch, in_band: None };
+            }
+            s = (s + step).max(s + f64::EPSILON * s.max(1e-6));
+            continue;
+        }
+        match leave_band(simd, p, error, m, s, end) {
+            Exit::Below { root } => return Verdict::Crossing { root, touch },
+            Exit::Above { at, lowest } => {
+                let lowest = lowest
+                    .filter(|lowest| touch.is_none_or(|touch: Touch| lowest.value < touch.value));
+                touch = lowest.or(touch);
+                s = at;
+            }
+            Exit::Undecided { lowest } => return Verdict::Clear { touch, in_band: lowest },
+        }
+        if s >= end {
+            return Verdict::Clear { touch, in_band: None };
+        }
+    }
+    // Not decided in bounded work: said, not guessed.
+    let (value, _) = value_and_slope(simd, p, s);
+    Verdict::Clear { touch, in_band: Some(Touch { at: s, value }) }
+}
+
+/// A distance d by which p has certainly fallen through the band, decreasing all the way.
+#[inline(always)]
+fn monotone_crossing(v: f64, v1: f64, v2: f64, m: f64, error: f64, longest: f64) -> Option<f64> {
+    if v1 >= 0.0 {
+        return None;
+    }
+    let d = 1.5 * (v + error) / -v1;
+    let slope = v1 + v2.max(0.0) * d + 0.5 * m * d * d;
+    let value = v + v1 * d + 0.5 * v2 * d * d + m * d * d * d / 6.0;
+    (d <= longest && slope < 0.0 && value < -error).then_some(d)
+}
+
+/// The lowest point is told when it lies within the band.
+enum Exit {
+    Below { root: f64 },
+    Above { at: f64, lowest: Option<Touch> },
+    Undecided { lowest: Option<Touch> },
+}
+
+/// Follows p from the edge of the band |p| <= error until it is certainly outside.
+#[inline(always)]
+fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, end: f64) -> Exit {
+    let mut s = entry;
+    let mut lowest = Touch { at: entry, value: f64::INFINITY };
+    let mut step = 0.0_f64;
+    let (upper, lower) = ((1.0 + RESOLUTION) * error, -(1.0 - RESOLUTION) * error);
+    for taken in 0..STEPS {
+        let (v, v1, v2) = derivatives(simd, p, s);
+        if v < lowest.value {
+            lowest = Touch { at: s, value: v };
+        }
+        let within = Some(lowest).filter(|lowest| lowest.value <= upper);
+        if v < lower {
+            return Exit::Below { root: bracketed_root(simd, p, entry, s) };
+        }
+        // Farther out than where it was entered, or the two would take turns.
+        if v > 1.5 * NEAR * error && s > entry {
+            return Exit::Above { at: s, lowest: within };
+        }
+        if s >= end {
+            return Exit::Undecided { lowest: within };
+        }
+        // No term of Taylor's formula changes p by more than half of the error, so that the lowest value is met
+        // nearly; and p certainly stays above the edge of the band that lies below it.
+        let change = 0.5 * error;
+        let longest = (end - s)
+            .min(change / v1.abs().max(f64::MIN_POSITIVE))
+            .min((2.0 * change / v2.abs().max(f64::MIN_POSITIVE)).sqrt());
+        let floor = if v > upper { error } else { -error };
+        let certain = |m: f64, longest: f64| {
+            let longest = longest.min((6.0 * change / m.max(f64::MIN_POSITIVE)).cbrt());
+            safe_step(v, v1, v2, m, floor, longest)
+        };
+        let previous = step;
+        step = certain(m, longest);
+        if taken >= PATIENCE {
+            let radius = (4.0 * step.max(previous)).min(longest);
+            step = step.max(certain(third_derivative_near(p, m, s, radius), radius));
+        }
+        s = (s + step).max(s + f64::EPSILON * s.max(1e-9)).min(end);
+    }
+    Exit::Undecided { lowest: Some(lowest) }
+}
+
+/// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
+#[inline(always)]
+fn bracketed_root<S: Lanes>(simd: S, p: Groups<'_>, low: f64, high: f64) -> f64 {
+    let (mut low, mut high) = (low, high);
+    if value_and_slope(simd, p, low).0 <= 0.0 {
+        return low;
+    }
+    let mut s = 0.5 * (low + high);
+    for _ in 0..100 {
+        let (v, v1) = value_and_slope(simd, p, s);
+        if v > 0.0 {
+            low = s;
+        } else {
+            high = s;
+        }
+        let newton = s - v / v1;
+        let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+        if (next - s).abs() <= f64::EPSILON * s.abs() || high - low <= f64::EPSILON * high {
+            return next;
+        }
+        s = next;
+    }
+    s
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::simd::VectorUnit;
+
+    const ERROR: f64 = 4e-11;
+
+    fn first(polynomial: &[f64], end: f64) -> Verdict {
+        let mut row = [0.0; ROW];
+        row[..polynomial.len()].copy_from_slice(polynomial);
+        VectorUnit::default().run(FirstRoot { polynomial: &row, error: ERROR, end })
+    }
+
+    fn product(p: &[f64], q: &[f64]) -> Vec<f64> {
+        let mut product = vec![0.0; p.len() + q.len() - 1];
+        for (i, a) in p.iter().enumerate() {
+            q.iter().enumerate().for_each(|(j, b)| product[i + j] += a * b);
+        }
+        product
+    }
+
+    fn value(p: &[f64], s: f64) -> f64 {
+        p.iter().rev().fold(0.0, |value, c| value * s + c)
+    }
+
+    /// The lowest value on [0, end]: on a mesh, and between the neighbours of its lowest point by trisection.
+    fn lowest(p: &[f64], end: f64) -> f64 {
+        let at = |k: usize| end * k as f64 / 4000.0;
+        let lowest = (0..=4000).min_by(|&i, &j| value(p, at(i)).total_cmp(&value(p, at(j))));
+        let lowest = lowest.unwrap_or_default();
+        let (mut low, mut high) = (at(lowest.saturating_sub(1)), at((lowest + 1).min(4000)));
+        for _ in 0..60 {
+            let third = (high - low) / 3.0;
+            if value(p, low + third) < value(p, high - third) {
+                high -= third;
+            } else {
+                low += third;
+            }
+        }
+        value(p, low).min(value(p, end))
+    }
+
+    /// `height prod (s - place)^order - depth ERROR`: a dip at every place, all of them equally deep.
+    fn dips(places: &[f64], order: usize, height: f64, depth: f64) -> Vec<f64> {
+        let factors = places.iter().flat_map(|&place| std::iter::repeat_n(place, order));
+        let mut p = factors.fold(vec![height], |p, place| product(&p, &[-place, 1.0]));
+        p[0] -= depth * ERROR;
+        p
+    }
+
+    /// A line: the simplest function there is, with its root in the first part of the interval.
+    #[test]
+    fn a_line_crosses_once() {
+        let p = [10.0, -3750.0];
+        for end in [0.05, 1.0] {
+            let Verdict::Crossing { root, touch: None } = first(&p, end) else {
+                panic!("no crossing up to {end}");
+            };
+            assert!((root - 10.0 / 3750.0).abs() < 1e-17);
+        }
+        assert!(matches!(first(&p, 0.002), Verdict::Clear { touch: None, in_band: None }));
+    }
+
+    /// The promise: a dip deeper than the error is a crossing, one that is shallower is told as a touch.
+    #[test]
+    fn planted_dips_are_crossings_exactly_where_they_are_deeper_than_the_error() {
+        // The coefficients, a few of order one, are rounded to some 1e-15, a part of 1e-4 of the error.
+        let depths =
+            [0.0, 0.5, 0.9, 0.99, 0.999, 1.001, 1.01, 1.03, 1.06, 1.1, 1.125, 1.2, 1.5, 2.0];
+        let near = [1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 0.01];
+        let places = near.into_iter().chain((1..40).map(|k| 0.0251 * f64::from(k)));
+        let places: Vec<f64> = places.chain(near.map(|distance| 1.0 - distance)).collect();
+        for (&place, order, height, second) in places
+            .iter()
+            .flat_map(|place| [2, 4].map(|order| (place, order)))
+            .flat_map(|(place, order)| [1.0, 0.3, 0.01].map(|height| (place, order, height)))
+            .flat_map(|(place, order, height)| {
+                [None, Some(0.2), Some(0.61)].map(|second| (place, order, height, second))
+            })
+        {
+            // Nearer to each other than that, p does not leave the band between two dips of order four.
+            let second =
+                second.filter(|second| (place - second).abs() > 0.1 * f64::from(order as u32));
+            let mut both: Vec<f64> = std::iter::once(place).chain(second).collect();
+            both.sort_by(f64::total_cmp);
+            for depth in depths {
+                let p = dips(&both, order, height, depth);
+                let verdict = first(&p, 1.0);
+                let told = format!(
+                    "depth {depth} at {both:?}, order {order}, height {height}: {verdict:?}"
+                );
+                match verdict {
+                    Verdict::Crossing { root, .. } => {
+                        assert!(depth > 1.0, "{told}");
+                        // Within the band, and no later than the first dip.
+                        assert!(root <= both[0] && value(&p, root) <= ERROR, "{told}");
+                    }
+                    Verdict::Clear { touch, in_band } => {
+                        assert!(depth < 1.0, "{told}");
+                        let lowest = touch.or(in_band).expect(&told);
+                        assert!(lowest.value.abs() <= ERROR * (1.0 + RESOLUTION), "{told}");
+                    }
+                }
+            }
+        }
+    }
+
+    proptest::proptest! {
+        #![proptest_config(proptest::prelude::ProptestConfig::with_cases(2000))]
+
+        /// Any polynomial, shifted so that its lowest value on a fine mesh lies in or about the band.
+        #[test]
+        fn whatever_falls_through_the_band_is_a_crossing(
+            coefficients in proptest::collection::vec(-1.0..1.0, 2..COEFFICIENTS),
+            decay in 0.3..1.0,
+            height in -8.0..0.0,
+            depth in -1.5..3.0,
+            end in 0.3..1.0,
+        ) {
+            let scales = (0..).map(|k| 10f64.powf(height) * f64::powi(decay, k));
+            let mut p: Vec<f64> = coefficients.iter().zip(scales).map(|(c, scale)| c * scale).collect();
+            let mesh: Vec<f64> = (0..=4000).map(|k| end * f64::from(k) / 4000.0).collect();
+            let lowest = lowest(&p, end);
+            p[0] -= lowest + depth * ERROR;
+            let below = mesh.iter().copied().find(|&s| value(&p, s) < -1.001 * ERROR);
+            match first(&p, end) {
+                Verdict::Crossing { root, .. } => {
+                    // Not deeper than the error only where it falls through the band beyond `end`.
+                    proptest::prop_assert!(depth > -0.001, "nothing crosses");
+                    proptest::prop_assert!(value(&p, root) <= ERROR);
+                    proptest::prop_assert!(below.is_none_or(|below| root <= below));
+                }
+                Verdict::Clear { touch, in_band } => {
+                    proptest::prop_assert!(below.is_none());
+                    let in_band_on_mesh = mesh.iter().any(|&s| value(&p, s) < 0.999 * ERROR);
+                    let told = touch.or(in_band).is_some();
+                    // What still falls at the end is told by the next panel.
+                    proptest::prop_assert!(told || !in_band_on_mesh || value(&p, end) <= ERROR);
+                }
+            }
+        }
+
+        /// Real roots at least 0.02 apart, complex ones at least 0.1 from the axis: between two of them p goes
+        /// farther than the error.
+        #[test]
+        fn the_first_of_planted_roots_is_found(
+            gaps in proptest::collection::vec(0.02..0.6, 1..6),
+            pairs in proptest::collection::vec((0.0..1.0, 0.1..1.0), 0..4),
+            end in 0.1..1.0,
+        ) {
+            let mut p = vec![1.0];
+            let mut root = 0.0;
+            for gap in &gaps {
+                root += gap;
+                p = product(&p, &[1.0, -1.0 / root]);
+            }
+            for (re, im) in pairs {
+                let square: f64 = re * re + im * im;
+                p = product(&p, &[1.0, -2.0 * re / square, 1.0 / square]);
+            }
+            let size: f64 = p.iter().map(|c| c.abs()).sum();
+            let slope: f64 = p.iter().zip(0..).skip(1).map(|(c, k)| c * f64::from(k) * f64::powi(gaps[0], k - 1)).sum();
+            let verdict = first(&p, end);
+            match verdict {
+                Verdict::Crossing { root, touch } => {
+                    // Some rounding of p, over its slope.
+                    let rounding = 64.0 * f64::EPSILON * size / slope.abs();
+                    proptest::prop_assert!((root - gaps[0]).abs() <= rounding, "off by {} of {rounding}", root - gaps[0]);
+                    proptest::prop_assert!(root <= end && touch.is_none());
+                }
+                Verdict::Clear { .. } => proptest::prop_assert!(end <= gaps[0] + 1.1 * ERROR / slope.abs(), "{verdict:?}"),
+            }
+        }
+    }
+}

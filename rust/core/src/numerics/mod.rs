@@ -1,0 +1,10 @@
+//! Numerical tools that know nothing of mechanics: certified roots, exact arithmetic, SIMD lanes, quadrature.
+
+pub(crate) mod double_double;
+pub(crate) mod first_root;
+pub(crate) mod gauss;
+pub(crate) mod phi;
+pub(crate) mod platform;
+pub(crate) mod simd;
+
+pub use platform::arithmetic;

@@ -1,0 +1,160 @@
+//! A frictional unilateral contact with a rigid moving slider.
+
+use crate::error::Error;
+
+/// A direction whose part independent of the others is smaller than this is refused.
+pub(crate) const INDEPENDENCE: f64 = 1e-10;
+
+/// A direction in the space of x.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Direction {
+    /// Along one dof.
+    Dof(usize),
+    /// Any vector, one entry per dof.
+    Vector(Vec<f64>),
+}
+
+impl Direction {
+    /// The dof of a direction along a single one, with its entry there.
+    pub(crate) fn single_dof(&self) -> Option<(usize, f64)> {
+        match self {
+            Direction::Dof(dof) => Some((*dof, 1.0)),
+            Direction::Vector(entries) => {
+                let mut nonzero =
+                    entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0);
+                match (nonzero.next(), nonzero.next()) {
+                    (Some(entry), None) => Some(entry),
+                    _ => None,
+                }
+            }
+        }
+    }
+
+    pub(crate) fn entries(&self, size: usize) -> Vec<f64> {
+        match self {
+            Direction::Dof(dof) => {
+                let mut unit = vec![0.0; size];
+                unit[*dof] = 1.0;
+                unit
+            }
+            Direction::Vector(entries) => entries.clone(),
+        }
+    }
+}
+
+/// A contact as a user states it: two directions in the space of x, and its law.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactInput {
+    /// t: the slip velocity is `t . x' - slider_speed`.
+    pub tangential: Direction,
+    /// n: the gap is `n . x + gap`.
+    pub normal: Direction,
+    pub friction: f64,
+    pub static_friction: f64,
+    pub slider_speed: f64,
+    pub restitution: f64,
+    pub gap: f64,
+}
+
+/// A contact in contact coordinates: its slip and gap are coordinates of their own.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Contact {
+    /// Index of the tangential coordinate.
+    pub tangential: usize,
+    /// Index of the normal coordinate, which *is* the gap.
+    pub normal: usize,
+    pub friction: f64,
+    pub static_friction: f64,
+    pub slider_speed: f64,
+    pub restitution: f64,
+    /// Initial clearance, m.
+    pub gap: f64,
+}
+
+impl ContactInput {
+    pub(crate) fn validate(&self, contact: usize, size: usize) -> Result<(), Error> {
+        let named = |field: &str| format!("contact {contact}: {field}");
+        for (field, direction) in [("tangential", &self.tangential), ("normal", &self.normal)] {
+            match direction {
+                Direction::Dof(dof) if *dof >= size => {
+                    return Err(Error::Shape {
+                        argument: named(field),
+                        expected: format!("a dof index below {size}"),
+                        got: dof.to_string(),
+                    });
+                }
+                Direction::Dof(_) => {}
+                Direction::Vector(entries) if entries.len() != size => {
+                    return Err(Error::Shape {
+                        argument: named(field),
+                        expected: format!("shape ({size},)"),
+                        got: format!("({},)", entries.len()),
+                    });
+                }
+                Direction::Vector(entries) => check_finite(&named(field), entries)?,
+            }
+        }
+        let checks: [(&str, f64, &'static str, bool); 5] = [
+            ("friction", self.friction, ">= 0", self.friction >= 0.0),
+            (
+                "static_friction",
+                self.static_friction,
+                ">= friction",
+                self.static_friction >= self.friction,
+            ),
+            ("slider_speed", self.slider_speed, "finite", true),
+            ("restitution", self.restitution, "in [0, 1]", (0.0..=1.0).contains(&self.restitution)),
+            ("gap", self.gap, "finite", true),
+        ];
+        for (field, value, requirement, holds) in checks {
+            let requirement = if value.is_finite() { requirement } else { "finite" };
+            if !value.is_finite() || !holds {
+                return Err(Error::Range { argument: named(field), requirement, value });
+            }
+        }
+        self.check_directions(contact, size)?;
+        Ok(())
+    }
+}
+
+impl ContactInput {
+    /// Refuses a zero direction, and a normal that is a multiple of the tangential direction.
+    fn check_directions(&self, contact: usize, size: usize) -> Result<(), Error> {
+        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.single_dof());
+        if let (Some(t), Some(n)) = (t, n) {
+            return if t.0 == n.0 { Err(Error::NormalIsTangential { contact }) } else { Ok(()) };
+        }
+        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.entries(size));
+        let largest = |entries: &[f64]| {
+            entries.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+        };
+        let (t_largest, n_largest) = (largest(&t), largest(&n));
+        for (direction, entry) in [("tangential", t_largest), ("normal", n_largest)] {
+            if entry == 0.0 {
+                return Err(Error::ZeroDirection { contact, direction });
+            }
+        }
+        // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
+        let parallel = |sign: f64| {
+            t.iter()
+                .zip(&n)
+                .all(|(t, n)| (t / t_largest - sign * n / n_largest).abs() <= INDEPENDENCE)
+        };
+        if parallel(1.0) || parallel(-1.0) {
+            return Err(Error::NormalIsTangential { contact });
+        }
+        Ok(())
+    }
+}
+
+/// Refuses the first entry that is not finite.
+pub(crate) fn check_finite(argument: &str, values: &[f64]) -> Result<(), Error> {
+    match values.iter().position(|value| !value.is_finite()) {
+        Some(index) => Err(Error::NotFinite {
+            argument: argument.to_owned(),
+            place: format!("index {index}"),
+            value: values[index],
+        }),
+        None => Ok(()),
+    }
+}

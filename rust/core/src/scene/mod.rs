@@ -1,0 +1,18 @@
+//! The model as a value: matrices, contacts, statuses, and the linear system that a status combination leaves.
+
+pub(crate) mod chain;
+pub(crate) mod contact_coordinates;
+pub(crate) mod contact_law;
+pub(crate) mod model;
+pub(crate) mod partition;
+pub(crate) mod reduction;
+pub(crate) mod sliding_equilibrium;
+pub(crate) mod statics;
+pub(crate) mod status;
+
+pub use chain::{DOFS, Link, Subsystem, chain};
+pub use contact_law::{Contact, ContactInput, Direction};
+pub use model::{Damping, Mass, Scene, SceneInput, State};
+pub use reduction::Reduced;
+pub use statics::{Statics, Steady};
+pub use status::{Combination, Status};

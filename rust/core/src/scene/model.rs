@@ -1,0 +1,317 @@
+//! A mechanical model with frictional unilateral contacts, validated once.
+
+use crate::error::Error;
+use crate::linalg::eigen;
+use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_coordinates::Coordinates;
+use crate::scene::contact_law::{Contact, ContactInput, check_finite};
+use crate::scene::status::{Combination, Status};
+
+/// Mass as a user states it.
+#[derive(Debug, Clone)]
+pub enum Mass {
+    /// Diagonal, kg.
+    Lumped(Vec<f64>),
+    /// Symmetric positive definite, row-major.
+    Full(Vec<f64>),
+}
+
+/// Damping as a user states it.
+#[derive(Debug, Clone)]
+pub enum Damping {
+    /// `C = mass M + stiffness K`.
+    Proportional { mass: f64, stiffness: f64 },
+    /// Any symmetric matrix, N s/m.
+    General(SparseMatrix),
+}
+
+/// Everything a scene is made of.
+#[derive(Debug, Clone)]
+pub struct SceneInput {
+    pub mass: Mass,
+    pub stiffness: SparseMatrix,
+    pub damping: Damping,
+    pub force: Vec<f64>,
+    pub contacts: Vec<ContactInput>,
+    pub impact_friction: bool,
+}
+
+/// `M x'' + C x' + K x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
+/// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
+/// `contacts[i].tangential` less the slider speed.
+#[derive(Debug)]
+pub struct Scene {
+    pub(crate) size: usize,
+    pub(crate) contacts: Vec<Contact>,
+    pub(crate) impact_friction: bool,
+    pub(crate) coordinates: Coordinates,
+    /// M in contact coordinates.
+    pub(crate) mass: SparseMatrix,
+    /// Whether that M is diagonal.
+    pub(crate) lumped: bool,
+    pub(crate) damping: SparseMatrix,
+    /// (alpha, beta) of C = alpha M + beta K, when the user said so or the matrix is so to the last bit.
+    pub(crate) proportional: Option<(f64, f64)>,
+    pub(crate) stiffness: SparseMatrix,
+    /// F in contact coordinates, with the clearances' part `K q_gap` added.
+    pub(crate) force: Vec<f64>,
+}
+
+/// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct State {
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub combination: Combination,
+}
+
+impl Scene {
+    pub fn new(input: SceneInput) -> Result<Self, Error> {
+        let size = match &input.mass {
+            Mass::Lumped(mass) => mass.len(),
+            Mass::Full(mass) => mass.len().isqrt(),
+        };
+        if size == 0 {
+            return Err(unfit("mass", "at least one dof", "none".into()));
+        }
+        let (mass, lumped) = validated_mass(input.mass, size)?;
+        let square = format!("shape ({size}, {size})");
+        let check_size = |argument: &str, matrix: &SparseMatrix| {
+            if matrix.size() == size {
+                Ok(())
+            } else {
+                Err(unfit(argument, &square, format!("({0}, {0})", matrix.size())))
+            }
+        };
+        check_size("stiffness", &input.stiffness)?;
+        let stiffness = input.stiffness.validated_symmetric("stiffness")?;
+        let general_damping = match input.damping {
+            Damping::Proportional { mass, stiffness } => {
+                for (field, value) in [("damping.mass", mass), ("damping.stiffness", stiffness)] {
+                    let requirement = if value.is_finite() { ">= 0" } else { "finite" };
+                    if !(value.is_finite() && value >= 0.0) {
+                        return Err(Error::Range { argument: field.into(), requirement, value });
+                    }
+                }
+                Err((mass, stiffness))
+            }
+            Damping::General(damping) => {
+                check_size("damping", &damping)?;
+                Ok(damping.validated_symmetric("damping")?)
+            }
+        };
+        if input.force.len() != size {
+            let expected = format!("shape ({size},)");
+            return Err(unfit("force", &expected, format!("({},)", input.force.len())));
+        }
+        check_finite("force", &input.force)?;
+        for (contact, law) in input.contacts.iter().enumerate() {
+            law.validate(contact, size)?;
+        }
+
+        let coordinates = Coordinates::new(size, lumped, || mass.to_dense(), &input.contacts)?;
+        let contacts: Vec<Contact> = input
+            .contacts
+            .iter()
+            .zip(&coordinates.slots)
+            .map(|(law, &(tangential, normal))| Contact {
+                tangential,
+                normal,
+                friction: law.friction,
+                static_friction: law.static_friction,
+                slider_speed: law.slider_speed,
+                restitution: law.restitution,
+                gap: law.gap,
+            })
+            .collect();
+        let (mass, lumped, stiffness, general_damping) = match coordinates.transform() {
+            None => (mass, lumped, stiffness, general_damping),
+            Some(transform) => {
+                let mass = uncoupled_mass(
+                    &mass.congruent(transform),
+                    &contacts,
+                    coordinates.delassus.is_some(),
+                );
+                let lumped = (0..size).all(|row| mass.row(row).all(|(column, _)| column == row));
+                (
+                    mass,
+                    lumped,
+                    stiffness.congruent(transform),
+                    general_damping.map(|damping| damping.congruent(transform)),
+                )
+            }
+        };
+        let (damping, proportional) = match general_damping {
+            Ok(damping) => {
+                let proportional = proportions(&damping, &mass, &stiffness);
+                (damping, proportional)
+            }
+            Err((alpha, beta)) => (mass.combined(alpha, &stiffness, beta), Some((alpha, beta))),
+        };
+        let mut force = coordinates.forces_of_dofs(&input.force);
+        if contacts.iter().any(|contact| contact.gap != 0.0) {
+            let mut clearance = vec![0.0; size];
+            for contact in &contacts {
+                clearance[contact.normal] = contact.gap;
+            }
+            stiffness.add_product(1.0, &clearance, &mut force);
+        }
+        Ok(Self {
+            size,
+            contacts,
+            impact_friction: input.impact_friction,
+            coordinates,
+            mass,
+            lumped,
+            damping,
+            proportional,
+            stiffness,
+            force,
+        })
+    }
+
+    /// Number of dofs.
+    pub fn size(&self) -> usize {
+        self.size
+    }
+
+    pub fn contacts(&self) -> &[Contact] {
+        &self.contacts
+    }
+
+    /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
+    pub fn contacts_coupled(&self) -> bool {
+        self.coordinates.delassus.is_some()
+    }
+
+    /// Coordinates that a combination leaves free.
+    pub(crate) fn free(&self, combination: &Combination) -> usize {
+        let held = |status: &Status| {
+            usize::from(status.is_closed()) + usize::from(*status == Status::Sticking)
+        };
+        self.size - combination.statuses().iter().map(held).sum::<usize>()
+    }
+
+    /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,
+    /// `(K q + C q' - F)_row`.
+    pub(crate) fn reaction_value(&self, row: usize, q: &[f64], u: &[f64]) -> f64 {
+        self.stiffness.row_dot(row, q) + self.damping.row_dot(row, u) - self.force[row]
+    }
+
+    /// Contact coordinates (q, q') of dof positions and velocities.
+    pub(crate) fn to_coordinates(
+        &self,
+        position: &[f64],
+        velocity: &[f64],
+    ) -> (Vec<f64>, Vec<f64>) {
+        let mut q = self.coordinates.of_dofs(position);
+        for contact in &self.contacts {
+            q[contact.normal] += contact.gap;
+        }
+        (q, self.coordinates.of_dofs(velocity))
+    }
+
+    /// Dof positions of contact coordinates.
+    pub(crate) fn positions(&self, q: &[f64]) -> Vec<f64> {
+        let mut unshifted = q.to_vec();
+        for contact in &self.contacts {
+            unshifted[contact.normal] -= contact.gap;
+        }
+        self.coordinates.to_dofs(&unshifted)
+    }
+
+    /// Dof velocities of contact coordinates; also any other displacement difference or mode shape.
+    pub(crate) fn velocities(&self, u: &[f64]) -> Vec<f64> {
+        self.coordinates.to_dofs(u)
+    }
+
+    /// Refuses a combination in which a frictionless contact sticks.
+    pub fn check_combination(&self, combination: &Combination) -> Result<(), Error> {
+        for (contact, (law, &status)) in
+            self.contacts.iter().zip(combination.statuses()).enumerate()
+        {
+            if status == Status::Sticking && law.static_friction == 0.0 {
+                return Err(Error::FrictionlessStick {
+                    contact,
+                    combination: combination.to_string(),
+                });
+            }
+        }
+        Ok(())
+    }
+}
+
+/// (alpha, beta) of a matrix that is `alpha M`, `beta K` or zero to the last bit. A matrix with both parts was rounded
+/// when it was summed, and is taken as it is.
+fn proportions(
+    damping: &SparseMatrix,
+    mass: &SparseMatrix,
+    stiffness: &SparseMatrix,
+) -> Option<(f64, f64)> {
+    let size = damping.size();
+    let entries = |matrix: &SparseMatrix, factor: f64| {
+        let nonzero =
+            |row| matrix.row(row).map(move |(column, value)| (row, column, factor * value));
+        (0..size).flat_map(nonzero).filter(|entry| entry.2 != 0.0).collect::<Vec<_>>()
+    };
+    let given = entries(damping, 1.0);
+    let Some(&(row, column, value)) = given.first() else { return Some((0.0, 0.0)) };
+    let factor = |matrix: &SparseMatrix| {
+        let factor = value / matrix.get(row, column);
+        (factor > 0.0 && factor.is_finite() && entries(matrix, factor) == given).then_some(factor)
+    };
+    let by_mass = factor(mass).map(|alpha| (alpha, 0.0));
+    by_mass.or_else(|| factor(stiffness).map(|beta| (0.0, beta)))
+}
+
+fn unfit(argument: &str, expected: &str, got: String) -> Error {
+    Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
+}
+
+/// The mass in compressed rows and whether it is diagonal; positive definite by Cholesky pivots.
+fn validated_mass(mass: Mass, size: usize) -> Result<(SparseMatrix, bool), Error> {
+    match mass {
+        Mass::Lumped(mass) => {
+            check_finite("mass", &mass)?;
+            match mass.iter().position(|&entry| entry <= 0.0) {
+                Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
+                None => Ok((SparseMatrix::diagonal(&mass), true)),
+            }
+        }
+        Mass::Full(rows) => {
+            if size * size != rows.len() {
+                return Err(unfit(
+                    "mass",
+                    "shape (n,) or (n, n)",
+                    format!("{} entries", rows.len()),
+                ));
+            }
+            let mass = SparseMatrix::from_dense(size, &rows).validated_symmetric("mass")?;
+            eigen::cholesky(size, &mass.to_dense())
+                .map_err(|(dof, value)| Error::IndefiniteMass { dof, value })?;
+            let lumped = (0..size).all(|row| mass.row(row).all(|(column, _)| column == row));
+            Ok((mass, lumped))
+        }
+    }
+}
+
+/// Sets the couplings that are zero by construction of the coordinates, and nonzero by rounding, to zero.
+fn uncoupled_mass(mass: &SparseMatrix, contacts: &[Contact], coupled: bool) -> SparseMatrix {
+    let size = mass.size();
+    let mut is_contact = vec![false; size];
+    for contact in contacts {
+        is_contact[contact.tangential] = true;
+        is_contact[contact.normal] = true;
+    }
+    let mut dense = mass.to_dense();
+    for i in 0..size {
+        for j in 0..size {
+            let zero = i != j
+                && (is_contact[i] != is_contact[j] || (is_contact[i] && is_contact[j] && !coupled));
+            if zero {
+                dense[i * size + j] = 0.0;
+            }
+        }
+    }
+    SparseMatrix::from_dense(size, &dense)
+}

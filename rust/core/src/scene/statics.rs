@@ -1,0 +1,160 @@
+//! Where steady sliding exists: the equilibrium of a combination, and what presses every contact there.
+//!
+//! In steady sliding the structure is at rest, `K_s q = F_s`, and the friction forces are in `K_s` and `F_s`. The
+//! *margin* of a closed contact is its normal force `N = (K q)_n - F_n`, that of an open one its gap `q_n`. Steady
+//! sliding of a combination exists where no margin is negative and every sliding contact slips as its slider drives it.
+
+use crate::error::Error;
+use crate::linalg::eigen::solve_in_place;
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
+use crate::scene::status::{Combination, Status};
+
+/// Exchanges of open and closed contacts after which the search for an equilibrium is given up; as a rule two or three
+/// of them find it.
+const EXCHANGES: usize = 40;
+/// Number of contacts up to which every choice of open contacts is tried after that.
+const ENUMERATED: usize = 6;
+
+/// `K_s q = load`, and `margin_i = rows_i . q - offsets_i` of every contact.
+#[derive(Debug, Clone)]
+pub struct Statics {
+    /// m entries, N.
+    pub load: Vec<f64>,
+    /// m entries for each contact.
+    pub rows: Vec<f64>,
+    pub offsets: Vec<f64>,
+    /// Of the sliders, m/s.
+    pub speeds: Vec<f64>,
+}
+
+/// Whether steady sliding of a combination exists, and its margins: N of closed contacts in N, gaps of open ones in m;
+/// NaN where a contact sticks (its place is free) or the stiffness is singular.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Steady {
+    pub exists: bool,
+    pub margins: Vec<f64>,
+}
+
+impl Steady {
+    pub(crate) fn new(combination: &Combination, speeds: &[f64], margins: Vec<f64>) -> Self {
+        let driven = combination.statuses().iter().zip(speeds).all(|(&status, &speed)| {
+            status == Status::Detached || Status::driven_by(speed) == Some(status)
+        });
+        Self { exists: driven && margins.iter().all(|&margin| margin >= 0.0), margins }
+    }
+}
+
+impl Statics {
+    /// Of a scene and one of its combinations.
+    pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
+        let (m, statuses) = (reduced.size(), reduced.combination.statuses());
+        let mut rows = vec![0.0; statuses.len() * m];
+        let mut offsets = vec![0.0; statuses.len()];
+        for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
+            let row = &mut rows[i * m..(i + 1) * m];
+            let position = |k: usize| reduced.kept.binary_search(&k).ok();
+            if status.is_closed() {
+                offsets[i] = scene.force[law.normal];
+                for (k, value) in scene.stiffness.row(law.normal) {
+                    if let Some(j) = position(k) {
+                        row[j] = value;
+                    }
+                }
+            } else if let Some(j) = position(law.normal) {
+                row[j] = 1.0;
+            }
+        }
+        Self {
+            load: reduced.force_constant.clone(),
+            rows,
+            offsets,
+            speeds: scene.contacts.iter().map(|law| law.slider_speed).collect(),
+        }
+    }
+
+    pub(crate) fn steady(&self, combination: &Combination, stiffness: &mut [f64]) -> Steady {
+        let mut q = self.load.clone();
+        let regular = solve_in_place(q.len(), stiffness, &mut q);
+        let margins = if regular && !combination.statuses().contains(&Status::Sticking) {
+            margins(&self.rows, &self.offsets, &q)
+        } else {
+            vec![f64::NAN; self.offsets.len()]
+        };
+        Steady::new(combination, &self.speeds, margins)
+    }
+}
+
+/// `rows . q - offsets`, zero where it is lost in the rounding of its terms: no verdict hangs on that.
+pub(crate) fn margins(rows: &[f64], offsets: &[f64], q: &[f64]) -> Vec<f64> {
+    let m = q.len();
+    let margin = |(i, &offset): (usize, &f64)| {
+        let (mut sum, mut size) = (-offset, offset.abs());
+        for (a, x) in rows[i * m..(i + 1) * m].iter().zip(q) {
+            sum += a * x;
+            size += (a * x).abs();
+        }
+        if sum.abs() <= 64.0 * f64::EPSILON * size { 0.0 } else { sum }
+    };
+    offsets.iter().enumerate().map(margin).collect()
+}
+
+impl Scene {
+    /// Whether steady sliding of a combination exists.
+    pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
+        let mut reduced = Reduced::new(self, combination)?;
+        let statics = Statics::new(self, &reduced);
+        Ok(statics.steady(combination, &mut reduced.stiffness))
+    }
+
+    /// The sliding combination, refused where a contact would pull. A stiffness that is singular refuses nothing: it
+    /// does not say which contact is lost.
+    pub fn steady_sliding(&self) -> Result<Combination, Error> {
+        let combination = self.sliding_combination()?;
+        let margins = self.steady(&combination)?.margins;
+        match margins.iter().position(|&normal_force| normal_force < 0.0) {
+            None => Ok(combination),
+            Some(contact) => Err(Error::NoSteadySliding {
+                contact,
+                normal_force: margins[contact],
+                admissible: self.admissible(&combination, &margins)?.map(|open| open.to_string()),
+                combination: combination.to_string(),
+            }),
+        }
+    }
+
+    /// An equilibrium of steady sliding with some contacts open, given the margins with all of them closed: contacts
+    /// that pull are opened and those that penetrate closed, until none does.
+    fn admissible(
+        &self,
+        closed: &Combination,
+        margins: &[f64],
+    ) -> Result<Option<Combination>, Error> {
+        let count = margins.len();
+        let with_open = |open: &[bool]| {
+            let opened = (0..count).filter(|&contact| open[contact]);
+            opened.fold(closed.clone(), |found, contact| found.with(contact, Status::Detached))
+        };
+        let mut open = vec![false; count];
+        let mut margins = margins.to_vec();
+        for _ in 0..EXCHANGES {
+            open.iter_mut().zip(&margins).for_each(|(open, &margin)| *open ^= margin < 0.0);
+            let combination = with_open(&open);
+            let found = self.steady(&combination)?;
+            if found.exists {
+                return Ok(Some(combination));
+            }
+            margins = found.margins;
+        }
+        if count <= ENUMERATED {
+            for choice in 1..1_usize << count {
+                open.iter_mut().enumerate().for_each(|(k, open)| *open = choice >> k & 1 == 1);
+                let combination = with_open(&open);
+                if self.steady(&combination)?.exists {
+                    return Ok(Some(combination));
+                }
+            }
+        }
+        Ok(None)
+    }
+}

@@ -1,0 +1,252 @@
+//! Scenes as functions of numbers: a template, and what each parameter sets in it.
+//!
+//! A template is a chain of subsystems or any scene; a slot is one field of it, at one place or at all of them.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+use crate::scene::chain::{Link, Subsystem, chain};
+use crate::scene::contact_law::ContactInput;
+use crate::scene::model::{Damping, Mass, Scene, SceneInput};
+use crate::scene::status::Status;
+
+/// What a parameter can set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Field {
+    UpperMass,
+    ContactMass,
+    Inclination,
+    VerticalStiffness,
+    HorizontalStiffness,
+    CeilingStiffness,
+    PreloadDisplacement,
+    ExternalForce,
+    LinkHorizontalStiffness,
+    LinkVerticalStiffness,
+    WallStiffness,
+    /// beta of `C = beta K`.
+    Damping,
+    Friction,
+    StaticFriction,
+    SliderSpeed,
+    Restitution,
+    Gap,
+}
+
+impl Field {
+    pub fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "upper_mass" => Field::UpperMass,
+            "contact_mass" => Field::ContactMass,
+            "inclination" => Field::Inclination,
+            "vertical_stiffness" => Field::VerticalStiffness,
+            "horizontal_stiffness" => Field::HorizontalStiffness,
+            "ceiling_stiffness" => Field::CeilingStiffness,
+            "preload_displacement" => Field::PreloadDisplacement,
+            "external_force" => Field::ExternalForce,
+            "link_horizontal_stiffness" => Field::LinkHorizontalStiffness,
+            "link_vertical_stiffness" => Field::LinkVerticalStiffness,
+            "wall_stiffness" => Field::WallStiffness,
+            "damping" => Field::Damping,
+            "friction" => Field::Friction,
+            "static_friction" => Field::StaticFriction,
+            "slider_speed" => Field::SliderSpeed,
+            "restitution" => Field::Restitution,
+            "gap" => Field::Gap,
+            _ => return None,
+        })
+    }
+}
+
+/// A field at one place (subsystem, link or contact), or at all of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Slot {
+    pub field: Field,
+    pub place: Option<usize>,
+}
+
+/// A chain of subsystems with its contacts.
+#[derive(Debug, Clone)]
+pub struct Chain {
+    pub subsystems: Vec<Subsystem>,
+    pub links: Vec<Link>,
+    pub wall_stiffness: f64,
+    /// beta of `C = beta K`.
+    pub damping: f64,
+    pub contacts: Vec<ContactInput>,
+    pub impact_friction: bool,
+}
+
+impl Chain {
+    pub fn input(&self) -> SceneInput {
+        let (mass, stiffness, force) = chain(&self.subsystems, &self.links, self.wall_stiffness);
+        SceneInput {
+            mass: Mass::Lumped(mass),
+            stiffness,
+            damping: Damping::Proportional { mass: 0.0, stiffness: self.damping },
+            force,
+            contacts: self.contacts.clone(),
+            impact_friction: self.impact_friction,
+        }
+    }
+
+    /// How every contact slides as its slider drives it; None where a slider rests.
+    pub(crate) fn sliding_statuses(&self) -> Option<Vec<Status>> {
+        self.contacts.iter().map(|law| Status::driven_by(law.slider_speed)).collect()
+    }
+
+    /// Whether it makes a valid scene, as far as the numbers that a parameter sets go.
+    pub fn is_well_posed(&self) -> bool {
+        let size = crate::scene::chain::DOFS * self.subsystems.len();
+        let positive = |value: f64| value > 0.0 && value.is_finite();
+        self.wall_stiffness.is_finite()
+            && self.damping.is_finite()
+            && self.subsystems.iter().all(|part| {
+                positive(part.upper_mass)
+                    && positive(part.contact_mass)
+                    && part.inclination.is_finite()
+                    && part.vertical_stiffness.is_finite()
+                    && part.horizontal_stiffness.is_finite()
+                    && part.ceiling_stiffness.is_finite()
+                    && part.preload_displacement.is_finite()
+                    && part.external_force.is_finite()
+            })
+            && self.links.iter().all(|link| {
+                link.horizontal_stiffness.is_finite() && link.vertical_stiffness.is_finite()
+            })
+            && self.contacts.iter().enumerate().all(|(i, law)| law.validate(i, size).is_ok())
+    }
+}
+
+#[derive(Debug, Clone)]
+pub enum Template {
+    Chain(Chain),
+    Scene(SceneInput),
+}
+
+/// A template and the slots that a row of numbers fills, one number per slot.
+#[derive(Debug, Clone)]
+pub struct Family {
+    template: Template,
+    slots: Vec<Slot>,
+    /// Contacts whose static friction equals their friction, whatever that is.
+    following: Vec<usize>,
+}
+
+impl Family {
+    /// `following`: for each contact whether its static friction equals its friction. None where a slot does not
+    /// belong to the template.
+    pub fn new(template: Template, slots: Vec<Slot>, following: &[bool]) -> Option<Self> {
+        let sets_static = |contact: usize| {
+            slots.iter().any(|slot| {
+                slot.field == Field::StaticFriction && slot.place.is_none_or(|k| k == contact)
+            })
+        };
+        let following = (0..following.len()).filter(|&k| following[k] && !sets_static(k)).collect();
+        let mut family = Self { template, slots: Vec::new(), following };
+        let mut probe = family.template.clone();
+        for &slot in &slots {
+            if !visit(&mut probe, slot, |_| {}) {
+                return None;
+            }
+        }
+        family.slots = slots;
+        Some(family)
+    }
+
+    /// Numbers per row.
+    pub fn width(&self) -> usize {
+        self.slots.len()
+    }
+
+    pub fn template(&self) -> Template {
+        self.template.clone()
+    }
+
+    /// Puts a row into a template of this family.
+    pub fn fill(&self, template: &mut Template, row: &[f64]) {
+        for (&slot, &value) in self.slots.iter().zip(row) {
+            visit(template, slot, |entry| *entry = value);
+        }
+        let contacts = match template {
+            Template::Chain(chain) => &mut chain.contacts,
+            Template::Scene(input) => &mut input.contacts,
+        };
+        for &contact in &self.following {
+            contacts[contact].static_friction = contacts[contact].friction;
+        }
+    }
+}
+
+impl Template {
+    pub fn scene(&self) -> Result<Arc<Scene>, Error> {
+        let input = match self {
+            Template::Chain(chain) => chain.input(),
+            Template::Scene(input) => input.clone(),
+        };
+        Scene::new(input).map(Arc::new)
+    }
+}
+
+/// Hands every number that a slot stands for to `change`; whether there is one.
+fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) -> bool {
+    let (contacts, chain) = match template {
+        Template::Chain(Chain { subsystems, links, wall_stiffness, damping, contacts, .. }) => {
+            (contacts, Some((subsystems, links, wall_stiffness, damping)))
+        }
+        Template::Scene(input) => (&mut input.contacts, None),
+    };
+    let mut found = false;
+    let change = &mut |entry: &mut f64| {
+        found = true;
+        change(entry);
+    };
+    fn each<T>(
+        all: &mut [T],
+        place: Option<usize>,
+        entry: fn(&mut T) -> &mut f64,
+        change: &mut impl FnMut(&mut f64),
+    ) {
+        match place {
+            Some(place) => all.get_mut(place).into_iter().for_each(|item| change(entry(item))),
+            None => all.iter_mut().for_each(|item| change(entry(item))),
+        }
+    }
+    let place = slot.place;
+    match (slot.field, chain) {
+        (Field::Friction, _) => each(contacts, place, |law| &mut law.friction, change),
+        (Field::StaticFriction, _) => each(contacts, place, |law| &mut law.static_friction, change),
+        (Field::SliderSpeed, _) => each(contacts, place, |law| &mut law.slider_speed, change),
+        (Field::Restitution, _) => each(contacts, place, |law| &mut law.restitution, change),
+        (Field::Gap, _) => each(contacts, place, |law| &mut law.gap, change),
+        (_, None) => {}
+        (field, Some((parts, links, wall, damping))) => match field {
+            Field::UpperMass => each(parts, place, |part| &mut part.upper_mass, change),
+            Field::ContactMass => each(parts, place, |part| &mut part.contact_mass, change),
+            Field::Inclination => each(parts, place, |part| &mut part.inclination, change),
+            Field::VerticalStiffness => {
+                each(parts, place, |part| &mut part.vertical_stiffness, change)
+            }
+            Field::HorizontalStiffness => {
+                each(parts, place, |part| &mut part.horizontal_stiffness, change)
+            }
+            Field::CeilingStiffness => {
+                each(parts, place, |part| &mut part.ceiling_stiffness, change)
+            }
+            Field::PreloadDisplacement => {
+                each(parts, place, |part| &mut part.preload_displacement, change)
+            }
+            Field::ExternalForce => each(parts, place, |part| &mut part.external_force, change),
+            Field::LinkHorizontalStiffness => {
+                each(links, place, |link| &mut link.horizontal_stiffness, change)
+            }
+            Field::LinkVerticalStiffness => {
+                each(links, place, |link| &mut link.vertical_stiffness, change)
+            }
+            Field::WallStiffness if place.is_none() => change(wall),
+            Field::Damping if place.is_none() => change(damping),
+            _ => {}
+        },
+    }
+    found
+}

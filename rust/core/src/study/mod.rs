@@ -1,0 +1,10 @@
+//! Many scenes of one family: parameters, questions and answers.
+
+pub(crate) mod family;
+pub(crate) mod questions;
+
+pub use family::{Chain, Family, Field, Slot, Template};
+pub use questions::{
+    Answer, CycleEnergy, Failure, HopfRange, MotionAnswer, MotionQuestions, Questions, Samples,
+    Settled, answers, pool,
+};

@@ -1,0 +1,252 @@
+//! Many runs on all cores, handed out in the order they came in.
+//!
+//! A run depends on nothing but its own scene and start, so no result depends on the number of threads. What is in
+//! memory is what was submitted and not yet handed out: who submits decides how much that is.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
+use std::time::Duration;
+
+use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
+
+use crate::error::RunFailure;
+use crate::motion::method::Method;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::{Scene, State};
+use crate::transient::run_state::Controls;
+use crate::transient::simulate::simulate;
+use crate::transient::trajectory::Trajectory;
+
+/// What every run of a batch has in common.
+#[derive(Debug, Clone, Copy)]
+pub struct RunSettings {
+    /// s
+    pub duration: f64,
+    pub method: Method,
+    pub max_events: Option<usize>,
+    /// Wall-clock seconds per run.
+    pub time_limit: Option<f64>,
+    pub accumulation_tolerance: f64,
+    pub stop_at_grazing: bool,
+}
+
+/// One run: a scene and where it starts.
+#[derive(Debug, Clone)]
+pub struct Job {
+    pub scene: Arc<Scene>,
+    /// None: the sliding equilibrium of the scene.
+    pub start: Option<State>,
+    /// Added to the start, over dofs.
+    pub added_position: Vec<f64>,
+    pub added_velocity: Vec<f64>,
+}
+
+/// The start and the motion from it, or why there is none.
+pub type Outcome = Result<(State, Trajectory), RunFailure>;
+
+/// Runs in progress on a pool of threads; dropping it stops them.
+#[derive(Debug)]
+pub struct Batch {
+    pool: ThreadPool,
+    settings: RunSettings,
+    stopped: Arc<AtomicBool>,
+    pending: VecDeque<Receiver<Outcome>>,
+    /// The propagators of the scene submitted last, which the next job may share.
+    shared: Option<Arc<Propagators>>,
+}
+
+impl Batch {
+    /// `threads`: None for one per core.
+    pub fn new(
+        settings: RunSettings,
+        threads: Option<usize>,
+    ) -> Result<Self, ThreadPoolBuildError> {
+        Ok(Self {
+            pool: ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()?,
+            settings,
+            stopped: Arc::default(),
+            pending: VecDeque::new(),
+            shared: None,
+        })
+    }
+
+    pub fn threads(&self) -> usize {
+        self.pool.current_num_threads()
+    }
+
+    /// Runs submitted and not yet handed out.
+    pub fn pending(&self) -> usize {
+        self.pending.len()
+    }
+
+    pub fn submit(&mut self, job: Job) {
+        let propagators = match &self.shared {
+            Some(shared) if Arc::ptr_eq(shared.scene(), &job.scene) => Arc::clone(shared),
+            _ => Arc::new(Propagators::new(Arc::clone(&job.scene))),
+        };
+        self.shared = Some(Arc::clone(&propagators));
+        let (sender, receiver) = sync_channel(1);
+        let (settings, stopped) = (self.settings, Arc::clone(&self.stopped));
+        self.pool.spawn_fifo(move || {
+            let outcome = RunFailure::guarded(|| run(&propagators, job, settings, &stopped))
+                .unwrap_or_else(Err);
+            // Nobody waits any more when the batch was dropped.
+            let _ = sender.send(outcome);
+        });
+        self.pending.push_back(receiver);
+    }
+
+    /// The outcome of the oldest run not yet handed out, if there is one and it is ready within `patience`.
+    pub fn collect(&mut self, patience: Duration) -> Option<Outcome> {
+        match self.pending.front()?.recv_timeout(patience) {
+            Ok(outcome) => {
+                self.pending.pop_front();
+                Some(outcome)
+            }
+            Err(RecvTimeoutError::Timeout) => None,
+            Err(RecvTimeoutError::Disconnected) => unreachable!("every job sends its outcome"),
+        }
+    }
+
+    /// Stops every run in progress or waiting; each is handed out as far as it came.
+    pub fn stop(&self) {
+        self.stopped.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Drop for Batch {
+    fn drop(&mut self) {
+        self.stop();
+    }
+}
+
+fn run(
+    propagators: &Arc<Propagators>,
+    job: Job,
+    settings: RunSettings,
+    stopped: &AtomicBool,
+) -> Outcome {
+    let mut start = match job.start {
+        Some(start) => start,
+        None => job.scene.sliding_equilibrium()?,
+    };
+    for (values, added) in
+        [(&mut start.position, &job.added_position), (&mut start.velocity, &job.added_velocity)]
+    {
+        values.iter_mut().zip(added).for_each(|(value, added)| *value += added);
+    }
+    let interrupted = || stopped.load(Ordering::Relaxed);
+    let controls = Controls {
+        max_events: settings.max_events,
+        time_limit: settings.time_limit,
+        accumulation_tolerance: settings.accumulation_tolerance,
+        stop_at_grazing: settings.stop_at_grazing,
+        interrupted: Some(&interrupted),
+    };
+    let mut trajectory =
+        simulate(propagators, &start, settings.duration, settings.method, controls)?;
+    // What runs that share propagators find there depends on which of them came first.
+    trajectory.counters.combinations = trajectory.combinations_met();
+    Ok((start, trajectory))
+}
+
+#[cfg(test)]
+pub(crate) mod tests {
+    use super::*;
+    use crate::linalg::SparseMatrix;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
+
+    /// A mass carried by a belt, pressed on it by `load`.
+    pub fn oscillator(load: f64) -> Arc<Scene> {
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.5, 1.5]),
+            stiffness: SparseMatrix::diagonal(&[3e4, 5e4]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
+            force: vec![0.0, -load],
+            contacts: vec![ContactInput {
+                tangential: Direction::Dof(0),
+                normal: Direction::Dof(1),
+                friction: 0.5,
+                static_friction: 0.7,
+                slider_speed: 0.1,
+                restitution: 0.0,
+                gap: 0.0,
+            }],
+            impact_friction: false,
+        };
+        Arc::new(Scene::new(input).expect("well-posed"))
+    }
+
+    fn batch() -> Batch {
+        let settings = RunSettings {
+            duration: 0.1,
+            method: Method::Auto,
+            max_events: None,
+            time_limit: None,
+            accumulation_tolerance: 0.0,
+            stop_at_grazing: false,
+        };
+        Batch::new(settings, Some(2)).expect("two threads")
+    }
+
+    /// Faster than the belt: the mass turns back and is caught.
+    pub fn job(scene: &Arc<Scene>) -> Job {
+        let start = State {
+            velocity: vec![0.3, 0.0],
+            combination: crate::Combination::parse("-", 1).expect("one letter"),
+            ..scene.sliding_equilibrium().expect("pressed on")
+        };
+        Job { start: Some(start), ..job_of(scene) }
+    }
+
+    fn job_of(scene: &Arc<Scene>) -> Job {
+        Job {
+            scene: Arc::clone(scene),
+            start: None,
+            added_position: Vec::new(),
+            added_velocity: Vec::new(),
+        }
+    }
+
+    fn collected(batch: &mut Batch) -> Vec<Outcome> {
+        let mut outcomes = Vec::new();
+        while batch.pending() > 0 {
+            outcomes.extend(batch.collect(Duration::from_secs(1)));
+        }
+        outcomes
+    }
+
+    #[test]
+    fn outcomes_come_in_the_order_of_the_jobs() {
+        let scenes: Vec<_> = (0..40).map(|k| oscillator(20.0 + k as f64)).collect();
+        let mut batch = batch();
+        scenes.iter().for_each(|scene| batch.submit(job(scene)));
+        for (scene, outcome) in scenes.iter().zip(collected(&mut batch)) {
+            let (_, run) = outcome.expect("a run");
+            assert!(Arc::ptr_eq(run.scene(), scene));
+        }
+    }
+
+    /// A scene that no input makes: its contact lies outside its coordinates, so that every run panics.
+    pub fn defective() -> Arc<Scene> {
+        let mut scene = Arc::try_unwrap(oscillator(20.0)).expect("not shared");
+        scene.contacts[0].normal = 99;
+        Arc::new(scene)
+    }
+
+    #[test]
+    fn a_panic_is_the_failure_of_its_own_run() {
+        let (sound, broken) = (oscillator(20.0), defective());
+        let start = job(&sound).start;
+        let mut batch = batch();
+        for scene in [&sound, &broken, &sound] {
+            batch.submit(Job { start: start.clone(), ..job_of(scene) });
+        }
+        let outcomes = collected(&mut batch);
+        assert!(outcomes[0].is_ok() && outcomes[2].is_ok());
+        let Err(RunFailure::Internal(message)) = &outcomes[1] else { panic!("not a failure") };
+        assert!(message.contains("99"), "{message}");
+    }
+}

@@ -1,0 +1,18 @@
+//! The event-driven run, its trajectory, samples and batches.
+
+pub(crate) mod batch;
+pub(crate) mod event_search;
+pub(crate) mod partitioned;
+pub(crate) mod record;
+pub(crate) mod run;
+pub(crate) mod run_state;
+pub(crate) mod simulate;
+pub(crate) mod trajectory;
+
+pub use batch::{Batch, Job, Outcome, RunSettings};
+pub use record::TrajectoryRecord;
+pub use run_state::Controls;
+pub use simulate::simulate;
+pub use trajectory::{
+    Accumulation, Counters, Event, Grazing, ModalRun, Sample, StopReason, Trajectory,
+};

@@ -1,0 +1,221 @@
+//! Motions as plain numbers: what has to be kept beside a scene to have them again to the last bit.
+//!
+//! Bases follow from the scene and are found anew.
+
+use std::sync::Arc;
+
+use crate::contact::event_kind::EventKind;
+use crate::error::{Error, RunFailure};
+use crate::motion::combination_basis::CombinationBasis;
+use crate::motion::method::Method;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+use crate::transient::trajectory::{
+    Accumulation, Counters, Event, Grazing, Phase, StopReason, Trajectory,
+};
+
+/// A [`Trajectory`] without its scene.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TrajectoryRecord {
+    /// The different combinations, and by what each is propagated, for each block of the scene.
+    pub bases: Vec<(String, Vec<Method>)>,
+    /// Index into `bases` of every phase.
+    pub phase_basis: Vec<usize>,
+    pub phase_start: Vec<f64>,
+    /// What rounding takes from `phase_start`.
+    pub phase_rest: Vec<f64>,
+    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
+    pub states: Vec<f64>,
+    pub event_time: Vec<f64>,
+    pub event_contact: Vec<usize>,
+    pub event_kind: Vec<EventKind>,
+    /// Index of the phase that begins with each event.
+    pub event_phase: Vec<usize>,
+    pub grazings: Vec<Grazing>,
+    pub accumulations: Vec<Accumulation>,
+    pub counters: Counters,
+    pub stop_reason: StopReason,
+    pub end: f64,
+}
+
+impl TrajectoryRecord {
+    /// Refuses what no motion of the scene leaves behind.
+    fn check(&self, scene: &Scene) -> Result<(), Error> {
+        let (phases, contacts) = (self.phase_basis.len(), scene.contacts.len());
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        if phases == 0
+            || self.phase_start.len() != phases
+            || self.phase_rest.len() != phases
+            || self.states.len() != 2 * scene.size * phases
+            || self.phase_start[0] != 0.0
+            || !self.phase_start.is_sorted()
+            || !(finite(&self.phase_rest) && finite(&self.states) && self.end.is_finite())
+            || self.phase_start[phases - 1] > self.end
+        {
+            return Err(refused("phases that do not fit each other or the scene"));
+        }
+        let events = self.event_time.len();
+        if self.event_contact.len() != events
+            || self.event_kind.len() != events
+            || self.event_phase.len() != events
+            || self.event_contact.iter().any(|&contact| contact >= contacts)
+            // The first phase begins with the motion, every other one with its events.
+            || self.event_phase.iter().any(|&phase| phase == 0 || phase >= phases)
+            || !self.event_phase.is_sorted()
+            || self.event_phase.iter().zip(&self.event_time).any(|(&k, &t)| self.phase_start[k] != t)
+        {
+            return Err(refused("events that do not fit the phases or the scene"));
+        }
+        let limits: Vec<usize> = self.accumulations.iter().map(|limit| limit.event).collect();
+        let is_limit =
+            |event: &usize| self.event_kind.get(*event) == Some(&EventKind::Accumulation);
+        if !(limits.is_sorted() && limits.iter().all(is_limit))
+            || self.accumulations.iter().any(|limit| !(limit.error >= 0.0))
+        {
+            return Err(refused("limits of bounces that do not fit the events"));
+        }
+        if self.grazings.iter().any(|touch| {
+            touch.contact >= contacts
+                || !(touch.time >= 0.0 && touch.time <= self.end)
+                || !finite(&[touch.value, touch.uncertainty])
+        }) {
+            return Err(refused("touches that do not fit the motion or the scene"));
+        }
+        match self.stop_reason {
+            StopReason::Chattering { contact } if contact >= contacts => {
+                Err(refused("chattering of an unknown contact"))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
+pub(crate) fn refused(reason: &'static str) -> Error {
+    Error::Record { reason }
+}
+
+fn recorded_basis(
+    propagators: &Propagators,
+    name: &str,
+    methods: &[Method],
+) -> Result<Arc<CombinationBasis>, Error> {
+    let combination = Combination::parse(name, propagators.scene.contacts().len())?;
+    propagators.scene.check_combination(&combination)?;
+    let basis = |propagators: &Propagators, combination: &Combination, method: Method| {
+        Ok(propagators.basis(combination, method.for_repeated_use())?.0)
+    };
+    let parts = propagators.parts();
+    if methods.len() != parts.len().max(1) {
+        return Err(refused("bases that do not fit the scene"));
+    }
+    if parts.is_empty() {
+        return basis(propagators, &combination, methods[0]);
+    }
+    let parts: Vec<_> = parts
+        .iter()
+        .zip(methods)
+        .map(|(part, &method)| basis(&part.propagators, &part.block.statuses(&combination), method))
+        .collect::<Result<_, Error>>()?;
+    Ok(Arc::new(propagators.of_parts(combination, parts.into_iter())))
+}
+
+impl StopReason {
+    /// The reason of a name; `message` and `contact` say more where there is more to say.
+    pub fn named(name: &str, message: &str, contact: Option<usize>) -> Result<Self, Error> {
+        Ok(match name {
+            "duration" => StopReason::Duration,
+            "max_events" => StopReason::MaxEvents,
+            "time_limit" => StopReason::TimeLimit,
+            "grazing" => StopReason::Grazing,
+            "unbounded" => StopReason::Unbounded,
+            "interrupted" => StopReason::Interrupted,
+            "failed" => StopReason::Failed(RunFailure::Recorded(message.to_owned())),
+            "chattering" => StopReason::Chattering {
+                contact: contact.ok_or_else(|| refused("chattering without a contact"))?,
+            },
+            _ => return Err(refused("unknown reason of the stop")),
+        })
+    }
+}
+
+impl Trajectory {
+    /// What [`Trajectory::from_record`] takes.
+    pub fn record(&self) -> TrajectoryRecord {
+        let mut bases: Vec<(String, Vec<Method>)> = Vec::new();
+        let mut seen: Vec<(&CombinationBasis, usize)> = Vec::new();
+        let phase_basis = self
+            .phases
+            .iter()
+            .map(|phase| {
+                let basis = phase.basis.as_ref();
+                if let Some(&(_, index)) =
+                    seen.iter().find(|(known, _)| std::ptr::eq(*known, basis))
+                {
+                    return index;
+                }
+                bases.push((basis.combination.to_string(), basis.methods()));
+                seen.push((basis, bases.len() - 1));
+                bases.len() - 1
+            })
+            .collect();
+        TrajectoryRecord {
+            bases,
+            phase_basis,
+            phase_start: self.phases.iter().map(|phase| phase.start).collect(),
+            phase_rest: self.phases.iter().map(|phase| phase.rest).collect(),
+            states: self.states.clone(),
+            event_time: self.events.iter().map(|event| event.time).collect(),
+            event_contact: self.events.iter().map(|event| event.contact).collect(),
+            event_kind: self.events.iter().map(|event| event.kind).collect(),
+            event_phase: self.events.iter().map(|event| event.phase).collect(),
+            grazings: self.grazings.clone(),
+            accumulations: self.accumulations.clone(),
+            counters: self.counters,
+            stop_reason: self.stop_reason.clone(),
+            end: self.end,
+        }
+    }
+
+    /// The motion that a record was made of, in the same scene.
+    pub fn from_record(
+        propagators: &Arc<Propagators>,
+        record: TrajectoryRecord,
+    ) -> Result<Self, Error> {
+        let scene = &propagators.scene;
+        record.check(scene)?;
+        let events = record.event_time.len();
+        let bases = record
+            .bases
+            .iter()
+            .map(|(name, methods)| recorded_basis(propagators, name, methods))
+            .collect::<Result<Vec<_>, Error>>()?;
+        let numbers = record.phase_start.into_iter().zip(record.phase_rest);
+        let phases = numbers
+            .zip(record.phase_basis)
+            .map(|((start, rest), index)| {
+                let basis = bases.get(index).ok_or_else(|| refused("phases without a basis"))?;
+                Ok(Phase { start, rest, basis: Arc::clone(basis) })
+            })
+            .collect::<Result<Vec<_>, Error>>()?;
+        let events = (0..events)
+            .map(|k| Event {
+                time: record.event_time[k],
+                contact: record.event_contact[k],
+                kind: record.event_kind[k],
+                phase: record.event_phase[k],
+            })
+            .collect();
+        Ok(Self {
+            propagators: Arc::clone(propagators),
+            phases,
+            states: record.states,
+            events,
+            grazings: record.grazings,
+            accumulations: record.accumulations,
+            counters: record.counters,
+            stop_reason: record.stop_reason,
+            end: record.end,
+        })
+    }
+}

@@ -1,0 +1,328 @@
+//! One run: phase, first event, settlement, next phase.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::contact::admissible_start::initial_departures;
+use crate::contact::event_kind::EventKind;
+use crate::contact::transition::{Departure, Series, Settlement, settle};
+use crate::error::{Error, RunFailure};
+use crate::motion::combination_basis::CombinationBasis;
+use crate::motion::method::{Method, Wanted};
+use crate::motion::method_cost::{AT_ONCE, Cost, Novelty, Rental};
+use crate::motion::phase_motion::Motion;
+use crate::motion::propagators::Propagators;
+use crate::scene::status::{Combination, Status};
+use crate::transient::event_search::{PhaseEnd, PhaseSearch};
+use crate::transient::run_state::{Clock, Controls, RunState};
+use crate::transient::trajectory::{Accumulation, Event, Phase, StopReason, Trajectory};
+
+/// Impacts of one contact over which the ratio of a series is measured, twice.
+const ROUND: usize = 4;
+/// Events, per contact, among which those impacts are looked for.
+const SEEN: usize = 32;
+
+/// Combinations that a run looks up by comparing statuses; those met later by their hash.
+const COMPARED: usize = 24;
+
+/// A combination that a run has met.
+struct Known {
+    basis: Arc<CombinationBasis>,
+    rental: Option<Rental>,
+}
+
+/// A run in progress.
+pub(crate) struct Run<'a> {
+    pub state: RunState<'a>,
+    propagators: &'a Propagators,
+    method: Method,
+    known: Vec<Known>,
+    /// Places of those from `COMPARED` on.
+    places: HashMap<Combination, usize>,
+    novelty: Novelty,
+}
+
+/// What a run carries from one phase to the next beside its state.
+pub(crate) struct Progress {
+    /// Place of the combination among those known.
+    current: usize,
+    basis: Arc<CombinationBasis>,
+    settlement: Settlement,
+    motion: Motion,
+    search: PhaseSearch,
+    at_this_instant: usize,
+}
+
+impl<'a> Run<'a> {
+    /// A run from (q, q') at time 0.
+    pub fn new(
+        propagators: &'a Arc<Propagators>,
+        (q, u): (Vec<f64>, Vec<f64>),
+        duration: f64,
+        method: Method,
+        controls: Controls<'a>,
+    ) -> Self {
+        Self {
+            state: RunState {
+                scene: &propagators.scene,
+                controls,
+                started: Instant::now(),
+                duration,
+                time: Clock::default(),
+                q,
+                u,
+                trajectory: Trajectory::new(propagators),
+            },
+            propagators,
+            method,
+            known: Vec::new(),
+            places: HashMap::new(),
+            novelty: Novelty::default(),
+        }
+    }
+
+    pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
+        let current = self.meet(combination.statuses())?;
+        let basis = Arc::clone(&self.known[current].basis);
+        Ok(Progress {
+            current,
+            settlement: Settlement {
+                statuses: combination.statuses().to_vec(),
+                departures: initial_departures(
+                    self.state.scene,
+                    combination,
+                    &self.state.q,
+                    &self.state.u,
+                ),
+                events: Vec::new(),
+                flight: None,
+            },
+            motion: Motion::new(self.state.scene, &basis, &self.state.q, &self.state.u),
+            search: PhaseSearch::default(),
+            at_this_instant: 0,
+            basis,
+        })
+    }
+
+    /// Follows one phase and settles the event that ends it; the reason if the motion ends before.
+    pub fn step(&mut self, progress: &mut Progress) -> Result<Option<StopReason>, Error> {
+        let Progress { current, basis, settlement, motion, search, at_this_instant } = progress;
+        let departing = settlement.departures.iter().any(|&d| d != Departure::None);
+        self.state.trajectory.phases.push(Phase {
+            start: self.state.time.seconds,
+            rest: self.state.time.rest,
+            basis: Arc::clone(basis),
+        });
+        self.state.trajectory.states.extend_from_slice(&self.state.q);
+        self.state.trajectory.states.extend_from_slice(&self.state.u);
+        self.state.trajectory.end = self.state.time.seconds;
+        if self
+            .state
+            .controls
+            .max_events
+            .is_some_and(|most| self.state.trajectory.events.len() >= most)
+        {
+            return Ok(Some(StopReason::MaxEvents));
+        }
+        let departures = departing.then_some(&settlement.departures[..]);
+        let grazings = self.state.trajectory.grazings.len();
+        let after = loop {
+            let panels = self.state.trajectory.counters.panels;
+            let rental = self.known[*current].rental;
+            let allowed = rental.map_or(usize::MAX, |rental| rental.panels(self.novelty));
+            let end = search.follow(&mut self.state, motion, basis, departures, allowed);
+            if let Some(rental) = &mut self.known[*current].rental {
+                rental.add(self.state.trajectory.counters.panels - panels);
+            }
+            let taylor = usize::from(!basis.is_modal());
+            match end {
+                PhaseEnd::Event { after } => {
+                    self.state.trajectory.counters.taylor_phases += taylor;
+                    break after;
+                }
+                PhaseEnd::Stop(reason) => {
+                    self.state.trajectory.counters.taylor_phases += taylor;
+                    return Ok(Some(reason));
+                }
+                // Once more from its start, by modes.
+                PhaseEnd::TooLong => {
+                    *basis = match self.meet(&settlement.statuses) {
+                        Ok(place) => Arc::clone(&self.known[place].basis),
+                        Err(error) => {
+                            return Ok(Some(StopReason::Failed(RunFailure::Input(error))));
+                        }
+                    };
+                    if let Some(phase) = self.state.trajectory.phases.last_mut() {
+                        phase.basis = Arc::clone(basis);
+                    }
+                    self.state.trajectory.grazings.truncate(grazings);
+                    motion.restart(basis, &self.state.q, &self.state.u);
+                }
+            }
+        };
+        let before = self.state.time.seconds;
+        self.state.time = self.state.time.after(after);
+        *at_this_instant = if self.state.time.seconds > before { 0 } else { *at_this_instant + 1 };
+        // Each contact can pass each status once; more means that the event rule goes in circles.
+        if *at_this_instant > 4 * self.state.scene.contacts.len() + 4 {
+            let contact = search.triggers[0].0;
+            return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
+        }
+        let series = match self.state.scene.contacts_coupled() {
+            true => self.series(search),
+            false => Series::default(),
+        };
+        let settled = settle(
+            self.state.scene,
+            self.state.time.seconds,
+            &search.triggers,
+            settlement,
+            &series,
+            &mut self.state.q,
+            &mut self.state.u,
+        );
+        if let Err(failure) = settled {
+            return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
+        }
+        // An event is part of the motion once the phase that it begins can be propagated.
+        let returns = settlement.statuses == basis.combination.statuses();
+        let novelty = self.novelty;
+        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over(novelty)) {
+            *current = match self.meet(&settlement.statuses) {
+                Ok(current) => current,
+                Err(error) => {
+                    let failure = StopReason::Failed(RunFailure::Input(error));
+                    return Ok(Some(self.ended_at_event(failure)));
+                }
+            };
+            *basis = Arc::clone(&self.known[*current].basis);
+        }
+        let phase = self.state.trajectory.phases.len();
+        let time = self.state.time.seconds;
+        self.count_accumulations(settlement, &series);
+        self.state.trajectory.events.extend(
+            settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
+        );
+        motion.restart(basis, &self.state.q, &self.state.u);
+        Ok(None)
+    }
+
+    /// Ends the motion just before the event in progress, which no phase can follow.
+    fn ended_at_event(&mut self, reason: StopReason) -> StopReason {
+        let Trajectory { events, accumulations, end, .. } = &mut self.state.trajectory;
+        *end = self.state.time.seconds;
+        accumulations.retain(|limit| limit.event < events.len());
+        reason
+    }
+
+    /// How far a series of impacts over several contacts has come.
+    fn series(&self, search: &PhaseSearch) -> Series {
+        let time = self.state.time.seconds;
+        let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
+        Series {
+            rounding: search.error,
+            rests: (0..self.state.scene.contacts.len())
+                .map(|contact| self.rest(contact, struck(contact)))
+                .collect(),
+            negligible: self.state.controls.accumulation_tolerance.max(time.next_up() - time),
+        }
+    }
+
+    /// The rest, s, of the impacts of a contact as a geometric series through the last ones, and the ratio of two
+    /// impacts that follow each other; infinite and 0 where their distances do not shrink. Several impacts of a contact
+    /// may make up one round of the series, so distances are measured over as many as there are, up to `ROUND`.
+    fn rest(&self, contact: usize, struck: bool) -> (f64, f64) {
+        let earlier =
+            self.state.trajectory.events.iter().rev().take(SEEN * self.state.scene.contacts.len());
+        let strikes = earlier
+            .take_while(|event| event.kind != EventKind::Accumulation || event.contact != contact)
+            .filter(|event| event.contact == contact && event.kind == EventKind::Impact)
+            .map(|event| event.time);
+        let times: Vec<f64> = struck
+            .then_some(self.state.time.seconds)
+            .into_iter()
+            .chain(strikes)
+            .take(2 * ROUND + 1)
+            .collect();
+        let step = times.len().saturating_sub(1) / 2;
+        if step == 0 {
+            return (f64::INFINITY, 0.0);
+        }
+        let (last, before) = (times[0] - times[step], times[step] - times[2 * step]);
+        match last / before {
+            ratio if ratio < 1.0 => (last * ratio / (1.0 - ratio), ratio.powf(1.0 / step as f64)),
+            _ => (f64::INFINITY, 0.0),
+        }
+    }
+
+    /// Writes down what the accumulations among the events to come have left out.
+    fn count_accumulations(&mut self, settlement: &Settlement, series: &Series) {
+        let first = self.state.trajectory.events.len();
+        let limits = settlement.events.iter().enumerate();
+        let limits = limits.filter(|(_, event)| event.1 == EventKind::Accumulation);
+        let Some(flight) = settlement.flight else {
+            // Of one contact: other contacts may have events at the same instant.
+            for (k, _) in limits {
+                if let Some(limit) = self.state.trajectory.accumulations.last_mut() {
+                    limit.event = first + k;
+                }
+            }
+            return;
+        };
+        let time = self.state.time.seconds;
+        for (k, &(contact, _)) in limits {
+            let (rest, ratio) = series.rests[contact];
+            let error = if rest.is_finite() { rest } else { flight };
+            let bounces = (error / (time.next_up() - time)).ln() / -ratio.ln();
+            self.state.trajectory.accumulations.push(Accumulation {
+                event: first + k,
+                bounces: bounces.clamp(1.0, f64::MAX).ceil() as usize,
+                error,
+            });
+        }
+    }
+
+    /// The place of a combination among those known, with the basis that the phase to come is to have.
+    fn meet(&mut self, statuses: &[Status]) -> Result<usize, Error> {
+        let compared = self.known.iter().take(COMPARED);
+        let place = compared
+            .map(|known| known.basis.combination.statuses())
+            .position(|known| known == statuses)
+            .or_else(|| match self.places.is_empty() {
+                true => None,
+                false => self.places.get(&Combination::new(statuses.to_vec())).copied(),
+            });
+        self.novelty.count(place.is_none());
+        if let Some(place) = place {
+            if self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty)) {
+                let combination = self.known[place].basis.combination.clone();
+                let basis = self.find(&combination, Wanted::SoundModes)?;
+                self.known[place] = Known { basis, rental: None };
+            }
+            return Ok(place);
+        }
+        let combination = Combination::new(statuses.to_vec());
+        let free = self.state.scene.free(&combination);
+        let renting = self.method == Method::Auto && free > AT_ONCE;
+        let wanted = if renting { Wanted::Series } else { self.method.for_repeated_use() };
+        let basis = self.find(&combination, wanted)?;
+        let rental = renting.then(|| Rental::new(Cost::new(self.state.scene, free)));
+        let place = self.known.len();
+        self.known.push(Known { basis, rental });
+        if place >= COMPARED {
+            self.places.insert(combination, place);
+        }
+        Ok(place)
+    }
+
+    fn find(
+        &mut self,
+        combination: &Combination,
+        wanted: Wanted,
+    ) -> Result<Arc<CombinationBasis>, Error> {
+        let (basis, computed) = self.propagators.basis(combination, wanted)?;
+        self.state.trajectory.counters.combinations += usize::from(computed);
+        Ok(basis)
+    }
+}

@@ -1,0 +1,72 @@
+//! The state of a run: where the motion is, when, and what has been recorded.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::error::Error;
+use crate::scene::model::Scene;
+use crate::transient::trajectory::Trajectory;
+
+/// What a run does besides following the motion for its duration.
+#[derive(Clone, Copy, Default)]
+pub struct Controls<'a> {
+    pub max_events: Option<usize>,
+    /// Wall-clock seconds.
+    pub time_limit: Option<f64>,
+    /// Rest of a series of bounces, s, below which its limit is taken; at least one ulp of t.
+    pub accumulation_tolerance: f64,
+    /// Stop at the first touch that rounding can't decide, instead of keeping the status.
+    pub stop_at_grazing: bool,
+    /// Asked every few dozen panels.
+    pub interrupted: Option<&'a (dyn Fn() -> bool + Sync)>,
+}
+
+impl Controls<'_> {
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        let limits = [
+            ("time_limit", self.time_limit.unwrap_or(1.0), self.time_limit != Some(0.0)),
+            ("accumulation_tolerance", self.accumulation_tolerance, true),
+        ];
+        match limits
+            .into_iter()
+            .find(|&(_, value, positive)| !(value >= 0.0 && value.is_finite() && positive))
+        {
+            Some((argument, value, _)) => Err(Error::Range {
+                argument: argument.into(),
+                requirement: "a finite positive time",
+                value,
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+/// Time carried as an unevaluated sum, so that thousands of phases add no rounding to it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Clock {
+    pub seconds: f64,
+    pub rest: f64,
+}
+
+impl Clock {
+    pub fn after(self, step: f64) -> Self {
+        let sum = self.seconds + step;
+        let part = sum - self.seconds;
+        let rest = self.rest + ((self.seconds - (sum - part)) + (step - part));
+        let seconds = sum + rest;
+        Self { seconds, rest: rest - (seconds - sum) }
+    }
+}
+
+/// What a run changes from phase to phase.
+pub(crate) struct RunState<'a> {
+    pub scene: &'a Arc<Scene>,
+    pub controls: Controls<'a>,
+    pub started: Instant,
+    pub duration: f64,
+    pub time: Clock,
+    /// Contact coordinates and their velocities at `time`.
+    pub q: Vec<f64>,
+    pub u: Vec<f64>,
+    pub trajectory: Trajectory,
+}

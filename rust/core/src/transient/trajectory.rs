@@ -1,0 +1,392 @@
+//! A computed motion: the state after every event, and anything in between on demand.
+
+use std::collections::HashSet;
+use std::sync::Arc;
+
+use num_complex::Complex64;
+
+use crate::contact::event_function::Functional;
+use crate::contact::event_function::{contact_force, contact_forces};
+use crate::contact::event_kind::EventKind;
+use crate::error::Error;
+use crate::modes::complex_modes::Modes;
+use crate::motion::combination_basis::CombinationBasis;
+use crate::motion::phase_motion::Motion;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::{Scene, State};
+use crate::scene::status::{Combination, Status};
+
+/// One event; the combination is that after everything that happened at the instant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Event {
+    pub time: f64,
+    pub contact: usize,
+    pub kind: EventKind,
+    /// Index into [`Trajectory::phases`] of the phase that begins here.
+    pub(crate) phase: usize,
+}
+
+/// A touch of an event function within rounding: the status was kept, though `alternative` may be true.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Grazing {
+    pub time: f64,
+    pub contact: usize,
+    pub alternative: EventKind,
+    /// The event function at the touch, in its own unit (m/s, N or m).
+    pub value: f64,
+    /// The bound on its error, same unit.
+    pub uncertainty: f64,
+}
+
+/// The limit of a series of bounces, taken instead of them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Accumulation {
+    /// Index of its event.
+    pub event: usize,
+    /// Bounces left out that an infinitely fine clock would show down to one ulp of t; the rest of the
+    /// geometric series is shorter than that.
+    pub bounces: usize,
+    /// Bound of the error of its time, s: the gap's acceleration is taken as constant over the rest.
+    pub error: f64,
+}
+
+/// Why the computed motion ends where it does.
+#[derive(Debug, Clone, PartialEq)]
+pub enum StopReason {
+    /// The duration asked for was reached.
+    Duration,
+    /// `max_events` events were found.
+    MaxEvents,
+    /// The wall-clock limit was reached.
+    TimeLimit,
+    /// A touch that rounding could not decide, with `on_grazing` set to stop there.
+    Grazing,
+    /// The motion grew beyond the range of numbers.
+    Unbounded,
+    /// More events at one instant than the contacts can explain.
+    Chattering { contact: usize },
+    /// The caller interrupted the run.
+    Interrupted,
+    /// The motion can't be continued.
+    Failed(crate::error::RunFailure),
+}
+
+impl StopReason {
+    pub const fn name(&self) -> &'static str {
+        match self {
+            StopReason::Duration => "duration",
+            StopReason::MaxEvents => "max_events",
+            StopReason::TimeLimit => "time_limit",
+            StopReason::Grazing => "grazing",
+            StopReason::Unbounded => "unbounded",
+            StopReason::Chattering { .. } => "chattering",
+            StopReason::Interrupted => "interrupted",
+            StopReason::Failed(_) => "failed",
+        }
+    }
+}
+
+/// How much work a run took; exact, so that tests can hold them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Counters {
+    pub phases: usize,
+    /// Stretches on which the event functions were expanded.
+    pub panels: usize,
+    /// Longer stretches passed over at once.
+    pub leaps: usize,
+    /// Event functions on panels that the envelope could not exclude.
+    pub refinements: usize,
+    /// Combinations decomposed or set up for this run, not found in the scene's memory.
+    pub combinations: usize,
+    /// Phases propagated by Taylor series.
+    pub taylor_phases: usize,
+}
+
+/// One phase: a combination from a state at a time on.
+#[derive(Debug)]
+pub(crate) struct Phase {
+    pub start: f64,
+    /// What rounding takes from `start`.
+    pub rest: f64,
+    pub basis: Arc<CombinationBasis>,
+}
+
+/// The motion from 0 to `end`.
+#[derive(Debug)]
+pub struct Trajectory {
+    pub(crate) propagators: Arc<Propagators>,
+    pub(crate) phases: Vec<Phase>,
+    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
+    pub(crate) states: Vec<f64>,
+    pub events: Vec<Event>,
+    pub grazings: Vec<Grazing>,
+    pub accumulations: Vec<Accumulation>,
+    pub counters: Counters,
+    pub stop_reason: StopReason,
+    pub end: f64,
+}
+
+/// Positions and velocities over dofs, contact forces and statuses at a series of instants; row-major.
+#[derive(Debug, Clone, Default)]
+pub struct Sample {
+    pub position: Vec<f64>,
+    pub velocity: Vec<f64>,
+    pub normal_force: Vec<f64>,
+    pub friction_force: Vec<f64>,
+    pub status: Vec<Status>,
+}
+
+/// The contact forces of a combination of a scene whose contacts are coupled by mass.
+type CoupledForces = (Combination, Vec<(Functional, Functional)>);
+
+impl Trajectory {
+    /// A motion of which nothing is known yet.
+    pub(crate) fn new(propagators: &Arc<Propagators>) -> Self {
+        Self {
+            propagators: Arc::clone(propagators),
+            phases: Vec::new(),
+            states: Vec::new(),
+            events: Vec::new(),
+            grazings: Vec::new(),
+            accumulations: Vec::new(),
+            counters: Counters::default(),
+            stop_reason: StopReason::Duration,
+            end: 0.0,
+        }
+    }
+
+    /// The scene that moves.
+    pub fn scene(&self) -> &Arc<Scene> {
+        &self.propagators.scene
+    }
+
+    /// The combination after an event.
+    pub fn combination(&self, event: &Event) -> &Combination {
+        &self.phases[event.phase].basis.combination
+    }
+
+    /// How many different combinations the phases have.
+    pub(crate) fn combinations_met(&self) -> usize {
+        let mut seen = HashSet::new();
+        let bases = self.phases.iter().map(|phase| &phase.basis);
+        let distinct = bases.filter(|basis| seen.insert(Arc::as_ptr(basis)));
+        distinct.map(|basis| &basis.combination).collect::<HashSet<_>>().len()
+    }
+
+    pub(crate) fn phase_state(&self, phase: usize) -> (&[f64], &[f64]) {
+        let n = self.scene().size;
+        self.states[2 * n * phase..2 * n * (phase + 1)].split_at(n)
+    }
+
+    /// The events at the start of a phase.
+    pub(crate) fn events_at(&self, phase: usize) -> impl Iterator<Item = &Event> {
+        let first = self.events.partition_point(|event| event.phase < phase);
+        self.events[first..].iter().take_while(move |event| event.phase == phase)
+    }
+
+    /// (position, velocity) over dofs just after an event.
+    pub fn event_state(&self, event: &Event) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.phase_state(event.phase);
+        (self.scene().positions(q), self.scene().velocities(u))
+    }
+
+    /// The state at a time within the motion; at an event time the state after it.
+    pub fn state(&self, time: f64) -> Result<State, Error> {
+        let mut cursor = Cursor::new(self);
+        cursor.seek("time", time)?;
+        Ok(State {
+            position: self.scene().positions(&cursor.q),
+            velocity: self.scene().velocities(&cursor.u),
+            combination: self.phases[cursor.phase].basis.combination.clone(),
+        })
+    }
+
+    /// States and contact forces at `times`, in any order.
+    pub fn sample(&self, times: &[f64]) -> Result<Sample, Error> {
+        let mut sample = Sample::default();
+        let mut coupled: Option<CoupledForces> = None;
+        let mut cursor = Cursor::new(self);
+        for &time in times {
+            cursor.seek("times", time)?;
+            sample.position.extend(self.scene().positions(&cursor.q));
+            sample.velocity.extend(self.scene().velocities(&cursor.u));
+            let combination = &self.phases[cursor.phase].basis.combination;
+            if self.scene().contacts_coupled()
+                && coupled.as_ref().is_none_or(|known: &CoupledForces| known.0 != *combination)
+            {
+                coupled = Some((combination.clone(), contact_forces(self.scene(), combination)));
+            }
+            let statuses = combination.statuses();
+            for (contact, &status) in statuses.iter().enumerate() {
+                let (normal, friction) = match &coupled {
+                    Some((_, forces)) => (
+                        forces[contact].1.value(&cursor.q, &cursor.u),
+                        forces[contact].0.value(&cursor.q, &cursor.u),
+                    ),
+                    None => contact_force(self.scene(), contact, status, &cursor.q, &cursor.u),
+                };
+                sample.normal_force.push(normal);
+                sample.friction_force.push(friction);
+                sample.status.push(status);
+            }
+        }
+        Ok(sample)
+    }
+
+    /// Coordinates `left' (A y) / a` in the modes of the combination of each instant, in the order and
+    /// normalisation of [`Modes`]; NaN for defective ones. With steady forces z follows
+    /// `z' = lambda z + left' Q / a`.
+    pub fn modal_coordinates(&self, times: &[f64]) -> Result<Vec<ModalRun>, Error> {
+        let mut cursor = Cursor::new(self);
+        let mut runs: Vec<ModalRun> = Vec::new();
+        let mut known: Vec<(Combination, Modes)> = Vec::new();
+        for (index, &time) in times.iter().enumerate() {
+            cursor.seek("times", time)?;
+            let combination = &self.phases[cursor.phase].basis.combination;
+            let position = match known.iter().position(|entry| entry.0 == *combination) {
+                Some(position) => position,
+                None => {
+                    known.push((combination.clone(), Modes::new(self.scene(), combination)?));
+                    known.len() - 1
+                }
+            };
+            let (_, modes) = &known[position];
+            let kept = &modes.reduced.kept;
+            let y: Vec<f64> = kept
+                .iter()
+                .map(|&k| cursor.q[k])
+                .chain(kept.iter().map(|&k| cursor.u[k]))
+                .collect();
+            if runs.last().is_none_or(|run| run.combination != *combination) {
+                runs.push(ModalRun {
+                    combination: combination.clone(),
+                    indices: Vec::new(),
+                    coordinates: Vec::new(),
+                });
+            }
+            if let Some(run) = runs.last_mut() {
+                run.indices.push(index);
+                run.coordinates.extend(modes.coordinates(&y));
+            }
+        }
+        Ok(runs)
+    }
+
+    pub fn size(&self) -> usize {
+        self.scene().size
+    }
+
+    pub fn contact_count(&self) -> usize {
+        self.scene().contacts.len()
+    }
+
+    /// The combinations of its phases that last some time, without repetition of neighbours.
+    pub(crate) fn combinations_in_order(&self) -> Vec<Combination> {
+        let mut names: Vec<Combination> = Vec::new();
+        let count = self.phases.len();
+        for (k, phase) in self.phases.iter().enumerate() {
+            let lasts = k + 1 == count || self.phases[k + 1].start > phase.start;
+            if lasts && names.last() != Some(&phase.basis.combination) {
+                names.push(phase.basis.combination.clone());
+            }
+        }
+        names
+    }
+
+    /// Exact time between the start of a phase and its end.
+    pub(crate) fn phase_duration(&self, phase: usize) -> f64 {
+        let this = &self.phases[phase];
+        match self.phases.get(phase + 1) {
+            Some(next) => (next.start - this.start) + (next.rest - this.rest),
+            None => (self.end - this.start) - this.rest,
+        }
+        .max(0.0)
+    }
+
+    pub(crate) fn phase_at(&self, time: f64) -> usize {
+        self.phases.partition_point(|phase| phase.start <= time).max(1) - 1
+    }
+}
+
+/// Modal coordinates at successive instants within one combination.
+#[derive(Debug, Clone)]
+pub struct ModalRun {
+    pub combination: Combination,
+    /// Into the times asked for.
+    pub indices: Vec<usize>,
+    /// One row of 2m per instant.
+    pub coordinates: Vec<Complex64>,
+}
+
+/// Walks through a trajectory, reusing the phase in progress for times that go on from it.
+pub(crate) struct Cursor<'a> {
+    trajectory: &'a Trajectory,
+    pub phase: usize,
+    /// The phase that `motion` follows.
+    in_motion: usize,
+    motion: Option<Motion>,
+    pub q: Vec<f64>,
+    pub u: Vec<f64>,
+}
+
+impl<'a> Cursor<'a> {
+    pub fn new(trajectory: &'a Trajectory) -> Self {
+        let n = trajectory.scene().size;
+        Self {
+            trajectory,
+            phase: usize::MAX,
+            in_motion: usize::MAX,
+            motion: None,
+            q: vec![0.0; n],
+            u: vec![0.0; n],
+        }
+    }
+
+    /// Brings phase, q and q' to `time`; at an event time to the state after it.
+    pub fn seek(&mut self, argument: &'static str, time: f64) -> Result<(), Error> {
+        let trajectory = self.trajectory;
+        if !(time >= 0.0 && time <= trajectory.end) {
+            return Err(Error::TimeOutside { argument, value: time, end: trajectory.end });
+        }
+        let phase = trajectory.phases.partition_point(|phase| phase.start <= time).max(1) - 1;
+        let local = time - trajectory.phases[phase].start;
+        self.seek_local(phase, local);
+        Ok(())
+    }
+
+    /// Brings q and q' to a time counted from the start of a phase, which may lie at its very end.
+    pub fn seek_local(&mut self, phase: usize, local: f64) {
+        let trajectory = self.trajectory;
+        let (q, u) = trajectory.phase_state(phase);
+        let usable = phase == self.in_motion
+            && self.motion.as_ref().is_some_and(|motion| motion.start() <= local);
+        // Coordinates held at zero are not written by the motion.
+        if phase != self.phase || local == 0.0 {
+            self.q.copy_from_slice(q);
+            self.u.copy_from_slice(u);
+        }
+        self.phase = phase;
+        if local == 0.0 {
+            return;
+        }
+        if !usable {
+            let basis = &trajectory.phases[phase].basis;
+            match &mut self.motion {
+                Some(motion) => motion.restart(basis, q, u),
+                None => self.motion = Some(Motion::new(trajectory.scene(), basis, q, u)),
+            }
+            self.in_motion = phase;
+        }
+        if let Some(motion) = &mut self.motion {
+            motion.seek(local, &mut self.q, &mut self.u);
+        }
+    }
+
+    /// A rate such that the motion of a phase grows, off the real axis too, by at most `e^{rate |z|}` around a
+    /// local time; what has decayed below rounding does not count. 1/s.
+    pub fn growth_rate(&mut self, phase: usize, local: f64) -> f64 {
+        // Local time 0 is known without a motion.
+        self.seek_local(phase, local.max(f64::MIN_POSITIVE));
+        self.motion.as_ref().map_or(0.0, |motion| motion.growth_rate(local))
+    }
+}

@@ -1,0 +1,184 @@
+//! The order of the parts, read from the imports: a part uses only parts before it, and no files form a circle.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// The parts in the order in which data flows; each uses only those before it.
+const PARTS: [&str; 12] = [
+    "error",
+    "numerics",
+    "linalg",
+    "scene",
+    "contact",
+    "modes",
+    "locus",
+    "motion",
+    "transient",
+    "energy",
+    "cycles",
+    "study",
+];
+
+/// Most source files of one folder, beside its `mod.rs`.
+const LARGEST_FOLDER: usize = 10;
+
+fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
+    for entry in fs::read_dir(folder).expect("a folder of sources") {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            sources(&path, found);
+        } else if path.extension().is_some_and(|extension| extension == "rs") {
+            found.push(path);
+        }
+    }
+}
+
+/// The module path of every file but `lib.rs` and `mod.rs`, with its text free of comments.
+fn modules(root: &Path) -> BTreeMap<String, String> {
+    let mut files = Vec::new();
+    sources(root, &mut files);
+    files
+        .iter()
+        .filter(|path| !path.ends_with("mod.rs") && !path.ends_with("lib.rs"))
+        .map(|path| {
+            let relative = path.strip_prefix(root).expect("below the root").with_extension("");
+            let name: Vec<_> = relative.iter().map(|part| part.to_string_lossy()).collect();
+            let text = fs::read_to_string(path).expect("a readable file");
+            let code: Vec<&str> =
+                text.lines().map(|line| line.split("//").next().unwrap_or_default()).collect();
+            (name.join("::"), code.join("\n"))
+        })
+        .collect()
+}
+
+/// Every path after `crate::` in a text, braces taken apart at their first level.
+fn paths(code: &str) -> BTreeSet<String> {
+    let mut found = BTreeSet::new();
+    for (start, prefix) in code.match_indices("crate::") {
+        let rest = &code[start + prefix.len()..];
+        let end = rest
+            .find(|c: char| !(c.is_alphanumeric() || c == '_' || c == ':'))
+            .unwrap_or(rest.len());
+        let path = rest[..end].trim_end_matches(':');
+        if rest[end..].starts_with('{') {
+            let names = &rest[end + 1..rest.find('}').unwrap_or(rest.len())];
+            for name in names.split(',').map(str::trim).filter(|name| !name.is_empty()) {
+                let separator = if path.is_empty() { "" } else { "::" };
+                found.insert(format!("{path}{separator}{name}"));
+            }
+        } else {
+            found.insert(path.to_owned());
+        }
+    }
+    found
+}
+
+/// Which files a file imports.
+fn imports(modules: &BTreeMap<String, String>) -> BTreeMap<&str, BTreeSet<&str>> {
+    modules
+        .iter()
+        .map(|(name, code)| {
+            let used = paths(code)
+                .iter()
+                .filter_map(|path| {
+                    let file =
+                        |known: &&String| path == *known || path.starts_with(&format!("{known}::"));
+                    modules.keys().filter(file).max_by_key(|known| known.len())
+                })
+                .filter(|used| *used != name)
+                .map(String::as_str)
+                .collect();
+            (name.as_str(), used)
+        })
+        .collect()
+}
+
+fn part(module: &str) -> usize {
+    let name = module.split("::").next().unwrap_or_default();
+    PARTS.iter().position(|part| *part == name).unwrap_or_else(|| panic!("{module}: no such part"))
+}
+
+/// The first circle of imports, as the files that it passes.
+fn circle<'m>(imports: &BTreeMap<&'m str, BTreeSet<&'m str>>) -> Option<Vec<&'m str>> {
+    fn visit<'m>(
+        file: &'m str,
+        imports: &BTreeMap<&'m str, BTreeSet<&'m str>>,
+        way: &mut Vec<&'m str>,
+        done: &mut BTreeSet<&'m str>,
+    ) -> Option<Vec<&'m str>> {
+        if let Some(first) = way.iter().position(|passed| *passed == file) {
+            return Some(way[first..].to_vec());
+        }
+        if done.contains(file) {
+            return None;
+        }
+        way.push(file);
+        let found = imports[file].iter().find_map(|next| visit(next, imports, way, done));
+        way.pop();
+        done.insert(file);
+        found
+    }
+    let mut done = BTreeSet::new();
+    imports.keys().find_map(|file| visit(file, imports, &mut Vec::new(), &mut done))
+}
+
+fn core() -> BTreeMap<String, String> {
+    modules(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"))
+}
+
+#[test]
+fn a_part_uses_only_parts_before_it() {
+    let modules = core();
+    let upward: Vec<String> = imports(&modules)
+        .iter()
+        .flat_map(|(file, used)| used.iter().map(move |other| (*file, *other)))
+        .filter(|(file, other)| part(other) > part(file))
+        .map(|(file, other)| format!("{file} uses {other}"))
+        .collect();
+    assert!(upward.is_empty(), "{upward:#?}");
+}
+
+#[test]
+fn no_files_form_a_circle() {
+    assert_eq!(circle(&imports(&core())), None);
+}
+
+/// No glob and no `super::` outside of tests hides an import from the tests above.
+#[test]
+fn imports_name_what_they_use() {
+    for (file, code) in core() {
+        let code = code.split("#[cfg(test)]").next().unwrap_or_default();
+        assert!(!code.contains("use super::"), "{file} imports by `super`");
+        let crate_glob = code.lines().any(|line| line.contains("crate::") && line.contains("::*"));
+        assert!(!crate_glob, "{file} imports by a glob");
+    }
+}
+
+#[test]
+fn folders_stay_small() {
+    let mut folders: BTreeMap<String, usize> = BTreeMap::new();
+    for file in core().keys() {
+        let folder = file.rsplit_once("::").map_or("", |(folder, _)| folder);
+        *folders.entry(folder.to_owned()).or_default() += 1;
+    }
+    folders.retain(|_, count| *count > LARGEST_FOLDER);
+    assert!(folders.is_empty(), "{folders:?}");
+}
+
+#[test]
+fn the_checks_see_what_is_wrong() {
+    let planted = |files: &[(&str, &str)]| -> BTreeMap<String, String> {
+        files.iter().map(|(name, code)| (name.to_string(), code.to_string())).collect()
+    };
+    let round = planted(&[
+        ("scene::model", "use crate::scene::{status, reduction::Reduced};"),
+        ("scene::status", ""),
+        ("scene::reduction", "fn of(scene: &crate::scene::model::Scene) {}"),
+    ]);
+    assert_eq!(circle(&imports(&round)), Some(vec!["scene::model", "scene::reduction"]));
+    let upward =
+        planted(&[("scene::model", "use crate::motion::taylor::A;"), ("motion::taylor", "")]);
+    let found = imports(&upward);
+    assert!(part(found["scene::model"].first().expect("an import")) > part("scene::model"));
+}
