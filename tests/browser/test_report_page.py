@@ -40,7 +40,7 @@ def files(tmp_path_factory):
         ),
     }
     for name, scene in scenes.items():
-        ss.write_report(scene, folder / f"{name}.html")
+        ss.write_report(scene, folder / f"{name}.html", known=ss.reference.known(scene))
     return folder
 
 
