@@ -1,20 +1,30 @@
 //! Arrays in and out.
 
 use num_complex::Complex64;
+use numpy::ndarray::{ArrayView, Dimension};
 use numpy::npyffi::NPY_ORDER;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use stickslip_core::Error;
-use stickslip_core::linalg::SparseMatrix;
+use stickslip_core::linalg::{DMatrix, SparseMatrix};
 
 use crate::errors::raise;
 
-/// Row-major entries of an array of any layout.
-pub fn entries(array: &PyReadonlyArrayDyn<'_, f64>) -> Vec<f64> {
-    array.as_array().iter().copied().collect()
+/// Entries of an array of any layout, row by row.
+pub fn entries<D: Dimension>(array: ArrayView<'_, f64, D>) -> impl Iterator<Item = f64> {
+    array.into_iter().copied()
+}
+
+/// A matrix from its entries row by row, as numpy holds them.
+pub fn from_rows(
+    rows: usize,
+    columns: usize,
+    entries: impl IntoIterator<Item = f64>,
+) -> DMatrix<f64> {
+    DMatrix::from_row_iterator(rows, columns, entries)
 }
 
 pub fn vector(array: &PyReadonlyArray1<'_, f64>) -> Vec<f64> {
@@ -41,8 +51,7 @@ impl MatrixInput<'_> {
                     };
                     return Err(raise(py, &error));
                 }
-                let entries: Vec<f64> = dense.as_array().iter().copied().collect();
-                Ok(SparseMatrix::from_dense(rows, &entries))
+                Ok(SparseMatrix::from_dense(&from_rows(rows, columns, entries(dense.as_array()))))
             }
             MatrixInput::Sparse(data, indices, indptr) => {
                 let integers = |array: &PyReadonlyArray1<'_, i64>| -> Vec<i64> {
@@ -72,6 +81,12 @@ pub fn sparse_parts<'py>(py: Python<'py>, matrix: &SparseMatrix) -> SparseParts<
         values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
     };
     (data.to_vec().into_pyarray(py), integers(columns), integers(starts))
+}
+
+/// A matrix in the order of numpy.
+pub fn dense<'py>(py: Python<'py>, matrix: &DMatrix<f64>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let by_rows = matrix.transpose();
+    self::matrix(py, matrix.nrows(), matrix.ncols(), by_rows.as_slice().to_vec())
 }
 
 /// Row-major entries as a matrix.

@@ -9,7 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{matrix, vector};
+use crate::convert::{dense, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::{detached, until_interrupted};
 use crate::scene::{Scene, method_named};
@@ -169,8 +169,7 @@ impl Cycle {
     /// Derivative of the flow over a period, in contact coordinates.
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
         let monodromy = self.inner.orbit.monodromy().map_err(|failure| failed(py, &failure))?;
-        let size = monodromy.len().isqrt();
-        matrix(py, size, size, monodromy)
+        dense(py, &monodromy)
     }
 
     /// Coefficients of the displacement, one row per harmonic from 0 to `count`.

@@ -4,15 +4,15 @@ use numpy::{IntoPyArray, PyArray1, PyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
+use stickslip_core::linalg::DMatrix;
 
-use crate::convert::{columns, matrix};
+use crate::convert::{columns, dense, matrix};
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Reduced {
     inner: core::Reduced,
-    right_basis: Vec<f64>,
-    left_basis: Vec<f64>,
-    dofs: usize,
+    right_basis: DMatrix<f64>,
+    left_basis: DMatrix<f64>,
     statics: core::scene::Statics,
 }
 
@@ -20,11 +20,7 @@ impl Reduced {
     pub fn new(scene: &core::Scene, inner: core::Reduced) -> Self {
         let (right_basis, left_basis) = inner.bases(scene);
         let statics = core::scene::Statics::new(scene, &inner);
-        Self { inner, right_basis, left_basis, dofs: scene.size(), statics }
-    }
-
-    fn square<'py>(&self, py: Python<'py>, entries: &[f64]) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, self.inner.size(), self.inner.size(), entries.to_vec())
+        Self { inner, right_basis, left_basis, statics }
     }
 }
 
@@ -32,17 +28,17 @@ impl Reduced {
 impl Reduced {
     #[getter]
     fn mass<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.square(py, &self.inner.mass)
+        dense(py, &self.inner.mass)
     }
 
     #[getter]
     fn damping<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.square(py, &self.inner.damping)
+        dense(py, &self.inner.damping)
     }
 
     #[getter]
     fn stiffness<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        self.square(py, &self.inner.stiffness)
+        dense(py, &self.inner.stiffness)
     }
 
     #[getter]
@@ -57,7 +53,7 @@ impl Reduced {
         let (m, contacts) = (load.len(), offsets.len());
         Ok([
             matrix(py, 1, m, load)?,
-            matrix(py, contacts, m, rows)?,
+            dense(py, &rows)?,
             matrix(py, 1, contacts, offsets)?,
             matrix(py, 1, contacts, speeds)?,
         ])
@@ -70,12 +66,12 @@ impl Reduced {
 
     #[getter]
     fn right_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, self.dofs, self.inner.size(), self.right_basis.clone())
+        dense(py, &self.right_basis)
     }
 
     #[getter]
     fn left_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        matrix(py, self.dofs, self.inner.size(), self.left_basis.clone())
+        dense(py, &self.left_basis)
     }
 }
 
@@ -86,7 +82,6 @@ pub fn modes<'py>(
     modes: core::Modes,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (free, count) = (modes.reduced.size(), modes.eigenvalues.len());
-    let square = |entries: Vec<f64>| matrix(py, free, free, entries);
     let dict = PyDict::new(py);
     dict.set_item("eigenvalues", modes.eigenvalues.into_pyarray(py))?;
     dict.set_item("right_displacement", columns(py, free, count, modes.right)?)?;
@@ -97,8 +92,8 @@ pub fn modes<'py>(
     dict.set_item("condition", modes.condition.into_pyarray(py))?;
     dict.set_item("defective", modes.defective.into_pyarray(py))?;
     dict.set_item("residual", modes.residual.into_pyarray(py))?;
-    dict.set_item("mass", square(modes.reduced.mass)?)?;
-    dict.set_item("damping", square(modes.reduced.damping)?)?;
-    dict.set_item("stiffness", square(modes.reduced.stiffness)?)?;
+    dict.set_item("mass", dense(py, &modes.reduced.mass)?)?;
+    dict.set_item("damping", dense(py, &modes.reduced.damping)?)?;
+    dict.set_item("stiffness", dense(py, &modes.reduced.stiffness)?)?;
     Ok(dict)
 }

@@ -1,6 +1,7 @@
 //! Paths along one parameter, what is swept along them, and stability verdicts.
 
 use num_complex::Complex64;
+use numpy::ndarray::ArrayView2;
 use numpy::{
     IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
     PyReadonlyArray3,
@@ -9,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{matrix, vector};
+use crate::convert::{dense, entries, from_rows, matrix, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::detached;
 use crate::scene::Scene;
@@ -38,11 +39,23 @@ pub struct Path {
 
 fn series(coefficients: &Coefficients<'_>) -> core::locus::Series {
     let outer = coefficients.as_array();
-    core::locus::Series(outer.outer_iter().map(|matrix| matrix.iter().copied().collect()).collect())
+    let matrix = |matrix: ArrayView2<'_, f64>| {
+        let (rows, columns) = matrix.dim();
+        from_rows(rows, columns, entries(matrix))
+    };
+    core::locus::Series(outer.outer_iter().map(matrix).collect())
+}
+
+/// Of vectors, which come as matrices of one row.
+fn vectors(coefficients: &Coefficients<'_>) -> core::locus::Series {
+    let rows = series(coefficients).0;
+    core::locus::Series(rows.into_iter().map(|row| row.transpose()).collect())
 }
 
 fn scalar_series(coefficients: &PyReadonlyArray1<'_, f64>) -> core::locus::Series {
-    core::locus::Series(vector(coefficients).into_iter().map(|value| vec![value]).collect())
+    core::locus::Series(
+        vector(coefficients).into_iter().map(|value| from_rows(1, 1, [value])).collect(),
+    )
 }
 
 #[pymethods]
@@ -68,10 +81,10 @@ impl Path {
                     mass: series(mass),
                     stiffness: series(stiffness),
                     statics: core::locus::StaticSeries {
-                        load: series(load),
+                        load: vectors(load),
                         rows: series(rows),
-                        offsets: series(offsets),
-                        speeds: series(speeds),
+                        offsets: vectors(offsets),
+                        speeds: vectors(speeds),
                     },
                     damping: match damping {
                         DampingSeries::Proportional(alpha, beta) => {
@@ -121,9 +134,7 @@ impl Path {
         py: Python<'py>,
         value: f64,
     ) -> PyResult<[Bound<'py, PyArray2<f64>>; 6]> {
-        let m = self.inner.size;
-        let parts = self.inner.matrices(value);
-        let [a, b, c, d, e, f] = parts.map(|entries| matrix(py, m, m, entries));
+        let [a, b, c, d, e, f] = self.inner.matrices(value).map(|matrix| dense(py, &matrix));
         Ok([a?, b?, c?, d?, e?, f?])
     }
 

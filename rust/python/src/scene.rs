@@ -7,7 +7,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{MatrixInput, SparseParts, entries, sparse_parts, vector};
+use crate::convert::{MatrixInput, SparseParts, entries, from_rows, sparse_parts, vector};
 use crate::cycle::Cycle;
 use crate::errors::{named, raise};
 use crate::interrupt::detached;
@@ -97,8 +97,10 @@ impl Scene {
         impact_friction: bool,
     ) -> PyResult<Self> {
         let mass = match *mass.shape() {
-            [_] => core::scene::Mass::Lumped(entries(&mass)),
-            [rows, columns] if rows == columns => core::scene::Mass::Full(entries(&mass)),
+            [_] => core::scene::Mass::Lumped(entries(mass.as_array()).collect()),
+            [rows, columns] if rows == columns => {
+                core::scene::Mass::Full(from_rows(rows, columns, entries(mass.as_array())))
+            }
             ref shape => {
                 let error = core::Error::Shape {
                     argument: "mass".to_owned(),

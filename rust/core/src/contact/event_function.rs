@@ -9,8 +9,10 @@
 //!
 //! Both functions of a sticking contact are positive only while N is, so N needs none of its own.
 
+use nalgebra::DMatrix;
+
 use crate::contact::event_kind::EventKind;
-use crate::linalg::eigen;
+use crate::linalg::dense::Factors;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -105,30 +107,23 @@ pub(crate) fn contact_forces(
             .collect();
     };
     let size = 2 * statuses.len();
-    let (mut matrix, mut held) = (vec![0.0; size * size], vec![0.0; size * size]);
+    let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
     for (i, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
         let (t, n) = (2 * i, 2 * i + 1);
         for (row, holds) in [(t, status == Status::Sticking), (n, status.is_closed())] {
             if holds {
-                let range = row * size..(row + 1) * size;
-                matrix[range.clone()].copy_from_slice(&w[range.clone()]);
-                held[range.clone()].copy_from_slice(&w[range]);
-            } else {
-                matrix[row * size + row] = 1.0;
+                matrix.set_row(row, &w.row(row));
+                held.set_row(row, &w.row(row));
             }
         }
         if status.is_sliding() {
-            matrix[t * size + n] = -status.friction_sign() * law.friction;
+            matrix[(t, n)] = -status.friction_sign() * law.friction;
         }
     }
-    let map = eigen::solve(size, &matrix, &held);
+    let map = Factors::new(matrix).solve(held);
     let force = |k: usize| {
         rows.iter().enumerate().fold(Functional::default(), |sum, (j, (required, normal))| {
-            sum.combined(1.0, required, map[k * size + 2 * j]).combined(
-                1.0,
-                normal,
-                map[k * size + 2 * j + 1],
-            )
+            sum.combined(1.0, required, map[(k, 2 * j)]).combined(1.0, normal, map[(k, 2 * j + 1)])
         })
     };
     (0..statuses.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()

@@ -1,9 +1,11 @@
 //! What the contacts do after an event: the one place where statuses change.
 
+use nalgebra::DMatrix;
+
 use crate::contact::contact_problem::{self, Closed, Solution, Unsolved};
 use crate::contact::event_kind::EventKind;
 use crate::error::RunFailure;
-use crate::linalg::eigen;
+use crate::linalg::dense::solve;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -74,7 +76,7 @@ pub(crate) fn settle(
     settlement.events.clear();
     settlement.departures.fill(Departure::None);
     if let Some(w) = &scene.coordinates.delassus {
-        let coupled = Coupled { scene, time, w };
+        let coupled = Coupled { scene, time, w: w.as_slice() };
         let (outcome, joint) = coupled.settle(triggers, &settlement.statuses, series, q, u)?;
         for (contact, (after, departure)) in outcome.into_iter().enumerate() {
             let trigger = match &joint {
@@ -202,7 +204,7 @@ pub(crate) fn impact(
     };
     let closed: Vec<usize> =
         (0..statuses.len()).filter(|&i| i == struck || statuses[i].is_closed()).collect();
-    Coupled { scene, time: 0.0, w }.strike(&closed, q, u)
+    Coupled { scene, time: 0.0, w: w.as_slice() }.strike(&closed, q, u)
 }
 
 /// The statuses of contacts that mass couples once all of `contacts` touch and rest in their normal directions.
@@ -223,7 +225,7 @@ pub(crate) fn at_rest(
         sliding_status(u[law.tangential] - law.slider_speed).map(Status::friction_sign)
     };
     let problem: Vec<_> = contacts.iter().map(|&i| (i, sliding(i))).collect();
-    Ok(Coupled { scene, time: 0.0, w }.accelerate(&problem, &q, &u)?.statuses)
+    Ok(Coupled { scene, time: 0.0, w: w.as_slice() }.accelerate(&problem, &q, &u)?.statuses)
 }
 
 fn settle_contact(
@@ -429,12 +431,11 @@ impl Coupled<'_> {
             if moving.len() < count {
                 continue;
             }
-            let mass: Vec<f64> = pressed
-                .iter()
-                .flat_map(|&(i, _)| pressed.iter().map(move |&(j, _)| w(i, j)))
-                .collect();
+            let mass = DMatrix::from_fn(pressed.len(), pressed.len(), |i, j| {
+                w(pressed[i].0, pressed[j].0)
+            });
             let speeds: Vec<f64> = pressed.iter().map(|&(i, _)| u[contacts[i].normal]).collect();
-            let momenta = eigen::solve(pressed.len(), &mass, &speeds);
+            let momenta = solve(mass, &speeds);
             let kinetic: f64 = momenta.iter().zip(&speeds).map(|(p, v)| 0.5 * p * v).sum();
             let lifted: f64 =
                 pressed.iter().map(|&(i, n)| n * q[contacts[i].normal].max(0.0)).sum();

@@ -9,6 +9,7 @@
 
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::linalg::eigenpair::{EigenPair, norm, turned};
@@ -70,14 +71,15 @@ pub(crate) struct Banded {
 }
 
 impl Banded {
-    /// Of a row-major matrix, None if its band is not narrow.
-    pub fn new(size: usize, matrix: &[f64]) -> Option<Self> {
+    /// Of a dense matrix, None if its band is not narrow.
+    pub fn new(matrix: &DMatrix<f64>) -> Option<Self> {
+        let size = matrix.nrows();
         let (mut below, mut above) = (0, 0);
-        for (i, row) in matrix.chunks_exact(size).enumerate() {
-            let first = row.iter().position(|&a| a != 0.0).unwrap_or(i);
-            let last = row.iter().rposition(|&a| a != 0.0).unwrap_or(i);
-            below = below.max(i.saturating_sub(first));
-            above = above.max(last.saturating_sub(i));
+        for (j, column) in matrix.column_iter().enumerate() {
+            let first = column.iter().position(|&a| a != 0.0).unwrap_or(j);
+            let last = column.iter().rposition(|&a| a != 0.0).unwrap_or(j);
+            above = above.max(j.saturating_sub(first));
+            below = below.max(last.saturating_sub(j));
         }
         above += below;
         if (below + above + 1) * NARROW > size {
@@ -87,11 +89,11 @@ impl Banded {
         for (i, part) in rows.chunks_exact_mut(below + above + 1).enumerate() {
             for (j, entry) in part.iter_mut().enumerate() {
                 if let Some(j) = (i + j).checked_sub(below).filter(|&j| j < size) {
-                    *entry = matrix[i * size + j];
+                    *entry = matrix[(i, j)];
                 }
             }
         }
-        let sums = matrix.chunks_exact(size).map(|row| row.iter().map(|a| a.abs()).sum());
+        let sums = matrix.row_iter().map(|row| row.iter().map(|a| a.abs()).sum());
         let norm = sums.fold(0.0, f64::max);
         let start = (1..=size).map(|k| 0.5 + (k as f64 * GOLDEN).fract()).collect();
         Some(Self { size, below, above, rows, norm, start })
@@ -306,9 +308,10 @@ fn dot<T: Number>(a: &[T], b: &[T]) -> T {
 mod tests {
     use super::*;
     use crate::linalg::eigen;
+    use nalgebra::DVector;
 
-    /// Row-major, with `below` and `above` diagonals of entries between -1 and 1.
-    fn matrix(size: usize, below: usize, above: usize, seed: u64) -> Vec<f64> {
+    /// With `below` and `above` diagonals of entries between -1 and 1.
+    fn matrix(size: usize, below: usize, above: usize, seed: u64) -> DMatrix<f64> {
         let mut state = 2 * seed + 1;
         let mut draw = || {
             state = state
@@ -316,10 +319,10 @@ mod tests {
                 .wrapping_add(1_442_695_040_888_963_407);
             (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
         };
-        let mut entries = vec![0.0; size * size];
+        let mut entries = DMatrix::zeros(size, size);
         for i in 0..size {
             for j in i.saturating_sub(below)..(i + above + 1).min(size) {
-                entries[i * size + j] = draw();
+                entries[(i, j)] = draw();
             }
         }
         entries
@@ -331,8 +334,8 @@ mod tests {
             size in 80usize..110, below in 0usize..4, above in 0usize..4, seed in 0u64..1000,
         ) {
             let entries = matrix(size, below, above, seed);
-            let banded = Banded::new(size, &entries).expect("a narrow band");
-            let values = eigen::values(size, &entries);
+            let banded = Banded::new(&entries).expect("a narrow band");
+            let values = eigen::values(entries.clone());
             let pairs = banded.pairs(&values);
             proptest::prop_assume!(pairs.is_some());
             let pairs = pairs.unwrap_or_default();
@@ -341,15 +344,12 @@ mod tests {
             );
             for EigenPair { value, right, left } in &pairs {
                 for (vector, transposed) in [(right, false), (left, true)] {
-                    let residual: Vec<Complex64> = (0..size)
-                        .map(|i| {
-                            let entry = |j: usize| entries[if transposed { j * size + i } else { i * size + j }];
-                            (0..size).map(|j| entry(j) * vector[j]).sum::<Complex64>() - value * vector[i]
-                        })
-                        .collect();
+                    let matrix = if transposed { entries.transpose() } else { entries.clone() };
+                    let vector = DVector::from_column_slice(vector);
+                    let residual = matrix.map(Complex64::from) * &vector - &vector * *value;
                     // What is accepted, in the largest entry.
                     let bound = 2.0 * banded.largest_residual();
-                    proptest::prop_assert!(norm(&residual) <= bound * norm(vector) * (size as f64).sqrt());
+                    proptest::prop_assert!(residual.norm() <= bound * vector.norm() * (size as f64).sqrt());
                 }
             }
             // What was taken out of each other leaves its square, and its own rounding.
@@ -370,18 +370,16 @@ mod tests {
     #[test]
     fn equal_eigenvalues_and_wide_bands_are_left_to_others() {
         let mut entries = matrix(64, 1, 1, 1);
-        let banded = Banded::new(64, &entries);
+        let banded = Banded::new(&entries);
         // Numbers that are no eigenvalues.
         let wrong: Vec<Complex64> = (0..64).map(|k| f64::from(k).into()).collect();
         assert!(banded.is_some_and(|banded| {
             banded.pairs(&wrong).is_none() && banded.pairs(&wrong[1..]).is_none()
         }));
-        let unit: Vec<f64> =
-            (0..64 * 64).map(|k| if k / 64 == k % 64 { 1.0 } else { 0.0 }).collect();
         let ones = vec![Complex64::from(1.0); 64];
-        let banded = Banded::new(64, &unit);
+        let banded = Banded::new(&DMatrix::identity(64, 64));
         assert!(banded.is_some_and(|banded| banded.pairs(&ones).is_none()));
-        entries[63] = 1.0;
-        assert!(Banded::new(64, &entries).is_none());
+        entries[(0, 63)] = 1.0;
+        assert!(Banded::new(&entries).is_none());
     }
 }

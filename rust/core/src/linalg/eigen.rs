@@ -1,4 +1,4 @@
-//! Dense eigenproblems: the one file that knows the linear-algebra library's low-level calls.
+//! Dense eigenproblems: the one file that knows the low-level calls of faer for them.
 //!
 //! The library neither balances nor reports a sweep that did not converge; callers check residuals.
 
@@ -8,12 +8,13 @@ use faer::linalg::evd::{
     ComputeEigenvectors, EvdParams, SelfAdjointEvdParams, evd_real, evd_scratch, self_adjoint_evd,
     self_adjoint_evd_scratch,
 };
-use faer::linalg::solvers::ShapeCore;
-use faer::prelude::Solve;
 use faer::{Auto, Mat, Par, Spec};
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::linalg::banded_vectors::Banded;
+use crate::linalg::components::components;
+use crate::linalg::dense::{Factors, is_symmetric, viewed};
 use crate::linalg::eigenpair::{EigenPair, norm};
 use crate::linalg::schur::{self, SMALL};
 
@@ -26,82 +27,52 @@ const INDISTINCT: f64 = 1e-11;
 /// Condition of the vectors of such values up to which they span a space of their own each.
 const SEMISIMPLE: f64 = 1e4;
 
-/// Eigenpairs of a real matrix (row-major), one of each conjugate pair: the one with positive
-/// imaginary part. Diagonal blocks that no entry connects are solved apart.
-pub(crate) fn real_matrix(size: usize, matrix: &[f64]) -> Vec<EigenPair> {
-    let mut pairs = Vec::with_capacity(size);
-    let diagonal: Vec<f64> = (0..size).map(|i| matrix[i * size + i].abs().sqrt()).collect();
-    let mut matrix = matrix.to_vec();
-    for (row, own) in matrix.chunks_exact_mut(size.max(1)).zip(&diagonal) {
-        for (entry, other) in row.iter_mut().zip(&diagonal) {
-            if !(entry.abs() > NEGLIGIBLE * (own * other)) {
-                *entry = 0.0;
-            }
-        }
-    }
-    let blocks = connected_blocks(size, &matrix);
+/// Eigenpairs of a real matrix, one of each conjugate pair: the one with positive imaginary part. Diagonal blocks that
+/// no entry connects are solved apart.
+pub(crate) fn real_matrix(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
+    let root = matrix.diagonal().map(|a| a.abs().sqrt());
+    let significant = matrix.map_with_location(|i, j, entry| {
+        if entry.abs() > NEGLIGIBLE * (root[i] * root[j]) { entry } else { 0.0 }
+    });
+    let blocks = connected_blocks(&significant);
     if blocks.len() == 1 {
-        return connected(size, matrix);
+        return connected(significant);
     }
-    for block in blocks {
-        let n = block.len();
-        let part = (0..n * n).map(|k| matrix[block[k / n] * size + block[k % n]]).collect();
-        for pair in connected(n, part) {
-            let scatter = |part: &[Complex64]| {
-                let mut whole = vec![Complex64::from(0.0); size];
-                block.iter().zip(part).for_each(|(&k, &value)| whole[k] = value);
-                whole
-            };
-            pairs.push(EigenPair {
-                value: pair.value,
-                right: scatter(&pair.right),
-                left: scatter(&pair.left),
-            });
-        }
-    }
-    pairs
+    let scattered = |part: &[Complex64], block: &[usize]| {
+        let mut whole = vec![Complex64::default(); matrix.nrows()];
+        block.iter().zip(part).for_each(|(&k, &value)| whole[k] = value);
+        whole
+    };
+    let of_block = |block: Vec<usize>| {
+        let pairs = connected(significant.select_rows(&block).select_columns(&block));
+        pairs.into_iter().map(move |EigenPair { value, right, left }| EigenPair {
+            value,
+            right: scattered(&right, &block),
+            left: scattered(&left, &block),
+        })
+    };
+    blocks.into_iter().flat_map(of_block).collect()
 }
 
 /// Eigenpairs of one block.
-fn connected(n: usize, matrix: Vec<f64>) -> Vec<EigenPair> {
-    if n == 1 {
+fn connected(matrix: DMatrix<f64>) -> Vec<EigenPair> {
+    if matrix.nrows() == 1 {
         let unit = vec![Complex64::from(1.0)];
         return vec![EigenPair { value: matrix[0].into(), right: unit.clone(), left: unit }];
     }
-    let symmetric = (0..n).all(|i| (0..i).all(|j| matrix[i * n + j] == matrix[j * n + i]));
-    if symmetric { symmetric_block(n, &matrix) } else { general_block(n, matrix) }
+    if is_symmetric(&matrix) { symmetric_block(&matrix) } else { general_block(matrix) }
 }
 
-/// Index sets that no nonzero entry connects, each ascending.
-fn connected_blocks(size: usize, matrix: &[f64]) -> Vec<Vec<usize>> {
-    let mut block_of = vec![usize::MAX; size];
-    let mut blocks = Vec::new();
-    for seed in 0..size {
-        if block_of[seed] != usize::MAX {
-            continue;
-        }
-        let mut members = vec![seed];
-        block_of[seed] = blocks.len();
-        let mut next = 0;
-        while next < members.len() {
-            let i = members[next];
-            next += 1;
-            for j in 0..size {
-                let connected = matrix[i * size + j] != 0.0 || matrix[j * size + i] != 0.0;
-                if connected && block_of[j] == usize::MAX {
-                    block_of[j] = blocks.len();
-                    members.push(j);
-                }
-            }
-        }
-        members.sort_unstable();
-        blocks.push(members);
-    }
-    blocks
+/// Index sets that no nonzero entry connects.
+fn connected_blocks(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
+    components(matrix.nrows(), |i, found| {
+        let connected = |&j: &usize| matrix[(i, j)] != 0.0 || matrix[(j, i)] != 0.0;
+        found.extend((0..matrix.nrows()).filter(connected));
+    })
 }
 
-fn symmetric_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
-    let matrix = row_major(n, n, matrix);
+fn symmetric_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
+    let n = matrix.nrows();
     let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
     let params: Spec<SelfAdjointEvdParams, f64> = Spec::new(Auto::<f64>::auto());
@@ -112,7 +83,7 @@ fn symmetric_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
         params,
     ));
     let converged = self_adjoint_evd(
-        matrix.as_ref(),
+        viewed(matrix),
         values.as_mut(),
         Some(vectors.as_mut()),
         Par::Seq,
@@ -128,9 +99,10 @@ fn symmetric_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
         .collect()
 }
 
-fn general_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
-    let scale = balance(n, &mut matrix);
-    let mut pairs = if n <= SMALL { small_block(n, matrix) } else { large_block(n, &matrix) };
+fn general_block(mut matrix: DMatrix<f64>) -> Vec<EigenPair> {
+    let scale = balance(&mut matrix);
+    let small = matrix.nrows() <= SMALL;
+    let mut pairs = if small { small_block(&matrix) } else { large_block(&matrix) };
     for pair in &mut pairs {
         pair.right.iter_mut().zip(&scale).for_each(|(z, d)| *z *= d);
         pair.left.iter_mut().zip(&scale).for_each(|(z, d)| *z /= d);
@@ -164,26 +136,15 @@ fn biorthogonal(pairs: &mut [EigenPair]) {
         if size == 1 {
             continue;
         }
-        let gram: Vec<Complex64> = (0..size * size)
-            .map(|k| {
-                let (right, left) =
-                    (&pairs[cluster[k / size]].right, &pairs[cluster[k % size]].left);
-                right.iter().zip(left).map(|(x, y)| x * y).sum()
-            })
-            .collect();
-        let factors = ComplexFactors::new(size, &gram);
-        let lefts: Vec<Vec<Complex64>> = (0..size)
-            .map(|j| {
-                let mut unit = vec![Complex64::default(); size];
-                unit[j] = Complex64::from(1.0);
-                let weights = factors.solve(&unit);
-                let mut left = vec![Complex64::default(); pairs[seed].left.len()];
-                for (weight, &k) in weights.iter().zip(&cluster) {
-                    left.iter_mut().zip(&pairs[k].left).for_each(|(sum, y)| *sum += weight * y);
-                }
-                left
-            })
-            .collect();
+        let basis = |of: fn(&EigenPair) -> &Vec<Complex64>| {
+            let columns = cluster.iter().flat_map(|&k| of(&pairs[k]).iter().copied());
+            DMatrix::from_iterator(pairs[seed].left.len(), size, columns)
+        };
+        let (right, left) = (basis(|pair| &pair.right), basis(|pair| &pair.left));
+        let weights = Factors::new(right.tr_mul(&left)).solve(DMatrix::identity(size, size));
+        let lefts = left * weights;
+        let lefts: Vec<Vec<Complex64>> =
+            lefts.column_iter().map(|left| left.iter().copied().collect()).collect();
         let condition = |(left, &k): (&Vec<Complex64>, &usize)| norm(left) * norm(&pairs[k].right);
         // A comparison that also fails for NaN.
         if lefts.iter().zip(&cluster).map(condition).all(|condition| condition <= SEMISIMPLE) {
@@ -192,20 +153,22 @@ fn biorthogonal(pairs: &mut [EigenPair]) {
     }
 }
 
-fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
-    let mut rotation = vec![0.0; n * n];
+fn small_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
+    let n = matrix.nrows();
+    // Row by row, as it is reduced: the columns of the transposed. Those of the rotations are Schur vectors.
+    let (mut form, mut rotation) = (matrix.transpose(), DMatrix::zeros(n, n));
     let mut values = vec![Complex64::default(); n];
-    schur::hessenberg(n, &mut matrix, Some(&mut rotation));
-    let converged = schur::francis(n, &mut matrix, Some(&mut rotation), &mut values);
-    let size = matrix.iter().map(|a| a.abs()).fold(0.0, f64::max);
-    let smallest = (f64::EPSILON * size).max(f64::MIN_POSITIVE);
+    schur::hessenberg(n, form.as_mut_slice(), Some(rotation.as_mut_slice()));
+    let converged =
+        schur::francis(n, form.as_mut_slice(), Some(rotation.as_mut_slice()), &mut values);
+    let smallest = (f64::EPSILON * form.amax()).max(f64::MIN_POSITIVE);
     let whole = |vector: &[Complex64], from: usize, to: usize| -> Vec<Complex64> {
         let mut whole = vec![Complex64::default(); n];
-        for (row, z) in rotation.chunks_exact(n).zip(vector).take(to).skip(from) {
+        for (column, z) in rotation.column_iter().zip(vector).take(to).skip(from) {
             if z.im == 0.0 {
-                whole.iter_mut().zip(row).for_each(|(sum, q)| sum.re += q * z.re);
+                whole.iter_mut().zip(&column).for_each(|(sum, q)| sum.re += q * z.re);
             } else {
-                whole.iter_mut().zip(row).for_each(|(sum, q)| *sum += q * z);
+                whole.iter_mut().zip(&column).for_each(|(sum, q)| *sum += q * z);
             }
         }
         whole
@@ -217,11 +180,11 @@ fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
         let is_pair = values[first].im != 0.0;
         let last = if is_pair { first + 1 } else { first };
         let value = if converged { values[first] } else { f64::NAN.into() };
-        let t = |i: usize, j: usize| matrix[i * n + j];
+        let t = |i: usize, j: usize| form[(j, i)];
         schur::quasi_triangular_vector(t, value, last, is_pair, smallest, &mut vector);
         let right = whole(&vector, 0, last + 1);
         // The transposed matrix with both orders reversed is upper quasi-triangular as well.
-        let flipped = |i: usize, j: usize| matrix[(n - 1 - j) * n + n - 1 - i];
+        let flipped = |i: usize, j: usize| form[(n - 1 - i, n - 1 - j)];
         let corner = n - 1 - first;
         schur::quasi_triangular_vector(flipped, value, corner, is_pair, smallest, &mut vector);
         vector.reverse();
@@ -231,48 +194,44 @@ fn small_block(n: usize, mut matrix: Vec<f64>) -> Vec<EigenPair> {
     pairs
 }
 
-/// Eigenvalues alone of a real matrix of at most [`SMALL`] rows, or None if the iteration failed.
-pub(crate) fn small_values(n: usize, matrix: &mut [f64], values: &mut [Complex64]) -> Option<()> {
-    balance(n, matrix);
-    schur::hessenberg(n, matrix, None);
-    schur::francis(n, matrix, None, values).then_some(())
-}
-
-/// Eigenvalues alone of a real matrix of any size (row-major), both of each conjugate pair.
-pub(crate) fn values(n: usize, matrix: &[f64]) -> Vec<Complex64> {
-    let mut matrix = matrix.to_vec();
-    let mut values = vec![Complex64::default(); n];
-    if n <= SMALL {
-        if small_values(n, &mut matrix, &mut values).is_none() {
-            values.fill(f64::NAN.into());
-        }
-        return values;
+/// Eigenvalues alone of a real matrix, both of each conjugate pair; NaN where the iteration failed.
+pub(crate) fn values(mut matrix: DMatrix<f64>) -> Vec<Complex64> {
+    let n = matrix.nrows();
+    balance(&mut matrix);
+    if n > SMALL {
+        return large_values(&matrix);
     }
-    balance(n, &mut matrix);
-    large_values(n, &matrix)
+    let mut values = vec![Complex64::default(); n];
+    // Row by row, as it is reduced.
+    matrix.transpose_mut();
+    schur::hessenberg(n, matrix.as_mut_slice(), None);
+    if !schur::francis(n, matrix.as_mut_slice(), None, &mut values) {
+        values.fill(f64::NAN.into());
+    }
+    values
 }
 
-fn large_values(n: usize, matrix: &[f64]) -> Vec<Complex64> {
-    let matrix = row_major(n, n, matrix);
+fn large_values(matrix: &DMatrix<f64>) -> Vec<Complex64> {
+    let n = matrix.nrows();
     let (mut re, mut im) = (Diag::<f64>::zeros(n), Diag::<f64>::zeros(n));
     let params: Spec<EvdParams, f64> = Spec::new(Auto::<f64>::auto());
     let none = ComputeEigenvectors::No;
     let mut memory = MemBuffer::new(evd_scratch::<f64>(n, none, none, Par::Seq, params));
     let stack = MemStack::new(&mut memory);
     let solved =
-        evd_real(matrix.as_ref(), re.as_mut(), im.as_mut(), None, None, Par::Seq, stack, params);
+        evd_real(viewed(matrix), re.as_mut(), im.as_mut(), None, None, Par::Seq, stack, params);
     (0..n)
         .map(|j| if solved.is_ok() { Complex64::new(re[j], im[j]) } else { f64::NAN.into() })
         .collect()
 }
 
-fn large_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
-    if let Some(banded) = Banded::new(n, matrix)
-        && let Some(pairs) = banded.pairs(&large_values(n, matrix))
+fn large_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
+    let n = matrix.nrows();
+    if let Some(banded) = Banded::new(matrix)
+        && let Some(pairs) = banded.pairs(&large_values(matrix))
     {
         return pairs;
     }
-    let matrix = row_major(n, n, matrix);
     let mut re = Diag::<f64>::zeros(n);
     let mut im = Diag::<f64>::zeros(n);
     let mut left = Mat::<f64>::zeros(n, n);
@@ -286,7 +245,7 @@ fn large_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
         params,
     ));
     let converged = evd_real(
-        matrix.as_ref(),
+        viewed(matrix),
         re.as_mut(),
         im.as_mut(),
         Some(left.as_mut()),
@@ -326,7 +285,8 @@ fn large_block(n: usize, matrix: &[f64]) -> Vec<EigenPair> {
 
 /// Scales rows and columns by powers of two until their norms agree (Parlett and Reinsch 1969; norms
 /// over off-diagonal entries). Returns d with `matrix := D^-1 matrix D`.
-fn balance(n: usize, matrix: &mut [f64]) -> Vec<f64> {
+fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
+    let n = matrix.nrows();
     let mut scale = vec![1.0; n];
     // Converges in two or three rounds; the bound only guards against cycling by rounding.
     for _ in 0..32 {
@@ -334,8 +294,8 @@ fn balance(n: usize, matrix: &mut [f64]) -> Vec<f64> {
         for i in 0..n {
             let (mut column, mut row) = (0.0, 0.0);
             for j in (0..n).filter(|&j| j != i) {
-                column += matrix[j * n + i].abs();
-                row += matrix[i * n + j].abs();
+                column += matrix[(j, i)].abs();
+                row += matrix[(i, j)].abs();
             }
             // Within a factor of four little is gained, and most rows are.
             if column == 0.0 || row == 0.0 || (row < 4.0 * column && column < 4.0 * row) {
@@ -345,10 +305,8 @@ fn balance(n: usize, matrix: &mut [f64]) -> Vec<f64> {
             if (column * factor + row / factor) < 0.95 * (column + row) {
                 balanced = false;
                 scale[i] *= factor;
-                for j in 0..n {
-                    matrix[j * n + i] *= factor;
-                    matrix[i * n + j] /= factor;
-                }
+                matrix.column_mut(i).iter_mut().for_each(|a| *a *= factor);
+                matrix.row_mut(i).iter_mut().for_each(|a| *a /= factor);
             }
         }
         if balanced {
@@ -358,221 +316,30 @@ fn balance(n: usize, matrix: &mut [f64]) -> Vec<f64> {
     scale
 }
 
-/// Lower Cholesky factor of a symmetric matrix (row-major), or the first pivot that is not positive
-/// (more than rounding of its diagonal entry) with its index.
-pub(crate) fn cholesky(n: usize, matrix: &[f64]) -> Result<Vec<f64>, (usize, f64)> {
-    let mut factor = vec![0.0; n * n];
-    for i in 0..n {
-        for j in 0..=i {
-            let dot: f64 = (0..j).map(|k| factor[i * n + k] * factor[j * n + k]).sum();
-            let rest = matrix[i * n + j] - dot;
-            if i != j {
-                factor[i * n + j] = rest / factor[j * n + j];
-            } else if rest > 1e-14 * matrix[i * n + i].abs() {
-                factor[i * n + i] = rest.sqrt();
-            } else {
-                return Err((i, rest));
-            }
-        }
-    }
-    Ok(factor)
-}
-
-/// `G^-1 matrix` for a lower triangular G; all row-major.
-pub(crate) fn lower_solve(n: usize, factor: &[f64], matrix: &[f64]) -> Vec<f64> {
-    let mut solution = matrix.to_vec();
-    for i in 0..n {
-        for k in 0..i {
-            let entry = factor[i * n + k];
-            for j in 0..n {
-                solution[i * n + j] -= entry * solution[k * n + j];
-            }
-        }
-        for j in 0..n {
-            solution[i * n + j] /= factor[i * n + i];
-        }
-    }
-    solution
-}
-
-/// `G^-T vector` for a lower triangular G.
-pub(crate) fn lower_transposed_solve(factor: &[f64], vector: &[Complex64]) -> Vec<Complex64> {
-    let n = vector.len();
-    let mut solution = vector.to_vec();
-    for i in (0..n).rev() {
-        for k in i + 1..n {
-            let above = solution[k];
-            solution[i] -= factor[k * n + i] * above;
-        }
-        solution[i] /= factor[i * n + i];
-    }
-    solution
-}
-
-/// `matrix^-1 rhs`, both n by n and row-major.
-pub(crate) fn solve(n: usize, matrix: &[f64], rhs: &[f64]) -> Vec<f64> {
-    Factors::new(n, matrix).solve(rhs)
-}
-
-/// A real matrix (n by n, row-major) for many solutions with it.
-#[derive(Debug)]
-pub(crate) struct Factors(faer::linalg::solvers::PartialPivLu<f64>);
-
-impl Factors {
-    pub fn new(n: usize, matrix: &[f64]) -> Self {
-        Self(row_major(n, n, matrix).partial_piv_lu())
-    }
-
-    /// `matrix^-1 rhs`, n rows, row-major.
-    pub fn solve(&self, rhs: &[f64]) -> Vec<f64> {
-        let n = self.0.nrows();
-        let columns = rhs.len() / n.max(1);
-        let solution = self.0.solve(row_major(n, columns, rhs));
-        (0..rhs.len()).map(|k| solution[(k / columns, k % columns)]).collect()
-    }
-
-    /// `matrix^-T vector`
-    pub fn transposed_solve(&self, vector: &[Complex64]) -> Vec<Complex64> {
-        let part = |i: usize, j: usize| if j == 0 { vector[i].re } else { vector[i].im };
-        let solution = self.0.solve_transpose(Mat::from_fn(vector.len(), 2, part));
-        (0..vector.len()).map(|i| Complex64::new(solution[(i, 0)], solution[(i, 1)])).collect()
-    }
-}
-
-/// `matrix^-1 rhs` for a complex matrix (n by n, row-major) and right-hand sides one after the other.
-#[derive(Debug)]
-pub(crate) struct ComplexFactors(faer::linalg::solvers::PartialPivLu<Complex64>);
-
-impl ComplexFactors {
-    pub fn new(n: usize, matrix: &[Complex64]) -> Self {
-        Self(Mat::from_fn(n, n, |i, j| matrix[i * n + j]).partial_piv_lu())
-    }
-
-    pub fn solve(&self, rhs: &[Complex64]) -> Vec<Complex64> {
-        let solution = self.0.solve(Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]));
-        (0..rhs.len()).map(|i| solution[(i, 0)]).collect()
-    }
-
-    /// `matrix^-T rhs`
-    pub fn transposed_solve(&self, rhs: &[Complex64]) -> Vec<Complex64> {
-        let solution = self.0.solve_transpose(Mat::from_fn(rhs.len(), 1, |i, _| rhs[i]));
-        (0..rhs.len()).map(|i| solution[(i, 0)]).collect()
-    }
-}
-
-/// Sign of the determinant (row-major), 0 where it is lost in rounding of the equilibrated rows.
-pub(crate) fn determinant_sign(n: usize, matrix: &[f64]) -> f64 {
-    eliminate(n, &mut matrix.to_vec(), &mut vec![0.0; n])
-}
-
-/// Overwrites `rhs` by `matrix^-1 rhs` and the matrix (row-major) by what elimination leaves of it; whether the matrix is
-/// regular. In place, without the overhead of a factorization: of a small matrix it takes a part of a microsecond.
-pub(crate) fn solve_in_place(n: usize, matrix: &mut [f64], rhs: &mut [f64]) -> bool {
-    if eliminate(n, matrix, rhs) == 0.0 {
-        return false;
-    }
-    for i in (0..n).rev() {
-        let row = &matrix[i * n..(i + 1) * n];
-        let known: f64 = row[i + 1..].iter().zip(&rhs[i + 1..]).map(|(a, x)| a * x).sum();
-        rhs[i] = (rhs[i] - known) / row[i];
-    }
-    true
-}
-
-/// Elimination with partial pivoting of the equilibrated rows: an upper triangle stays. Returns the sign of the
-/// determinant, 0 where it is lost in rounding.
-fn eliminate(n: usize, matrix: &mut [f64], rhs: &mut [f64]) -> f64 {
-    for (row, value) in matrix.chunks_exact_mut(n.max(1)).zip(&mut *rhs) {
-        let largest = row.iter().map(|a| a.abs()).fold(0.0, f64::max);
-        row.iter_mut().for_each(|a| *a /= largest);
-        *value /= largest;
-    }
-    let mut sign = 1.0;
-    for k in 0..n {
-        let size = |i: usize| matrix[i * n + k].abs();
-        let pivot = (k..n).fold(k, |best, i| if size(i) > size(best) { i } else { best });
-        // NaN, from a row of zeros, is lost as well.
-        if !(size(pivot) > f64::EPSILON * n as f64) {
-            return 0.0;
-        }
-        if pivot != k {
-            let (above, below) = matrix.split_at_mut(pivot * n);
-            above[k * n..(k + 1) * n].swap_with_slice(&mut below[..n]);
-            rhs.swap(pivot, k);
-            sign = -sign;
-        }
-        let (above, below) = matrix.split_at_mut((k + 1) * n);
-        let source = &above[k * n + k..];
-        sign *= source[0].signum();
-        for (i, row) in below.chunks_exact_mut(n).enumerate() {
-            let factor = row[k] / source[0];
-            row[k..].iter_mut().zip(source).for_each(|(a, b)| *a -= factor * b);
-            rhs[k + 1 + i] -= factor * rhs[k];
-        }
-    }
-    sign
-}
-
-/// Size up to which a matrix is eliminated with complete pivoting.
-const COMPLETE_PIVOTING: usize = 200;
-
-/// Smallest pivot of elimination over the largest one: 0 for a singular matrix. With complete pivoting, but for
-/// matrices so large that only partial pivoting is quick.
-pub(crate) fn smallest_relative_pivot(n: usize, matrix: &[f64]) -> f64 {
-    if n == 0 {
-        return 1.0;
-    }
-    let matrix = row_major(n, n, matrix);
-    let diagonal = if n <= COMPLETE_PIVOTING {
-        matrix.full_piv_lu().U().diagonal().column_vector().to_owned()
-    } else {
-        matrix.partial_piv_lu().U().diagonal().column_vector().to_owned()
-    };
-    let pivots: Vec<f64> = diagonal.iter().map(|pivot| pivot.abs()).collect();
-    let largest = pivots.iter().copied().fold(0.0, f64::max);
-    let smallest = pivots.iter().copied().fold(f64::INFINITY, f64::min);
-    if largest > 0.0 { smallest / largest } else { 0.0 }
-}
-
-fn row_major(rows: usize, columns: usize, entries: &[f64]) -> Mat<f64> {
-    Mat::from_fn(rows, columns, |i, j| entries[i * columns + j])
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::linalg::eigenpair::norm;
+    use nalgebra::DVector;
 
-    fn residuals(n: usize, matrix: &[f64], pair: &EigenPair) -> (f64, f64) {
-        let norm_matrix = matrix.iter().map(|a| a * a).sum::<f64>().sqrt();
-        let right: Vec<Complex64> = (0..n)
-            .map(|i| {
-                (0..n).map(|j| matrix[i * n + j] * pair.right[j]).sum::<Complex64>()
-                    - pair.value * pair.right[i]
-            })
-            .collect();
-        let left: Vec<Complex64> = (0..n)
-            .map(|j| {
-                (0..n).map(|i| matrix[i * n + j] * pair.left[i]).sum::<Complex64>()
-                    - pair.value * pair.left[j]
-            })
-            .collect();
-        (
-            norm(&right) / (norm_matrix * norm(&pair.right)),
-            norm(&left) / (norm_matrix * norm(&pair.left)),
-        )
+    fn residuals(matrix: &DMatrix<f64>, pair: &EigenPair) -> (f64, f64) {
+        let relative = |matrix: DMatrix<f64>, vector: &[Complex64]| {
+            let vector = DVector::from_column_slice(vector);
+            let residual = matrix.map(Complex64::from) * &vector - &vector * pair.value;
+            residual.norm() / (matrix.norm() * vector.norm())
+        };
+        (relative(matrix.clone(), &pair.right), relative(matrix.transpose(), &pair.left))
     }
 
     proptest::proptest! {
         /// Pins the library's conventions: left vectors conjugated, pairs in two columns, sizes 1 to 12.
         #[test]
         fn right_and_left_residuals(n in 1usize..12, seed in proptest::collection::vec(-1.0f64..1.0, 144)) {
-            let matrix = &seed[..n * n];
-            let pairs = real_matrix(n, matrix);
+            let matrix = DMatrix::from_column_slice(n, n, &seed[..n * n]);
+            let pairs = real_matrix(&matrix);
             let count: usize = pairs.iter().map(|pair| if pair.value.im == 0.0 { 1 } else { 2 }).sum();
             proptest::prop_assert_eq!(count, n);
             for pair in &pairs {
-                let (right, left) = residuals(n, matrix, pair);
+                let (right, left) = residuals(&matrix, pair);
                 // A backward-stable QR iteration leaves a modest multiple of n ulp.
                 proptest::prop_assert!(right < 1e-14 * n as f64 && left < 1e-14 * n as f64);
             }
@@ -581,10 +348,9 @@ mod tests {
 
     #[test]
     fn disconnected_blocks_are_solved_apart() {
-        let matrix = [2.0, 0.0, 1.0, 0.0, 5.0, 0.0, 1.0, 0.0, 2.0];
-        assert_eq!(connected_blocks(3, &matrix), vec![vec![0, 2], vec![1]]);
-        let mut values: Vec<f64> =
-            real_matrix(3, &matrix).iter().map(|pair| pair.value.re).collect();
+        let matrix = DMatrix::from_row_slice(3, 3, &[2.0, 0.0, 1.0, 0.0, 5.0, 0.0, 1.0, 0.0, 2.0]);
+        assert_eq!(connected_blocks(&matrix), vec![vec![0, 2], vec![1]]);
+        let mut values: Vec<f64> = real_matrix(&matrix).iter().map(|pair| pair.value.re).collect();
         values.sort_by(f64::total_cmp);
         assert!(values.iter().zip([1.0, 3.0, 5.0]).all(|(a, b)| (a - b).abs() < 1e-15 * 8.0));
     }
@@ -594,51 +360,28 @@ mod tests {
         #[test]
         fn values_are_those_of_the_pairs(n in proptest::sample::select(vec![2usize, 6, 12, 31, 33, 40]), seed in 0u64..1000) {
             let mut state = seed.wrapping_mul(2).wrapping_add(1);
-            let matrix: Vec<f64> = (0..n * n)
-                .map(|_| {
-                    state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                    (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-                })
-                .collect();
-            let found = values(n, &matrix);
-            for pair in real_matrix(n, &matrix) {
+            let matrix = DMatrix::from_fn(n, n, |_, _| {
+                state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+                (state >> 11) as f64 / (1u64 << 53) as f64 - 0.5
+            });
+            let found = values(matrix.clone());
+            for pair in real_matrix(&matrix) {
                 let distance = found.iter().map(|z| (z - pair.value).norm()).fold(f64::INFINITY, f64::min);
                 // Both are backward stable; the norm is about the square root of n.
                 proptest::prop_assert!(distance <= 1e-14 * n as f64 * pair.condition());
             }
         }
-
-        #[test]
-        fn determinant_signs_follow_the_eigenvalues(shift in -3.0f64..3.0) {
-            // Rotated by 1 rad, eigenvalues 1 - shift and 2 - shift.
-            let (sin, cos) = 1.0f64.sin_cos();
-            let matrix = [
-                cos * cos + 2.0 * sin * sin - shift, -sin * cos,
-                -sin * cos, sin * sin + 2.0 * cos * cos - shift,
-            ];
-            let expected = ((1.0 - shift) * (2.0 - shift)).signum();
-            proptest::prop_assume!((1.0 - shift).abs().min((2.0 - shift).abs()) > 1e-12);
-            proptest::prop_assert_eq!(determinant_sign(2, &matrix), expected);
-        }
-    }
-
-    #[test]
-    fn a_lost_determinant_has_no_sign() {
-        assert_eq!(determinant_sign(2, &[1.0, 2.0, 2.0, 4.0]), 0.0);
-        assert_eq!(determinant_sign(2, &[0.0, 0.0, 2.0, 4.0]), 0.0);
     }
 
     /// `M^-1 K` with `K = 1` and a mass that is neither symmetric nor of distinct eigenvalues.
     #[test]
     fn vectors_of_repeated_values_are_biorthogonal() {
         for n in [4, SMALL + 8] {
-            let entry = |k: usize| match (k / n, k % n) {
-                (i, j) if i == j => 1.0,
-                (0, _) => 0.3,
+            let pairs = real_matrix(&DMatrix::from_fn(n, n, |i, j| match i {
+                _ if i == j => 1.0,
+                0 => 0.3,
                 _ => 0.6,
-            };
-            let matrix: Vec<f64> = (0..n * n).map(entry).collect();
-            let pairs = real_matrix(n, &matrix);
+            }));
             for (i, p) in pairs.iter().enumerate() {
                 for (j, q) in pairs.iter().enumerate().filter(|&(j, _)| j != i) {
                     let product: Complex64 = p.right.iter().zip(&q.left).map(|(x, y)| x * y).sum();
@@ -651,7 +394,11 @@ mod tests {
 
     #[test]
     fn a_defective_block_is_solved_and_known_by_its_condition() {
-        let pairs = real_matrix(3, &[2.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 2.0]);
+        let pairs = real_matrix(&DMatrix::from_row_slice(
+            3,
+            3,
+            &[2.0, 1.0, 0.0, 0.0, 2.0, 1.0, 0.0, 0.0, 2.0],
+        ));
         // The eigenvalue of a triple Jordan block is uncertain by the cube root of rounding.
         assert!(
             pairs.iter().all(|pair| (pair.value - 2.0).norm() < 1e-5 && !(pair.condition() < 1e8))

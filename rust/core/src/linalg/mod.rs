@@ -1,6 +1,7 @@
 //! Matrices, eigenproblems and factorizations.
 
 pub(crate) mod banded_vectors;
+pub(crate) mod components;
 pub(crate) mod dense;
 pub(crate) mod eigen;
 pub(crate) mod eigenpair;
@@ -8,4 +9,5 @@ pub(crate) mod parallel;
 pub(crate) mod schur;
 pub(crate) mod sparse;
 
+pub use nalgebra::DMatrix;
 pub use sparse::SparseMatrix;

@@ -1,5 +1,7 @@
 //! Sparse matrices in compressed rows: the one form in which a scene keeps its matrices.
 
+use nalgebra::DMatrix;
+
 use crate::error::Error;
 
 /// A square matrix in compressed rows, column indices ascending within a row.
@@ -12,15 +14,18 @@ pub struct SparseMatrix {
 }
 
 impl SparseMatrix {
-    /// Keeps the nonzero entries of `rows` (row-major, `size * size`).
-    pub fn from_dense(size: usize, rows: &[f64]) -> Self {
-        let mut matrix = Self::with_capacity(size, size);
-        for row in rows.chunks_exact(size.max(1)).take(size) {
-            for (column, &value) in row.iter().enumerate() {
-                if value != 0.0 {
-                    matrix.columns.push(column);
-                    matrix.values.push(value);
-                }
+    /// Keeps the nonzero entries.
+    pub fn from_dense(dense: &DMatrix<f64>) -> Self {
+        Self::from_rows(dense.row_iter().map(|row| row.iter().copied().enumerate().collect()))
+    }
+
+    /// From (column, value), columns ascending within a row; keeps the nonzero entries.
+    pub(crate) fn from_rows(rows: impl ExactSizeIterator<Item = Vec<(usize, f64)>>) -> Self {
+        let mut matrix = Self::with_capacity(rows.len(), rows.len());
+        for row in rows {
+            for (column, value) in row.into_iter().filter(|entry| entry.1 != 0.0) {
+                matrix.columns.push(column);
+                matrix.values.push(value);
             }
             matrix.row_start.push(matrix.columns.len());
         }
@@ -182,37 +187,52 @@ impl SparseMatrix {
         sum
     }
 
-    /// `transform' self transform` for a dense transform (row-major).
-    pub fn congruent(&self, transform: &[f64]) -> Self {
-        let n = self.size;
-        let mut product = vec![0.0; n * n];
-        for row in 0..n {
-            for (column, value) in self.row(row) {
-                for j in 0..n {
-                    product[row * n + j] += value * transform[column * n + j];
+    /// `self other`
+    pub(crate) fn product(&self, other: &Self) -> Self {
+        let mut sums = vec![0.0; self.size];
+        Self::from_rows((0..self.size).map(|row| {
+            let mut touched = Vec::new();
+            for (k, factor) in self.row(row) {
+                for (column, value) in other.row(k) {
+                    sums[column] += factor * value;
+                    touched.push(column);
                 }
             }
-        }
-        let mut congruent = vec![0.0; n * n];
-        for k in 0..n {
-            for i in 0..n {
-                let factor = transform[k * n + i];
-                if factor != 0.0 {
-                    for j in 0..n {
-                        congruent[i * n + j] += factor * product[k * n + j];
-                    }
-                }
-            }
-        }
+            touched.sort_unstable();
+            touched.dedup();
+            touched.into_iter().map(|column| (column, std::mem::take(&mut sums[column]))).collect()
+        }))
+    }
+
+    /// `self dense`
+    pub(crate) fn times(&self, dense: &DMatrix<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(self.size, dense.ncols(), |i, j| {
+            self.row(i).map(|(k, value)| value * dense[(k, j)]).sum()
+        })
+    }
+
+    /// `transform' self transform` of a symmetric matrix.
+    pub(crate) fn congruent(&self, transform: &Self) -> Self {
+        let congruent = transform.transposed().product(&self.product(transform));
         // Rounding leaves the two triangles different by an ulp; the problem is symmetric.
-        for i in 0..n {
-            for j in 0..i {
-                let mean = 0.5 * (congruent[i * n + j] + congruent[j * n + i]);
-                congruent[i * n + j] = mean;
-                congruent[j * n + i] = mean;
-            }
-        }
-        Self::from_dense(n, &congruent)
+        congruent.combined(0.5, &congruent.transposed(), 0.5)
+    }
+
+    /// The entries whose (row, column) is wanted.
+    pub(crate) fn filtered(&self, wanted: impl Fn(usize, usize) -> bool) -> Self {
+        Self::from_rows(
+            (0..self.size)
+                .map(|row| self.row(row).filter(|&(column, _)| wanted(row, column)).collect()),
+        )
+    }
+
+    pub(crate) fn is_diagonal(&self) -> bool {
+        (0..self.size).all(|row| self.row(row).all(|(column, _)| column == row))
+    }
+
+    /// `self x`
+    pub(crate) fn apply(&self, x: &[f64]) -> Vec<f64> {
+        (0..self.size).map(|row| self.row_dot(row, x)).collect()
     }
 
     /// Largest row sum of absolute values.
@@ -261,31 +281,18 @@ impl SparseMatrix {
         Ok(self.combined(0.5, &transposed, 0.5))
     }
 
-    fn transposed(&self) -> Self {
+    pub(crate) fn transposed(&self) -> Self {
         let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
         for row in 0..self.size {
-            for (column, value) in self.row(row) {
-                rows[column].push((row, value));
-            }
+            self.row(row).for_each(|(column, value)| rows[column].push((row, value)));
         }
-        let mut transposed = Self::with_capacity(self.size, self.entries());
-        for row in rows {
-            for (column, value) in row {
-                transposed.columns.push(column);
-                transposed.values.push(value);
-            }
-            transposed.row_start.push(transposed.columns.len());
-        }
-        transposed
+        Self::from_rows(rows.into_iter())
     }
 
-    pub fn to_dense(&self) -> Vec<f64> {
-        let n = self.size;
-        let mut dense = vec![0.0; n * n];
-        for row in 0..n {
-            for (column, value) in self.row(row) {
-                dense[row * n + column] = value;
-            }
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        let mut dense = DMatrix::zeros(self.size, self.size);
+        for row in 0..self.size {
+            self.row(row).for_each(|(column, value)| dense[(row, column)] = value);
         }
         dense
     }

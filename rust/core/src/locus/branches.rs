@@ -8,6 +8,7 @@
 //! At an exceptional point of a real parameter two branches meet and no continuation exists; there the interval shrinks
 //! to [`RESOLUTION`], and the nearest eigenvalues are joined.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -90,7 +91,7 @@ impl Node {
                 stiffness
             }
         };
-        let moved = moved_entries(pencil.size, &path.derivative(value));
+        let moved = moved_entries(&path.derivative(value));
         Ok(Self {
             value,
             slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
@@ -308,11 +309,17 @@ fn is_real(vector: &[Complex64]) -> bool {
 /// Row, column and the entries of M', C', K' where any of them differs from zero: most parameters move few.
 type Moved = (usize, usize, [f64; 3]);
 
-fn moved_entries(size: usize, [mass, damping, stiffness]: &[Vec<f64>; 3]) -> Vec<Moved> {
-    (0..size * size)
-        .filter(|&k| mass[k] != 0.0 || damping[k] != 0.0 || stiffness[k] != 0.0)
-        .map(|k| (k / size, k % size, [mass[k], damping[k], stiffness[k]]))
-        .collect()
+fn moved_entries([mass, damping, stiffness]: &[DMatrix<f64>; 3]) -> Vec<Moved> {
+    let mut moved = Vec::new();
+    for i in 0..mass.nrows() {
+        for j in 0..mass.ncols() {
+            let entries = [mass, damping, stiffness].map(|matrix| matrix[(i, j)]);
+            if entries != [0.0; 3] {
+                moved.push((i, j, entries));
+            }
+        }
+    }
+    moved
 }
 
 /// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`

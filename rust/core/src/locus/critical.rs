@@ -7,7 +7,7 @@
 use num_complex::Complex64;
 
 use crate::error::Error;
-use crate::linalg::eigen::determinant_sign;
+use crate::linalg::dense::determinant_sign;
 use crate::locus::branches::{Member, Mesh, Node};
 use crate::locus::critical_point::{
     CriticalKind, CriticalPoint, RESOLUTION, Stretch, significant_sign,
@@ -211,14 +211,9 @@ impl Search<'_> {
     /// Where det K_s changes its sign: a real eigenvalue passes zero. The sign beyond tells the direction, because
     /// `det P(lambda)` has the sign of det M for large lambda: an odd number of positive eigenvalues makes it change.
     fn divergences(&self) -> Vec<CriticalPoint> {
-        let m = self.path.size;
-        let matrices = |p: f64| {
-            let expansion = self.path.expansion(p.into());
-            [0, 2].map(|k: usize| expansion.matrices[k].iter().map(|z| z.re).collect::<Vec<f64>>())
-        };
         let sign = |p: f64| {
-            let [mass, stiffness] = matrices(p);
-            determinant_sign(m, &mass) * determinant_sign(m, &stiffness)
+            let [mass, _, stiffness, ..] = self.path.matrices(p);
+            determinant_sign(mass) * determinant_sign(stiffness)
         };
         let mut points = Vec::new();
         let mut last: Option<(usize, f64)> = None;

@@ -11,9 +11,10 @@
 //! eigenvalue is double. The bordered matrix is regular there if the double eigenvalue has one vector, so Newton's
 //! method for `(g, dg/d lambda) = 0` converges quadratically where eigenvalues themselves lose half their digits.
 
+use nalgebra::DVector;
 use num_complex::Complex64;
 
-use crate::linalg::eigen::ComplexFactors;
+use crate::linalg::dense::Factors;
 use crate::locus::parameter_path::{Expansion, Path};
 
 /// Newton steps before a start is given up; from a useful start six suffice.
@@ -40,45 +41,27 @@ impl ImplicitDeterminant {
         let m = right.len();
         let [mass, damping, stiffness] = &expansion.matrices;
         let [mass_slope, damping_slope, stiffness_slope] = &expansion.slopes;
-        let at = |f: &dyn Fn(usize) -> Complex64| (0..m * m).map(f).collect::<Vec<_>>();
-        let p = at(&|k| lambda * (lambda * mass[k] + damping[k]) + stiffness[k]);
-        let p_lambda = at(&|k| 2.0 * lambda * mass[k] + damping[k]);
-        let p_parameter =
-            at(&|k| lambda * (lambda * mass_slope[k] + damping_slope[k]) + stiffness_slope[k]);
-        let p_both = at(&|k| 2.0 * lambda * mass_slope[k] + damping_slope[k]);
-        let size = p.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt().max(f64::MIN_POSITIVE);
-        let length = |v: &[Complex64]| v.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-        let (right_length, left_length) = (length(right), length(left));
-        let n = m + 1;
-        let mut bordered = vec![Complex64::default(); n * n];
-        for i in 0..m {
-            for j in 0..m {
-                bordered[i * n + j] = p[i * m + j] / size;
-            }
-            bordered[i * n + m] = left[i].conj() / left_length;
-            bordered[m * n + i] = right[i].conj() / right_length;
-        }
-        let factors = ComplexFactors::new(n, &bordered);
-        let solve = |load: &dyn Fn(usize) -> Complex64, last: f64| {
-            let mut rhs: Vec<Complex64> = (0..m).map(|i| load(i) / size).collect();
-            rhs.push(last.into());
-            factors.solve(&rhs)
-        };
-        let row = |matrix: &[Complex64], i: usize, x: &[Complex64]| -> Complex64 {
-            matrix[i * m..(i + 1) * m].iter().zip(x).map(|(a, z)| a * z).sum()
-        };
-        let x = solve(&|_| Complex64::default(), 1.0);
-        let x_lambda = solve(&|i| -row(&p_lambda, i, &x), 0.0);
-        let x_parameter = solve(&|i| -row(&p_parameter, i, &x), 0.0);
-        let x_twice = solve(&|i| -2.0 * (row(&p_lambda, i, &x_lambda) + row(mass, i, &x)), 0.0);
-        let x_both = solve(
-            &|i| {
-                -row(&p_both, i, &x)
-                    - row(&p_lambda, i, &x_parameter)
-                    - row(&p_parameter, i, &x_lambda)
-            },
-            0.0,
-        );
+        let p = (mass * lambda + damping) * lambda + stiffness;
+        let p_lambda = mass * (2.0 * lambda) + damping;
+        let p_parameter = (mass_slope * lambda + damping_slope) * lambda + stiffness_slope;
+        let p_both = mass_slope * (2.0 * lambda) + damping_slope;
+        let size = Complex64::from(p.norm().max(f64::MIN_POSITIVE));
+        let border = |v: &[Complex64]| DVector::from_column_slice(v).conjugate().normalize();
+        let mut bordered = (p / size).resize(m + 1, m + 1, Complex64::default());
+        bordered.view_mut((0, m), (m, 1)).copy_from(&border(left));
+        bordered.view_mut((m, 0), (1, m)).copy_from(&border(right).transpose());
+        let factors = Factors::new(bordered);
+        let solve =
+            |load: DVector<Complex64>, last: f64| factors.solve((load / size).push(last.into()));
+        let own = |solution: &DVector<Complex64>| solution.rows(0, m).into_owned();
+        let x = solve(DVector::zeros(m), 1.0);
+        let vector = own(&x);
+        let x_lambda = solve(-(&p_lambda * &vector), 0.0);
+        let x_parameter = solve(-(&p_parameter * &vector), 0.0);
+        let (by_lambda, by_parameter) = (own(&x_lambda), own(&x_parameter));
+        let x_twice = solve((&p_lambda * &by_lambda + mass * &vector) * Complex64::from(-2.0), 0.0);
+        let x_both =
+            solve(-(p_both * vector + p_lambda * by_parameter + p_parameter * by_lambda), 0.0);
         Self {
             g: x[m],
             by_lambda: x_lambda[m],

@@ -5,6 +5,7 @@
 //! whoever samples the model. A series can be evaluated at complex p and differentiated, which is what
 //! sensitivities and exceptional points need.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::error::Error;
@@ -51,8 +52,8 @@ pub struct Path {
 /// M, C, K and their derivatives to p at one, possibly complex, p.
 #[derive(Debug, Clone)]
 pub(crate) struct Expansion {
-    pub matrices: [Vec<Complex64>; 3],
-    pub slopes: [Vec<Complex64>; 3],
+    pub matrices: [DMatrix<Complex64>; 3],
+    pub slopes: [DMatrix<Complex64>; 3],
 }
 
 impl Path {
@@ -60,23 +61,23 @@ impl Path {
     pub fn new(combination: Combination, size: usize, pieces: Vec<Piece>) -> Result<Self, Error> {
         let contacts = combination.statuses().len();
         let adjacent = pieces.windows(2).all(|pair| pair[0].upper == pair[1].lower);
-        let complete = |series: &Series, length: usize| {
-            !series.0.is_empty() && series.0.iter().all(|coefficient| coefficient.len() == length)
+        let complete = |series: &Series, shape: (usize, usize)| {
+            !series.0.is_empty() && series.0.iter().all(|coefficient| coefficient.shape() == shape)
         };
         let consistent = pieces.iter().all(|piece| {
             piece.half_width > 0.0
-                && complete(&piece.mass, size * size)
-                && complete(&piece.stiffness, size * size)
+                && complete(&piece.mass, (size, size))
+                && complete(&piece.stiffness, (size, size))
                 && match &piece.damping {
                     PathDamping::Proportional { alpha, beta } => {
-                        complete(alpha, 1) && complete(beta, 1)
+                        complete(alpha, (1, 1)) && complete(beta, (1, 1))
                     }
-                    PathDamping::General(series) => complete(series, size * size),
+                    PathDamping::General(series) => complete(series, (size, size)),
                 }
-                && complete(&piece.statics.load, size)
-                && complete(&piece.statics.rows, size * contacts)
-                && complete(&piece.statics.offsets, contacts)
-                && complete(&piece.statics.speeds, contacts)
+                && complete(&piece.statics.load, (size, 1))
+                && complete(&piece.statics.rows, (contacts, size))
+                && complete(&piece.statics.offsets, (contacts, 1))
+                && complete(&piece.statics.speeds, (contacts, 1))
         });
         if pieces.is_empty() || !adjacent || !consistent {
             return Err(Error::Shape {
@@ -88,10 +89,10 @@ impl Path {
         Ok(Self { combination, size, pieces })
     }
 
-    /// (M, C, K, M', C', K') at a real p, row-major.
-    pub fn matrices(&self, p: f64) -> [Vec<f64>; 6] {
+    /// (M, C, K, M', C', K') at a real p.
+    pub fn matrices(&self, p: f64) -> [DMatrix<f64>; 6] {
         let Expansion { matrices: [m, c, k], slopes: [dm, dc, dk] } = self.expansion(p.into());
-        [m, c, k, dm, dc, dk].map(|entries| entries.into_iter().map(|z| z.re).collect())
+        [m, c, k, dm, dc, dk].map(|matrix| matrix.map(|z| z.re))
     }
 
     /// The contact law of a scene: the friction of `contacts` from `lower` to `upper`, one value for all of them, or
@@ -108,10 +109,10 @@ impl Path {
         let mut column = vec![usize::MAX; scene.size];
         reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
         let series = |matrix: &crate::linalg::sparse::SparseMatrix| {
-            let (mut constant, mut slope) = (vec![0.0; m * m], vec![0.0; m * m]);
-            let add = |target: &mut [f64], i: usize, row: usize, factor: f64| {
+            let (mut constant, mut slope) = (DMatrix::zeros(m, m), DMatrix::zeros(m, m));
+            let add = |target: &mut DMatrix<f64>, i: usize, row: usize, factor: f64| {
                 for (k, value) in matrix.row(row).filter(|entry| column[entry.0] != usize::MAX) {
-                    target[i * m + column[k]] += factor * value;
+                    target[(i, column[k])] += factor * value;
                 }
             };
             reduced.kept.iter().enumerate().for_each(|(i, &k)| add(&mut constant, i, k, 1.0));
@@ -129,8 +130,9 @@ impl Path {
             Series(vec![constant, slope])
         };
         let load = |scene: &Scene| {
-            let mut constant: Vec<f64> = reduced.kept.iter().map(|&k| scene.force[k]).collect();
-            let mut slope = vec![0.0; m];
+            let kept = reduced.kept.iter().map(|&k| scene.force[k]);
+            let (mut constant, mut slope) =
+                (DMatrix::from_iterator(m, 1, kept), DMatrix::zeros(m, 1));
             for (contact, &status) in combination.statuses().iter().enumerate() {
                 let law = &scene.contacts[contact];
                 if status.is_sliding() {
@@ -143,7 +145,7 @@ impl Path {
                     }
                 }
             }
-            (constant, slope)
+            Series(vec![constant, slope])
         };
         let ends = [
             Statics::new(scene, &reduced),
@@ -160,8 +162,8 @@ impl Path {
             stiffness: series(&scene.stiffness),
             damping: match scene.proportional {
                 Some((alpha, beta)) => PathDamping::Proportional {
-                    alpha: Series::constant(vec![alpha]),
-                    beta: Series::constant(vec![beta]),
+                    alpha: Series::scalar(alpha),
+                    beta: Series::scalar(beta),
                 },
                 None => PathDamping::General(series(&scene.damping)),
             },
@@ -191,7 +193,7 @@ impl Path {
     pub(crate) fn pencil(&self, p: f64) -> Pencil {
         let (piece, t) = self.place(p);
         let m = self.size;
-        let rows = |series: &Series| DoubledRows::new(m, |i, j| series.doubled(i * m + j, t));
+        let rows = |series: &Series| DoubledRows::new(m, |i, j| series.doubled((i, j), t));
         Pencil {
             combination: self.combination.clone(),
             size: m,
@@ -207,7 +209,7 @@ impl Path {
     }
 
     /// (M', C', K') at a real p.
-    pub(crate) fn derivative(&self, p: f64) -> [Vec<f64>; 3] {
+    pub(crate) fn derivative(&self, p: f64) -> [DMatrix<f64>; 3] {
         let piece = self.piece(p);
         let constant = |series: &Series| series.0.len() == 1;
         if let PathDamping::Proportional { alpha, beta } = &piece.damping
@@ -216,15 +218,12 @@ impl Path {
             && constant(beta)
         {
             // Of friction, and of any other parameter that enters linearly.
-            let scaled =
-                |slope: &[f64]| slope.iter().map(|c| c / piece.half_width).collect::<Vec<_>>();
-            let (mass, stiffness) = (scaled(mass), scaled(stiffness));
-            let (alpha, beta) = (alpha.0[0][0], beta.0[0][0]);
-            let damping = mass.iter().zip(&stiffness).map(|(m, k)| alpha * m + beta * k).collect();
+            let (mass, stiffness) = (mass / piece.half_width, stiffness / piece.half_width);
+            let damping = &mass * alpha.0[0][0] + &stiffness * beta.0[0][0];
             return [mass, damping, stiffness];
         }
         let Expansion { slopes, .. } = self.expansion(p.into());
-        slopes.map(|entries| entries.into_iter().map(|z| z.re).collect())
+        slopes.map(|slope| slope.map(|z| z.re))
     }
 
     /// The problem and its derivative at a complex p.
@@ -232,9 +231,8 @@ impl Path {
         let piece = self.piece(p.re);
         let t = (p - piece.centre) / piece.half_width;
         let scaled = |series: &Series| {
-            let (value, mut slope) = series.expanded(t);
-            slope.iter_mut().for_each(|z| *z /= piece.half_width);
-            (value, slope)
+            let (value, slope) = series.expanded(t);
+            (value, slope / Complex64::from(piece.half_width))
         };
         let (mass, mass_slope) = scaled(&piece.mass);
         let (stiffness, stiffness_slope) = scaled(&piece.stiffness);
@@ -242,14 +240,10 @@ impl Path {
             PathDamping::General(series) => scaled(series),
             PathDamping::Proportional { alpha, beta } => {
                 let ((alpha, alpha_slope), (beta, beta_slope)) = (scaled(alpha), scaled(beta));
-                let combined = |a: Complex64, b: Complex64, m: &[Complex64], k: &[Complex64]| {
-                    m.iter().zip(k).map(|(m, k)| a * m + b * k).collect::<Vec<_>>()
-                };
-                let value = combined(alpha[0], beta[0], &mass, &stiffness);
-                let mut slope = combined(alpha[0], beta[0], &mass_slope, &stiffness_slope);
-                let moved = combined(alpha_slope[0], beta_slope[0], &mass, &stiffness);
-                slope.iter_mut().zip(moved).for_each(|(z, more)| *z += more);
-                (value, slope)
+                let (alpha, beta) = (alpha[0], beta[0]);
+                let moved = &mass * alpha_slope[0] + &stiffness * beta_slope[0];
+                let slope = &mass_slope * alpha + &stiffness_slope * beta + moved;
+                (&mass * alpha + &stiffness * beta, slope)
             }
         };
         Expansion {

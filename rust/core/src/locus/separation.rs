@@ -8,7 +8,7 @@
 
 use num_complex::Complex64;
 
-use crate::linalg::eigen::solve_in_place;
+use crate::linalg::dense::regular_solution;
 use crate::locus::critical_point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::parameter_path::Path;
 use crate::locus::series::{Series, StaticSeries};
@@ -115,12 +115,12 @@ impl Path {
 
     pub(crate) fn steady_at(&self, p: f64) -> Steady {
         let (piece, t) = self.place(p);
-        piece.statics.at(t).steady(&self.combination, &mut piece.stiffness.at(t))
+        piece.statics.at(t).steady(&self.combination, piece.stiffness.at(t))
     }
 
     pub(crate) fn speeds(&self, p: f64) -> Vec<f64> {
         let (piece, t) = self.place(p);
-        piece.statics.speeds.at(t)
+        piece.statics.speeds.at(t).data.into()
     }
 
     /// The margins at p with their derivatives, `q' = K^-1 (F' - K' q)`; None where the stiffness is singular.
@@ -129,33 +129,20 @@ impl Path {
         let StaticSeries { load, rows, offsets, .. } = &piece.statics;
         let both = |series: &Series| {
             let (value, slope) = series.expanded(t.into());
-            let real = |entries: Vec<Complex64>, scale: f64| {
-                entries.into_iter().map(|z| z.re / scale).collect::<Vec<f64>>()
-            };
-            (real(value, 1.0), real(slope, piece.half_width))
+            (value.map(|z| z.re), slope.map(|z| z.re / piece.half_width))
         };
-        let (stiffness, stiffness_slope) = both(&piece.stiffness);
-        let (mut q, mut q_slope) = both(load);
-        let m = q.len();
-        if !solve_in_place(m, &mut stiffness.clone(), &mut q) {
-            return None;
-        }
-        for (i, slope) in q_slope.iter_mut().enumerate() {
-            let row = &stiffness_slope[i * m..(i + 1) * m];
-            *slope -= row.iter().zip(&q).map(|(a, x)| a * x).sum::<f64>();
-        }
-        solve_in_place(m, &mut stiffness.clone(), &mut q_slope);
+        let ((stiffness, stiffness_slope), (load, load_slope)) =
+            (both(&piece.stiffness), both(load));
+        let q = regular_solution(stiffness.clone(), load.as_slice())?;
+        let q_slope = regular_solution(stiffness, (load_slope - stiffness_slope * &q).as_slice())?;
         let ((rows, rows_slope), (offsets, offsets_slope)) = (both(rows), both(offsets));
+        let moved = &rows * q_slope + rows_slope * &q - offsets_slope;
         let margin = |i: usize| {
-            let row = i * m..(i + 1) * m;
-            let terms = rows[row.clone()].iter().zip(&q).map(|(a, x)| a * x);
-            let size: f64 = terms.clone().map(f64::abs).sum();
-            let moved = rows[row.clone()].iter().zip(&q_slope).map(|(a, x)| a * x).sum::<f64>()
-                + rows_slope[row].iter().zip(&q).map(|(a, x)| a * x).sum::<f64>();
+            let terms = rows.row(i).transpose().component_mul(&q);
             MarginAt {
-                value: terms.sum::<f64>() - offsets[i],
-                slope: moved - offsets_slope[i],
-                uncertainty: 64.0 * f64::EPSILON * (size + offsets[i].abs()),
+                value: terms.sum() - offsets[i],
+                slope: moved[i],
+                uncertainty: 64.0 * f64::EPSILON * (terms.lp_norm(1) + offsets[i].abs()),
             }
         };
         Some((0..offsets.len()).map(margin).collect())

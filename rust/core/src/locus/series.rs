@@ -1,71 +1,67 @@
 //! Matrices and statics along a path as Chebyshev series of their entries.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::numerics::double_double::Doubled;
 use crate::scene::statics::Statics;
 
-/// Coefficients of `sum_k T_k(t) c_k` for equally long vectors c_k.
+/// Coefficients of `sum_k T_k(t) c_k` for matrices c_k of one shape, vectors as columns.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Series(pub Vec<Vec<f64>>);
+pub struct Series(pub Vec<DMatrix<f64>>);
 
 impl Series {
-    pub(crate) fn constant(values: Vec<f64>) -> Self {
-        Self(vec![values])
+    pub(crate) fn scalar(value: f64) -> Self {
+        Self(vec![DMatrix::from_element(1, 1, value)])
     }
 
-    /// Entry `index` at t, carried in doubled precision (Clenshaw).
-    pub(crate) fn doubled(&self, index: usize, t: f64) -> Doubled {
+    /// An entry at t, carried in doubled precision (Clenshaw).
+    pub(crate) fn doubled(&self, place: (usize, usize), t: f64) -> Doubled {
         if let [constant] = self.0.as_slice() {
-            return constant[index].into();
+            return constant[place].into();
         }
         if let [constant, slope] = self.0.as_slice() {
-            if slope[index] == 0.0 {
-                return constant[index].into();
+            if slope[place] == 0.0 {
+                return constant[place].into();
             }
-            return Doubled::product(slope[index], t).add(constant[index].into());
+            return Doubled::product(slope[place], t).add(constant[place].into());
         }
         let (mut b1, mut b2) = (Doubled::default(), Doubled::default());
         for (k, coefficient) in self.0.iter().enumerate().rev() {
             let double = if k == 0 { t } else { 2.0 * t };
-            let b0 = b1.times(double).add(b2.times(-1.0)).add(coefficient[index].into());
+            let b0 = b1.times(double).add(b2.times(-1.0)).add(coefficient[place].into());
             (b2, b1) = (b1, b0);
         }
         b1
     }
 
-    /// Every entry at t, in working precision.
-    pub(crate) fn at(&self, t: f64) -> Vec<f64> {
-        let (first, rest) = match self.0.as_slice() {
-            [] => return Vec::new(),
-            [first, rest @ ..] => (first, rest),
-        };
-        let (mut b1, mut b2) = (vec![0.0; first.len()], vec![0.0; first.len()]);
+    /// In working precision.
+    pub(crate) fn at(&self, t: f64) -> DMatrix<f64> {
+        let [first, rest @ ..] = self.0.as_slice() else { return DMatrix::default() };
+        let mut b1 = DMatrix::zeros(first.nrows(), first.ncols());
+        let mut b2 = b1.clone();
         for coefficient in rest.iter().rev() {
-            for ((b1, b2), c) in b1.iter_mut().zip(&mut b2).zip(coefficient) {
-                (*b1, *b2) = (2.0 * t * *b1 - *b2 + c, *b1);
-            }
+            b2 = &b1 * (2.0 * t) - b2 + coefficient;
+            std::mem::swap(&mut b1, &mut b2);
         }
-        first.iter().zip(b1.iter().zip(&b2)).map(|(c, (b1, b2))| t * b1 - b2 + c).collect()
+        b1 * t - b2 + first
     }
 
     pub(crate) fn value(&self, t: f64) -> f64 {
-        self.doubled(0, t).value()
+        self.doubled((0, 0), t).value()
     }
 
-    /// (value, derivative to t) of every entry at a complex t, from `T_k` and `T_k' = k U_{k-1}`.
-    pub(crate) fn expanded(&self, t: Complex64) -> (Vec<Complex64>, Vec<Complex64>) {
-        let length = self.0.first().map_or(0, Vec::len);
-        let mut value = vec![Complex64::default(); length];
+    /// (value, derivative to t) at a complex t, from `T_k` and `T_k' = k U_{k-1}`.
+    pub(crate) fn expanded(&self, t: Complex64) -> (DMatrix<Complex64>, DMatrix<Complex64>) {
+        let (rows, columns) = self.0.first().map_or((0, 0), DMatrix::shape);
+        let mut value = DMatrix::zeros(rows, columns);
         let mut slope = value.clone();
         let (mut chebyshev, mut next) = (Complex64::from(1.0), t);
         let (mut second, mut second_next) = (Complex64::default(), Complex64::from(1.0));
         for (k, coefficient) in self.0.iter().enumerate() {
             let derivative = k as f64 * second;
-            for (i, &c) in coefficient.iter().enumerate() {
-                value[i] += chebyshev * c;
-                slope[i] += derivative * c;
-            }
+            value.zip_apply(coefficient, |value, c| *value += chebyshev * c);
+            slope.zip_apply(coefficient, |slope, c| *slope += derivative * c);
             (chebyshev, next) = (next, 2.0 * t * next - chebyshev);
             (second, second_next) = (second_next, 2.0 * t * second_next - second);
         }
@@ -83,24 +79,20 @@ pub struct StaticSeries {
 }
 
 impl StaticSeries {
-    /// From the statics at t = `lower` and at t = `upper`, linear between them; the load besides by `load_slope` where
+    /// From the statics at t = `lower` and at t = `upper`, linear between them; the load by a series of its own where
     /// the friction itself is moved, which changes L.
     pub(crate) fn linear(
         [from, to]: [Statics; 2],
         [lower, upper]: [f64; 2],
-        load_slope: Option<(Vec<f64>, Vec<f64>)>,
+        load: Option<Series>,
     ) -> Self {
         let between = |a: Vec<f64>, b: Vec<f64>| {
-            let slope: Vec<f64> =
-                a.iter().zip(&b).map(|(a, b)| (b - a) / (upper - lower)).collect();
-            let constant = a.iter().zip(&slope).map(|(a, slope)| a - slope * lower).collect();
-            Series(vec![constant, slope])
+            let [a, b] = [a, b].map(|values| DMatrix::from_vec(values.len(), 1, values));
+            let slope = (b - &a) / (upper - lower);
+            Series(vec![a - &slope * lower, slope])
         };
         Self {
-            load: match load_slope {
-                Some((constant, slope)) => Series(vec![constant, slope]),
-                None => between(from.load, to.load),
-            },
+            load: load.unwrap_or_else(|| between(from.load, to.load)),
             rows: Series(vec![from.rows]),
             offsets: between(from.offsets, to.offsets),
             speeds: between(from.speeds, to.speeds),
@@ -109,10 +101,10 @@ impl StaticSeries {
 
     pub(crate) fn at(&self, t: f64) -> Statics {
         Statics {
-            load: self.load.at(t),
+            load: self.load.at(t).data.into(),
             rows: self.rows.at(t),
-            offsets: self.offsets.at(t),
-            speeds: self.speeds.at(t),
+            offsets: self.offsets.at(t).data.into(),
+            speeds: self.speeds.at(t).data.into(),
         }
     }
 }

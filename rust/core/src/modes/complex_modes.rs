@@ -4,6 +4,7 @@
 //! `(xi, lambda xi)` with `lambda A r = -B r`, left vectors `(v, lambda v)` with `lambda l' A = -l' B`,
 //! bi-orthogonal: `L' A R = diag(a)`, `L' B R = diag(b)`, `lambda = -b / a`.
 
+use nalgebra::DVector;
 use num_complex::Complex64;
 
 use crate::error::Error;
@@ -104,14 +105,9 @@ impl Modes {
     pub(crate) fn coordinates(&self, y: &[f64]) -> Vec<Complex64> {
         let m = self.reduced.size();
         let (x, velocity) = y.split_at(m);
-        let product = |matrix: &[f64], vector: &[f64]| -> Vec<f64> {
-            let rows = matrix.chunks_exact(m.max(1));
-            rows.map(|row| row.iter().zip(vector).map(|(a, x)| a * x).sum()).collect()
-        };
+        let (x, velocity) = (DVector::from_column_slice(x), DVector::from_column_slice(velocity));
         let Reduced { mass, damping, .. } = &self.reduced;
-        let (momentum, inertia) = (product(mass, velocity), product(mass, x));
-        let momentum: Vec<f64> =
-            product(damping, x).into_iter().zip(momentum).map(|(c, p)| c + p).collect();
+        let (momentum, inertia) = (damping * &x + mass * velocity, mass * &x);
         let lefts = self.left.chunks_exact(m.max(1));
         lefts
             .zip(&self.eigenvalues)

@@ -3,14 +3,16 @@
 //! With `C = alpha M + beta K` the eigenvalues kappa of the mass-normalised stiffness suffice:
 //! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::linalg::eigen::{self, solve_in_place};
-use crate::linalg::schur::SMALL;
+use crate::linalg::dense::regular_solution;
+use crate::linalg::eigen;
+use crate::modes::mass_factor::MassFactor;
 use crate::modes::quadratic_pencil::{Damping, Pencil};
-use crate::modes::spectrum::{MassFactor, roots_of_mode};
+use crate::modes::spectrum::{roots_of_mode, state_matrix};
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
@@ -74,11 +76,8 @@ pub struct ChainSamples<'a> {
 /// Arrays that one chain after the other reuses.
 #[derive(Debug, Default)]
 pub(crate) struct ChainMatrices {
-    full: Vec<f64>,
-    reduced: Vec<f64>,
-    statics: Vec<f64>,
+    full: DMatrix<f64>,
     position: Vec<f64>,
-    values: Vec<Complex64>,
 }
 
 /// The verdict on a chain with `C = beta K` whose contacts all slide, and their normal forces in equilibrium, NaN where
@@ -93,44 +92,43 @@ pub(crate) fn chain_growth(
 ) -> (Growth, Vec<f64>) {
     let count = subsystems.len();
     let (size, m) = (DOFS * count, (DOFS - 1) * count);
-    let ChainMatrices { full, reduced, statics, position, values } = matrices;
-    full.clear();
-    full.resize(size * size, 0.0);
+    let ChainMatrices { full, position } = matrices;
+    if full.nrows() != size {
+        *full = DMatrix::zeros(size, size);
+    }
+    full.fill(0.0);
     springs(subsystems, links, wall_stiffness, |k, weights| {
         for &(i, a) in weights {
             for &(j, b) in weights {
-                full[i * size + j] += k * (a * b);
+                full[(i, j)] += k * (a * b);
             }
         }
     });
-    reduced.clear();
     position.clear();
-    let column = |j: usize| DOFS * (j / 3) + j % 3;
+    // Row i of the sliding chain, how much of that of the normal coordinate is merged into it, and 1 over its mass. Not
+    // mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
+    let place = |i: usize| DOFS * (i / 3) + i % 3;
+    let normal = |part: usize| DOFS * part + 3;
+    let mut reduced = DMatrix::zeros(m, m);
     for i in 0..m {
         let (part, role) = (i / 3, i % 3);
-        let row = &full[(DOFS * part + role) * size..][..size];
-        let normal = &full[(DOFS * part + 3) * size..][..size];
         let friction = if role == 2 { friction(part) } else { 0.0 };
         let Subsystem { upper_mass, contact_mass, .. } = subsystems[part];
-        // Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
         let inverse_mass = 1.0 / if role == 2 { contact_mass } else { upper_mass };
-        reduced.extend((0..m).map(|j| {
-            let column = column(j);
-            (row[column] - friction * normal[column]) * inverse_mass
-        }));
+        for j in 0..m {
+            let merged = full[(place(i), place(j))] - friction * full[(normal(part), place(j))];
+            reduced[(i, j)] = merged * inverse_mass;
+        }
         position.push(if role == 1 { subsystems[part].load() * inverse_mass } else { 0.0 });
     }
-    statics.clone_from(reduced);
-    let regular = solve_in_place(m, statics, position);
+    let solution = regular_solution(reduced.clone(), position);
     let normal_force = |part: usize| {
-        let normal = &full[(DOFS * part + 3) * size..][..size];
-        (0..m).map(|j| normal[column(j)] * position[j]).sum()
+        solution
+            .as_ref()
+            .map_or(f64::NAN, |q| (0..m).map(|j| full[(normal(part), place(j))] * q[j]).sum())
     };
-    let normal_forces =
-        (0..count).map(|part| if regular { normal_force(part) } else { f64::NAN }).collect();
-    values.resize(m, Complex64::default());
-    kappas(m, reduced, values);
-    (proportional_growth(values, 0.0, beta), normal_forces)
+    let normal_forces = (0..count).map(normal_force).collect();
+    (proportional_growth(&eigen::values(reduced), 0.0, beta), normal_forces)
 }
 
 /// What one sample after the other reuses.
@@ -187,17 +185,6 @@ impl ChainSamples<'_> {
     }
 }
 
-/// Eigenvalues of `matrix`, which is overwritten; NaN where the iteration failed.
-fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
-    if m <= SMALL {
-        if eigen::small_values(m, matrix, values).is_none() {
-            values.fill(f64::NAN.into());
-        }
-    } else {
-        values.copy_from_slice(&eigen::values(m, matrix));
-    }
-}
-
 fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
     let mut growth = Growth::NONE;
     for &kappa in kappas {
@@ -209,19 +196,16 @@ fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
 }
 
 pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
-    let m = pencil.size;
     let factor = MassFactor::new(pencil)?;
-    let mut stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
+    let stiffness = factor.normalised(&pencil.stiffness.to_dense());
     let growth = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => {
-            let mut values = vec![Complex64::default(); m];
-            kappas(m, &mut stiffness, &mut values);
-            proportional_growth(&values, alpha, beta)
+            proportional_growth(&eigen::values(stiffness), alpha, beta)
         }
         Damping::General(rows) => {
-            let damping = factor.normalised(m, &rows.to_dense());
+            let damping = factor.normalised(&rows.to_dense());
             let mut growth = Growth::NONE;
-            eigen::values(2 * m, &crate::modes::spectrum::state_matrix(m, &stiffness, &damping))
+            eigen::values(state_matrix(&stiffness, &damping))
                 .into_iter()
                 .for_each(|lambda| growth.include(lambda));
             growth

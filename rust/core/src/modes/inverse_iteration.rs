@@ -5,9 +5,10 @@
 //! in. Newton's method for `P(lambda) xi = 0`, `xi := P(lambda)^-1 P'(lambda) xi` on equilibrated rows and columns
 //! (Ruhe 1973), on the left side as well, and a Rayleigh quotient in doubled precision take it out.
 
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
-use crate::linalg::eigen::ComplexFactors;
+use crate::linalg::dense::Factors;
 use crate::linalg::eigenpair::norm;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
 use crate::modes::quadratic_pencil::{Damping, Pencil};
@@ -16,12 +17,12 @@ use crate::numerics::double_double::DoubledComplex;
 /// Rounds; from a usual result the first one does nearly all of it, from a slow mode lost in rounding it takes some.
 const ROUNDS: usize = 6;
 
-/// M, C and K, row-major.
+/// M, C and K.
 pub(crate) struct InverseIteration<'a> {
     pencil: &'a Pencil,
-    mass: Vec<f64>,
-    damping: Vec<f64>,
-    stiffness: Vec<f64>,
+    mass: DMatrix<f64>,
+    damping: DMatrix<f64>,
+    stiffness: DMatrix<f64>,
     /// Norms of M, C and K.
     norms: [f64; 3],
 }
@@ -31,9 +32,7 @@ impl<'a> InverseIteration<'a> {
         let (mass, stiffness) = (pencil.mass.to_dense(), pencil.stiffness.to_dense());
         let damping = match &pencil.damping {
             Damping::General(rows) => rows.to_dense(),
-            Damping::Proportional { alpha, beta } => {
-                mass.iter().zip(&stiffness).map(|(m, k)| alpha * m + beta * k).collect()
-            }
+            Damping::Proportional { alpha, beta } => &mass * *alpha + &stiffness * *beta,
         };
         Self { pencil, mass, damping, stiffness, norms: pencil.norms() }
     }
@@ -61,43 +60,31 @@ impl<'a> InverseIteration<'a> {
     }
 
     fn iterate(&self, mode: &Mode) -> Mode {
-        let m = self.pencil.size;
         let lambda = mode.eigenvalue;
-        let entry =
-            |k: usize| lambda * (lambda * self.mass[k] + self.damping[k]) + self.stiffness[k];
-        let p: Vec<Complex64> = (0..m * m).map(entry).collect();
-        let slope: Vec<Complex64> =
-            (0..m * m).map(|k| 2.0 * lambda * self.mass[k] + self.damping[k]).collect();
+        let complex = |matrix: &DMatrix<f64>| matrix.map(Complex64::from);
+        let [mass, damping, stiffness] = [&self.mass, &self.damping, &self.stiffness].map(complex);
+        let p = (&mass * lambda + &damping) * lambda + stiffness;
+        let slope = mass * (2.0 * lambda) + damping;
         // Equilibrated by the square roots of the diagonal's terms, which do not cancel.
-        let scale: Vec<f64> = (0..m)
-            .map(|i| {
-                let k = i * m + i;
-                let size = lambda.norm();
-                let terms = size * size * self.mass[k].abs()
-                    + size * self.damping[k].abs()
-                    + self.stiffness[k].abs();
-                1.0 / terms.max(f64::MIN_POSITIVE).sqrt()
-            })
-            .collect();
-        let scaled: Vec<Complex64> =
-            (0..m * m).map(|k| scale[k / m] * p[k] * scale[k % m]).collect();
-        let factors = ComplexFactors::new(m, &scaled);
-        let times_scale = |vector: Vec<Complex64>| -> Vec<Complex64> {
-            vector.iter().zip(&scale).map(|(z, d)| z * d).collect()
+        let size = lambda.norm();
+        let scale = DVector::from_fn(p.nrows(), |i, _| {
+            let terms = size * size * self.mass[(i, i)].abs()
+                + size * self.damping[(i, i)].abs()
+                + self.stiffness[(i, i)].abs();
+            1.0 / terms.max(f64::MIN_POSITIVE).sqrt()
+        });
+        let factors = Factors::new(p.map_with_location(|i, j, z| scale[i] * z * scale[j]));
+        let scale = scale.map(Complex64::from);
+        let scaled = |vector: DVector<Complex64>| vector.component_mul(&scale);
+        let unit = |solution: DVector<Complex64>| -> Vec<Complex64> {
+            let vector = scaled(solution);
+            let length = Complex64::from(vector.norm());
+            (vector / length).data.into()
         };
-        let unit = |solution: Vec<Complex64>| -> Vec<Complex64> {
-            let vector = times_scale(solution);
-            let length = norm(&vector);
-            vector.into_iter().map(|z| z / length).collect()
-        };
-        let load = |a: &dyn Fn(usize, usize) -> Complex64, x: &[Complex64]| {
-            (0..m).map(|i| (0..m).map(|j| a(i, j) * x[j]).sum()).collect::<Vec<Complex64>>()
-        };
-        let at = |matrix: &'_ [Complex64], i: usize, j: usize| matrix[i * m + j];
-        let right_load = times_scale(load(&|i, j| at(&slope, i, j), &mode.right));
-        let left_load = times_scale(load(&|i, j| at(&slope, j, i), &mode.left));
-        let right = unit(factors.solve(&right_load));
-        let left = unit(factors.transposed_solve(&left_load));
+        let right = unit(factors.solve(scaled(&slope * DVector::from_column_slice(&mode.right))));
+        let left = unit(
+            factors.transposed_solve(scaled(slope.tr_mul(&DVector::from_column_slice(&mode.left)))),
+        );
         self.judged(lambda, right, left, mode.condition)
     }
 

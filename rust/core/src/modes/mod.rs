@@ -4,6 +4,7 @@ pub(crate) mod columns;
 pub(crate) mod complex_modes;
 pub(crate) mod growth;
 pub(crate) mod inverse_iteration;
+pub(crate) mod mass_factor;
 pub(crate) mod mode;
 pub(crate) mod quadratic_pencil;
 pub(crate) mod refinement;

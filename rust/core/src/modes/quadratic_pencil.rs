@@ -4,6 +4,7 @@
 //! eigenvalue by its condition number times rounding. Here every entry keeps the part lost by that rounding, so
 //! residuals belong to the problem that the user stated.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::linalg::sparse::SparseMatrix;
@@ -122,21 +123,14 @@ impl DoubledRows {
         Self { start, columns, entries }
     }
 
-    pub fn to_dense(&self) -> Vec<f64> {
-        let m = self.size();
-        let mut dense = vec![0.0; m * m];
-        for i in 0..m {
-            self.row(i).for_each(|(j, value)| dense[i * m + j] = value.high);
-        }
-        dense
+    pub fn to_dense(&self) -> DMatrix<f64> {
+        self.to_doubled().map(|entry| entry.high)
     }
 
-    /// All entries, row-major.
-    pub fn to_doubled(&self) -> Vec<Doubled> {
-        let m = self.size();
-        let mut dense = vec![Doubled::default(); m * m];
-        for i in 0..m {
-            self.row(i).for_each(|(j, value)| dense[i * m + j] = value);
+    pub fn to_doubled(&self) -> DMatrix<Doubled> {
+        let mut dense = DMatrix::from_element(self.size(), self.size(), Doubled::default());
+        for i in 0..self.size() {
+            self.row(i).for_each(|(j, value)| dense[(i, j)] = value);
         }
         dense
     }

@@ -5,6 +5,7 @@
 //! smallest one: its slow modes are right. The stiffness is inverted in doubled precision, because two masses joined by
 //! a stiff spring and held by a soft one leave the soft one in the last digits of their entries.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::linalg::eigenpair::EigenPair;
@@ -13,42 +14,35 @@ use crate::numerics::double_double::Doubled;
 /// Pivot, of the largest entry of its row, below which a matrix is singular in doubled precision.
 const SINGULAR: f64 = 1e-28;
 
-/// The inverse of a matrix (row-major), each entry rounded once; None if it is singular.
-pub(crate) fn inverse(n: usize, mut matrix: Vec<Doubled>) -> Option<Vec<f64>> {
-    let mut inverse = vec![Doubled::default(); n * n];
-    (0..n).for_each(|i| inverse[i * n + i] = 1.0.into());
-    let mut sizes: Vec<f64> = matrix
-        .chunks_exact(n.max(1))
-        .map(|row| row.iter().map(|entry| entry.high.abs()).fold(0.0, f64::max))
-        .collect();
+/// The inverse of a matrix, each entry rounded once; None if it is singular.
+pub(crate) fn inverse(mut matrix: DMatrix<Doubled>) -> Option<DMatrix<f64>> {
+    let n = matrix.nrows();
+    let mut inverse = DMatrix::from_fn(n, n, |i, j| Doubled::from(f64::from(u8::from(i == j))));
+    let size =
+        |row: usize| matrix.row(row).iter().map(|entry| entry.high.abs()).fold(0.0, f64::max);
+    let mut sizes: Vec<f64> = (0..n).map(size).collect();
     for k in 0..n {
-        let relative = |i: usize| matrix[i * n + k].high.abs() / sizes[i];
+        let relative = |i: usize| matrix[(i, k)].high.abs() / sizes[i];
         let pivot = (k..n).fold(k, |best, i| if relative(i) > relative(best) { i } else { best });
         if !(relative(pivot) > SINGULAR) {
             return None;
         }
-        if pivot != k {
-            sizes.swap(pivot, k);
-            (0..n).for_each(|j| matrix.swap(pivot * n + j, k * n + j));
-            (0..n).for_each(|j| inverse.swap(pivot * n + j, k * n + j));
-        }
-        let unit = matrix[k * n + k];
-        for j in 0..n {
-            matrix[k * n + j] = matrix[k * n + j].over(unit);
-            inverse[k * n + j] = inverse[k * n + j].over(unit);
-        }
-        for i in (0..n).filter(|&i| i != k) {
-            let factor = matrix[i * n + k].times(-1.0);
-            if factor.high != 0.0 {
-                for j in 0..n {
-                    let (above, beside) = (matrix[k * n + j], inverse[k * n + j]);
-                    matrix[i * n + j] = matrix[i * n + j].add(above.by(factor));
-                    inverse[i * n + j] = inverse[i * n + j].add(beside.by(factor));
+        sizes.swap(pivot, k);
+        matrix.swap_rows(pivot, k);
+        inverse.swap_rows(pivot, k);
+        let factors: Vec<Doubled> = (0..n).map(|i| matrix[(i, k)].times(-1.0)).collect();
+        let unit = matrix[(k, k)];
+        for mut column in matrix.column_iter_mut().chain(inverse.column_iter_mut()) {
+            column[k] = column[k].over(unit);
+            let own = column[k];
+            for (i, factor) in factors.iter().enumerate() {
+                if i != k && factor.high != 0.0 {
+                    column[i] = column[i].add(own.by(*factor));
                 }
             }
         }
     }
-    Some(inverse.into_iter().map(Doubled::value).collect())
+    Some(inverse.map(Doubled::value))
 }
 
 /// The fast ones of the eigenpairs of S and the slow ones of those of its inverse, divided where the larger of
@@ -107,16 +101,14 @@ mod tests {
     fn a_soft_spring_beside_a_stiff_one_is_inverted() {
         let stiff = 1e15;
         let corner = Doubled::from(stiff).add(1.0.into());
-        let matrix = vec![corner, (-stiff).into(), (-stiff).into(), stiff.into()];
-        let found = inverse(2, matrix).unwrap();
-        assert!(found[..3].iter().all(|entry| *entry == 1.0));
-        assert_eq!(found[3], 1.0 + 1e-15);
+        let entries = [corner, (-stiff).into(), (-stiff).into(), stiff.into()];
+        let found = inverse(DMatrix::from_row_slice(2, 2, &entries)).unwrap();
+        assert_eq!(found, DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0 + 1e-15]));
     }
 
     #[test]
     fn a_singular_matrix_has_no_inverse() {
-        let ones = vec![Doubled::from(1.0); 4];
-        assert!(inverse(2, ones).is_none());
+        assert!(inverse(DMatrix::from_element(2, 2, Doubled::from(1.0))).is_none());
     }
 
     #[test]

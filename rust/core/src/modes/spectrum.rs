@@ -7,6 +7,7 @@
 //! `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order in the errors of the vectors,
 //! with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::error::Error;
@@ -15,6 +16,7 @@ use crate::linalg::eigenpair::{EigenPair, norm};
 use crate::linalg::parallel::each;
 use crate::modes::columns::Columns;
 use crate::modes::inverse_iteration::InverseIteration;
+use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
 use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
 use crate::modes::refinement::Eigenvectors;
@@ -45,104 +47,6 @@ const ZERO: f64 = 1e-28;
 /// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.
 const INVERTED_SIZE: usize = 400;
 
-/// The factor of the reduced mass that turns the pencil into a standard eigenproblem.
-pub(crate) enum MassFactor {
-    /// Square roots of a diagonal mass.
-    Diagonal(Vec<f64>),
-    /// Lower Cholesky factor, row-major.
-    Cholesky(Vec<f64>),
-    /// The mass itself, neither symmetric nor definite: contacts coupled by mass, sliding with friction.
-    General { mass: Vec<f64>, factors: eigen::Factors },
-}
-
-impl MassFactor {
-    pub fn new(pencil: &Pencil) -> Result<Self, Error> {
-        let m = pencil.size;
-        let mass = pencil.mass.to_dense();
-        if pencil.mass.is_diagonal() && (0..m).all(|i| mass[i * m + i] > 0.0) {
-            return Ok(Self::Diagonal((0..m).map(|i| mass[i * m + i].sqrt()).collect()));
-        }
-        if is_symmetric(m, &mass)
-            && let Ok(factor) = eigen::cholesky(m, &mass)
-        {
-            return Ok(Self::Cholesky(factor));
-        }
-        match eigen::smallest_relative_pivot(m, &mass) {
-            pivot if pivot > 1e-14 => {
-                Ok(Self::General { factors: eigen::Factors::new(m, &mass), mass })
-            }
-            pivot => {
-                Err(Error::SingularMass { combination: pencil.combination.to_string(), pivot })
-            }
-        }
-    }
-
-    /// `G^-1 matrix G^-T` for `M = G G'`, or `M^-1 matrix`.
-    pub fn normalised(&self, m: usize, matrix: &[f64]) -> Vec<f64> {
-        match self {
-            Self::Diagonal(root) => {
-                (0..m * m).map(|k| matrix[k] / (root[k / m] * root[k % m])).collect()
-            }
-            Self::Cholesky(factor) => {
-                let mut half = transpose(m, &eigen::lower_solve(m, factor, matrix));
-                half = eigen::lower_solve(m, factor, &half);
-                // Rounding would hide the symmetry that makes the vectors of a repeated value orthogonal.
-                match is_symmetric(m, matrix) {
-                    true => {
-                        (0..m * m).map(|k| 0.5 * (half[k] + half[(k % m) * m + k / m])).collect()
-                    }
-                    false => transpose(m, &half),
-                }
-            }
-            Self::General { factors, .. } => factors.solve(matrix),
-        }
-    }
-
-    /// `G' inverse G`, or `inverse M`: the inverse of the normalised stiffness, of that of the stiffness.
-    fn inverted(&self, m: usize, inverse: &[f64]) -> Vec<f64> {
-        let dense = |left: &dyn Fn(usize, usize) -> f64, right: &[f64]| -> Vec<f64> {
-            let entry = |k: usize| (0..m).map(|l| left(k / m, l) * right[l * m + k % m]).sum();
-            (0..m * m).map(entry).collect()
-        };
-        match self {
-            Self::Diagonal(root) => {
-                (0..m * m).map(|k| inverse[k] * root[k / m] * root[k % m]).collect()
-            }
-            Self::Cholesky(factor) => {
-                let half = dense(&|i, j| inverse[i * m + j], factor);
-                dense(&|i, j| factor[j * m + i], &half)
-            }
-            Self::General { mass, .. } => dense(&|i, j| inverse[i * m + j], mass),
-        }
-    }
-
-    fn right(&self, mut vector: Vec<Complex64>) -> Vec<Complex64> {
-        match self {
-            Self::Diagonal(root) => {
-                vector.iter_mut().zip(root).for_each(|(z, g)| *z /= g);
-                vector
-            }
-            Self::Cholesky(factor) => eigen::lower_transposed_solve(factor, &vector),
-            Self::General { .. } => vector,
-        }
-    }
-
-    fn left(&self, vector: Vec<Complex64>) -> Vec<Complex64> {
-        match self {
-            Self::Diagonal(_) | Self::Cholesky(_) => self.right(vector),
-            Self::General { factors, .. } => factors.transposed_solve(&vector),
-        }
-    }
-}
-
-fn is_symmetric(m: usize, matrix: &[f64]) -> bool {
-    (0..m).all(|i| (0..i).all(|j| matrix[i * m + j] == matrix[j * m + i]))
-}
-
-fn transpose(m: usize, matrix: &[f64]) -> Vec<f64> {
-    (0..m * m).map(|k| matrix[(k % m) * m + k / m]).collect()
-}
-
 /// How far vectors are taken; eigenvalues are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Vectors {
@@ -157,7 +61,7 @@ pub(crate) enum Vectors {
 pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
     let m = pencil.size;
     let factor = MassFactor::new(pencil)?;
-    let stiffness = factor.normalised(m, &pencil.stiffness.to_dense());
+    let stiffness = factor.normalised(&pencil.stiffness.to_dense());
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let modes = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => {
@@ -226,7 +130,12 @@ struct Problem<'a> {
 
 impl Problem<'_> {
     /// Eigenpairs of `K x = kappa M x` from those of the mass-normalised matrix, with corrected values.
-    fn half_modes(&self, stiffness: &[f64], vectors: Vectors, damping: [f64; 2]) -> Vec<HalfMode> {
+    fn half_modes(
+        &self,
+        stiffness: &DMatrix<f64>,
+        vectors: Vectors,
+        damping: [f64; 2],
+    ) -> Vec<HalfMode> {
         let m = self.pencil.size;
         let corrected = |pairs: Vec<EigenPair>| -> Vec<HalfMode> {
             let solved = |pair: EigenPair| Solved {
@@ -237,7 +146,7 @@ impl Problem<'_> {
             };
             self.corrected(each(m, pairs, solved))
         };
-        let mut halves = corrected(eigen::real_matrix(m, stiffness));
+        let mut halves = corrected(eigen::real_matrix(stiffness));
         let largest =
             |halves: &[HalfMode]| halves.iter().map(|half| half.kappa.norm()).fold(0.0, f64::max);
         let open = |halves: &[HalfMode], limit: f64| {
@@ -246,10 +155,10 @@ impl Problem<'_> {
         };
         if open(&halves, LOST)
             && m <= INVERTED_SIZE
-            && let Some(inverse) = slow_modes::inverse(m, self.pencil.stiffness.to_doubled())
+            && let Some(inverse) = slow_modes::inverse(self.pencil.stiffness.to_doubled())
         {
-            let inverted = eigen::real_matrix(m, &self.factor.inverted(m, &inverse));
-            halves = corrected(slow_modes::joined(eigen::real_matrix(m, stiffness), inverted));
+            let inverted = eigen::real_matrix(&self.factor.inverted(&inverse));
+            halves = corrected(slow_modes::joined(eigen::real_matrix(stiffness), inverted));
         }
         let wanted = vectors == Vectors::Refined && m <= REFINED_SIZE;
         for round in 0..ROUNDS {
@@ -375,11 +284,11 @@ impl Problem<'_> {
     fn general_modes(
         &self,
         damping_rows: &DoubledRows,
-        stiffness: &[f64],
+        stiffness: &DMatrix<f64>,
         vectors: Vectors,
     ) -> Vec<Mode> {
         let m = self.pencil.size;
-        let damping = self.factor.normalised(m, &damping_rows.to_dense());
+        let damping = self.factor.normalised(&damping_rows.to_dense());
         let solved = |pair: EigenPair| {
             let (upper, lower) = pair.right.split_at(m);
             // Both blocks hold the shape; the larger one holds more of its digits.
@@ -395,7 +304,7 @@ impl Problem<'_> {
                 left: self.factor.left(pair.left[m..].to_vec()),
             }
         };
-        let pairs = eigen::real_matrix(2 * m, &state_matrix(m, stiffness, &damping));
+        let pairs = eigen::real_matrix(&state_matrix(stiffness, &damping));
         let solved = self.general_corrected(each(m, pairs, solved), damping_rows);
         let rounds = match vectors {
             Vectors::Refined if m <= REFINED_SIZE => GENERAL_ROUNDS,
@@ -502,14 +411,11 @@ impl Problem<'_> {
     }
 }
 
-/// The linearisation of `y = (gamma x, x')`, row-major, of mass-normalised stiffness and damping.
-pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<f64> {
-    let row_sum = |matrix: &[f64]| {
-        matrix
-            .chunks_exact(m.max(1))
-            .map(|row| row.iter().map(|a| a.abs()).sum::<f64>())
-            .fold(0.0, f64::max)
-    };
+/// The linearisation of `y = (gamma x, x')`, of mass-normalised stiffness and damping.
+pub(crate) fn state_matrix(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> DMatrix<f64> {
+    let m = stiffness.nrows();
+    let row_sum =
+        |matrix: &DMatrix<f64>| matrix.row_iter().map(|row| row.lp_norm(1)).fold(0.0, f64::max);
     // Bodies that nothing holds or damps have no scale, and any will do.
     let gamma = match row_sum(stiffness).sqrt().max(row_sum(damping)) {
         0.0 => 1.0,
@@ -517,15 +423,10 @@ pub(crate) fn state_matrix(m: usize, stiffness: &[f64], damping: &[f64]) -> Vec<
     };
     // gamma enters as a power of two, so the scaling itself is exact.
     let gamma = gamma.log2().round().exp2();
-    let size = 2 * m;
-    let mut state = vec![0.0; size * size];
-    for i in 0..m {
-        state[i * size + m + i] = gamma;
-        for j in 0..m {
-            state[(m + i) * size + j] = -stiffness[i * m + j] / gamma;
-            state[(m + i) * size + m + j] = -damping[i * m + j];
-        }
-    }
+    let mut state = DMatrix::zeros(2 * m, 2 * m);
+    state.view_mut((0, m), (m, m)).fill_diagonal(gamma);
+    state.view_mut((m, 0), (m, m)).copy_from(&(stiffness / -gamma));
+    state.view_mut((m, m), (m, m)).copy_from(&-damping);
     state
 }
 

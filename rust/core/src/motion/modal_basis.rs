@@ -2,10 +2,11 @@
 
 use std::sync::OnceLock;
 
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use crate::contact::event_function::EventFunction;
-use crate::linalg::eigen;
+use crate::linalg::dense::{Factors, apply};
 use crate::modes::mode::Mode;
 use crate::motion::panel::REACH;
 use crate::numerics::double_double::Doubled;
@@ -185,8 +186,10 @@ impl ModalBasis {
             for k in 0..m {
                 shape[k * stride + r] = weight * mode.right[k];
                 // left' ((C + lambda M) q + M q') / a
-                let product = |matrix: &[f64]| -> Complex64 {
-                    (0..m).map(|i| mode.left[i] * matrix[i * m + k]).sum::<Complex64>() / mode.a
+                let product = |matrix: &DMatrix<f64>| -> Complex64 {
+                    let column = matrix.column(k);
+                    let terms = mode.left.iter().zip(&column);
+                    terms.map(|(v, a)| v * a).sum::<Complex64>() / mode.a
                 };
                 from_velocity[k * stride + r] = product(&reduced.mass);
                 from_position[k * stride + r] =
@@ -294,11 +297,12 @@ impl At {
     /// `K q1 = F1` and `K q0 = F0 - C q1`, solved in working precision: what that leaves stays as a force. Nothing
     /// where the stiffness is singular.
     fn equilibrium(reduced: &Reduced) -> Option<Self> {
-        let m = reduced.size();
-        let solve = |force: &[f64]| eigen::solve(m, &reduced.stiffness, force);
+        let factors = Factors::new(reduced.stiffness.clone());
+        let solve = |force: &[f64]| -> Vec<f64> {
+            factors.solve(DVector::from_column_slice(force)).data.into()
+        };
         let velocity = solve(&reduced.force_linear);
-        let damped = reduced.damping.chunks_exact(m.max(1));
-        let damped = damped.map(|row| row.iter().zip(&velocity).map(|(c, u)| c * u).sum::<f64>());
+        let damped = apply(&reduced.damping, &velocity);
         let force: Vec<f64> =
             reduced.force_constant.iter().zip(damped).map(|(f, c)| f - c).collect();
         let position = solve(&force);

@@ -10,9 +10,11 @@
 //! What is expanded is the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
 //! precision: rounding is then a part of the motion and not of the static displacement.
 
+use nalgebra::DMatrix;
+
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::error::Error;
-use crate::linalg::eigen;
+use crate::linalg::dense::{Factors, smallest_relative_pivot};
 use crate::motion::dense_rows::{DenseRows, Order};
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
@@ -51,15 +53,16 @@ pub(crate) struct TaylorOperator {
 enum MassSolve {
     /// Reciprocals over the kept coordinates.
     Diagonal(Vec<f64>),
-    /// Explicit inverse over the kept coordinates, row-major.
-    Full(Vec<f64>),
+    /// Explicit inverse over the kept coordinates.
+    Full(DMatrix<f64>),
 }
 
 impl TaylorOperator {
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
         let mass = match &self.mass {
-            MassSolve::Diagonal(entries) | MassSolve::Full(entries) => entries.len(),
+            MassSolve::Diagonal(entries) => entries.len(),
+            MassSolve::Full(entries) => entries.len(),
         };
         mass + 4 * self.kept.len()
     }
@@ -84,13 +87,11 @@ impl TaylorOperator {
             MassSolve::Diagonal(kept.iter().map(|&k| 1.0 / scene.mass.get(k, k)).collect())
         } else {
             let reduced = Reduced::new(scene, combination)?;
-            let pivot = eigen::smallest_relative_pivot(m, &reduced.mass);
+            let pivot = smallest_relative_pivot(&reduced.mass);
             if pivot < 1e-14 {
                 return Err(Error::SingularMass { combination: combination.to_string(), pivot });
             }
-            let identity: Vec<f64> =
-                (0..m * m).map(|k| if k / m == k % m { 1.0 } else { 0.0 }).collect();
-            MassSolve::Full(eigen::solve(m, &reduced.mass, &identity))
+            MassSolve::Full(Factors::new(reduced.mass).solve(DMatrix::identity(m, m)))
         };
         let moving = kept.iter().copied().chain(sticking.iter().map(|&(k, _)| k));
         let dense = DenseRows::new(scene, &kept, moving, &merges);
@@ -169,7 +170,7 @@ impl TaylorOperator {
                     let solved = match &self.mass {
                         MassSolve::Diagonal(inverse) => inverse[i] * sums[i],
                         MassSolve::Full(inverse) => {
-                            (0..m).map(|j| inverse[i * m + j].abs() * sums[j]).sum()
+                            inverse.row(i).iter().zip(&sums).map(|(a, sum)| a.abs() * sum).sum()
                         }
                     };
                     solved * self.weight[self.kept[i]]
@@ -196,14 +197,11 @@ impl TaylorOperator {
                 }
             }
             MassSolve::Full(inverse) => {
-                let m = self.kept.len();
-                for (i, &k) in self.kept.iter().enumerate() {
-                    acceleration[k] = self
-                        .kept
-                        .iter()
-                        .zip(&inverse[i * m..(i + 1) * m])
-                        .map(|(&j, inverse)| inverse * residual[j])
-                        .sum();
+                self.kept.iter().for_each(|&k| acceleration[k] = 0.0);
+                for (&j, column) in self.kept.iter().zip(inverse.column_iter()) {
+                    for (&k, entry) in self.kept.iter().zip(&column) {
+                        acceleration[k] += entry * residual[j];
+                    }
                 }
             }
         }

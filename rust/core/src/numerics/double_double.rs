@@ -6,7 +6,7 @@
 use num_complex::Complex64;
 
 /// An unevaluated sum `high + low` with |low| <= ulp(high) / 2.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Doubled {
     pub high: f64,
     pub low: f64,

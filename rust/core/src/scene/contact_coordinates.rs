@@ -3,14 +3,19 @@
 //! With D the matrix of contact directions, `x = P q_c + Z q_f`, where `P = M^-1 D (D' M^-1 D)^-1`
 //! and the columns of Z span the null space of D'. Then `D' x = q_c`, and `Z' M P = Z' D (..) = 0`:
 //! no free coordinate is coupled to a contact coordinate by mass, whatever M is. What is left is the
-//! contact block `(D' M^-1 D)^-1`; contacts are *uncoupled* when it is diagonal. For lumped masses and
-//! contacts on single dofs all of this is the identity, and nothing is transformed.
+//! contact block `(D' M^-1 D)^-1`; contacts are *uncoupled* when it is diagonal.
+//!
+//! Only dofs that a direction or the mass joins depend on each other here. Each such group is transformed by itself, so
+//! that sparse matrices stay sparse: lumped masses and contacts on single dofs are their own coordinates, and a contact
+//! between two nodes mixes the dofs of these two.
 
-use faer::Mat;
-use faer::prelude::*;
+use nalgebra::DMatrix;
 
 use crate::error::Error;
-use crate::scene::contact_law::{ContactInput, Direction, INDEPENDENCE};
+use crate::linalg::components::components;
+use crate::linalg::dense::{Factors, is_diagonal};
+use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::{ContactInput, INDEPENDENCE};
 
 /// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
 const COUPLING_ROUNDING: f64 = 1e-13;
@@ -20,200 +25,224 @@ const COUPLING_ROUNDING: f64 = 1e-13;
 pub struct Coordinates {
     /// (tangential, normal) coordinate of each contact.
     pub slots: Vec<(usize, usize)>,
-    /// `T` and its inverse, row-major; `None` is the identity.
-    transform: Option<(Vec<f64>, Vec<f64>)>,
-    /// `D' M^-1 D` over (tangential, normal) of each contact, row-major, when mass couples contact
-    /// coordinates with each other; `None` when it is diagonal.
-    pub delassus: Option<Vec<f64>>,
+    transform: Option<Transform>,
+    /// `D' M^-1 D` over (tangential, normal) of each contact, when mass couples contact coordinates with each other;
+    /// `None` when it is diagonal.
+    pub delassus: Option<DMatrix<f64>>,
+}
+
+/// T, its transpose and its inverse.
+#[derive(Debug, Clone)]
+struct Transform {
+    forward: SparseMatrix,
+    transposed: SparseMatrix,
+    inverse: SparseMatrix,
+}
+
+/// What one group of dofs contributes, over its own dofs and directions.
+struct Group {
+    /// The dof whose place the coordinate of each direction takes.
+    slots: Vec<usize>,
+    forward: DMatrix<f64>,
+    inverse: DMatrix<f64>,
+    delassus: DMatrix<f64>,
 }
 
 impl Coordinates {
-    /// `mass` is row-major, symmetric positive definite; `lumped` says that it is diagonal.
-    pub fn new(
-        size: usize,
-        lumped: bool,
-        mass: impl Fn() -> Vec<f64>,
-        contacts: &[ContactInput],
-    ) -> Result<Self, Error> {
-        let directions: Vec<&Direction> =
-            contacts.iter().flat_map(|contact| [&contact.tangential, &contact.normal]).collect();
-        let slots = choose_slots(size, &directions)?;
-        let pairs = slots.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect();
-        let nodal =
-            directions.iter().all(|direction| matches!(direction.single_dof(), Some((_, 1.0))));
-        if nodal && lumped {
-            return Ok(Self { slots: pairs, transform: None, delassus: None });
-        }
-        let directions: Vec<Vec<f64>> =
-            directions.iter().map(|direction| direction.entries(size)).collect();
-        Ok(Self::general(size, &mass(), &directions, &slots, pairs))
-    }
-
-    fn general(
-        size: usize,
-        mass: &[f64],
-        directions: &[Vec<f64>],
-        slots: &[usize],
-        pairs: Vec<(usize, usize)>,
-    ) -> Self {
+    /// `mass` is symmetric and positive definite.
+    pub fn new(mass: &SparseMatrix, contacts: &[ContactInput]) -> Result<Self, Error> {
+        let size = mass.size();
+        let directions: Vec<Vec<(usize, f64)>> = contacts
+            .iter()
+            .flat_map(|contact| [contact.tangential.nonzero(), contact.normal.nonzero()])
+            .collect();
         let count = directions.len();
-        let mass = Mat::from_fn(size, size, |i, j| mass[i * size + j]);
-        let d = Mat::from_fn(size, count, |i, j| directions[j][i]);
-        let inverse_mass_d = mass.partial_piv_lu().solve(&d);
-        let mut delassus = d.transpose() * &inverse_mass_d;
-        let mut coupled = false;
-        for i in 0..count {
-            for j in 0..i {
-                let scale = (delassus[(i, i)] * delassus[(j, j)]).sqrt();
-                if delassus[(i, j)].abs() <= COUPLING_ROUNDING * scale {
-                    delassus[(i, j)] = 0.0;
-                    delassus[(j, i)] = 0.0;
-                } else {
-                    coupled = true;
+        if count > size {
+            return Err(Error::TooManyDirections { contacts: contacts.len(), dofs: size });
+        }
+        let dependent = |index: usize| Error::DependentDirection {
+            contact: index / 2,
+            direction: ["tangential", "normal"][index % 2],
+        };
+        let nodal = directions.iter().all(|direction| matches!(direction[..], [(_, 1.0)]));
+        if nodal && mass.is_diagonal() {
+            let mut taken = vec![false; size];
+            let slots: Vec<usize> = directions.iter().map(|direction| direction[0].0).collect();
+            let again = slots.iter().position(|&dof| std::mem::replace(&mut taken[dof], true));
+            return match again {
+                Some(index) => Err(dependent(index)),
+                None => Ok(Self { slots: in_pairs(&slots), transform: None, delassus: None }),
+            };
+        }
+        let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
+        for (index, direction) in directions.iter().enumerate() {
+            direction.iter().for_each(|&(dof, _)| along[dof].push(index));
+        }
+        let groups = components(size, |dof, found| {
+            found.extend(mass.row(dof).map(|entry| entry.0));
+            found
+                .extend(along[dof].iter().flat_map(|&k| directions[k].iter().map(|entry| entry.0)));
+        });
+        let mut slots = vec![0; count];
+        let unit = |dof: usize| vec![(dof, 1.0)];
+        let mut forward: Vec<_> = (0..size).map(unit).collect();
+        let mut inverse = forward.clone();
+        let mut blocks: Vec<(Vec<usize>, DMatrix<f64>)> = Vec::new();
+        for dofs in groups {
+            let mut own: Vec<usize> =
+                dofs.iter().flat_map(|&dof| along[dof].iter().copied()).collect();
+            own.sort_unstable();
+            own.dedup();
+            if own.is_empty() {
+                continue;
+            }
+            let place = |dof: usize| dofs.partition_point(|&other| other < dof);
+            let mut d = DMatrix::zeros(dofs.len(), own.len());
+            for (j, &index) in own.iter().enumerate() {
+                directions[index].iter().for_each(|&(dof, entry)| d[(place(dof), j)] = entry);
+            }
+            let group = Group::new(mass.restricted(&dofs).to_dense(), d)
+                .map_err(|index| dependent(own[index]))?;
+            own.iter().zip(&group.slots).for_each(|(&index, &slot)| slots[index] = dofs[slot]);
+            let global = |row: usize, matrix: &DMatrix<f64>| -> Vec<(usize, f64)> {
+                dofs.iter().copied().zip(matrix.row(row).iter().copied()).collect()
+            };
+            for (row, &dof) in dofs.iter().enumerate() {
+                forward[dof] = global(row, &group.forward);
+                inverse[dof] = global(row, &group.inverse);
+            }
+            blocks.push((own, group.delassus));
+        }
+        let forward = SparseMatrix::from_rows(forward.into_iter());
+        let transform = (forward != SparseMatrix::diagonal(&vec![1.0; size])).then(|| Transform {
+            transposed: forward.transposed(),
+            inverse: SparseMatrix::from_rows(inverse.into_iter()),
+            forward,
+        });
+        let coupled = blocks.iter().any(|(_, block)| !is_diagonal(block));
+        let delassus = coupled.then(|| {
+            let mut whole = DMatrix::zeros(count, count);
+            for (own, block) in &blocks {
+                for (i, j) in (0..own.len()).flat_map(|i| (0..own.len()).map(move |j| (i, j))) {
+                    whole[(own[i], own[j])] = block[(i, j)];
                 }
             }
-        }
-        let contact_mass = delassus.partial_piv_lu().solve(Mat::<f64>::identity(count, count));
-        let p = &inverse_mass_d * &contact_mass;
-
-        // Z: unit in one free dof each, the slot dofs follow from D' x = 0.
-        let free: Vec<usize> = (0..size).filter(|dof| !slots.contains(dof)).collect();
-        let d_slots = Mat::from_fn(count, count, |i, j| directions[i][slots[j]]);
-        let d_free = Mat::from_fn(count, free.len(), |i, j| directions[i][free[j]]);
-        let followers = d_slots.partial_piv_lu().solve(&d_free);
-
-        let mut forward = vec![0.0; size * size];
-        for (j, &slot) in slots.iter().enumerate() {
-            for i in 0..size {
-                forward[i * size + slot] = p[(i, j)];
-            }
-        }
-        for (j, &dof) in free.iter().enumerate() {
-            forward[dof * size + dof] = 1.0;
-            for (i, &slot) in slots.iter().enumerate() {
-                forward[slot * size + dof] = -followers[(i, j)];
-            }
-        }
-        // q_c = D' x; q_f = x_f - P_f D' x.
-        let mut inverse = vec![0.0; size * size];
-        for (j, &slot) in slots.iter().enumerate() {
-            for i in 0..size {
-                inverse[slot * size + i] = directions[j][i];
-            }
-        }
-        for &dof in &free {
-            inverse[dof * size + dof] += 1.0;
-            for j in 0..count {
-                for i in 0..size {
-                    inverse[dof * size + i] -= p[(dof, j)] * directions[j][i];
-                }
-            }
-        }
-        let identity =
-            (0..size * size).all(|k| forward[k] == if k / size == k % size { 1.0 } else { 0.0 });
-        Self {
-            slots: pairs,
-            transform: (!identity).then_some((forward, inverse)),
-            delassus: coupled
-                .then(|| (0..count * count).map(|k| delassus[(k / count, k % count)]).collect()),
-        }
+            whole
+        });
+        Ok(Self { slots: in_pairs(&slots), transform, delassus })
     }
 
     /// Contact coordinates themselves, with the contacts' (tangential, normal).
-    pub fn of_contacts(slots: Vec<(usize, usize)>, delassus: Option<Vec<f64>>) -> Self {
-        Self { slots, transform: None, delassus }
+    pub fn of_contacts(slots: Vec<(usize, usize)>, delassus: Option<DMatrix<f64>>) -> Self {
+        Self {
+            slots,
+            transform: None,
+            delassus: delassus.filter(|delassus| !is_diagonal(delassus)),
+        }
     }
 
-    /// T, row-major, unless it is the identity.
-    pub fn transform(&self) -> Option<&[f64]> {
-        self.transform.as_ref().map(|pair| pair.0.as_slice())
+    /// `T' matrix T` of a symmetric matrix.
+    pub fn congruent(&self, matrix: SparseMatrix) -> SparseMatrix {
+        match &self.transform {
+            None => matrix,
+            Some(transform) => matrix.congruent(&transform.forward),
+        }
     }
 
     /// `T q`
     pub fn to_dofs(&self, q: &[f64]) -> Vec<f64> {
-        match &self.transform {
-            None => q.to_vec(),
-            Some((forward, _)) => product(forward, q),
-        }
+        self.transform.as_ref().map_or_else(|| q.to_vec(), |transform| transform.forward.apply(q))
     }
 
     /// `T^-1 x`
     pub fn of_dofs(&self, x: &[f64]) -> Vec<f64> {
-        match &self.transform {
-            None => x.to_vec(),
-            Some((_, inverse)) => product(inverse, x),
-        }
+        self.transform.as_ref().map_or_else(|| x.to_vec(), |transform| transform.inverse.apply(x))
     }
 
     /// `T' f`: forces on the coordinates from forces on the dofs.
     pub fn forces_of_dofs(&self, force: &[f64]) -> Vec<f64> {
-        match &self.transform {
-            None => force.to_vec(),
-            Some((forward, _)) => {
-                let n = force.len();
-                (0..n).map(|j| (0..n).map(|i| forward[i * n + j] * force[i]).sum()).collect()
-            }
+        let applied = |transform: &Transform| transform.transposed.apply(force);
+        self.transform.as_ref().map_or_else(|| force.to_vec(), applied)
+    }
+}
+
+fn in_pairs(slots: &[usize]) -> Vec<(usize, usize)> {
+    slots.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect()
+}
+
+impl Group {
+    /// Of the mass and the directions (columns) over the dofs of the group, or the index of a direction that depends on
+    /// others.
+    fn new(mass: DMatrix<f64>, d: DMatrix<f64>) -> Result<Self, usize> {
+        let (size, count) = d.shape();
+        let slots = choose_slots(&d)?;
+        let inverse_mass_d = Factors::new(mass).solve(d.clone());
+        let mut delassus = d.tr_mul(&inverse_mass_d);
+        for (i, j) in (0..count).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let scale = (delassus[(i, i)] * delassus[(j, j)]).sqrt();
+            let coupling = delassus[(i, j)];
+            let kept = if coupling.abs() <= COUPLING_ROUNDING * scale { 0.0 } else { coupling };
+            (delassus[(i, j)], delassus[(j, i)]) = (kept, kept);
         }
+        if size == 1 {
+            // One dof and one direction, without rounding.
+            let forward = d.map(|entry| 1.0 / entry);
+            return Ok(Self { slots, forward, inverse: d, delassus });
+        }
+        let contact_mass = Factors::new(delassus.clone()).solve(DMatrix::identity(count, count));
+        let p = inverse_mass_d * contact_mass;
+        // Z: unit in one free dof each, the slot dofs follow from D' x = 0.
+        let free: Vec<usize> = (0..size).filter(|dof| !slots.contains(dof)).collect();
+        let followers =
+            Factors::new(d.select_rows(&slots).transpose()).solve(d.select_rows(&free).transpose());
+        // q_c = D' x; q_f = x_f - P_f D' x.
+        let mut forward = DMatrix::identity(size, size);
+        let mut inverse = DMatrix::identity(size, size) - &p * d.transpose();
+        for (j, &slot) in slots.iter().enumerate() {
+            forward.set_column(slot, &p.column(j));
+            inverse.set_row(slot, &d.column(j).transpose());
+        }
+        for (j, &dof) in free.iter().enumerate() {
+            slots
+                .iter()
+                .enumerate()
+                .for_each(|(i, &slot)| forward[(slot, dof)] = -followers[(i, j)]);
+        }
+        Ok(Self { slots, forward, inverse, delassus })
     }
 }
 
-fn product(matrix: &[f64], x: &[f64]) -> Vec<f64> {
-    matrix.chunks_exact(x.len()).map(|row| row.iter().zip(x).map(|(a, b)| a * b).sum()).collect()
-}
-
-/// Gives each direction a dof of its own by elimination with complete pivoting, which also shows
-/// whether the directions are independent. A direction along one dof gets that dof.
-fn choose_slots(size: usize, directions: &[&Direction]) -> Result<Vec<usize>, Error> {
-    if directions.len() > size {
-        return Err(Error::TooManyDirections { contacts: directions.len() / 2, dofs: size });
-    }
-    let dependent = |index: usize| Error::DependentDirection {
-        contact: index / 2,
-        direction: if index.is_multiple_of(2) { "tangential" } else { "normal" },
-    };
-    let mut slots = vec![usize::MAX; directions.len()];
+/// Gives each direction (a column) a dof of its own by elimination with complete pivoting, which also shows whether the
+/// directions are independent. A direction along one dof gets that dof.
+fn choose_slots(directions: &DMatrix<f64>) -> Result<Vec<usize>, usize> {
+    let (size, count) = directions.shape();
+    let mut slots = vec![0; count];
     let mut taken = vec![false; size];
-    // Directions along single dofs need no elimination: with a thousand contacts it would be too slow.
-    let mut remaining: Vec<(usize, f64, Vec<f64>)> = Vec::new();
-    for (index, direction) in directions.iter().enumerate() {
-        match direction.single_dof() {
-            Some((dof, _)) if taken[dof] => return Err(dependent(index)),
-            Some((dof, _)) => {
-                taken[dof] = true;
-                slots[index] = dof;
-            }
-            None => {
-                let part = direction.entries(size);
-                let norm = part.iter().fold(0.0, |norm: f64, entry| norm.max(entry.abs()));
-                remaining.push((index, norm, part));
-            }
+    let mut remaining = Vec::new();
+    for (index, direction) in directions.column_iter().enumerate() {
+        let mut dofs = (0..size).filter(|&dof| direction[dof] != 0.0);
+        match (dofs.next(), dofs.next()) {
+            (Some(dof), None) if taken[dof] => return Err(index),
+            (Some(dof), None) => (slots[index], taken[dof]) = (dof, true),
+            _ => remaining.push((index, direction.amax(), direction.into_owned())),
         }
     }
     for (_, _, part) in &mut remaining {
         part.iter_mut().zip(&taken).filter(|pair| *pair.1).for_each(|pair| *pair.0 = 0.0);
     }
-    while !remaining.is_empty() {
-        let (position, slot, pivot) = remaining
-            .iter()
-            .enumerate()
-            .map(|(position, (_, norm, part))| {
-                let (slot, entry) = part
-                    .iter()
-                    .enumerate()
-                    .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
-                    .map_or((0, 0.0), |(slot, entry)| (slot, entry.abs()));
-                (position, slot, if *norm > 0.0 { entry / norm } else { 0.0 })
-            })
-            .max_by(|a, b| a.2.total_cmp(&b.2))
-            .unwrap_or((0, 0, 0.0));
-        let (index, _, pivot_row) = remaining.swap_remove(position);
-        if pivot <= INDEPENDENCE {
-            return Err(dependent(index));
+    let largest = |part: &(usize, f64, nalgebra::DVector<f64>)| part.2.amax() / part.1;
+    while let Some(position) = (0..remaining.len())
+        .max_by(|&i, &j| largest(&remaining[i]).total_cmp(&largest(&remaining[j])))
+    {
+        let (index, norm, pivot_row) = remaining.swap_remove(position);
+        let slot = pivot_row.iamax();
+        if pivot_row[slot].abs() <= INDEPENDENCE * norm {
+            return Err(index);
         }
         slots[index] = slot;
         for (_, _, part) in &mut remaining {
             let factor = part[slot] / pivot_row[slot];
-            part.iter_mut().zip(&pivot_row).for_each(|(entry, pivot)| *entry -= factor * pivot);
+            part.axpy(-factor, &pivot_row, 1.0);
             part[slot] = 0.0;
         }
     }

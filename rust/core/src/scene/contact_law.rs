@@ -15,22 +15,25 @@ pub enum Direction {
 }
 
 impl Direction {
-    /// The dof of a direction along a single one, with its entry there.
-    pub(crate) fn single_dof(&self) -> Option<(usize, f64)> {
+    /// (dof, entry) of every entry that is not zero.
+    pub(crate) fn nonzero(&self) -> Vec<(usize, f64)> {
         match self {
-            Direction::Dof(dof) => Some((*dof, 1.0)),
+            Direction::Dof(dof) => vec![(*dof, 1.0)],
             Direction::Vector(entries) => {
-                let mut nonzero =
-                    entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0);
-                match (nonzero.next(), nonzero.next()) {
-                    (Some(entry), None) => Some(entry),
-                    _ => None,
-                }
+                entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0).collect()
             }
         }
     }
 
-    pub(crate) fn entries(&self, size: usize) -> Vec<f64> {
+    /// The dof of a direction along a single one, with its entry there.
+    fn single_dof(&self) -> Option<(usize, f64)> {
+        match self.nonzero()[..] {
+            [entry] => Some(entry),
+            _ => None,
+        }
+    }
+
+    fn entries(&self, size: usize) -> Vec<f64> {
         match self {
             Direction::Dof(dof) => {
                 let mut unit = vec![0.0; size];

@@ -1,7 +1,9 @@
 //! A mechanical model with frictional unilateral contacts, validated once.
 
+use nalgebra::DMatrix;
+
 use crate::error::Error;
-use crate::linalg::eigen;
+use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{Contact, ContactInput, check_finite};
@@ -12,8 +14,8 @@ use crate::scene::status::{Combination, Status};
 pub enum Mass {
     /// Diagonal, kg.
     Lumped(Vec<f64>),
-    /// Symmetric positive definite, row-major.
-    Full(Vec<f64>),
+    /// Symmetric positive definite, kg.
+    Full(DMatrix<f64>),
 }
 
 /// Damping as a user states it.
@@ -69,12 +71,12 @@ impl Scene {
     pub fn new(input: SceneInput) -> Result<Self, Error> {
         let size = match &input.mass {
             Mass::Lumped(mass) => mass.len(),
-            Mass::Full(mass) => mass.len().isqrt(),
+            Mass::Full(mass) => mass.nrows(),
         };
         if size == 0 {
             return Err(unfit("mass", "at least one dof", "none".into()));
         }
-        let (mass, lumped) = validated_mass(input.mass, size)?;
+        let mass = validated_mass(input.mass)?;
         let square = format!("shape ({size}, {size})");
         let check_size = |argument: &str, matrix: &SparseMatrix| {
             if matrix.size() == size {
@@ -85,7 +87,7 @@ impl Scene {
         };
         check_size("stiffness", &input.stiffness)?;
         let stiffness = input.stiffness.validated_symmetric("stiffness")?;
-        let general_damping = match input.damping {
+        let damping = match input.damping {
             Damping::Proportional { mass, stiffness } => {
                 for (field, value) in [("damping.mass", mass), ("damping.stiffness", stiffness)] {
                     let requirement = if value.is_finite() { ">= 0" } else { "finite" };
@@ -93,11 +95,11 @@ impl Scene {
                         return Err(Error::Range { argument: field.into(), requirement, value });
                     }
                 }
-                Err((mass, stiffness))
+                Damping::Proportional { mass, stiffness }
             }
             Damping::General(damping) => {
                 check_size("damping", &damping)?;
-                Ok(damping.validated_symmetric("damping")?)
+                Damping::General(damping.validated_symmetric("damping")?)
             }
         };
         if input.force.len() != size {
@@ -109,7 +111,7 @@ impl Scene {
             law.validate(contact, size)?;
         }
 
-        let coordinates = Coordinates::new(size, lumped, || mass.to_dense(), &input.contacts)?;
+        let coordinates = Coordinates::new(&mass, &input.contacts)?;
         let contacts: Vec<Contact> = input
             .contacts
             .iter()
@@ -124,29 +126,18 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
-        let (mass, lumped, stiffness, general_damping) = match coordinates.transform() {
-            None => (mass, lumped, stiffness, general_damping),
-            Some(transform) => {
-                let mass = uncoupled_mass(
-                    &mass.congruent(transform),
-                    &contacts,
-                    coordinates.delassus.is_some(),
-                );
-                let lumped = (0..size).all(|row| mass.row(row).all(|(column, _)| column == row));
-                (
-                    mass,
-                    lumped,
-                    stiffness.congruent(transform),
-                    general_damping.map(|damping| damping.congruent(transform)),
-                )
-            }
-        };
-        let (damping, proportional) = match general_damping {
-            Ok(damping) => {
+        let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
+        let lumped = mass.is_diagonal();
+        let stiffness = coordinates.congruent(stiffness);
+        let (damping, proportional) = match damping {
+            Damping::General(damping) => {
+                let damping = coordinates.congruent(damping);
                 let proportional = proportions(&damping, &mass, &stiffness);
                 (damping, proportional)
             }
-            Err((alpha, beta)) => (mass.combined(alpha, &stiffness, beta), Some((alpha, beta))),
+            Damping::Proportional { mass: alpha, stiffness: beta } => {
+                (mass.combined(alpha, &stiffness, beta), Some((alpha, beta)))
+            }
         };
         let mut force = coordinates.forces_of_dofs(&input.force);
         if contacts.iter().any(|contact| contact.gap != 0.0) {
@@ -268,50 +259,40 @@ fn unfit(argument: &str, expected: &str, got: String) -> Error {
     Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
 }
 
-/// The mass in compressed rows and whether it is diagonal; positive definite by Cholesky pivots.
-fn validated_mass(mass: Mass, size: usize) -> Result<(SparseMatrix, bool), Error> {
+/// The mass in compressed rows; positive definite by Cholesky pivots.
+fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
     match mass {
         Mass::Lumped(mass) => {
             check_finite("mass", &mass)?;
             match mass.iter().position(|&entry| entry <= 0.0) {
                 Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
-                None => Ok((SparseMatrix::diagonal(&mass), true)),
+                None => Ok(SparseMatrix::diagonal(&mass)),
             }
         }
-        Mass::Full(rows) => {
-            if size * size != rows.len() {
-                return Err(unfit(
-                    "mass",
-                    "shape (n,) or (n, n)",
-                    format!("{} entries", rows.len()),
-                ));
+        Mass::Full(mass) => {
+            if !mass.is_square() {
+                let (rows, columns) = mass.shape();
+                return Err(unfit("mass", "shape (n,) or (n, n)", format!("({rows}, {columns})")));
             }
-            let mass = SparseMatrix::from_dense(size, &rows).validated_symmetric("mass")?;
-            eigen::cholesky(size, &mass.to_dense())
+            let mass = SparseMatrix::from_dense(&mass).validated_symmetric("mass")?;
+            cholesky(&mass.to_dense())
                 .map_err(|(dof, value)| Error::IndefiniteMass { dof, value })?;
-            let lumped = (0..size).all(|row| mass.row(row).all(|(column, _)| column == row));
-            Ok((mass, lumped))
+            Ok(mass)
         }
     }
 }
 
-/// Sets the couplings that are zero by construction of the coordinates, and nonzero by rounding, to zero.
-fn uncoupled_mass(mass: &SparseMatrix, contacts: &[Contact], coupled: bool) -> SparseMatrix {
-    let size = mass.size();
-    let mut is_contact = vec![false; size];
-    for contact in contacts {
-        is_contact[contact.tangential] = true;
-        is_contact[contact.normal] = true;
+/// Without the couplings that are zero by construction of the coordinates, and nonzero by rounding.
+fn uncoupled_mass(mass: SparseMatrix, coordinates: &Coordinates) -> SparseMatrix {
+    if mass.is_diagonal() {
+        return mass;
     }
-    let mut dense = mass.to_dense();
-    for i in 0..size {
-        for j in 0..size {
-            let zero = i != j
-                && (is_contact[i] != is_contact[j] || (is_contact[i] && is_contact[j] && !coupled));
-            if zero {
-                dense[i * size + j] = 0.0;
-            }
-        }
+    let mut is_contact = vec![false; mass.size()];
+    for &(tangential, normal) in &coordinates.slots {
+        (is_contact[tangential], is_contact[normal]) = (true, true);
     }
-    SparseMatrix::from_dense(size, &dense)
+    mass.filtered(|i, j| match (is_contact[i], is_contact[j]) {
+        (true, true) => i == j || coordinates.delassus.is_some(),
+        (one, other) => one == other,
+    })
 }

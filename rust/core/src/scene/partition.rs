@@ -1,8 +1,8 @@
 //! Parts of a scene that neither a matrix nor a contact couples.
 
-use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::model::Scene;
@@ -34,33 +34,21 @@ impl Block {
 
 /// The blocks of a scene; none if all of it is coupled.
 pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
-    let n = scene.size;
-    let mut root: Vec<usize> = (0..n).collect();
-    fn find(root: &mut [usize], mut k: usize) -> usize {
-        while root[k] != k {
-            root[k] = root[root[k]];
-            k = root[k];
+    let mut partner: Vec<Vec<usize>> = vec![Vec::new(); scene.size];
+    for contact in &scene.contacts {
+        partner[contact.tangential].push(contact.normal);
+        partner[contact.normal].push(contact.tangential);
+    }
+    let parts = components(scene.size, |i, found| {
+        found.extend_from_slice(&partner[i]);
+        for matrix in [&scene.mass, &scene.damping, &scene.stiffness] {
+            found.extend(matrix.row(i).filter(|entry| entry.1 != 0.0).map(|entry| entry.0));
         }
-        k
-    }
-    let mut join = |i: usize, j: usize| {
-        let (a, b) = (find(&mut root, i), find(&mut root, j));
-        root[a.max(b)] = a.min(b);
-    };
-    for matrix in [&scene.mass, &scene.damping, &scene.stiffness] {
-        for i in 0..n {
-            matrix.row(i).filter(|entry| entry.1 != 0.0).for_each(|(j, _)| join(i, j));
-        }
-    }
-    scene.contacts.iter().for_each(|contact| join(contact.tangential, contact.normal));
-    let mut members: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for k in 0..n {
-        members.entry(find(&mut root, k)).or_default().push(k);
-    }
-    if members.len() == 1 {
+    });
+    if parts.len() == 1 {
         return Vec::new();
     }
-    members.into_values().map(|coordinates| block(scene, coordinates)).collect()
+    parts.into_iter().map(|coordinates| block(scene, coordinates)).collect()
 }
 
 fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
@@ -78,13 +66,8 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
     let laws: Vec<_> = laws.collect();
     let rows: Vec<usize> =
         contacts.iter().flat_map(|&contact| [2 * contact, 2 * contact + 1]).collect();
-    let all = 2 * scene.contacts.len();
-    let delassus = scene.coordinates.delassus.as_ref().and_then(|whole| {
-        let part: Vec<f64> =
-            rows.iter().flat_map(|&i| rows.iter().map(move |&j| whole[i * all + j])).collect();
-        let coupled = (0..part.len()).any(|k| k / rows.len() != k % rows.len() && part[k] != 0.0);
-        coupled.then_some(part)
-    });
+    let whole = scene.coordinates.delassus.as_ref();
+    let delassus = whole.map(|whole| whole.select_rows(&rows).select_columns(&rows));
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
     let part = Scene {
         size: coordinates.len(),

@@ -9,12 +9,14 @@
 //! M_s = L' M R,  C_s = L' C R,  K_s = L' K R,  F_s(t) = L' (F - C q'_presc - K q_presc(t)) = F0 + F1 t
 //! ```
 
+use nalgebra::DMatrix;
+
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
-/// `M q'' + C q' + K q = F0 + F1 t` of one status combination; matrices are row-major, m by m.
+/// `M q'' + C q' + K q = F0 + F1 t` of one status combination; matrices are m by m.
 #[derive(Debug, Clone)]
 pub struct Reduced {
     pub combination: Combination,
@@ -22,9 +24,9 @@ pub struct Reduced {
     pub kept: Vec<usize>,
     /// The rest of L.
     pub merges: Vec<RowMerge>,
-    pub mass: Vec<f64>,
-    pub damping: Vec<f64>,
-    pub stiffness: Vec<f64>,
+    pub mass: DMatrix<f64>,
+    pub damping: DMatrix<f64>,
+    pub stiffness: DMatrix<f64>,
     /// F0 with every sticking contact at q_t0 = 0.
     pub force_constant: Vec<f64>,
     pub force_linear: Vec<f64>,
@@ -60,11 +62,11 @@ impl Reduced {
         }
         let reduce = |matrix: &SparseMatrix| {
             let m = kept.len();
-            let mut reduced = vec![0.0; m * m];
+            let mut reduced = DMatrix::zeros(m, m);
             let mut add = |i: usize, row: usize, factor: f64| {
                 for (k, value) in matrix.row(row) {
                     if column[k] != usize::MAX {
-                        reduced[i * m + column[k]] += factor * value;
+                        reduced[(i, column[k])] += factor * value;
                     }
                 }
             };
@@ -153,30 +155,19 @@ impl Reduced {
         self.kept.len()
     }
 
-    /// (R, L) over the dofs of the scene, row-major n by m.
-    pub fn bases(&self, scene: &Scene) -> (Vec<f64>, Vec<f64>) {
-        let m = self.size();
-        let mut right = vec![0.0; scene.size * m];
-        let mut left = vec![0.0; scene.size * m];
+    /// (R, L) over the dofs of the scene, n by m.
+    pub fn bases(&self, scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>) {
+        let mut right = DMatrix::zeros(scene.size, self.size());
+        let mut left = right.clone();
         for (j, &k) in self.kept.iter().enumerate() {
             let mut unit = vec![0.0; scene.size];
             unit[k] = 1.0;
-            let allowed = scene.coordinates.to_dofs(&unit);
+            right.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
             for merge in self.merges.iter().filter(|merge| merge.position == j) {
                 unit[merge.normal] = merge.factor;
             }
-            let combined = scene.coordinates.to_dofs(&unit);
-            for i in 0..scene.size {
-                right[i * m + j] = allowed[i];
-                left[i * m + j] = combined[i];
-            }
+            left.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
         }
         (right, left)
-    }
-
-    /// Whether mass is diagonal and positive.
-    pub fn is_lumped(&self) -> bool {
-        let m = self.size();
-        (0..m * m).all(|k| if k / m == k % m { self.mass[k] > 0.0 } else { self.mass[k] == 0.0 })
     }
 }

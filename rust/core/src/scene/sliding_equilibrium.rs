@@ -1,7 +1,7 @@
 //! Steady sliding: the static equilibrium with every contact closed and sliding as its slider drives it.
 
 use crate::error::Error;
-use crate::linalg::eigen;
+use crate::linalg::dense::{smallest_relative_pivot, solve};
 use crate::scene::model::{Scene, State};
 use crate::scene::reduction::Reduced;
 use crate::scene::status::{Combination, Status};
@@ -23,26 +23,21 @@ impl Scene {
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
         let combination = self.sliding_combination()?;
         let reduced = Reduced::new(self, &combination)?;
-        let m = reduced.size();
-        let scale: Vec<f64> = (0..m)
-            .map(|i| {
-                let largest =
-                    (0..m).map(|j| reduced.stiffness[i * m + j].abs()).fold(0.0, f64::max);
-                if largest > 0.0 { largest } else { 1.0 }
-            })
-            .collect();
-        let equilibrated: Vec<f64> =
-            (0..m * m).map(|k| reduced.stiffness[k] / scale[k / m]).collect();
-        let reciprocal_condition = eigen::smallest_relative_pivot(m, &equilibrated);
+        let mut equilibrated = reduced.stiffness;
+        let mut load = reduced.force_constant;
+        for (mut row, load) in equilibrated.row_iter_mut().zip(&mut load) {
+            let scale = Some(row.amax()).filter(|&largest| largest > 0.0).unwrap_or(1.0);
+            row /= scale;
+            *load /= scale;
+        }
+        let reciprocal_condition = smallest_relative_pivot(&equilibrated);
         if reciprocal_condition < SINGULAR {
             return Err(Error::SingularStiffness {
                 combination: combination.to_string(),
                 reciprocal_condition,
             });
         }
-        let load: Vec<f64> =
-            reduced.force_constant.iter().zip(&scale).map(|(f, s)| f / s).collect();
-        let kept = eigen::solve(m, &equilibrated, &load);
+        let kept = solve(equilibrated, &load);
         let mut q = vec![0.0; self.size];
         for (&k, value) in reduced.kept.iter().zip(kept) {
             q[k] = value;

@@ -4,8 +4,10 @@
 //! *margin* of a closed contact is its normal force `N = (K q)_n - F_n`, that of an open one its gap `q_n`. Steady
 //! sliding of a combination exists where no margin is negative and every sliding contact slips as its slider drives it.
 
+use nalgebra::{DMatrix, DVector};
+
 use crate::error::Error;
-use crate::linalg::eigen::solve_in_place;
+use crate::linalg::dense::regular_solution;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
 use crate::scene::status::{Combination, Status};
@@ -21,8 +23,8 @@ const ENUMERATED: usize = 6;
 pub struct Statics {
     /// m entries, N.
     pub load: Vec<f64>,
-    /// m entries for each contact.
-    pub rows: Vec<f64>,
+    /// One row of m entries for each contact.
+    pub rows: DMatrix<f64>,
     pub offsets: Vec<f64>,
     /// Of the sliders, m/s.
     pub speeds: Vec<f64>,
@@ -49,20 +51,19 @@ impl Statics {
     /// Of a scene and one of its combinations.
     pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
         let (m, statuses) = (reduced.size(), reduced.combination.statuses());
-        let mut rows = vec![0.0; statuses.len() * m];
+        let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
-            let row = &mut rows[i * m..(i + 1) * m];
             let position = |k: usize| reduced.kept.binary_search(&k).ok();
             if status.is_closed() {
                 offsets[i] = scene.force[law.normal];
                 for (k, value) in scene.stiffness.row(law.normal) {
                     if let Some(j) = position(k) {
-                        row[j] = value;
+                        rows[(i, j)] = value;
                     }
                 }
             } else if let Some(j) = position(law.normal) {
-                row[j] = 1.0;
+                rows[(i, j)] = 1.0;
             }
         }
         Self {
@@ -73,24 +74,21 @@ impl Statics {
         }
     }
 
-    pub(crate) fn steady(&self, combination: &Combination, stiffness: &mut [f64]) -> Steady {
-        let mut q = self.load.clone();
-        let regular = solve_in_place(q.len(), stiffness, &mut q);
-        let margins = if regular && !combination.statuses().contains(&Status::Sticking) {
-            margins(&self.rows, &self.offsets, &q)
-        } else {
-            vec![f64::NAN; self.offsets.len()]
+    pub(crate) fn steady(&self, combination: &Combination, stiffness: DMatrix<f64>) -> Steady {
+        let stuck = combination.statuses().contains(&Status::Sticking);
+        let margins = match regular_solution(stiffness, &self.load).filter(|_| !stuck) {
+            Some(q) => margins(&self.rows, &self.offsets, &q),
+            None => vec![f64::NAN; self.offsets.len()],
         };
         Steady::new(combination, &self.speeds, margins)
     }
 }
 
 /// `rows . q - offsets`, zero where it is lost in the rounding of its terms: no verdict hangs on that.
-pub(crate) fn margins(rows: &[f64], offsets: &[f64], q: &[f64]) -> Vec<f64> {
-    let m = q.len();
+fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
     let margin = |(i, &offset): (usize, &f64)| {
         let (mut sum, mut size) = (-offset, offset.abs());
-        for (a, x) in rows[i * m..(i + 1) * m].iter().zip(q) {
+        for (a, x) in rows.row(i).iter().zip(q) {
             sum += a * x;
             size += (a * x).abs();
         }
@@ -102,9 +100,9 @@ pub(crate) fn margins(rows: &[f64], offsets: &[f64], q: &[f64]) -> Vec<f64> {
 impl Scene {
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
-        let mut reduced = Reduced::new(self, combination)?;
+        let reduced = Reduced::new(self, combination)?;
         let statics = Statics::new(self, &reduced);
-        Ok(statics.steady(combination, &mut reduced.stiffness))
+        Ok(statics.steady(combination, reduced.stiffness))
     }
 
     /// The sliding combination, refused where a contact would pull. A stiffness that is singular refuses nothing: it

@@ -9,7 +9,7 @@ use crate::cycles::attractors::recurrence::Recurrence;
 use crate::cycles::attractors::recurrence::recurrence;
 use crate::cycles::attractors::search::Search;
 use crate::error::Error;
-use crate::linalg::eigen;
+use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
@@ -143,13 +143,12 @@ fn comes_to_rest(run: &Trajectory) -> bool {
     let Ok(end) = run.state(run.end) else { return false };
     let (q, u) = scene.to_coordinates(&end.position, &end.velocity);
     let reduced = &modes.reduced;
-    let m = reduced.size();
     let mut force = reduced.force_constant.clone();
     for stick in &reduced.sticking {
         force.iter_mut().zip(&stick.load).for_each(|(f, load)| *f += load * q[stick.coordinate]);
     }
     let mut rest = q.clone();
-    let solved = eigen::solve(m, &reduced.stiffness, &force);
+    let solved = solve(reduced.stiffness.clone(), &force);
     reduced.kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
     let deviation: Vec<f64> = reduced
         .kept
@@ -163,7 +162,7 @@ fn comes_to_rest(run: &Trajectory) -> bool {
         let functional = &function.functional;
         let reach: f64 = z
             .iter()
-            .zip(modes.right.chunks_exact(m.max(1)))
+            .zip(modes.right.chunks_exact(reduced.size().max(1)))
             .zip(&modes.eigenvalues)
             .map(|((z, right), lambda)| {
                 let part = |terms: &[(usize, f64)]| -> Complex64 {

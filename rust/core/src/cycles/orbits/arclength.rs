@@ -11,11 +11,12 @@
 //! is regular where I - P is not. The tangent solves the same equations with load (0, 1). What the parameter
 //! changes is differenced between two scenes on either side; an error of b slows the iteration and no more.
 
+use nalgebra::DVector;
 use std::sync::Arc;
 
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, flows};
 use crate::cycles::orbits::shooting::{Mismatch, Shooting};
-use crate::linalg::eigen;
+use crate::linalg::dense::solve;
 use crate::motion::propagators::Propagators;
 
 /// Two scenes on either side of that of an orbit, `width` units of the parameter apart.
@@ -170,18 +171,12 @@ fn bordered(
     last: f64,
 ) -> Result<(Vec<f64>, f64), OrbitFailure> {
     let free = load.len();
-    let order = free + 1;
-    let matrix = shooting.matrix();
-    let slope = shooting.load(sensitivity);
-    let mut whole = vec![0.0; order * order];
-    for i in 0..free {
-        whole[i * order..i * order + free].copy_from_slice(&matrix[i * free..(i + 1) * free]);
-        whole[i * order + free] = -slope[i];
-    }
-    whole[free * order..free * order + free].copy_from_slice(&tangent.state);
-    whole[order * order - 1] = tangent.parameter;
+    let slope = DVector::from(shooting.load(sensitivity));
+    let mut whole = shooting.matrix().resize(free + 1, free + 1, tangent.parameter);
+    whole.view_mut((0, free), (free, 1)).copy_from(&-slope);
+    whole.view_mut((free, 0), (1, free)).copy_from_slice(&tangent.state);
     let right: Vec<f64> = load.iter().copied().chain([last]).collect();
-    let solution = eigen::solve(order, &whole, &right);
+    let solution = solve(whole, &right);
     match solution.iter().all(|x| x.is_finite()) {
         true => Ok((solution[..free].to_vec(), solution[free])),
         false => Err(OrbitFailure::Singular),

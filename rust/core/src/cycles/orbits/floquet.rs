@@ -4,6 +4,7 @@
 //! coordinates free, and the product has no larger rank than its narrowest place: it is formed
 //! there, and the rest of the multipliers at the section are zero exactly.
 
+use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::contact::event_kind::EventKind;
@@ -11,7 +12,6 @@ use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::cycles::orbits::saltation::{Linearised, Passage};
 use crate::cycles::orbits::shooting::Pass;
-use crate::linalg::dense::product;
 use crate::linalg::eigen;
 
 /// A flight between two impacts that takes less than this part of the rest of their series is no flight of it: two
@@ -42,15 +42,15 @@ impl Multipliers {
 }
 
 impl Orbit {
-    /// Derivative of the flow over one period between equal times, over all of (q, q') at the section, row-major:
+    /// Derivative of the flow over one period between equal times, over all of (q, q') at the section:
     /// columns outside the admissible space are zero.
-    pub fn monodromy(&self) -> Result<Vec<f64>, OrbitFailure> {
+    pub fn monodromy(&self) -> Result<DMatrix<f64>, OrbitFailure> {
         let flows = self.flows()?;
         let pass = self.pass(&flows)?;
-        Ok(chained(2 * self.scene().size, &self.fundamental_maps(&flows, &pass), 0))
+        Ok(chained(&self.fundamental_maps(&flows, &pass), 0))
     }
 
-    fn fundamental_maps(&self, flows: &[Flow<'_>], pass: &Pass) -> Vec<Vec<f64>> {
+    fn fundamental_maps(&self, flows: &[Flow<'_>], pass: &Pass) -> Vec<DMatrix<f64>> {
         let count = self.steps.len();
         (0..count)
             .map(|k| {
@@ -80,22 +80,20 @@ impl Orbit {
         let rank = rank.unwrap_or_default();
         let section = dimensions.first().copied().unwrap_or_default();
         let narrowest = (0..count).min_by_key(|&k| dimensions[k]).unwrap_or_default();
-        let size = 2 * self.scene().size;
         let free = &flows[narrowest].free;
         let corner = self.corner().is_some();
-        let eigenvalues = |maps: &[Vec<f64>], nonzero: usize, dimension: usize| {
+        let eigenvalues = |maps: &[DMatrix<f64>], nonzero: usize, dimension: usize| {
             if corner {
                 let mut values = vec![Complex64::new(f64::NAN, f64::NAN); nonzero];
                 values.resize(dimension, Complex64::default());
                 return values;
             }
-            let whole = chained(size, maps, narrowest);
-            let mut values = spectrum_within(size, &whole, free);
+            let mut values = spectrum_within(&chained(maps, narrowest), free);
             values.truncate(nonzero);
             values.resize(dimension, Complex64::default());
             values
         };
-        let return_maps: Vec<Vec<f64>> =
+        let return_maps: Vec<DMatrix<f64>> =
             pass.linearised.iter().map(Linearised::return_map).collect();
         Ok(Multipliers {
             values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, section),
@@ -150,10 +148,9 @@ impl Orbit {
 }
 
 /// Eigenvalues of a matrix on some of its coordinates, descending in modulus.
-fn spectrum_within(size: usize, matrix: &[f64], free: &[usize]) -> Vec<Complex64> {
-    let within: Vec<f64> =
-        free.iter().flat_map(|&i| free.iter().map(move |&j| matrix[i * size + j])).collect();
-    let mut values: Vec<Complex64> = eigen::real_matrix(free.len(), &within)
+fn spectrum_within(matrix: &DMatrix<f64>, free: &[usize]) -> Vec<Complex64> {
+    let within = matrix.select_rows(free).select_columns(free);
+    let mut values: Vec<Complex64> = eigen::real_matrix(&within)
         .into_iter()
         .flat_map(|pair| match pair.value.im == 0.0 {
             true => vec![pair.value],
@@ -165,10 +162,7 @@ fn spectrum_within(size: usize, matrix: &[f64], free: &[usize]) -> Vec<Complex64
 }
 
 /// The product of all maps, the one of `first` applied first.
-fn chained(size: usize, maps: &[Vec<f64>], first: usize) -> Vec<f64> {
-    let mut whole = maps[first].clone();
-    for k in 1..maps.len() {
-        whole = product(size, &maps[(first + k) % maps.len()], &whole);
-    }
-    whole
+pub(crate) fn chained(maps: &[DMatrix<f64>], first: usize) -> DMatrix<f64> {
+    let others = maps.iter().cycle().skip(first + 1).take(maps.len() - 1);
+    others.fold(maps[first].clone(), |whole, map| map * whole)
 }

@@ -10,11 +10,12 @@
 //! A phase far shorter than every mode is the sum of its Taylor series: what one of a series of bounces adds to
 //! a gap has all its digits there, and none beside the modes.
 
+use nalgebra::{DMatrix, DVector};
 use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::linalg::eigen;
+use crate::linalg::dense::Factors;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
 use crate::motion::phase_motion::Motion;
@@ -36,8 +37,8 @@ pub(crate) struct Flow<'a> {
     kept: Vec<usize>,
     merges: Vec<RowMerge>,
     sticking: Vec<(usize, f64)>,
-    /// Reduced mass, row-major, unless it is diagonal.
-    mass: Option<Vec<f64>>,
+    /// Of the reduced mass, unless it is diagonal.
+    mass: Option<Factors<f64>>,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
     /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
@@ -64,7 +65,7 @@ impl<'a> Flow<'a> {
             .collect();
         let mass = match scene.lumped {
             true => None,
-            false => Some(Reduced::new(scene, combination)?.mass),
+            false => Some(Factors::new(Reduced::new(scene, combination)?.mass)),
         };
         let mut free: Vec<usize> = kept
             .iter()
@@ -128,18 +129,18 @@ impl<'a> Flow<'a> {
         (converged(position, largest.0) && converged(velocity, largest.1)).then_some(end)
     }
 
-    /// Phi(duration) over all entries of (q, q'), row-major; columns outside `free` are zero.
-    pub fn transition(&self, duration: f64) -> Vec<f64> {
+    /// Phi(duration) over all entries of (q, q'); columns outside `free` are zero.
+    pub fn transition(&self, duration: f64) -> DMatrix<f64> {
         let size = 2 * self.scene.size;
         let mut start = vec![0.0; size];
         let origin = self.end(&start, duration);
-        let mut transition = vec![0.0; size * size];
+        let mut transition = DMatrix::zeros(size, size);
         for &column in &self.free {
             start[column] = 1.0;
             let end = self.end(&start, duration);
             start[column] = 0.0;
             for &row in &self.free {
-                transition[row * size + column] = end[row] - origin[row];
+                transition[(row, column)] = end[row] - origin[row];
             }
         }
         transition
@@ -162,14 +163,14 @@ impl<'a> Flow<'a> {
             residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
         }
         let force: Vec<f64> = self.kept.iter().map(|&k| residual[k]).collect();
-        let acceleration = match &self.mass {
+        let acceleration: Vec<f64> = match &self.mass {
             None => self
                 .kept
                 .iter()
                 .zip(force)
                 .map(|(&k, force)| force / scene.mass.get(k, k))
                 .collect(),
-            Some(mass) => eigen::solve(self.kept.len(), mass, &force),
+            Some(factors) => factors.solve(DVector::from(force)).data.into(),
         };
         let mut field = vec![0.0; 2 * n];
         for (&k, acceleration) in self.kept.iter().zip(acceleration) {

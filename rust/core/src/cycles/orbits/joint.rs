@@ -24,10 +24,12 @@
 //! motion that follows. Both projections are linear, and Dg is their product with that of the impact. Its rows of the
 //! gaps, of their velocities and of slips that stick are zero.
 
+use nalgebra::DMatrix;
+
 use crate::contact::transition;
 use crate::error::{Error, RunFailure};
-use crate::linalg::dense::{apply, product};
-use crate::linalg::eigen;
+use crate::linalg::components::components;
+use crate::linalg::dense::{Factors, apply};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -40,10 +42,11 @@ pub(crate) struct Impulse {
     pub lost: [f64; 2],
 }
 
-/// What impulses change of the (tangential, normal) velocities of all contacts, per velocity before, row-major.
-pub(crate) fn response(w: &[f64], impulses: &[Option<Impulse>]) -> Vec<f64> {
+/// What impulses change of the (tangential, normal) velocities of all contacts, per velocity before.
+pub(crate) fn response(w: &DMatrix<f64>, impulses: &[Option<Impulse>]) -> DMatrix<f64> {
     let count = 2 * impulses.len();
-    let (mut conditions, mut given) = (vec![0.0; count * count], vec![0.0; count * count]);
+    let (mut conditions, mut given) =
+        (DMatrix::identity(count, count), DMatrix::zeros(count, count));
     for (i, impulse) in impulses.iter().enumerate() {
         let (t, g) = (2 * i, 2 * i + 1);
         let held = impulse.as_ref();
@@ -52,23 +55,20 @@ pub(crate) fn response(w: &[f64], impulses: &[Option<Impulse>]) -> Vec<f64> {
             [(t, sticking.map(|impulse| impulse.lost[0])), (g, held.map(|impulse| impulse.lost[1]))]
         {
             if let Some(lost) = lost {
-                conditions[row * count..(row + 1) * count]
-                    .copy_from_slice(&w[row * count..(row + 1) * count]);
-                given[row * count + row] = -lost;
-            } else {
-                conditions[row * count + row] = 1.0;
+                conditions.set_row(row, &w.row(row));
+                given[(row, row)] = -lost;
             }
         }
         if let Some(impulse) = held.filter(|impulse| !impulse.sticking) {
-            conditions[t * count + g] = -impulse.friction;
+            conditions[(t, g)] = -impulse.friction;
         }
     }
-    product(count, w, &eigen::solve(count, &conditions, &given))
+    w * Factors::new(conditions).solve(given)
 }
 
 /// The rest of a series after its last impact: `y+ = projection (y - moving) + moving`.
 pub(crate) struct Closing {
-    pub projection: Vec<f64>,
+    pub projection: DMatrix<f64>,
     /// Velocities of the sliders to which contacts stick, over (q, q').
     moving: Vec<f64>,
 }
@@ -111,14 +111,12 @@ impl Closing {
             impulses
         };
         let rows: Vec<usize> = laws.iter().flat_map(|law| [law.tangential, law.normal]).collect();
-        let mut projection = vec![0.0; size * size];
-        (0..size).for_each(|k| projection[k * size + k] = 1.0);
+        let mut projection = DMatrix::identity(size, size);
         for level in [0, 1] {
             let change = response(w, &impulses(level));
             for (i, &row) in rows.iter().enumerate() {
                 for (j, &column) in rows.iter().enumerate() {
-                    projection[(level * n + row) * size + level * n + column] +=
-                        change[i * rows.len() + j];
+                    projection[(level * n + row, level * n + column)] += change[(i, j)];
                 }
             }
         }
@@ -131,20 +129,15 @@ impl Closing {
                 moving[n + laws[i].tangential] = laws[i].slider_speed;
             }
         }
-        let zero = |matrix: &mut [f64], rows: &[usize]| {
-            rows.iter().for_each(|row| matrix[row * size..(row + 1) * size].fill(0.0));
-        };
-        zero(&mut projection, &still);
+        still.into_iter().for_each(|row| projection.row_mut(row).fill(0.0));
         let closing = Self { projection, moving };
         let mut after = state.to_vec();
         closing.close(&mut after);
         // The impulses must not draw into the slider what has just lifted off: then only what is left of the series goes.
         if (0..laws.len()).any(|i| touches(i) && after[n + laws[i].normal] < 0.0) {
-            let mut projection = vec![0.0; size * size];
-            (0..size).for_each(|k| projection[k * size + k] = 1.0);
-            series.iter().for_each(|&i| {
-                zero(&mut projection, &[laws[i].normal, n + laws[i].normal]);
-            });
+            let mut projection = DMatrix::identity(size, size);
+            let rows = series.iter().flat_map(|&i| [laws[i].normal, n + laws[i].normal]);
+            rows.for_each(|row| projection.row_mut(row).fill(0.0));
             return Ok(Self { projection, moving: vec![0.0; size] });
         }
         Ok(closing)
@@ -159,20 +152,11 @@ impl Closing {
 }
 
 /// Contacts that mass couples to one contact, directly or through others, itself among them.
-pub(crate) fn coupled_with(w: &[f64], count: usize, contact: usize) -> Vec<usize> {
-    let size = 2 * count;
-    let tied = |i: usize, j: usize| {
-        [(0, 0), (0, 1), (1, 0), (1, 1)]
-            .iter()
-            .any(|(a, b)| w[(2 * i + a) * size + 2 * j + b] != 0.0)
-    };
-    let mut found = vec![contact];
-    let mut next = 0;
-    while next < found.len() {
-        let more: Vec<usize> =
-            (0..count).filter(|&j| !found.contains(&j) && tied(found[next], j)).collect();
-        found.extend(more);
-        next += 1;
-    }
-    found
+pub(crate) fn coupled_with(w: &DMatrix<f64>, contact: usize) -> Vec<usize> {
+    let count = w.nrows() / 2;
+    let tied = |i: usize, j: usize| w.view((2 * i, 2 * j), (2, 2)).iter().any(|&a| a != 0.0);
+    components(count, |i, found| found.extend((0..count).filter(|&j| tied(i, j))))
+        .into_iter()
+        .find(|members| members.contains(&contact))
+        .unwrap_or_default()
 }

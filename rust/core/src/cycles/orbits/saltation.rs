@@ -14,6 +14,8 @@
 //! gets there `dg / g'` later, and its limit comes `(1 + e) / (1 - e) dg / g'` later than at the same speed.
 //! Where mass couples contacts, several of them close at the end of a series: see `joint`.
 
+use nalgebra::{DMatrix, DVector, RowDVector};
+
 use crate::contact::event_function::Functional;
 use crate::contact::event_function::{contact_forces, event_functions};
 use crate::contact::event_kind::EventKind;
@@ -21,8 +23,8 @@ use crate::contact::transition;
 use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::joint::{Closing, Impulse, coupled_with, response};
 use crate::error::RunFailure;
-use crate::linalg::dense::{apply, product};
-use crate::linalg::eigen;
+use crate::linalg::dense::solve;
+use crate::linalg::sparse::SparseMatrix;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -39,7 +41,7 @@ pub(crate) struct Passage {
     pub series: Vec<usize>,
 }
 
-/// The derivatives of a passage at one motion, row-major over (q, q').
+/// The derivatives of a passage at one motion, over (q, q').
 #[derive(Debug)]
 pub(crate) struct Linearised {
     /// Event function at the end of the phase; 0 where its time is known explicitly.
@@ -51,9 +53,9 @@ pub(crate) struct Linearised {
     /// f-
     pub field: Vec<f64>,
     /// Dg
-    pub jump: Vec<f64>,
+    pub jump: SparseMatrix,
     /// Dg Phi
-    pub carried: Vec<f64>,
+    pub carried: DMatrix<f64>,
 }
 
 impl Passage {
@@ -151,7 +153,7 @@ impl Passage {
         &self,
         scene: &Scene,
         flow: &Flow<'_>,
-        transition: &[f64],
+        transition: &DMatrix<f64>,
         [start, end, arrived]: [&[f64]; 3],
     ) -> Result<Linearised, RunFailure> {
         let n = scene.size;
@@ -171,12 +173,12 @@ impl Passage {
             _ => {
                 let speed = self.along(n, |k| field[k]);
                 let timing = (0..size)
-                    .map(|column| -self.along(n, |k| transition[k * size + column]) / speed)
+                    .map(|column| -self.along(n, |k| transition[(k, column)]) / speed)
                     .collect();
                 (self.value(end).0, timing, speed)
             }
         };
-        let carried = product(size, &jump, transition);
+        let carried = jump.times(transition);
         Ok(Linearised { value, timing, speed, field, jump, carried })
     }
 
@@ -200,62 +202,59 @@ impl Passage {
             _ => -self.along(n, |k| neighbour[k]) / self.along(n, |k| field[k]),
         };
         let moved: Vec<f64> = neighbour.iter().zip(&field).map(|(dy, f)| dy + f * delay).collect();
-        Ok(apply(&self.jump_matrix(scene, flow.combination(), end, arrived)?, &moved))
+        Ok(self.jump_matrix(scene, flow.combination(), end, arrived)?.apply(&moved))
     }
 
-    /// Dg, row-major.
+    /// Dg
     fn jump_matrix(
         &self,
         scene: &Scene,
         before: &Combination,
         end: &[f64],
         arrived: &[f64],
-    ) -> Result<Vec<f64>, RunFailure> {
+    ) -> Result<SparseMatrix, RunFailure> {
         let n = scene.size;
-        let size = 2 * n;
         if self.is_joint() {
             let mut between = end.to_vec();
             self.strike(scene, before, &mut between)?;
             let closing = Closing::new(scene, before, self.contact, &self.series, &between)?;
             let impact = Self::new(scene, before, self.contact, EventKind::Impact);
             let matrix = impact.jump_matrix(scene, before, end, &between)?;
-            return Ok(product(size, &closing.projection, &matrix));
+            return Ok(SparseMatrix::from_dense(&closing.projection).product(&matrix));
         }
-        let mut matrix = vec![0.0; size * size];
-        (0..size).for_each(|k| matrix[k * size + k] = 1.0);
+        let mut matrix = DMatrix::identity(2 * n, 2 * n);
         let law = &scene.contacts[self.contact];
         let (t, g) = (n + law.tangential, n + law.normal);
         match self.trigger {
             EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
-            EventKind::Velocity => matrix[t * size + t] = 0.0,
+            EventKind::Velocity => matrix[(t, t)] = 0.0,
             EventKind::Accumulation => {
-                matrix[law.normal * size + law.normal] = 0.0;
-                matrix[g * size + g] = 0.0;
+                matrix[(law.normal, law.normal)] = 0.0;
+                matrix[(g, g)] = 0.0;
             }
             EventKind::Impact => {
                 // The gap is zero at the event; the time shift does the rest.
-                matrix[law.normal * size + law.normal] = 0.0;
+                matrix[(law.normal, law.normal)] = 0.0;
                 match &scene.coordinates.delassus {
                     Some(w) => {
                         coupled_impact(scene, w, before, self.contact, end, arrived, &mut matrix);
                     }
                     None => {
-                        matrix[g * size + g] = -law.restitution;
+                        matrix[(g, g)] = -law.restitution;
                         if scene.impact_friction && arrived[t] == law.slider_speed {
-                            matrix[t * size + t] = 0.0;
+                            matrix[(t, t)] = 0.0;
                         } else if scene.impact_friction {
                             // |g'| = -g' before an impact.
                             let ratio = scene.mass.get(law.normal, law.normal)
                                 / scene.mass.get(law.tangential, law.tangential);
                             let slip = (end[t] - law.slider_speed).signum();
-                            matrix[t * size + g] =
-                                slip * law.friction * (1.0 + law.restitution) * ratio;
+                            matrix[(t, g)] = slip * law.friction * (1.0 + law.restitution) * ratio;
                         }
                     }
                 }
             }
         }
-        Ok(matrix)
+        Ok(SparseMatrix::from_dense(&matrix))
     }
 
     /// Dimension of the directions that a passage forgets: the kernel of its saltation matrix.
@@ -263,13 +262,9 @@ impl Passage {
     /// `S dy = 0` says `Dg w = f+ dt` with `w = dy + f- dt` and `grad h . w = 0`. Rows of zeros in Dg are what the
     /// jump sets, whatever was before: as many directions w as rows have Dg w = 0. One more, `Dg w = f+ dt`, exists
     /// if f+ leaves those entries alone; one less satisfies `grad h . w = 0`, as h is among what is set.
-    pub fn loss(&self, before: &[usize], jump: &[f64], next_field: &[f64]) -> usize {
-        let size = next_field.len();
-        let set: Vec<usize> = before
-            .iter()
-            .copied()
-            .filter(|&row| jump[row * size..(row + 1) * size].iter().all(|&entry| entry == 0.0))
-            .collect();
+    pub fn loss(&self, before: &[usize], jump: &SparseMatrix, next_field: &[f64]) -> usize {
+        let set: Vec<usize> =
+            before.iter().copied().filter(|&row| jump.row(row).next().is_none()).collect();
         match set.iter().any(|&row| next_field[row] != 0.0) {
             true => set.len() - 1,
             false => set.len(),
@@ -281,20 +276,19 @@ impl Passage {
 /// of their conditions hold: none, sticking (both velocities given) or sliding (`P_t = +-mu P_n`).
 fn coupled_impact(
     scene: &Scene,
-    w: &[f64],
+    w: &DMatrix<f64>,
     before: &Combination,
     struck: usize,
     end: &[f64],
     arrived: &[f64],
-    matrix: &mut [f64],
+    matrix: &mut DMatrix<f64>,
 ) {
     let n = scene.size;
-    let size = 2 * n;
     let count = 2 * scene.contacts.len();
     let rows: Vec<usize> =
         scene.contacts.iter().flat_map(|law| [n + law.tangential, n + law.normal]).collect();
     let change: Vec<f64> = rows.iter().map(|&row| arrived[row] - end[row]).collect();
-    let impulse = eigen::solve(count, w, &change);
+    let impulse = solve(w.clone(), &change);
     let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
     // Velocities that do not depend on what they were.
     let mut set = vec![false; count];
@@ -315,38 +309,25 @@ fn coupled_impact(
     let velocity = response(w, &impulses);
     for (i, &row) in rows.iter().enumerate() {
         for (j, &column) in rows.iter().enumerate() {
-            matrix[row * size + column] += velocity[i * count + j];
+            matrix[(row, column)] += velocity[(i, j)];
         }
         if set[i] {
-            matrix[row * size..(row + 1) * size].fill(0.0);
+            matrix.row_mut(row).fill(0.0);
         }
     }
 }
 
 impl Linearised {
     /// The map from the start of this phase to the start of the next: `Dg (Phi + f- timing)`.
-    pub fn return_map(&self) -> Vec<f64> {
-        let size = self.field.len();
-        let pushed = apply(&self.jump, &self.field);
-        let mut map = self.carried.clone();
-        for i in 0..size {
-            for j in 0..size {
-                map[i * size + j] += pushed[i] * self.timing[j];
-            }
-        }
-        map
+    pub fn return_map(&self) -> DMatrix<f64> {
+        let pushed = DVector::from(self.jump.apply(&self.field));
+        &self.carried + pushed * RowDVector::from_row_slice(&self.timing)
     }
 
     /// The same at equal times, `S Phi`: with f+ the next vector field.
-    pub fn fundamental(&self, next_field: &[f64]) -> Vec<f64> {
-        let size = self.field.len();
-        let mut map = self.return_map();
-        for i in 0..size {
-            for j in 0..size {
-                map[i * size + j] -= next_field[i] * self.timing[j];
-            }
-        }
-        map
+    pub fn fundamental(&self, next_field: &[f64]) -> DMatrix<f64> {
+        let next_field = DVector::from_column_slice(next_field);
+        self.return_map() - next_field * RowDVector::from_row_slice(&self.timing)
     }
 }
 
@@ -367,10 +348,7 @@ pub(crate) fn passages(
     };
     let mut found = joint_closings(scene, before, end, events);
     let joined: Vec<usize> = match &scene.coordinates.delassus {
-        Some(w) => found
-            .iter()
-            .flat_map(|passage| coupled_with(w, scene.contacts.len(), passage.contact))
-            .collect(),
+        Some(w) => found.iter().flat_map(|passage| coupled_with(w, passage.contact)).collect(),
         None => Vec::new(),
     };
     found.extend(
@@ -397,7 +375,7 @@ fn joint_closings(
     let mut rest: Vec<(usize, EventKind)> = events.to_vec();
     let mut found = Vec::new();
     while let Some(&(first, _)) = rest.iter().find(|event| event.1 == EventKind::Accumulation) {
-        let tied = coupled_with(w, scene.contacts.len(), first);
+        let tied = coupled_with(w, first);
         let (own, others): (Vec<_>, Vec<_>) =
             rest.into_iter().partition(|event| tied.contains(&event.0));
         rest = others;

@@ -9,14 +9,14 @@
 //!
 //! in the admissible space at the section.
 
+use nalgebra::DMatrix;
 use std::sync::Arc;
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows};
 use crate::cycles::orbits::saltation::Linearised;
-use crate::linalg::dense::{apply, product};
-use crate::linalg::eigen;
+use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
@@ -41,9 +41,9 @@ pub(crate) struct Pass {
 pub(crate) struct Shooting {
     /// Derivative of the time of every event by the state at the start of its phase.
     timings: Vec<Vec<f64>>,
-    maps: Vec<Vec<f64>>,
+    maps: Vec<DMatrix<f64>>,
     pub mismatch: Mismatch,
-    pub whole: Vec<f64>,
+    pub whole: DMatrix<f64>,
     pub free: Vec<usize>,
     scales: Scales,
 }
@@ -65,10 +65,8 @@ pub(crate) struct Change {
 
 impl Shooting {
     pub fn new(orbit: &Orbit, flows: &[Flow<'_>], pass: &Pass, scales: Scales) -> Self {
-        let maps: Vec<Vec<f64>> = pass.linearised.iter().map(Linearised::return_map).collect();
-        let whole = maps[1..]
-            .iter()
-            .fold(maps[0].clone(), |whole, map| product(scales.size(), map, &whole));
+        let maps: Vec<DMatrix<f64>> = pass.linearised.iter().map(Linearised::return_map).collect();
+        let whole = maps[1..].iter().fold(maps[0].clone(), |whole, map| map * whole);
         Self {
             timings: pass.linearised.iter().map(|linear| linear.timing.clone()).collect(),
             maps,
@@ -87,14 +85,13 @@ impl Shooting {
         })
     }
 
-    /// I - P over the admissible space, row-major, in the units of the orbit.
-    pub fn matrix(&self) -> Vec<f64> {
-        let size = self.scales.size();
+    /// I - P over the admissible space, in the units of the orbit.
+    pub fn matrix(&self) -> DMatrix<f64> {
         let unit = |k: usize| self.scales.unit(k);
         let entry = |i: usize, j: usize| {
-            f64::from(u8::from(i == j)) - self.whole[i * size + j] * unit(j) / unit(i)
+            f64::from(u8::from(i == j)) - self.whole[(i, j)] * unit(j) / unit(i)
         };
-        self.free.iter().flat_map(|&i| self.free.iter().map(move |&j| entry(i, j))).collect()
+        DMatrix::from_fn(self.free.len(), self.free.len(), |i, j| entry(self.free[i], self.free[j]))
     }
 
     pub fn load(&self, mismatch: &Mismatch) -> Vec<f64> {
@@ -111,7 +108,7 @@ impl Shooting {
 
     /// dy_0
     pub fn solution(&self) -> Result<Vec<f64>, OrbitFailure> {
-        let entries = eigen::solve(self.free.len(), &self.matrix(), &self.load(&self.mismatch));
+        let entries = solve(self.matrix(), &self.load(&self.mismatch));
         match entries.iter().all(|x| x.is_finite()) {
             true => Ok(self.state(&entries)),
             false => Err(OrbitFailure::Singular),
@@ -206,7 +203,7 @@ impl Orbit {
         let rests = (0..count)
             .map(|k| {
                 let linear = &pass.linearised[k];
-                let pushed = apply(&linear.jump, &linear.field);
+                let pushed = linear.jump.apply(&linear.field);
                 let next = &self.steps[(k + 1) % count].state;
                 (0..next.len())
                     .map(|i| pass.arrived[k][i] + pushed[i] * delays[k] - next[i])
