@@ -2,8 +2,7 @@
 
 use num_complex::Complex64;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1,
-    PyReadonlyArray3,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
