@@ -16,14 +16,21 @@ pub struct SparseMatrix {
 impl SparseMatrix {
     /// Keeps the nonzero entries.
     pub fn from_dense(dense: &DMatrix<f64>) -> Self {
-        Self::from_rows(dense.row_iter().map(|row| row.iter().copied().enumerate().collect()))
+        Self::from_rows(dense.nrows(), |row, entries| {
+            entries.extend(dense.row(row).iter().copied().enumerate());
+        })
     }
 
-    /// From (column, value), columns ascending within a row; keeps the nonzero entries.
-    pub(crate) fn from_rows(rows: impl ExactSizeIterator<Item = Vec<(usize, f64)>>) -> Self {
-        let mut matrix = Self::with_capacity(rows.len(), rows.len());
-        for row in rows {
-            for (column, value) in row.into_iter().filter(|entry| entry.1 != 0.0) {
+    /// `fill` adds (column, value) of a row, columns ascending, to a list; nonzero entries are kept.
+    pub(crate) fn from_rows(
+        size: usize,
+        mut fill: impl FnMut(usize, &mut Vec<(usize, f64)>),
+    ) -> Self {
+        let mut matrix = Self::with_capacity(size, size);
+        let mut entries = Vec::new();
+        for row in 0..size {
+            fill(row, &mut entries);
+            for (column, value) in entries.drain(..).filter(|entry| entry.1 != 0.0) {
                 matrix.columns.push(column);
                 matrix.values.push(value);
             }
@@ -190,8 +197,8 @@ impl SparseMatrix {
     /// `self other`
     pub(crate) fn product(&self, other: &Self) -> Self {
         let mut sums = vec![0.0; self.size];
-        Self::from_rows((0..self.size).map(|row| {
-            let mut touched = Vec::new();
+        let mut touched = Vec::new();
+        Self::from_rows(self.size, |row, entries| {
             for (k, factor) in self.row(row) {
                 for (column, value) in other.row(k) {
                     sums[column] += factor * value;
@@ -200,8 +207,8 @@ impl SparseMatrix {
             }
             touched.sort_unstable();
             touched.dedup();
-            touched.into_iter().map(|column| (column, std::mem::take(&mut sums[column]))).collect()
-        }))
+            entries.extend(touched.drain(..).map(|k| (k, std::mem::take(&mut sums[k]))));
+        })
     }
 
     /// `self dense`
@@ -220,10 +227,9 @@ impl SparseMatrix {
 
     /// The entries whose (row, column) is wanted.
     pub(crate) fn filtered(&self, wanted: impl Fn(usize, usize) -> bool) -> Self {
-        Self::from_rows(
-            (0..self.size)
-                .map(|row| self.row(row).filter(|&(column, _)| wanted(row, column)).collect()),
-        )
+        Self::from_rows(self.size, |row, entries| {
+            entries.extend(self.row(row).filter(|&(column, _)| wanted(row, column)));
+        })
     }
 
     pub(crate) fn is_diagonal(&self) -> bool {
@@ -282,11 +288,18 @@ impl SparseMatrix {
     }
 
     pub(crate) fn transposed(&self) -> Self {
-        let mut rows: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
+        let mut place = vec![0; self.size + 1];
+        self.columns.iter().for_each(|&column| place[column + 1] += 1);
+        (0..self.size).for_each(|k| place[k + 1] += place[k]);
+        let row_start = place.clone();
+        let (mut columns, mut values) = (vec![0; self.entries()], vec![0.0; self.entries()]);
         for row in 0..self.size {
-            self.row(row).for_each(|(column, value)| rows[column].push((row, value)));
+            for (column, value) in self.row(row) {
+                (columns[place[column]], values[place[column]]) = (row, value);
+                place[column] += 1;
+            }
         }
-        Self::from_rows(rows.into_iter())
+        Self { size: self.size, row_start, columns, values }
     }
 
     pub fn to_dense(&self) -> DMatrix<f64> {

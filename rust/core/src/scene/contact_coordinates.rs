@@ -84,10 +84,9 @@ impl Coordinates {
                 .extend(along[dof].iter().flat_map(|&k| directions[k].iter().map(|entry| entry.0)));
         });
         let mut slots = vec![0; count];
-        let unit = |dof: usize| vec![(dof, 1.0)];
-        let mut forward: Vec<_> = (0..size).map(unit).collect();
-        let mut inverse = forward.clone();
-        let mut blocks: Vec<(Vec<usize>, DMatrix<f64>)> = Vec::new();
+        // The group of a dof and its row there.
+        let mut place: Vec<Option<(usize, usize)>> = vec![None; size];
+        let mut transformed: Vec<(Vec<usize>, Vec<usize>, Group)> = Vec::new();
         for dofs in groups {
             let mut own: Vec<usize> =
                 dofs.iter().flat_map(|&dof| along[dof].iter().copied()).collect();
@@ -96,35 +95,40 @@ impl Coordinates {
             if own.is_empty() {
                 continue;
             }
-            let place = |dof: usize| dofs.partition_point(|&other| other < dof);
+            let own_row = |dof: usize| dofs.partition_point(|&other| other < dof);
             let mut d = DMatrix::zeros(dofs.len(), own.len());
             for (j, &index) in own.iter().enumerate() {
-                directions[index].iter().for_each(|&(dof, entry)| d[(place(dof), j)] = entry);
+                directions[index].iter().for_each(|&(dof, entry)| d[(own_row(dof), j)] = entry);
             }
             let group = Group::new(mass.restricted(&dofs).to_dense(), d)
                 .map_err(|index| dependent(own[index]))?;
             own.iter().zip(&group.slots).for_each(|(&index, &slot)| slots[index] = dofs[slot]);
-            let global = |row: usize, matrix: &DMatrix<f64>| -> Vec<(usize, f64)> {
-                dofs.iter().copied().zip(matrix.row(row).iter().copied()).collect()
-            };
-            for (row, &dof) in dofs.iter().enumerate() {
-                forward[dof] = global(row, &group.forward);
-                inverse[dof] = global(row, &group.inverse);
-            }
-            blocks.push((own, group.delassus));
+            dofs.iter()
+                .enumerate()
+                .for_each(|(row, &dof)| place[dof] = Some((transformed.len(), row)));
+            transformed.push((dofs, own, group));
         }
-        let forward = SparseMatrix::from_rows(forward.into_iter());
+        let rows = |of: fn(&Group) -> &DMatrix<f64>| {
+            SparseMatrix::from_rows(size, |dof, entries| match place[dof] {
+                None => entries.push((dof, 1.0)),
+                Some((index, row)) => {
+                    let (dofs, _, group) = &transformed[index];
+                    entries.extend(dofs.iter().copied().zip(of(group).row(row).iter().copied()));
+                }
+            })
+        };
+        let forward = rows(|group| &group.forward);
         let transform = (forward != SparseMatrix::diagonal(&vec![1.0; size])).then(|| Transform {
             transposed: forward.transposed(),
-            inverse: SparseMatrix::from_rows(inverse.into_iter()),
+            inverse: rows(|group| &group.inverse),
             forward,
         });
-        let coupled = blocks.iter().any(|(_, block)| !is_diagonal(block));
+        let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
         let delassus = coupled.then(|| {
             let mut whole = DMatrix::zeros(count, count);
-            for (own, block) in &blocks {
+            for (_, own, group) in &transformed {
                 for (i, j) in (0..own.len()).flat_map(|i| (0..own.len()).map(move |j| (i, j))) {
-                    whole[(own[i], own[j])] = block[(i, j)];
+                    whole[(own[i], own[j])] = group.delassus[(i, j)];
                 }
             }
             whole
