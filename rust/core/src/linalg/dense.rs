@@ -49,7 +49,9 @@ pub(crate) fn cholesky(matrix: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, (usi
             *(if leading(middle).is_some() { &mut definite } else { &mut indefinite }) = middle;
         }
         let row = matrix.view((0, definite), (definite, 1)).into_owned();
-        let known = leading(definite).map_or(0.0, |factor| row.dot(&factor.solve(&row)));
+        let known = leading(definite)
+            .filter(|_| definite > 0)
+            .map_or(0.0, |factor| row.dot(&factor.solve(&row)));
         return Err((definite, matrix[(definite, definite)] - known));
     };
     let pivot = |k: usize| factor.l_dirty()[(k, k)].powi(2);
@@ -91,6 +93,7 @@ impl<T: Field> Factors<T> {
         DefaultAllocator: Allocator<Dyn, C, Buffer<T> = VecStorage<T, Dyn, C>>,
     {
         match self {
+            _ if rhs.is_empty() => {}
             Self::Small(factors) => {
                 if !factors.solve_mut(&mut rhs) {
                     rhs.fill(T::from_real(f64::NAN));
@@ -107,6 +110,7 @@ impl<T: Field> Factors<T> {
         DefaultAllocator: Allocator<Dyn, C, Buffer<T> = VecStorage<T, Dyn, C>>,
     {
         match self {
+            _ if rhs.is_empty() => {}
             Self::Small(factors) => {
                 let regular = factors.u().tr_solve_upper_triangular_mut(&mut rhs)
                     && factors.l().tr_solve_lower_triangular_mut(&mut rhs);
@@ -162,8 +166,7 @@ pub(crate) fn determinant_sign(matrix: DMatrix<f64>) -> f64 {
 pub(crate) fn regular_solution(matrix: DMatrix<f64>, rhs: &[f64]) -> Option<DVector<f64>> {
     let (factors, sizes) = equilibrated(matrix)?;
     let mut solution = DVector::from_column_slice(rhs).component_div(&sizes);
-    factors.solve_mut(&mut solution);
-    Some(solution)
+    (rhs.is_empty() || factors.solve_mut(&mut solution)).then_some(solution)
 }
 
 /// Smallest pivot of elimination over the largest one: 0 for a singular matrix.
@@ -195,13 +198,14 @@ mod tests {
         assert_eq!(cholesky(&matrix).unwrap_err(), (1, -0.5));
         let singular = DMatrix::from_row_slice(2, 2, &[1.0, 1.0, 1.0, 1.0]);
         assert_eq!(cholesky(&singular).unwrap_err(), (1, 0.0));
+        assert_eq!(cholesky(&-singular).unwrap_err(), (0, -1.0));
         assert!(cholesky(&DMatrix::from_row_slice(2, 2, &[2.0, 1.0, 1.0, 2.0])).is_ok());
     }
 
     /// Both sizes of factors, against the product.
     #[test]
     fn solutions_of_a_matrix_and_its_transpose() {
-        for n in [1, 7, BLOCKED, 2 * BLOCKED] {
+        for n in [0, 1, 7, BLOCKED, 2 * BLOCKED] {
             let entry = |i: usize, j: usize| {
                 Complex64::new(
                     (1.0 + i as f64 * 12.3 + j as f64).sin(),
@@ -217,8 +221,8 @@ mod tests {
             };
             // The matrix is diagonally dominant: rounding of n products of entries below n.
             let rounding = 10.0 * f64::EPSILON * (n * n) as f64;
-            assert!(left(factors.solve(rhs.clone()), &matrix) < rounding);
-            assert!(left(factors.transposed_solve(rhs.clone()), &matrix.transpose()) < rounding);
+            assert!(left(factors.solve(rhs.clone()), &matrix) <= rounding);
+            assert!(left(factors.transposed_solve(rhs.clone()), &matrix.transpose()) <= rounding);
         }
     }
 
