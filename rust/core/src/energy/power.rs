@@ -14,7 +14,7 @@ use crate::contact::event_function::Functional;
 use crate::contact::event_function::contact_forces;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::motion::taylor::TaylorOperator;
+use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::trajectory::{Cursor, Trajectory};
@@ -128,16 +128,15 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
     let groups = damper_groups(scene).len();
     let mut sample = EnergySample::default();
     let mut cursor = Cursor::new(trajectory);
-    let mut known: Option<(FrictionForces, TaylorOperator)> = None;
-    let mut residual = vec![0.0; scene.size];
+    let mut known: Option<(FrictionForces, EquationOfMotion)> = None;
     for &time in times {
         cursor.seek("times", time)?;
         let combination = &trajectory.phases[cursor.phase].basis.combination;
-        let (friction, operator) = match &mut known {
+        let (friction, equation) = match &mut known {
             Some(known) if known.0.combination == *combination => known,
             known => known.insert((
                 FrictionForces::new(scene, combination),
-                TaylorOperator::new(scene, combination, &[])?,
+                EquationOfMotion::new(scene, combination)?,
             )),
         };
         let (q, u) = (&cursor.q, &cursor.u);
@@ -145,11 +144,8 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         sample.kinetic.push(kinetic);
         sample.elastic.push(elastic);
 
-        residual.copy_from_slice(&scene.force);
-        scene.stiffness.add_product(-1.0, q, &mut residual);
-        scene.damping.add_product(-1.0, u, &mut residual);
         let mut acceleration = vec![0.0; scene.size];
-        operator.accelerate(&mut residual, &mut acceleration);
+        equation.accelerate(&mut scene.residual(1.0, q, u), &mut acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
         sample.rate.push(inertia + bilinear(&scene.stiffness, u, &elongation(scene, q)));
 

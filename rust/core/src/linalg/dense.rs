@@ -12,6 +12,8 @@ use num_complex::Complex64;
 /// Rows from which faer's blocked factors take less time than nalgebra's: with 6 rows they take three times as much
 /// (0.8 to 0.3 us), with 32 as much, with 128 half of it (100 to 230 us).
 const BLOCKED: usize = 40;
+/// Smallest pivot of a reduced mass, of the largest one, below which it is singular.
+pub(crate) const SINGULAR: f64 = 1e-14;
 /// A Cholesky pivot this small beside its diagonal entry is rounding.
 const INDEFINITE: f64 = 1e-14;
 /// Rows up to which pivots are searched for in the whole matrix; beyond, only partial pivoting is quick.

@@ -9,10 +9,11 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::error::Error;
+use crate::linalg::sparse::SparseMatrix;
 use crate::locus::series::{Series, StaticSeries};
 use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::{Reduced, Reduction};
 use crate::scene::statics::Statics;
 use crate::scene::status::Combination;
 
@@ -106,52 +107,31 @@ impl Path {
     ) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
         let m = reduced.size();
-        let mut column = vec![usize::MAX; scene.size];
-        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
-        let series = |matrix: &crate::linalg::sparse::SparseMatrix| {
-            let (mut constant, mut slope) = (DMatrix::zeros(m, m), DMatrix::zeros(m, m));
-            let add = |target: &mut DMatrix<f64>, i: usize, row: usize, factor: f64| {
-                for (k, value) in matrix.row(row).filter(|entry| column[entry.0] != usize::MAX) {
-                    target[(i, column[k])] += factor * value;
-                }
-            };
-            reduced.kept.iter().enumerate().for_each(|(i, &k)| add(&mut constant, i, k, 1.0));
-            for (contact, &status) in combination.statuses().iter().enumerate() {
-                let law = &scene.contacts[contact];
-                if status.is_sliding() {
-                    let i = reduced.kept.partition_point(|&k| k < law.tangential);
-                    if contacts.contains(&contact) {
-                        add(&mut slope, i, law.normal, -status.friction_sign());
-                    } else {
-                        add(&mut constant, i, law.normal, -status.friction_sign() * law.friction);
-                    }
-                }
-            }
-            Series(vec![constant, slope])
-        };
-        let load = |scene: &Scene| {
-            let kept = reduced.kept.iter().map(|&k| scene.force[k]);
-            let (mut constant, mut slope) =
-                (DMatrix::from_iterator(m, 1, kept), DMatrix::zeros(m, 1));
-            for (contact, &status) in combination.statuses().iter().enumerate() {
-                let law = &scene.contacts[contact];
-                if status.is_sliding() {
-                    let i = reduced.kept.partition_point(|&k| k < law.tangential);
-                    let normal = -status.friction_sign() * scene.force[law.normal];
-                    if contacts.contains(&contact) {
-                        slope[i] += normal;
-                    } else {
-                        constant[i] += law.friction * normal;
-                    }
-                }
-            }
-            Series(vec![constant, slope])
+        let moved = |contact: usize| contacts.contains(&contact);
+        let fixed = Reduction::with_friction(scene, combination, |contact, law| {
+            if moved(contact) { 0.0 } else { law.friction }
+        });
+        let unit =
+            Reduction::with_friction(
+                scene,
+                combination,
+                |contact, _| {
+                    if moved(contact) { 1.0 } else { 0.0 }
+                },
+            );
+        let series =
+            |matrix: &SparseMatrix| Series(vec![fixed.matrix(matrix), unit.merged_matrix(matrix)]);
+        let load = || {
+            let mut slope = vec![0.0; m];
+            unit.add_merged(&scene.force, &mut slope);
+            let column = |values| DMatrix::from_vec(m, 1, values);
+            Series(vec![column(fixed.force(&scene.force)), column(slope)])
         };
         let ends = [
             Statics::new(scene, &reduced),
             Statics::new(other, &Reduced::new(other, combination)?),
         ];
-        let load = (!contacts.is_empty()).then(|| load(scene));
+        let load = (!contacts.is_empty()).then(load);
         let piece = Piece {
             lower,
             upper,

@@ -42,7 +42,8 @@ pub struct Modes {
 impl Modes {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let mut half = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
+        let mut half =
+            spectrum(&Pencil::new(scene, combination, &reduced.reduction), Vectors::Refined)?;
         half.sort_by(|p, q| {
             let key =
                 |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.im, mode.eigenvalue.re);
@@ -81,7 +82,7 @@ impl Modes {
             }
             let over_dofs = |part: fn(&Complex64) -> f64| {
                 let mut q = vec![0.0; n];
-                reduced.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
                 scene.velocities(&q)
             };
             let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));

@@ -14,7 +14,7 @@ use crate::modes::quadratic_pencil::{Damping, Pencil};
 use crate::modes::spectrum::{roots_of_mode, state_matrix};
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::Reduction;
 use crate::scene::statics::Steady;
 use crate::scene::status::Combination;
 
@@ -44,7 +44,9 @@ impl Growth {
 
     /// The verdict on one combination of a scene.
     pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
-        pencil_growth(&Pencil::new(scene, &Reduced::new(scene, combination)?))
+        scene.check_combination(combination)?;
+        let reduction = Reduction::new(scene, combination);
+        pencil_growth(&Pencil::new(scene, combination, &reduction))
     }
 }
 

@@ -4,11 +4,8 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use num_complex::Complex64;
 
 use crate::error::Error;
-use crate::linalg::dense::{Factors, cholesky, is_symmetric, smallest_relative_pivot};
+use crate::linalg::dense::{Factors, SINGULAR, cholesky, is_symmetric, smallest_relative_pivot};
 use crate::modes::quadratic_pencil::Pencil;
-
-/// Smallest pivot of the mass, of the largest one, below which it is singular.
-const SINGULAR: f64 = 1e-14;
 
 pub(crate) enum MassFactor {
     /// Square roots of a diagonal mass.

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::double_double::{Doubled, DoubledComplex};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::Reduction;
 use crate::scene::status::Combination;
 
 /// An m by m matrix in compressed rows of [`Doubled`] entries.
@@ -46,28 +46,19 @@ impl DoubledRows {
     }
 
     /// `L' matrix R` of a reduction.
-    fn reduced(reduced: &Reduced, column: &[usize], matrix: &SparseMatrix) -> Self {
-        let m = reduced.size();
+    fn reduced(reduction: &Reduction, matrix: &SparseMatrix) -> Self {
+        let m = reduction.size();
         let mut rows = Self { start: vec![0], columns: Vec::new(), entries: Vec::new() };
         let mut row = vec![Doubled::default(); m];
-        for (i, &k) in reduced.kept.iter().enumerate() {
-            let mut touched: Vec<usize> = Vec::new();
-            let mut add = |source: usize, factor: f64| {
-                for (k, value) in matrix.row(source).filter(|entry| column[entry.0] != usize::MAX) {
-                    let j = column[k];
-                    row[j] = row[j].add(Doubled::product(factor, value));
-                    touched.push(j);
-                }
-            };
-            add(k, 1.0);
-            reduced
-                .merges
-                .iter()
-                .filter(|merge| merge.position == i)
-                .for_each(|merge| add(merge.normal, merge.factor));
+        let mut touched: Vec<usize> = Vec::new();
+        for i in 0..m {
+            for (j, factor, entry) in reduction.row(matrix, i) {
+                row[j] = row[j].add(Doubled::product(factor, entry));
+                touched.push(j);
+            }
             touched.sort_unstable();
             touched.dedup();
-            for j in touched {
+            for j in touched.drain(..) {
                 rows.columns.push(j);
                 rows.entries.push(std::mem::take(&mut row[j]));
             }
@@ -166,13 +157,11 @@ pub(crate) enum Damping {
 }
 
 impl Pencil {
-    pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
-        let mut column = vec![usize::MAX; scene.size];
-        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
-        let rows = |matrix: &SparseMatrix| DoubledRows::reduced(reduced, &column, matrix);
+    pub fn new(scene: &Scene, combination: &Combination, reduction: &Reduction) -> Self {
+        let rows = |matrix: &SparseMatrix| DoubledRows::reduced(reduction, matrix);
         Self {
-            combination: reduced.combination.clone(),
-            size: reduced.size(),
+            combination: combination.clone(),
+            size: reduction.size(),
             mass: rows(&scene.mass),
             damping: match scene.proportional {
                 Some((alpha, beta)) => Damping::Proportional { alpha, beta },

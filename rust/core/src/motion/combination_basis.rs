@@ -48,7 +48,8 @@ impl CombinationBasis {
             series()?
         } else {
             let reduced = Reduced::new(scene, combination)?;
-            let modes = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
+            let modes =
+                spectrum(&Pencil::new(scene, combination, &reduced.reduction), Vectors::Refined)?;
             let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
             if condition <= CONDITION_LIMIT {
                 Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))

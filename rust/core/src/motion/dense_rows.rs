@@ -8,7 +8,7 @@ use pulp::cast;
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::model::Scene;
-use crate::scene::reduction::RowMerge;
+use crate::scene::reduction::Reduction;
 
 /// Two groups: with the two sums that `product` keeps, enough to hide the latency of additions.
 const ROWS: usize = 2 * GROUP;
@@ -60,9 +60,8 @@ impl DenseRows {
     /// The rows of a combination with lumped masses, unless it is so large and sparse that they would take longer.
     pub fn new(
         scene: &Scene,
-        kept: &[usize],
+        reduction: &Reduction,
         moving: impl Iterator<Item = usize>,
-        merges: &[RowMerge],
     ) -> Option<Self> {
         let n = scene.size;
         if !Self::are_quicker(scene) {
@@ -76,19 +75,19 @@ impl DenseRows {
         let rows = n.next_multiple_of(ROWS);
         let merged = |matrix: &SparseMatrix| -> Vec<Column> {
             let mut columns = vec![[0.0; ROWS]; rows / ROWS * count];
-            let mut add = |row: usize, source: usize, factor: f64| {
-                for (k, value) in matrix.row(source) {
-                    if let Some(j) = column[k] {
-                        columns[row / ROWS * count + j][row % ROWS] += factor * value;
+            for (i, &row) in reduction.kept.iter().enumerate() {
+                for (source, factor) in reduction.sources(i) {
+                    for (k, value) in matrix.row(source) {
+                        if let Some(j) = column[k] {
+                            columns[row / ROWS * count + j][row % ROWS] += factor * value;
+                        }
                     }
                 }
-            };
-            kept.iter().for_each(|&row| add(row, row, 1.0));
-            merges.iter().for_each(|merge| add(kept[merge.position], merge.normal, merge.factor));
+            }
             columns.into_iter().map(cast).collect()
         };
         let mut inverse_mass = vec![0.0; rows];
-        for &k in kept {
+        for &k in &reduction.kept {
             inverse_mass[k] = 1.0 / scene.mass.get(k, k);
         }
         let beta = scene.proportional.filter(|&(alpha, _)| alpha == 0.0).map(|(_, beta)| beta);

@@ -201,10 +201,8 @@ impl ModalBasis {
             .flatten()
             .map(|at| at.reference(scene, reduced, functions, &modes))
             .collect();
-        let mut column = vec![usize::MAX; scene.size];
-        reduced.kept.iter().enumerate().for_each(|(j, &k)| column[k] = j);
-        let kept =
-            |&(k, weight): &(usize, f64)| (column[k] != usize::MAX).then(|| (column[k], weight));
+        let reduction = &reduced.reduction;
+        let kept = |&(k, weight): &(usize, f64)| Some((reduction.place(k)?, weight));
         let functions = functions
             .iter()
             .map(|function| {
@@ -243,7 +241,7 @@ impl ModalBasis {
         });
         let lambda = ComplexVector::of(&lambda);
         Self {
-            kept: reduced.kept.clone(),
+            kept: reduction.kept.clone(),
             count,
             groups,
             shape: by_coordinate.collect(),
@@ -251,11 +249,7 @@ impl ModalBasis {
                 .zip(complex_groups(&from_velocity))
                 .map(|(position, velocity)| Projection { position, velocity })
                 .collect(),
-            sticking: reduced
-                .sticking
-                .iter()
-                .map(|stick| (stick.coordinate, stick.speed))
-                .collect(),
+            sticking: reduction.sticking.clone(),
             functions,
             references,
             // Without modes every motion is prescribed and linear: the width grows to that of the phase.
@@ -290,7 +284,7 @@ impl At {
         Self {
             position: zero.clone(),
             velocity: zero.clone(),
-            sticking: vec![zero; reduced.sticking.len()],
+            sticking: vec![zero; reduced.sticking_loads.len()],
         }
     }
 
@@ -306,7 +300,7 @@ impl At {
         let force: Vec<f64> =
             reduced.force_constant.iter().zip(damped).map(|(f, c)| f - c).collect();
         let position = solve(&force);
-        let sticking: Vec<_> = reduced.sticking.iter().map(|stick| solve(&stick.load)).collect();
+        let sticking: Vec<_> = reduced.sticking_loads.iter().map(|load| solve(load)).collect();
         let all = position.iter().chain(&velocity).chain(sticking.iter().flatten());
         all.copied().all(f64::is_finite).then_some(Self { position, velocity, sticking })
     }
@@ -320,15 +314,16 @@ impl At {
         functions: &[EventFunction],
         modes: &[Mode],
     ) -> Reference {
+        let reduction = &reduced.reduction;
         let spread = |kept: &[f64], stuck: &dyn Fn(usize) -> f64| -> Vec<f64> {
             let mut all = vec![0.0; scene.size];
-            reduced.kept.iter().zip(kept).for_each(|(&k, x)| all[k] = *x);
-            let sticks = reduced.sticking.iter().enumerate();
-            sticks.for_each(|(index, stick)| all[stick.coordinate] = stuck(index));
+            reduction.kept.iter().zip(kept).for_each(|(&k, x)| all[k] = *x);
+            let sticks = reduction.sticking.iter().enumerate();
+            sticks.for_each(|(index, stick)| all[stick.0] = stuck(index));
             all
         };
         let position = spread(&self.position, &|_| 0.0);
-        let velocity = spread(&self.velocity, &|index| reduced.sticking[index].speed);
+        let velocity = spread(&self.velocity, &|index| reduction.sticking[index].1);
         let sticking: Vec<Vec<f64>> = self
             .sticking
             .iter()
@@ -345,11 +340,13 @@ impl At {
                     dot(&mut scene.stiffness.row(row), q).add(dot(&mut scene.damping.row(row), u));
                 Doubled::from(load[row]).add(force.times(-1.0))
             };
-            let mut force: Vec<Doubled> = reduced.kept.iter().map(|&k| of_row(k)).collect();
-            for merge in &reduced.merges {
-                force[merge.position] =
-                    force[merge.position].add(of_row(merge.normal).times(merge.factor));
-            }
+            let combined = |i: usize| {
+                let sources = reduction.sources(i);
+                sources.fold(Doubled::default(), |sum, (row, factor)| {
+                    sum.add(of_row(row).times(factor))
+                })
+            };
+            let force: Vec<Doubled> = (0..reduction.size()).map(combined).collect();
             let of_mode = |mode: &Mode| {
                 let terms = mode.left.iter().zip(&force).map(|(v, f)| v * f.value());
                 terms.sum::<Complex64>() / mode.a

@@ -10,17 +10,15 @@
 //! What is expanded is the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
 //! precision: rounding is then a part of the motion and not of the static displacement.
 
-use nalgebra::DMatrix;
-
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::error::Error;
-use crate::linalg::dense::{Factors, smallest_relative_pivot};
+use crate::linalg::sparse::SparseMatrix;
 use crate::motion::dense_rows::{DenseRows, Order};
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::{COEFFICIENTS, DEGREE};
+use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
-use crate::scene::reduction::{Reduced, RowMerge};
 use crate::scene::status::Combination;
 
 /// sigma times width of a panel, before it is shortened to what the series leaves out. The norm overestimates
@@ -32,10 +30,7 @@ const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 /// The equation of motion of one combination, without forming it.
 #[derive(Debug)]
 pub(crate) struct TaylorOperator {
-    kept: Vec<usize>,
-    merges: Vec<RowMerge>,
-    sticking: Vec<(usize, f64)>,
-    mass: MassSolve,
+    equation: EquationOfMotion,
     /// The same equation in a form that is quicker for small scenes.
     dense: Option<DenseRows>,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
@@ -49,22 +44,10 @@ pub(crate) struct TaylorOperator {
     function_norms: Vec<f64>,
 }
 
-#[derive(Debug)]
-enum MassSolve {
-    /// Reciprocals over the kept coordinates.
-    Diagonal(Vec<f64>),
-    /// Explicit inverse over the kept coordinates.
-    Full(DMatrix<f64>),
-}
-
 impl TaylorOperator {
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        let mass = match &self.mass {
-            MassSolve::Diagonal(entries) => entries.len(),
-            MassSolve::Full(entries) => entries.len(),
-        };
-        mass + 4 * self.kept.len()
+        self.equation.numbers()
     }
 
     pub fn new(
@@ -72,34 +55,11 @@ impl TaylorOperator {
         combination: &Combination,
         functions: &[EventFunction],
     ) -> Result<Self, Error> {
-        scene.check_combination(combination)?;
-        let (kept, merges) = Reduced::bases_of(scene, combination);
-        let sticking: Vec<(usize, f64)> = scene
-            .contacts
-            .iter()
-            .zip(combination.statuses())
-            .filter(|pair| *pair.1 == crate::scene::status::Status::Sticking)
-            .map(|(contact, _)| (contact.tangential, contact.slider_speed))
-            .collect();
-        let m = kept.len();
+        let equation = EquationOfMotion::new(scene, combination)?;
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
-        let mass = if scene.lumped {
-            MassSolve::Diagonal(kept.iter().map(|&k| 1.0 / scene.mass.get(k, k)).collect())
-        } else {
-            let reduced = Reduced::new(scene, combination)?;
-            let pivot = smallest_relative_pivot(&reduced.mass);
-            if pivot < 1e-14 {
-                return Err(Error::SingularMass { combination: combination.to_string(), pivot });
-            }
-            MassSolve::Full(Factors::new(reduced.mass).solve(DMatrix::identity(m, m)))
-        };
-        let moving = kept.iter().copied().chain(sticking.iter().map(|&(k, _)| k));
-        let dense = DenseRows::new(scene, &kept, moving, &merges);
+        let dense = DenseRows::new(scene, &equation.reduction, equation.moving());
         let mut operator = Self {
-            kept,
-            merges,
-            sticking,
-            mass,
+            equation,
             dense,
             weight,
             omega: 0.0,
@@ -140,71 +100,29 @@ impl TaylorOperator {
         rho / (1.0 - rho)
     }
 
-    /// Every coordinate that is not held at zero.
-    fn moving(&self) -> impl Iterator<Item = usize> + '_ {
-        self.kept.iter().copied().chain(self.sticking.iter().map(|stick| stick.0))
-    }
-
     /// Row-sum norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
     fn norms(&self, scene: &Scene) -> (f64, f64) {
-        let mut is_kept = vec![false; scene.size];
-        self.kept.iter().for_each(|&k| is_kept[k] = true);
-        let row_sums = |matrix: &crate::linalg::sparse::SparseMatrix| -> Vec<f64> {
+        let reduction = &self.equation.reduction;
+        let norm = |matrix: &SparseMatrix| -> f64 {
             let sum = |row: usize| -> f64 {
-                matrix
-                    .row(row)
-                    .filter(|entry| is_kept[entry.0])
-                    .map(|(k, value)| value.abs() / self.weight[k])
-                    .sum()
+                let entries = matrix.row(row).filter(|entry| reduction.place(entry.0).is_some());
+                entries.map(|(k, value)| value.abs() / self.weight[k]).sum()
             };
-            let mut sums: Vec<f64> = self.kept.iter().map(|&k| sum(k)).collect();
-            for merge in &self.merges {
-                sums[merge.position] += merge.factor.abs() * sum(merge.normal);
-            }
-            sums
+            let of_row = |i: usize| {
+                reduction.sources(i).map(|(source, factor)| factor.abs() * sum(source)).sum()
+            };
+            let sums: Vec<f64> = (0..reduction.size()).map(of_row).collect();
+            let accelerated = self.equation.accelerated_sizes(&sums);
+            let weighted =
+                accelerated.iter().zip(&reduction.kept).map(|(a, &k)| a * self.weight[k]);
+            weighted.fold(0.0, f64::max)
         };
-        let norm = |sums: Vec<f64>| -> f64 {
-            let m = self.kept.len();
-            (0..m)
-                .map(|i| {
-                    let solved = match &self.mass {
-                        MassSolve::Diagonal(inverse) => inverse[i] * sums[i],
-                        MassSolve::Full(inverse) => {
-                            inverse.row(i).iter().zip(&sums).map(|(a, sum)| a.abs() * sum).sum()
-                        }
-                    };
-                    solved * self.weight[self.kept[i]]
-                })
-                .fold(0.0, f64::max)
-        };
-        (norm(row_sums(&scene.stiffness)), norm(row_sums(&scene.damping)))
+        (norm(&scene.stiffness), norm(&scene.damping))
     }
 
     /// sigma, the bound of the growth of every solution, 1/s.
     pub fn norm(&self) -> f64 {
         self.sigma
-    }
-
-    /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
-    pub fn accelerate(&self, residual: &mut [f64], acceleration: &mut [f64]) {
-        for merge in &self.merges {
-            residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
-        }
-        match &self.mass {
-            MassSolve::Diagonal(inverse) => {
-                for (&k, inverse) in self.kept.iter().zip(inverse) {
-                    acceleration[k] = inverse * residual[k];
-                }
-            }
-            MassSolve::Full(inverse) => {
-                self.kept.iter().for_each(|&k| acceleration[k] = 0.0);
-                for (&j, column) in self.kept.iter().zip(inverse.column_iter()) {
-                    for (&k, entry) in self.kept.iter().zip(&column) {
-                        acceleration[k] += entry * residual[j];
-                    }
-                }
-            }
-        }
     }
 }
 
@@ -254,11 +172,11 @@ impl TaylorMotion {
         self.origin.resize(n, 0.0);
         self.terms.clear();
         self.terms.resize(n * (DEGREE + 2), 0.0);
-        for &k in &operator.kept {
+        for &k in &operator.equation.reduction.kept {
             self.origin[k] = q[k];
             self.terms[n + k] = u[k] * operator.width;
         }
-        for &(k, speed) in &operator.sticking {
+        for &(k, speed) in &operator.equation.reduction.sticking {
             self.origin[k] = q[k];
             self.terms[n + k] = speed * operator.width;
         }
@@ -284,12 +202,14 @@ impl TaylorMotion {
         };
         force.clear();
         force.resize(origin.len(), 0.0);
-        operator.kept.iter().for_each(|&k| force[k] = of_row(k).value());
-        for merge in &operator.merges {
-            let k = operator.kept[merge.position];
+        let reduction = &operator.equation.reduction;
+        reduction.kept.iter().for_each(|&k| force[k] = of_row(k).value());
+        for merge in &reduction.merges {
+            let k = reduction.kept[merge.position];
             force[k] = of_row(k).add(of_row(merge.normal).times(merge.factor)).value();
         }
-        let sizes = operator.kept.iter().map(|&k| operator.weight[k] * origin[k].abs());
+        let sizes =
+            operator.equation.reduction.kept.iter().map(|&k| operator.weight[k] * origin[k].abs());
         self.scale = operator.omega * sizes.fold(0.0, f64::max);
     }
 
@@ -351,8 +271,8 @@ impl TaylorMotion {
                     scene.damping.add_product(-rate, dq, residual);
                 }
             }
-            operator.accelerate(residual, next);
-            operator.kept.iter().for_each(|&i| next[i] *= factor);
+            operator.equation.accelerate(residual, next);
+            operator.equation.reduction.kept.iter().for_each(|&i| next[i] *= factor);
         }
         self.width = h;
         let scale = (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max);
@@ -378,6 +298,8 @@ impl TaylorMotion {
         let n = self.size;
         let rate = (k + 1) as f64 / self.width;
         operator
+            .equation
+            .reduction
             .kept
             .iter()
             .map(|&i| {
@@ -477,12 +399,12 @@ impl TaylorMotion {
         let (mut q, mut u) =
             (std::mem::take(&mut self.residual), std::mem::take(&mut self.combined));
         self.horner(1.0, &mut q, &mut u);
-        for i in operator.moving() {
+        for i in operator.equation.moving() {
             self.terms[i] = q[i];
             self.terms[n + i] = u[i] * operator.width;
         }
         (self.residual, self.combined) = (q, u);
-        for &(i, speed) in &operator.sticking {
+        for &(i, speed) in &operator.equation.reduction.sticking {
             self.terms[n + i] = speed * operator.width;
         }
         self.start += self.width;
@@ -508,7 +430,7 @@ impl TaylorMotion {
         // What is held at zero has no terms, and stays at zero.
         self.horner(offset / self.width, q, u);
         q.iter_mut().zip(&self.origin).for_each(|(q, origin)| *q += origin);
-        for &(i, speed) in &operator.sticking {
+        for &(i, speed) in &operator.equation.reduction.sticking {
             u[i] = speed;
         }
     }

@@ -3,6 +3,7 @@
 pub(crate) mod chain;
 pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
+pub(crate) mod equation_of_motion;
 pub(crate) mod model;
 pub(crate) mod partition;
 pub(crate) mod reduction;
@@ -13,6 +14,6 @@ pub(crate) mod status;
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
-pub use reduction::Reduced;
+pub use reduction::{Reduced, Reduction};
 pub use statics::{Statics, Steady};
 pub use status::{Combination, Status};

@@ -13,25 +13,21 @@ use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::Contact;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
-/// `M q'' + C q' + K q = F0 + F1 t` of one status combination; matrices are m by m.
+/// R and L of one status combination.
 #[derive(Debug, Clone)]
-pub struct Reduced {
-    pub combination: Combination,
+pub struct Reduction {
     /// Contact coordinates left free, ascending; the columns of R.
     pub kept: Vec<usize>,
-    /// The rest of L.
+    /// The rest of L, by position.
     pub merges: Vec<RowMerge>,
-    pub mass: DMatrix<f64>,
-    pub damping: DMatrix<f64>,
-    pub stiffness: DMatrix<f64>,
-    /// F0 with every sticking contact at q_t0 = 0.
-    pub force_constant: Vec<f64>,
-    pub force_linear: Vec<f64>,
-    /// What each sticking contact adds to F0 per unit of its q_t0.
-    pub sticking: Vec<StickingLoad>,
+    /// Coordinate and speed, m/s, of every contact that sticks.
+    pub sticking: Vec<(usize, f64)>,
+    /// The place of each coordinate among those kept.
+    places: Vec<Option<usize>>,
 }
 
 /// Row `normal`, times `factor`, is added to the row of the kept coordinate at `position`.
@@ -42,112 +38,44 @@ pub struct RowMerge {
     pub factor: f64,
 }
 
-/// `F0 += load * q_t0`, and the prescribed speed.
-#[derive(Debug, Clone)]
-pub struct StickingLoad {
-    pub contact: usize,
-    pub coordinate: usize,
-    pub speed: f64,
-    pub load: Vec<f64>,
-}
-
-impl Reduced {
-    /// The reduced system of `combination`.
-    pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
-        scene.check_combination(combination)?;
-        let (kept, merges) = Self::bases_of(scene, combination);
-        let mut column = vec![usize::MAX; scene.size];
-        for (j, &k) in kept.iter().enumerate() {
-            column[k] = j;
-        }
-        let reduce = |matrix: &SparseMatrix| {
-            let m = kept.len();
-            let mut reduced = DMatrix::zeros(m, m);
-            let mut add = |i: usize, row: usize, factor: f64| {
-                for (k, value) in matrix.row(row) {
-                    if column[k] != usize::MAX {
-                        reduced[(i, column[k])] += factor * value;
-                    }
-                }
-            };
-            for (i, &k) in kept.iter().enumerate() {
-                add(i, k, 1.0);
-            }
-            for merge in &merges {
-                add(merge.position, merge.normal, merge.factor);
-            }
-            reduced
-        };
-        let left = |force: &[f64]| -> Vec<f64> {
-            let mut reduced: Vec<f64> = kept.iter().map(|&k| force[k]).collect();
-            for merge in &merges {
-                reduced[merge.position] += merge.factor * force[merge.normal];
-            }
-            reduced
-        };
-
-        let mut prescribed_velocity = vec![0.0; scene.size];
-        let mut sticking = Vec::new();
-        for (index, (contact, &status)) in
-            scene.contacts.iter().zip(combination.statuses()).enumerate()
-        {
-            if status == Status::Sticking {
-                prescribed_velocity[contact.tangential] = contact.slider_speed;
-                // K is symmetric: its row is its column.
-                let mut load = vec![0.0; scene.size];
-                for (k, value) in scene.stiffness.row(contact.tangential) {
-                    load[k] = -value;
-                }
-                sticking.push(StickingLoad {
-                    contact: index,
-                    coordinate: contact.tangential,
-                    speed: contact.slider_speed,
-                    load: left(&load),
-                });
-            }
-        }
-        let mut constant = scene.force.clone();
-        let mut linear = vec![0.0; scene.size];
-        if !sticking.is_empty() {
-            scene.damping.add_product(-1.0, &prescribed_velocity, &mut constant);
-            scene.stiffness.add_product(-1.0, &prescribed_velocity, &mut linear);
-        }
-        Ok(Self {
-            combination: combination.clone(),
-            mass: reduce(&scene.mass),
-            damping: reduce(&scene.damping),
-            stiffness: reduce(&scene.stiffness),
-            force_constant: left(&constant),
-            force_linear: left(&linear),
-            kept,
-            merges,
-            sticking,
-        })
+impl Reduction {
+    pub fn new(scene: &Scene, combination: &Combination) -> Self {
+        Self::with_friction(scene, combination, |_, law| law.friction)
     }
 
-    /// R and L of a combination: the coordinates left free, ascending, and the merges of rows.
-    pub(crate) fn bases_of(
+    /// With another friction coefficient of each contact, from its number and its law.
+    pub(crate) fn with_friction(
         scene: &Scene,
         combination: &Combination,
-    ) -> (Vec<usize>, Vec<RowMerge>) {
+        friction: impl Fn(usize, &Contact) -> f64,
+    ) -> Self {
         let mut dropped = vec![false; scene.size];
-        for (contact, &status) in scene.contacts.iter().zip(combination.statuses()) {
-            dropped[contact.normal] = status.is_closed();
-            dropped[contact.tangential] = status == Status::Sticking;
+        let mut sticking = Vec::new();
+        let statuses = combination.statuses();
+        for (law, &status) in scene.contacts.iter().zip(statuses) {
+            dropped[law.normal] = status.is_closed();
+            if status == Status::Sticking {
+                dropped[law.tangential] = true;
+                sticking.push((law.tangential, law.slider_speed));
+            }
         }
         let kept: Vec<usize> = (0..scene.size).filter(|&k| !dropped[k]).collect();
-        let merges = scene
+        let mut places = vec![None; scene.size];
+        kept.iter().enumerate().for_each(|(place, &k)| places[k] = Some(place));
+        let mut merges: Vec<RowMerge> = scene
             .contacts
             .iter()
-            .zip(combination.statuses())
-            .filter(|(contact, status)| status.is_sliding() && contact.friction > 0.0)
-            .map(|(contact, status)| RowMerge {
-                position: kept.partition_point(|&k| k < contact.tangential),
-                normal: contact.normal,
-                factor: -status.friction_sign() * contact.friction,
+            .zip(statuses)
+            .enumerate()
+            .filter(|(_, (_, status))| status.is_sliding())
+            .filter_map(|(contact, (law, status))| {
+                let factor = -status.friction_sign() * friction(contact, law);
+                let position = places[law.tangential].filter(|_| factor != 0.0)?;
+                Some(RowMerge { position, normal: law.normal, factor })
             })
             .collect();
-        (kept, merges)
+        merges.sort_unstable_by_key(|merge| merge.position);
+        Self { kept, merges, sticking, places }
     }
 
     /// m, the number of coordinates left free.
@@ -155,17 +83,127 @@ impl Reduced {
         self.kept.len()
     }
 
+    /// The place of a coordinate among those kept.
+    pub fn place(&self, coordinate: usize) -> Option<usize> {
+        self.places[coordinate]
+    }
+
+    /// Row i of L': coordinates with their factors.
+    pub(crate) fn sources(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
+        let merge = self.merges.binary_search_by_key(&i, |merge| merge.position).ok();
+        let merged = merge.map(|k| (self.merges[k].normal, self.merges[k].factor));
+        std::iter::once((self.kept[i], 1.0)).chain(merged)
+    }
+
+    /// Terms (column, factor, entry) of row i of `L' matrix R`.
+    pub(crate) fn row<'a>(
+        &'a self,
+        matrix: &'a SparseMatrix,
+        i: usize,
+    ) -> impl Iterator<Item = (usize, f64, f64)> + 'a {
+        self.sources(i).flat_map(move |(source, factor)| {
+            let entries = matrix.row(source);
+            entries.filter_map(move |(k, entry)| Some((self.places[k]?, factor, entry)))
+        })
+    }
+
+    /// `L' matrix R`
+    pub fn matrix(&self, matrix: &SparseMatrix) -> DMatrix<f64> {
+        let mut reduced = DMatrix::zeros(self.size(), self.size());
+        for i in 0..self.size() {
+            self.row(matrix, i).for_each(|(j, factor, entry)| reduced[(i, j)] += factor * entry);
+        }
+        reduced
+    }
+
+    /// The part of it that merges add.
+    pub(crate) fn merged_matrix(&self, matrix: &SparseMatrix) -> DMatrix<f64> {
+        let mut merged = DMatrix::zeros(self.size(), self.size());
+        for merge in &self.merges {
+            for (k, entry) in matrix.row(merge.normal) {
+                if let Some(j) = self.places[k] {
+                    merged[(merge.position, j)] += merge.factor * entry;
+                }
+            }
+        }
+        merged
+    }
+
+    /// `L' force`
+    pub fn force(&self, force: &[f64]) -> Vec<f64> {
+        let mut reduced: Vec<f64> = self.kept.iter().map(|&k| force[k]).collect();
+        self.add_merged(force, &mut reduced);
+        reduced
+    }
+
+    /// Adds to `L' force` the part of merges.
+    pub(crate) fn add_merged(&self, force: &[f64], reduced: &mut [f64]) {
+        for merge in &self.merges {
+            reduced[merge.position] += merge.factor * force[merge.normal];
+        }
+    }
+}
+
+/// `M q'' + C q' + K q = F0 + F1 t` of one status combination; matrices are m by m.
+#[derive(Debug, Clone)]
+pub struct Reduced {
+    pub combination: Combination,
+    pub reduction: Reduction,
+    pub mass: DMatrix<f64>,
+    pub damping: DMatrix<f64>,
+    pub stiffness: DMatrix<f64>,
+    /// F0 with every sticking contact at q_t0 = 0.
+    pub force_constant: Vec<f64>,
+    pub force_linear: Vec<f64>,
+    /// What each sticking contact adds to F0 per unit of its q_t0.
+    pub sticking_loads: Vec<Vec<f64>>,
+}
+
+impl Reduced {
+    /// The reduced system of `combination`.
+    pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
+        scene.check_combination(combination)?;
+        let reduction = Reduction::new(scene, combination);
+        let mut prescribed_velocity = vec![0.0; scene.size];
+        reduction.sticking.iter().for_each(|&(k, speed)| prescribed_velocity[k] = speed);
+        let load = |&(coordinate, _): &(usize, f64)| {
+            // K is symmetric: its row is its column.
+            let mut load = vec![0.0; scene.size];
+            scene.stiffness.row(coordinate).for_each(|(k, value)| load[k] = -value);
+            reduction.force(&load)
+        };
+        let mut constant = scene.force.clone();
+        let mut linear = vec![0.0; scene.size];
+        if !reduction.sticking.is_empty() {
+            scene.damping.add_product(-1.0, &prescribed_velocity, &mut constant);
+            scene.stiffness.add_product(-1.0, &prescribed_velocity, &mut linear);
+        }
+        Ok(Self {
+            combination: combination.clone(),
+            mass: reduction.matrix(&scene.mass),
+            damping: reduction.matrix(&scene.damping),
+            stiffness: reduction.matrix(&scene.stiffness),
+            force_constant: reduction.force(&constant),
+            force_linear: reduction.force(&linear),
+            sticking_loads: reduction.sticking.iter().map(load).collect(),
+            reduction,
+        })
+    }
+
+    /// m, the number of coordinates left free.
+    pub fn size(&self) -> usize {
+        self.reduction.size()
+    }
+
     /// (R, L) over the dofs of the scene, n by m.
     pub fn bases(&self, scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>) {
         let mut right = DMatrix::zeros(scene.size, self.size());
         let mut left = right.clone();
-        for (j, &k) in self.kept.iter().enumerate() {
+        for (j, &k) in self.reduction.kept.iter().enumerate() {
             let mut unit = vec![0.0; scene.size];
             unit[k] = 1.0;
             right.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
-            for merge in self.merges.iter().filter(|merge| merge.position == j) {
-                unit[merge.normal] = merge.factor;
-            }
+            self.reduction.sources(j).for_each(|(source, factor)| unit[source] = factor);
             left.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
         }
         (right, left)

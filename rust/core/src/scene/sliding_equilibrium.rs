@@ -39,7 +39,7 @@ impl Scene {
         }
         let kept = solve(equilibrated, &load);
         let mut q = vec![0.0; self.size];
-        for (&k, value) in reduced.kept.iter().zip(kept) {
+        for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
             q[k] = value;
         }
         for (contact, law) in self.contacts.iter().enumerate() {

@@ -54,7 +54,7 @@ impl Statics {
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
-            let position = |k: usize| reduced.kept.binary_search(&k).ok();
+            let position = |k: usize| reduced.reduction.place(k);
             if status.is_closed() {
                 offsets[i] = scene.force[law.normal];
                 for (k, value) in scene.stiffness.row(law.normal) {

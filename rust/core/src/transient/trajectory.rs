@@ -251,7 +251,7 @@ impl Trajectory {
                 }
             };
             let (_, modes) = &known[position];
-            let kept = &modes.reduced.kept;
+            let kept = &modes.reduced.reduction.kept;
             let y: Vec<f64> = kept
                 .iter()
                 .map(|&k| cursor.q[k])

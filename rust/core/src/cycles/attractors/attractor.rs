@@ -144,18 +144,15 @@ fn comes_to_rest(run: &Trajectory) -> bool {
     let (q, u) = scene.to_coordinates(&end.position, &end.velocity);
     let reduced = &modes.reduced;
     let mut force = reduced.force_constant.clone();
-    for stick in &reduced.sticking {
-        force.iter_mut().zip(&stick.load).for_each(|(f, load)| *f += load * q[stick.coordinate]);
+    for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {
+        force.iter_mut().zip(loads).for_each(|(f, load)| *f += load * q[k]);
     }
     let mut rest = q.clone();
     let solved = solve(reduced.stiffness.clone(), &force);
-    reduced.kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
-    let deviation: Vec<f64> = reduced
-        .kept
-        .iter()
-        .map(|&k| q[k] - rest[k])
-        .chain(reduced.kept.iter().map(|&k| u[k]))
-        .collect();
+    let kept = &reduced.reduction.kept;
+    kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
+    let deviation: Vec<f64> =
+        kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
     let z = modes.coordinates(&deviation);
     let still = vec![0.0; scene.size];
     phase.basis.functions.iter().all(|function| {
@@ -169,7 +166,7 @@ fn comes_to_rest(run: &Trajectory) -> bool {
                     terms
                         .iter()
                         .filter_map(|&(k, weight)| {
-                            let j = reduced.kept.iter().position(|&kept| kept == k)?;
+                            let j = reduced.reduction.place(k)?;
                             Some(weight * right[j])
                         })
                         .sum()

@@ -10,19 +10,19 @@
 //! A phase far shorter than every mode is the sum of its Taylor series: what one of a series of bounces adds to
 //! a gap has all its digits there, and none beside the modes.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DMatrix;
 use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::linalg::dense::Factors;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
+use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
-use crate::scene::reduction::{Reduced, RowMerge};
-use crate::scene::status::{Combination, Status};
+use crate::scene::reduction::Reduction;
+use crate::scene::status::Combination;
 
 /// Duration, in terms of the fastest rate of the scene, below which a phase is summed as a series, and its terms:
 /// the first one left out is below `SHORT^TERMS / (TERMS + 1)!` of the increment.
@@ -34,11 +34,7 @@ const TERMS: usize = 7;
 pub(crate) struct Flow<'a> {
     scene: &'a Scene,
     pub basis: Arc<CombinationBasis>,
-    kept: Vec<usize>,
-    merges: Vec<RowMerge>,
-    sticking: Vec<(usize, f64)>,
-    /// Of the reduced mass, unless it is diagonal.
-    mass: Option<Factors<f64>>,
+    equation: EquationOfMotion,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
     /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
@@ -55,18 +51,8 @@ impl<'a> Flow<'a> {
     ) -> Result<Self, Error> {
         let scene = &propagators.scene;
         let (basis, _) = propagators.basis(combination, method.for_repeated_use())?;
-        let (kept, merges) = Reduced::bases_of(scene, combination);
-        let sticking: Vec<(usize, f64)> = scene
-            .contacts
-            .iter()
-            .zip(combination.statuses())
-            .filter(|pair| *pair.1 == Status::Sticking)
-            .map(|(law, _)| (law.tangential, law.slider_speed))
-            .collect();
-        let mass = match scene.lumped {
-            true => None,
-            false => Some(Factors::new(Reduced::new(scene, combination)?.mass)),
-        };
+        let equation = EquationOfMotion::new(scene, combination)?;
+        let Reduction { kept, sticking, .. } = &equation.reduction;
         let mut free: Vec<usize> = kept
             .iter()
             .copied()
@@ -78,7 +64,7 @@ impl<'a> Flow<'a> {
         let motion = Motion::new(scene, &basis, &still, &still);
         let running = RefCell::new(motion);
         let fastest = fastest(scene);
-        Ok(Self { scene, basis, kept, merges, sticking, mass, free, fastest, running })
+        Ok(Self { scene, basis, equation, free, fastest, running })
     }
 
     pub fn combination(&self) -> &Combination {
@@ -100,7 +86,7 @@ impl<'a> Flow<'a> {
         motion.restart(&self.basis, q, u);
         motion.seek(duration, end_q, end_u);
         // A combination that leaves nothing free still moves its sticking contacts.
-        for &(k, speed) in &self.sticking {
+        for &(k, speed) in &self.equation.reduction.sticking {
             end_q[k] = q[k] + speed * duration;
             end_u[k] = speed;
         }
@@ -156,30 +142,13 @@ impl<'a> Flow<'a> {
         let scene = self.scene;
         let n = scene.size;
         let (q, u) = state.split_at(n);
-        let mut residual: Vec<f64> = scene.force.iter().map(|force| load * force).collect();
-        scene.stiffness.add_product(-1.0, q, &mut residual);
-        scene.damping.add_product(-1.0, u, &mut residual);
-        for merge in &self.merges {
-            residual[self.kept[merge.position]] += merge.factor * residual[merge.normal];
-        }
-        let force: Vec<f64> = self.kept.iter().map(|&k| residual[k]).collect();
-        let acceleration: Vec<f64> = match &self.mass {
-            None => self
-                .kept
-                .iter()
-                .zip(force)
-                .map(|(&k, force)| force / scene.mass.get(k, k))
-                .collect(),
-            Some(factors) => factors.solve(DVector::from(force)).data.into(),
-        };
+        let mut residual = scene.residual(load, q, u);
         let mut field = vec![0.0; 2 * n];
-        for (&k, acceleration) in self.kept.iter().zip(acceleration) {
-            field[k] = u[k];
-            field[n + k] = acceleration;
-        }
-        for &(k, speed) in &self.sticking {
-            field[k] = load * speed;
-        }
+        let (speed, acceleration) = field.split_at_mut(n);
+        self.equation.accelerate(&mut residual, acceleration);
+        let Reduction { kept, sticking, .. } = &self.equation.reduction;
+        kept.iter().for_each(|&k| speed[k] = u[k]);
+        sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
         field
     }
 }

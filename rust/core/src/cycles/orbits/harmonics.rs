@@ -47,7 +47,7 @@ impl Orbit {
         for (index, (step, flow)) in self.steps.iter().zip(&flows).enumerate() {
             let modes = Modes::new(scene, flow.combination())?;
             let fastest = modes.eigenvalues.iter().map(|l| l.norm()).fold(0.0, f64::max);
-            let kept = &modes.reduced.kept;
+            let kept = &modes.reduced.reduction.kept;
             let exact = modes.condition.iter().all(|&condition| condition < CONDITION);
             integrate(step, flow, fastest, |state, weight, _| {
                 (0..n).for_each(|k| sums[k] += weight * state[k]);
