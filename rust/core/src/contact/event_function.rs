@@ -41,25 +41,34 @@ impl Functional {
     }
 
     pub fn scaled(&self, factor: f64) -> Self {
-        self.combined(factor, &Self::default(), 0.0)
+        let terms = |terms: &[(usize, f64)]| terms.iter().map(|&(k, w)| (k, factor * w)).collect();
+        Self {
+            position: terms(&self.position),
+            velocity: terms(&self.velocity),
+            constant: factor * self.constant,
+        }
     }
 
-    /// `a self + b other`
-    fn combined(&self, a: f64, other: &Self, b: f64) -> Self {
-        let merge = |left: &[(usize, f64)], right: &[(usize, f64)]| {
-            let mut sum: Vec<(usize, f64)> = left.iter().map(|&(k, w)| (k, a * w)).collect();
-            for &(k, weight) in right {
-                match sum.iter_mut().find(|entry| entry.0 == k) {
-                    Some(entry) => entry.1 += b * weight,
-                    None => sum.push((k, b * weight)),
-                }
-            }
-            sum
+    /// `sum_j factor_j part_j`
+    fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
+        let merged = |of: fn(&Self) -> &[(usize, f64)]| {
+            let scaled = |(factor, part): (f64, &'a Self)| {
+                of(part).iter().map(move |&(k, weight)| (k, factor * weight))
+            };
+            let mut terms: Vec<_> =
+                parts.clone().filter(|part| part.0 != 0.0).flat_map(scaled).collect();
+            terms.sort_by_key(|term| term.0);
+            terms.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                kept.1 += if same { next.1 } else { 0.0 };
+                same
+            });
+            terms
         };
         Self {
-            position: merge(&self.position, &other.position),
-            velocity: merge(&self.velocity, &other.velocity),
-            constant: a * self.constant + b * other.constant,
+            position: merged(|part| &part.position),
+            velocity: merged(|part| &part.velocity),
+            constant: parts.clone().map(|(factor, part)| factor * part.constant).sum(),
         }
     }
 }
@@ -121,11 +130,9 @@ pub(crate) fn contact_forces(
         }
     }
     let map = Factors::new(matrix).solve(held);
-    let force = |k: usize| {
-        rows.iter().enumerate().fold(Functional::default(), |sum, (j, (required, normal))| {
-            sum.combined(1.0, required, map[(k, 2 * j)]).combined(1.0, normal, map[(k, 2 * j + 1)])
-        })
-    };
+    let parts: Vec<&Functional> = rows.iter().flat_map(|(t, n)| [t, n]).collect();
+    let force =
+        |k: usize| Functional::sum(parts.iter().enumerate().map(|(j, part)| (map[(k, j)], *part)));
     (0..statuses.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
 }
 
@@ -139,42 +146,68 @@ pub(crate) fn slip_velocity(scene: &Scene, contact: usize) -> Functional {
 
 /// The event functions that are active in `combination`, by contact.
 pub(crate) fn event_functions(scene: &Scene, combination: &Combination) -> Vec<EventFunction> {
-    let mut functions = Vec::new();
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
-    for (contact, (law, &status)) in scene.contacts.iter().zip(combination.statuses()).enumerate() {
-        let mut add = |trigger, functional| {
-            functions.push(EventFunction { contact, trigger, functional });
-        };
-        let force = |normal: bool| match (&coupled, normal) {
-            (Some(forces), true) => forces[contact].1.clone(),
-            (Some(forces), false) => forces[contact].0.clone(),
-            (None, true) => reaction(scene, law.normal),
-            (None, false) => reaction(scene, law.tangential),
-        };
-        match status {
-            Status::Positive | Status::Negative => {
-                if law.static_friction > 0.0 {
-                    let slip = slip_velocity(scene, contact);
-                    let sign = -status.friction_sign();
-                    add(EventKind::Velocity, slip.scaled(sign));
-                }
-                add(EventKind::Release, force(true));
-            }
-            Status::Sticking => {
-                let (friction, normal) = (force(false), force(true));
-                for (trigger, sign) in
-                    [(EventKind::SlipPositive, -1.0), (EventKind::SlipNegative, 1.0)]
-                {
-                    add(trigger, normal.combined(law.static_friction, &friction, sign));
-                }
-            }
-            Status::Detached => add(
-                EventKind::Impact,
-                Functional { position: vec![(law.normal, 1.0)], ..Functional::default() },
-            ),
+    let statuses = combination.statuses().iter().enumerate();
+    statuses.flat_map(|(contact, &status)| of_contact(scene, contact, status, &coupled)).collect()
+}
+
+/// What ends the status of one contact by `trigger`: its event function, or that of its normal force for a sticking
+/// contact whose friction cone closes.
+pub(crate) fn ending(
+    scene: &Scene,
+    combination: &Combination,
+    contact: usize,
+    trigger: EventKind,
+) -> Functional {
+    let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
+    let status = combination.statuses()[contact];
+    let mut functions = of_contact(scene, contact, status, &coupled).into_iter();
+    functions.find(|function| function.trigger == trigger).map_or_else(
+        || match coupled {
+            Some(mut forces) => forces.swap_remove(contact).1,
+            None if status.is_closed() => reaction(scene, scene.contacts[contact].normal),
+            None => Functional::default(),
+        },
+        |function| function.functional,
+    )
+}
+
+/// The event functions of one contact; `coupled`: the forces of all, where mass couples them.
+fn of_contact(
+    scene: &Scene,
+    contact: usize,
+    status: Status,
+    coupled: &Option<Vec<(Functional, Functional)>>,
+) -> Vec<EventFunction> {
+    let law = &scene.contacts[contact];
+    let function = |trigger, functional| EventFunction { contact, trigger, functional };
+    let (friction, normal) = match coupled {
+        _ if !status.is_closed() => Default::default(),
+        Some(forces) => forces[contact].clone(),
+        None => (reaction(scene, law.tangential), reaction(scene, law.normal)),
+    };
+    match status {
+        Status::Positive | Status::Negative => {
+            let sign = -status.friction_sign();
+            let slip = (law.static_friction > 0.0)
+                .then(|| function(EventKind::Velocity, slip_velocity(scene, contact).scaled(sign)));
+            slip.into_iter().chain([function(EventKind::Release, normal)]).collect()
+        }
+        Status::Sticking => {
+            let cone = |sign: f64| {
+                let parts = [(law.static_friction, &normal), (sign, &friction)];
+                Functional::sum(parts.into_iter())
+            };
+            vec![
+                function(EventKind::SlipPositive, cone(-1.0)),
+                function(EventKind::SlipNegative, cone(1.0)),
+            ]
+        }
+        Status::Detached => {
+            let gap = Functional { position: vec![(law.normal, 1.0)], ..Functional::default() };
+            vec![function(EventKind::Impact, gap)]
         }
     }
-    functions
 }
 
 /// (N, T) of a contact in state (q, q'); mass must not couple contacts.

@@ -15,6 +15,7 @@ use crate::locus::critical_point::{
 use crate::locus::exceptional_point::{ExceptionalPoint, ImplicitDeterminant, exceptional_point};
 use crate::locus::parameter_path::Path;
 use crate::locus::separation::separations;
+use crate::numerics::bracket::Bracket;
 
 /// Equal intervals that a search starts from; the mesh refines itself from there.
 const INTERVALS: usize = 64;
@@ -122,28 +123,20 @@ pub(crate) fn root(
     f: impl Fn(&Node, &[usize]) -> (f64, f64),
 ) -> Result<(Node, Vec<usize>), Error> {
     let (lower, upper) = path.range();
-    let (mut low, mut high) = (from.value, to.value);
-    let mut p = 0.5 * (low + high);
+    let mut bracket = Bracket { low: from.value, high: to.value };
+    let mut p = bracket.middle();
     loop {
         let (node, next) = followed(path, from, modes, p)?;
         let (value, slope) = f(&node, &next);
-        if value * sign > 0.0 {
-            low = p
-        } else {
-            high = p
-        }
         let step = -value / slope;
         let resolution = 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * (upper - lower));
-        if value == 0.0 || step.abs() <= resolution || high - low <= resolution {
-            return Ok((node, next));
+        let proposed = bracket.narrowed(p, value * sign > 0.0, p + step);
+        let found =
+            value == 0.0 || step.abs() <= resolution || bracket.high - bracket.low <= resolution;
+        match proposed {
+            Some(proposed) if !found => p = proposed,
+            _ => return Ok((node, next)),
         }
-        let newton = p + step;
-        let bisected = 0.5 * (low + high);
-        let proposed = if newton > low && newton < high { newton } else { bisected };
-        if proposed == p || proposed <= low || proposed >= high {
-            return Ok((node, next));
-        }
-        p = proposed;
     }
 }
 
@@ -249,16 +242,14 @@ impl Search<'_> {
         sign: f64,
         sign_at: &dyn Fn(f64) -> f64,
     ) -> f64 {
-        let (mut low, mut high) = (from.value, to.value);
         let slowest =
             from.modes.iter().min_by(|a, b| a.eigenvalue.norm().total_cmp(&b.eigenvalue.norm()));
-        let mut p = 0.5 * (low + high);
-        while high - low > 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * self.span) {
-            match sign_at(p) {
-                0.0 => return p,
-                here if here == sign => low = p,
-                _ => high = p,
-            }
+        let mut bracket = Bracket { low: from.value, high: to.value };
+        let mut p = bracket.middle();
+        while bracket.high - bracket.low
+            > 2.0 * f64::EPSILON * p.abs().max(f64::EPSILON * self.span)
+        {
+            let here = sign_at(p);
             let newton = slowest.map_or(f64::NAN, |mode| {
                 let expansion = self.path.expansion(p.into());
                 let d = ImplicitDeterminant::new(
@@ -269,12 +260,10 @@ impl Search<'_> {
                 );
                 p - (d.g / d.by_parameter).re
             });
-            let bisected = 0.5 * (low + high);
-            let next = if newton > low && newton < high { newton } else { bisected };
-            if next == p || next <= low || next >= high {
-                break;
+            match bracket.narrowed(p, here == sign, newton) {
+                Some(next) if here != 0.0 => p = next,
+                _ => break,
             }
-            p = next;
         }
         p
     }

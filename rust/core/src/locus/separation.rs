@@ -12,6 +12,7 @@ use crate::linalg::dense::regular_solution;
 use crate::locus::critical_point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::parameter_path::Path;
 use crate::locus::series::{Series, StaticSeries};
+use crate::numerics::bracket::Bracket;
 use crate::scene::statics::Steady;
 use rayon::prelude::*;
 
@@ -61,26 +62,16 @@ fn boundary(path: &Path, contact: usize, from: &Point, to: &Point) -> Option<Cri
     if !(before < 0.0 && after >= 0.0 || before > 0.0 && after <= 0.0) {
         return None;
     }
-    let (mut low, mut high) = (from.0, to.0);
-    let mut p = 0.5 * (low + high);
-    let mut size = f64::INFINITY;
-    while low < p && p < high {
+    let mut bracket = Bracket { low: from.0, high: to.0 };
+    let mut p = bracket.middle();
+    let size = loop {
         let margin = path.margins(p)?[contact];
-        size = margin.value.abs();
-        if margin.value == 0.0 {
-            break;
-        }
-        if (margin.value < 0.0) == (before < 0.0) {
-            low = p
-        } else {
-            high = p
-        }
         let newton = p - margin.value / margin.slope;
-        if newton == p {
-            break;
+        match bracket.narrowed(p, (margin.value < 0.0) == (before < 0.0), newton) {
+            Some(next) if margin.value != 0.0 => p = next,
+            _ => break margin.value.abs(),
         }
-        p = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-    }
+    };
     let Steady { mut margins, .. } = path.steady_at(p);
     *margins.get_mut(contact)? = 0.0;
     let is_pole = size > before.abs().min(after.abs());

@@ -10,12 +10,17 @@
 //! chaotic (S. Das et al., "Measuring quasiperiodicity", Europhysics Letters 114, 2016): on a torus the error
 //! is small, in weak chaos it is not.
 
+use std::num::NonZeroUsize;
+
+use lru::LruCache;
+
 use crate::contact::event_kind::EventKind;
 use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::orbit::Scales;
 use crate::cycles::orbits::saltation::passages;
 use crate::error::Error;
 use crate::motion::method::Method;
+use crate::scene::status::Combination;
 use crate::transient::trajectory::Trajectory;
 
 /// Batches whose means give the error: its own relative error is about `1 / sqrt(2 BATCHES)`.
@@ -24,6 +29,20 @@ const BATCHES: usize = 8;
 const ENTRIES: usize = 1 << 16;
 /// Phases between two looks for an interrupt, about a millisecond.
 const PATIENCE: usize = 64;
+
+/// Combinations whose flows are kept, with their buffers: a motion returns to some of them again and again.
+const FLOWS: NonZeroUsize = NonZeroUsize::new(64).expect("not zero");
+
+/// The flow of a combination.
+fn known<'a, 'r>(
+    flows: &'a mut LruCache<Combination, Flow<'r>>,
+    run: &'r Trajectory,
+    combination: &Combination,
+    method: Method,
+) -> Result<&'a Flow<'r>, Error> {
+    let new = || Flow::new(&run.propagators, combination, method);
+    flows.try_get_or_insert_ref(combination, new)
+}
 
 /// A mean growth rate of neighbours, 1/s.
 #[derive(Debug, Clone, Copy)]
@@ -80,12 +99,13 @@ impl Neighbour {
         for event in &run.events {
             events[event.phase].push((event.contact, event.kind));
         }
+        let mut flows = LruCache::new(FLOWS);
         for phase in 0..count {
             if phase % PATIENCE == 0 && interrupted.is_some_and(|ask| ask()) {
                 return Ok(());
             }
             let basis = &run.phases[phase].basis;
-            let flow = Flow::new(&run.propagators, &basis.combination, method)?;
+            let flow = known(&mut flows, run, &basis.combination, method)?;
             let start = &run.states[size * phase..size * (phase + 1)];
             let duration = run.phase_duration(phase);
             let end = flow.end(start, duration);
@@ -101,13 +121,9 @@ impl Neighbour {
                 let mut between = basis.combination.clone();
                 for (index, passage) in found.iter().enumerate() {
                     // Events that coincide follow each other in no time.
-                    let carried = match index {
-                        0 => passage.carried(scene, &flow, [start, &end, arrived], &apart),
-                        _ => {
-                            let flow = Flow::new(&run.propagators, &between, method)?;
-                            passage.carried(scene, &flow, [arrived; 3], &apart)
-                        }
-                    };
+                    let states = if index == 0 { [start, &end, arrived] } else { [arrived; 3] };
+                    let flow = known(&mut flows, run, &between, method)?;
+                    let carried = passage.carried(scene, flow, states, &apart);
                     // Of a neighbour that cannot be carried on nothing is known.
                     apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);
                     between = passage.settled(&between, after);

@@ -16,8 +16,7 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use crate::contact::event_function::Functional;
-use crate::contact::event_function::{contact_forces, event_functions};
+use crate::contact::event_function::{Functional, ending};
 use crate::contact::event_kind::EventKind;
 use crate::contact::transition;
 use crate::cycles::orbits::flow::Flow;
@@ -60,14 +59,7 @@ pub(crate) struct Linearised {
 
 impl Passage {
     pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: EventKind) -> Self {
-        let event = event_functions(scene, before)
-            .into_iter()
-            .find(|function| function.contact == contact && function.trigger == trigger)
-            .map_or_else(
-                // A sticking contact whose friction cone closes: its N vanishes.
-                || contact_forces(scene, before)[contact].1.clone(),
-                |function| function.functional,
-            );
+        let event = ending(scene, before, contact, trigger);
         Self { contact, trigger, event, series: Vec::new() }
     }
 
