@@ -10,9 +10,7 @@ use stickslip_core::contact::EventKind;
 use stickslip_core::cycles::attractors::{Search, settle};
 use stickslip_core::linalg::SparseMatrix;
 use stickslip_core::scene::{Damping, Mass};
-use stickslip_core::{
-    Attractor, ContactInput, Cycle, Method, Propagators, SceneInput, State, Trajectory,
-};
+use stickslip_core::{Attractor, Cycle, Method, Propagators, SceneInput, State, Trajectory};
 
 use crate::models::{belt, block, propagators, run, state, two_subsystems};
 
@@ -137,15 +135,18 @@ fn release_and_impact() {
 }
 
 #[test]
-fn bounces() {
-    for impact_friction in [false, true] {
-        let mut input = two_subsystems(2.2, 0.05);
+fn bounces_and_friction_of_impacts() {
+    use EventKind::{Accumulation, Impact, Release, Velocity};
+    for (friction, restitution, impact_friction, kinds) in [
+        (2.2, 0.4, false, &[Release, Impact, Accumulation][..]),
+        (1.5, 0.4, true, &[Release, Impact, Accumulation, Velocity]),
+        (1.8, 0.0, true, &[Release, Impact, Velocity]),
+    ] {
+        let mut input = two_subsystems(friction, 0.05);
         input.impact_friction = impact_friction;
-        for law in &mut input.contacts {
-            *law = ContactInput { restitution: 0.4, ..law.clone() };
-        }
+        input.contacts.iter_mut().for_each(|law| law.restitution = restitution);
         let scene = propagators(input);
         let found = cycle(&scene, &pushed(&scene), 0.6);
-        check(&scene, &found, &[EventKind::Release, EventKind::Impact, EventKind::Accumulation]);
+        check(&scene, &found, kinds);
     }
 }
