@@ -667,6 +667,7 @@ mod tests {
     use crate::scene::contact_law::{ContactInput, Direction};
     use crate::scene::model::{Damping, Mass, Scene, SceneInput};
     use crate::scene::status::Combination;
+    use nalgebra::DMatrix;
 
     /// A chain of masses between two walls, the first two of them in contact; one to three groups of modes.
     fn chain(size: usize, damping: f64) -> Arc<Scene> {
@@ -675,7 +676,6 @@ mod tests {
             1 => -1.0,
             _ => 0.0,
         };
-        let entries: Vec<f64> = (0..size * size).map(|k| entry(k / size, k % size)).collect();
         let contact = ContactInput {
             tangential: Direction::Dof(0),
             normal: Direction::Dof(1),
@@ -687,7 +687,7 @@ mod tests {
         };
         let scene = Scene::new(SceneInput {
             mass: Mass::Lumped(vec![1.0; size]),
-            stiffness: SparseMatrix::from_dense(size, &entries),
+            stiffness: SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry)),
             damping: Damping::Proportional { mass: 0.0, stiffness: damping },
             force: (0..size).map(|k| if k == 1 { -1.0 } else { 0.1 }).collect(),
             contacts: vec![contact],

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 use proptest::collection::vec;
 use proptest::prelude::*;
 use stickslip_core::energy::works;
-use stickslip_core::linalg::SparseMatrix;
+use stickslip_core::linalg::{DMatrix, SparseMatrix};
 use stickslip_core::scene::{Damping, Mass};
 use stickslip_core::{
     Combination, ContactInput, Controls, Method, Modes, SceneInput, Status, simulate,
@@ -45,9 +45,8 @@ fn scenes() -> impl Strategy<Value = SceneInput> {
                         let sum: f64 = (0..5).map(|k| b[5 * k + i] * b[5 * k + j]).sum();
                         if i == j { sum + diagonal } else { sum }
                     };
-                    let entries: Vec<f64> =
-                        (0..25).map(|k| entry((k / 5).min(k % 5), (k / 5).max(k % 5))).collect();
-                    SparseMatrix::from_dense(5, &entries)
+                    let matrix = DMatrix::from_fn(5, 5, |i, j| entry(i.min(j), i.max(j)));
+                    SparseMatrix::from_dense(&matrix)
                 };
                 SceneInput {
                     mass: Mass::Lumped(mass),
@@ -167,8 +166,8 @@ proptest! {
         let m = modes.reduced.size();
         let count = modes.eigenvalues.len();
         prop_assert_eq!(count, 2 * m);
-        let form = |matrix: &[f64], v: &[Complex64], x: &[Complex64]| -> Complex64 {
-            (0..m * m).map(|k| v[k / m] * matrix[k] * x[k % m]).sum()
+        let form = |matrix: &DMatrix<f64>, v: &[Complex64], x: &[Complex64]| -> Complex64 {
+            (0..m).map(|i| (0..m).map(|j| v[i] * matrix[(i, j)] * x[j]).sum::<Complex64>()).sum()
         };
         let column = |matrix: &[Complex64], k: usize| matrix[m * k..m * (k + 1)].to_vec();
         for i in 0..count {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use stickslip_core::contact::EventKind;
 use stickslip_core::cycles::attractors::{Search, settle};
-use stickslip_core::linalg::SparseMatrix;
+use stickslip_core::linalg::{DMatrix, SparseMatrix};
 use stickslip_core::scene::{Damping, Mass};
 use stickslip_core::{Attractor, Cycle, Method, Propagators, SceneInput, State, Trajectory};
 
@@ -76,8 +76,7 @@ fn check(propagators: &Arc<Propagators>, cycle: &Cycle, kinds: &[EventKind]) {
     let speed = (n..2 * n).map(range).fold(0.0, f64::max);
     let units: Vec<f64> = (0..2 * n).map(|k| if k < n { length } else { speed }).collect();
     let monodromy = orbit.monodromy().expect("a derivative");
-    let entry =
-        |row: usize, column: usize| monodromy[2 * n * row + column] * units[column] / units[row];
+    let entry = |row: usize, column: usize| monodromy[(row, column)] * units[column] / units[row];
     let columns: Vec<usize> =
         (0..2 * n).filter(|&j| (0..2 * n).any(|row| entry(row, j) != 0.0)).collect();
     assert!(!columns.is_empty());
@@ -111,7 +110,7 @@ fn slip_and_stick_of_a_block_that_is_tied_to_another() {
     let stiffness = [1.0, 0.1, -0.3, 0.1, 1.0, 0.2, -0.3, 0.2, 2.0];
     let scene = propagators(SceneInput {
         mass: Mass::Lumped(vec![1.0, 1.0, 1.0]),
-        stiffness: SparseMatrix::from_dense(3, &stiffness),
+        stiffness: SparseMatrix::from_dense(&DMatrix::from_row_slice(3, 3, &stiffness)),
         damping: Damping::Proportional { mass: 0.02, stiffness: 0.01 },
         force: vec![0.0, -1.0, 0.0],
         ..block(belt())

@@ -5,7 +5,7 @@
 use stickslip_core::contact::EventKind::{
     self, Accumulation, Impact, Release, SlipNegative, SlipPositive, Velocity,
 };
-use stickslip_core::linalg::SparseMatrix;
+use stickslip_core::linalg::{DMatrix, SparseMatrix};
 use stickslip_core::{ContactInput, Method, SceneInput};
 
 use crate::models::{belt, block, contact, propagators, run, state};
@@ -189,7 +189,7 @@ fn check(case: &Case, method: Method) {
     let Case { name, law, .. } = case;
     let (position, velocity, status) = case.start;
     let scene = propagators(SceneInput {
-        stiffness: SparseMatrix::from_dense(2, &case.stiffness),
+        stiffness: SparseMatrix::from_dense(&DMatrix::from_row_slice(2, 2, &case.stiffness)),
         force: case.force.to_vec(),
         impact_friction: case.impact_friction,
         ..block(law.clone())
