@@ -1,9 +1,12 @@
 //! Real Schur form of small matrices: Householder Hessenberg form, then Francis double-shift QR.
 //!
 //! The algorithm is EISPACK's `orthes`, `hqr2` and `hqr` (Smith et al. 1976; Golub and Van Loan 2013,
-//! section 7.5). It is here beside the library's solver because that one spends more on its set-up than
-//! a matrix of a dozen rows costs altogether, and sweeps and studies solve millions of those.
-//! Matrices are row-major slices of `n * n`.
+//! section 7.5), on matrices as row-major slices of `n * n`.
+//!
+//! It is here beside those of the libraries for two reasons. faer's spends more on its set-up than a matrix of a dozen
+//! rows costs altogether, and sweeps and studies solve millions of those. nalgebra's takes longer (6 rows: 3.0 to 2.2 us, 8:
+//! 5.2 to 3.8, 12: 12 to 10), and it has no exceptional shifts: on 2 % of companion matrices of four rows with small
+//! integers it never converges, where this one always does. `cargo bench --bench small_schur` measures both.
 
 use std::ops::Range;
 
