@@ -62,10 +62,10 @@ def test_the_number_of_impacts_does_not_matter(restitution):
     coarse = settled(restitution, accumulation_tolerance=1e-5)
     assert len(coarse.events) < 0.6 * len(run.events)
     cycle, other = run.limit_cycle(), coarse.limit_cycle()
-    # What is left out at a closing is below the rounding of displacements, and a cycle is refined without tolerance.
+    # What is left out is below the rounding of displacements; cycles are refined without tolerance.
     assert other.period == pytest.approx(cycle.period, rel=1e-12)
     assert other.largest_multiplier == pytest.approx(cycle.largest_multiplier, rel=1e-9)
-    # 14 phases of a period without restitution, 499 with 0.5: the same orbit, of which the multiplier is 0.744 to 0.753.
+    # A period has 14 phases without restitution and 499 with 0.5, but the orbit hardly changes.
     plastic = settled(0.0).limit_cycle()
     assert cycle.period == pytest.approx(plastic.period, rel=1e-3)
     assert cycle.largest_multiplier == pytest.approx(plastic.largest_multiplier, rel=0.02)

@@ -49,12 +49,12 @@ MOST_PANELS = 3000
 def series(time: np.ndarray, kind: np.ndarray, error: np.ndarray) -> list[tuple[int, int]]:
     """Return the first and last event of every series of impacts over contacts that mass couples.
 
-    Where a series was cut, and which contacts moved to its end, is a matter of each method's rounding; when it ends
-    and where it leads is not. So are impacts that follow each other within the tolerance of times; series inside each
-    other are one.
+    Where a series was cut, and which contacts moved to its end, is a matter of each method's rounding; when
+    it ends and where it leads is not. So are impacts that follow each other within the tolerance of times;
+    series inside each other are one.
     """
     impacts = np.isin(kind, ["impact", "accumulation"])
-    begin = np.where(kind == "accumulation", time + error - SERIES, np.where(impacts, time - TIME_TOLERANCE, time))
+    begin = np.where(kind == "accumulation", time + error - SERIES, time - TIME_TOLERANCE)
     end = np.where(impacts, time + error + TIME_TOLERANCE, time)
     groups: list[tuple[int, int]] = []
     for k in np.flatnonzero(impacts):
@@ -71,8 +71,9 @@ def series(time: np.ndarray, kind: np.ndarray, error: np.ndarray) -> list[tuple[
 class EventList:
     """Events by number, with what an accumulating contact does within the tolerance taken as one event.
 
-    In scenes whose contacts mass couples every `series` is one event, of contact -1. How many bounces there are before the clock can't tell them apart is a matter of rounding, and so is the
-    sign of a slip velocity that the last of them left.
+    In scenes whose contacts mass couples every `series` is one event, of contact -1. How many bounces there
+    are before the clock can't tell them apart is a matter of rounding, and so is the sign of a slip velocity
+    that the last of them left.
     """
 
     time: np.ndarray
@@ -424,7 +425,7 @@ def coupled_impact_law(sampled: Sampled) -> str:
     restitution = np.array([contact.restitution for contact in contacts])
     friction = np.array([contact.friction for contact in contacts])
     normal, tangential = impulse[:, 3::4], impulse[:, 2::4]
-    # Impacts at one instant press on each other: what rebounds then has more than the approach before the first.
+    # Impacts at one instant press on each other: a rebound then is one of more than the approach before.
     alone = np.array([np.count_nonzero((events.time == t) & (events.kind == "impact")) == 1 for t in time])
     struck = (normal > push[:, 3::4]) & alone[:, None]
     rebound = after[:, 3::4] + restitution * np.minimum(before[:, 3::4], 0.0)

@@ -16,8 +16,8 @@ DEFECTIVE_POINTS = (0.612484152848668518, 1.989108991216879)
 def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     """Return a scene whose contact i has the directions 4 i + 2 and 4 i + 3, and a start state.
 
-    Most are chains; others are the reference model at a random distance from a defective point, or chains whose
-    contacts mass couples.
+    Most are chains; others are the reference model at a random distance from a defective point, or chains
+    whose contacts mass couples.
     """
     rng = np.random.default_rng([seed, index, 1])
     kind = rng.random()

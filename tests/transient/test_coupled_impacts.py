@@ -76,8 +76,7 @@ def test_both_methods_come_to_rest_alike(restitution):
 def test_contacts_that_press_on_each_other_strike_at_one_instant(coupling):
     """Each plastic impact presses the other contact in; the sum of all is one impact of both.
 
-    The distances of such impacts square themselves, so two or three are all that numbers can tell apart. After them
-    the contacts are at rest: their impulses are `W^-1 v`, and the energy lost is `1/2 v' W^-1 v`.
+    The distances of such impacts square themselves, so two or three are all that numbers can tell apart.
     """
     scene, start = masses_on_a_belt(2, coupling, 0.0, height=1e-6)
     runs = [ss.simulate(scene, start, 0.05, method=method) for method in ("modal", "taylor")]
