@@ -44,11 +44,11 @@ mod tests {
         let (square_root, count) =
             root(Bracket { low: 1.0, high: 2.0 }, |x| (x * x - 2.0, 2.0 * x));
         assert!((square_root - 2.0_f64.sqrt()).abs() <= 2.0 * f64::EPSILON && count <= 8);
-        // Newton's method runs away from a root of odd fractional order; a bracket of doubles halves at most 60 times
-        // down to the spacing at 1.
+        // Newton's method runs away from this root; a step that stays inside is followed by one that halves, and a bracket
+        // of doubles halves at most 60 times.
         let (cube, count) = root(Bracket { low: 0.3, high: 2.0 }, |x: f64| {
             ((x - 1.0).cbrt(), (x - 1.0).cbrt().powi(-2) / 3.0)
         });
-        assert!((cube - 1.0).abs() <= 2.0 * f64::EPSILON && count <= 60);
+        assert!((cube - 1.0).abs() <= 2.0 * f64::EPSILON && count <= 120);
     }
 }

@@ -153,6 +153,19 @@ impl Coordinates {
         }
     }
 
+    /// Column `slot` of T: how the dofs move where that coordinate moves by one, and how a force along the contact
+    /// direction of that coordinate is told from forces on the dofs.
+    pub fn column(&self, slot: usize, size: usize) -> Vec<f64> {
+        let mut column = vec![0.0; size];
+        match &self.transform {
+            None => column[slot] = 1.0,
+            Some(transform) => {
+                transform.transposed.row(slot).for_each(|(dof, entry)| column[dof] = entry);
+            }
+        }
+        column
+    }
+
     /// `T q`
     pub fn to_dofs(&self, q: &[f64]) -> Vec<f64> {
         self.transform.as_ref().map_or_else(|| q.to_vec(), |transform| transform.forward.apply(q))
