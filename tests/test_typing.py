@@ -38,7 +38,7 @@ assert_type(start, ss.State)
 try:
     run = ss.simulate(scene, start, duration=0.6, max_events=100)
 except ss.RunError as error:
-    assert_type(error.partial, ss.Motion | None)
+    assert_type(error.partial, ss.types.Motion | None)
     raise
 assert_type(run, ss.Trajectory)
 assert_type(run.events.time, NDArray[np.float64])

@@ -110,7 +110,7 @@ def study(
 
     try:
         results = made.run(store, threads=threads)
-    except (ss.StudyError, ss.StudyInterrupted) as error:
+    except (ss.errors.StudyError, ss.errors.StudyInterrupted) as error:
         give(error.partial)
         raise
     give(results)

@@ -6,5 +6,5 @@ pub(crate) mod event_function;
 pub(crate) mod event_kind;
 pub(crate) mod transition;
 
-pub use admissible_start::start_coordinates;
+pub use admissible_start::{forces_of_state, start_coordinates};
 pub use event_kind::EventKind;
