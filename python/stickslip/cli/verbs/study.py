@@ -102,10 +102,10 @@ def study(
     )
 
     def give(results: xr.Dataset) -> None:
-        from stickslip.study.figures import overview
+        from stickslip.plot import study as drawn
 
         answer.give(
-            lambda: results, ("sample",), lambda out: _show(out, made, results), lambda: overview(results)
+            lambda: results, ("sample",), lambda out: _show(out, made, results), lambda: drawn(results)
         )
 
     try:
