@@ -2,6 +2,8 @@
 
 pub(crate) mod double_double;
 pub(crate) mod first_root;
+#[cfg(test)]
+mod first_root_fuzz;
 pub(crate) mod gauss;
 pub(crate) mod phi;
 pub(crate) mod platform;
