@@ -9,9 +9,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{
-    MatrixInput, SparseParts, entries, from_rows, matrix, sparse_parts, vector,
-};
+use crate::convert::{MatrixInput, SparseParts, entries, from_rows, matrix, sparse_parts, vector};
 use crate::cycle::Cycle;
 use crate::errors::{named, raise};
 use crate::interrupt::detached;

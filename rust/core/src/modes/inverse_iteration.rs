@@ -9,10 +9,8 @@ use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use crate::linalg::dense::Factors;
-use crate::linalg::eigenpair::norm;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
-use crate::modes::quadratic_pencil::{Damping, Pencil};
-use crate::numerics::double_double::DoubledComplex;
+use crate::modes::quadratic_pencil::{Damping, Norms, Pencil};
 
 /// Rounds; from a usual result the first one does nearly all of it, from a slow mode lost in rounding it takes some.
 const ROUNDS: usize = 6;
@@ -23,8 +21,7 @@ pub(crate) struct InverseIteration<'a> {
     mass: DMatrix<f64>,
     damping: DMatrix<f64>,
     stiffness: DMatrix<f64>,
-    /// Norms of M, C and K.
-    norms: [f64; 3],
+    norms: Norms,
 }
 
 impl<'a> InverseIteration<'a> {
@@ -96,36 +93,14 @@ impl<'a> InverseIteration<'a> {
         left: Vec<Complex64>,
         condition: f64,
     ) -> Mode {
-        let mass = self.pencil.mass.product(&right);
-        let stiffness = self.pencil.stiffness.product(&right);
-        let damping: Vec<DoubledComplex> = match &self.pencil.damping {
-            Damping::General(rows) => rows.product(&right),
-            Damping::Proportional { alpha, beta } => mass
-                .iter()
-                .zip(&stiffness)
-                .map(|(m, k)| m.times((*alpha).into()).add(k.times((*beta).into())))
-                .collect(),
-        };
-        let rows = |lambda: Complex64| -> Vec<Complex64> {
-            let terms = mass.iter().zip(&damping).zip(&stiffness);
-            terms.map(|((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k).value()).collect()
-        };
-        let slope = |lambda: Complex64| -> Complex64 {
-            let terms = mass.iter().zip(&damping).zip(&left);
-            terms.map(|((m, c), v)| v * m.times(2.0 * lambda).add(*c).value()).sum()
-        };
-        let projected: Complex64 = left.iter().zip(rows(lambda)).map(|(v, row)| v * row).sum();
-        let correction = projected / slope(lambda);
-        let eigenvalue =
-            lambda - if lambda.im == 0.0 { Complex64::from(correction.re) } else { correction };
-        let size = eigenvalue.norm();
-        let [m, c, k] = self.norms;
-        let scale = (size * size * m + size * c + k) * norm(&right);
+        let products = self.pencil.products(&right);
+        let eigenvalue = products.corrected(lambda, &left);
+        let rows = products.rows(eigenvalue).into_iter();
         Mode {
             eigenvalue,
-            a: slope(eigenvalue),
+            a: products.slope(eigenvalue, &left),
             condition,
-            residual: norm(&rows(eigenvalue)) / scale,
+            residual: self.norms.relative_residual(eigenvalue, &right, rows),
             right,
             left,
         }

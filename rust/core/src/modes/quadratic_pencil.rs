@@ -7,6 +7,7 @@
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
+use crate::linalg::eigenpair::norm;
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::double_double::{Doubled, DoubledComplex};
 use crate::scene::model::Scene;
@@ -171,14 +172,86 @@ impl Pencil {
         }
     }
 
-    /// (|M|, |C|, |K|), Frobenius.
-    pub fn norms(&self) -> [f64; 3] {
+    pub fn norms(&self) -> Norms {
         let (mass, stiffness) = (self.mass.frobenius(), self.stiffness.frobenius());
         let damping = match &self.damping {
             // An upper bound within a factor of two, where the matrix itself is not formed.
             Damping::Proportional { alpha, beta } => alpha.abs() * mass + beta.abs() * stiffness,
             Damping::General(rows) => rows.frobenius(),
         };
-        [mass, damping, stiffness]
+        Norms { mass, damping, stiffness }
+    }
+
+    /// The three matrices times a vector.
+    pub fn products(&self, vector: &[Complex64]) -> Products {
+        let (mass, stiffness) = (self.mass.product(vector), self.stiffness.product(vector));
+        let damping = match &self.damping {
+            Damping::General(rows) => rows.product(vector),
+            Damping::Proportional { alpha, beta } => {
+                let products = mass.iter().zip(&stiffness);
+                let both = |(m, k): (&DoubledComplex, &DoubledComplex)| {
+                    m.times((*alpha).into()).add(k.times((*beta).into()))
+                };
+                products.map(both).collect()
+            }
+        };
+        Products { mass, damping, stiffness }
+    }
+}
+
+/// |M|, |C|, |K|, Frobenius.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Norms {
+    mass: f64,
+    damping: f64,
+    stiffness: f64,
+}
+
+impl Norms {
+    /// `|P(lambda) right| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |right|)` of the rows of `P(lambda) right`.
+    pub fn relative_residual(
+        self,
+        lambda: Complex64,
+        right: &[Complex64],
+        rows: impl Iterator<Item = Complex64>,
+    ) -> f64 {
+        let size = lambda.norm();
+        let scale = (size * size * self.mass + size * self.damping + self.stiffness) * norm(right);
+        match rows.map(|row| row.norm_sqr()).sum::<f64>().sqrt() {
+            0.0 => 0.0,
+            residual => residual / scale,
+        }
+    }
+}
+
+/// M, C and K times one vector x, in doubled precision.
+#[derive(Debug)]
+pub(crate) struct Products {
+    pub mass: Vec<DoubledComplex>,
+    pub damping: Vec<DoubledComplex>,
+    pub stiffness: Vec<DoubledComplex>,
+}
+
+impl Products {
+    /// `P(lambda) x`
+    pub fn rows(&self, lambda: Complex64) -> Vec<Complex64> {
+        let terms = self.mass.iter().zip(&self.damping).zip(&self.stiffness);
+        let row = |((m, c), k): ((&DoubledComplex, &DoubledComplex), &DoubledComplex)| {
+            m.times(lambda).add(*c).times(lambda).add(*k).value()
+        };
+        terms.map(row).collect()
+    }
+
+    /// `left' P'(lambda) x`
+    pub fn slope(&self, lambda: Complex64, left: &[Complex64]) -> Complex64 {
+        let terms = self.mass.iter().zip(&self.damping).zip(left);
+        terms.map(|((m, c), v)| v * m.times(2.0 * lambda).add(*c).value()).sum()
+    }
+
+    /// lambda less one generalized Rayleigh quotient, `left' P(lambda) x / left' P'(lambda) x`; a real one stays real.
+    pub fn corrected(&self, lambda: Complex64, left: &[Complex64]) -> Complex64 {
+        let projected: Complex64 = left.iter().zip(self.rows(lambda)).map(|(v, row)| v * row).sum();
+        let correction = projected / self.slope(lambda, left);
+        lambda - if lambda.im == 0.0 { correction.re.into() } else { correction }
     }
 }

@@ -18,7 +18,7 @@ use crate::modes::columns::Columns;
 use crate::modes::inverse_iteration::InverseIteration;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
-use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+use crate::modes::quadratic_pencil::{Damping, DoubledRows, Norms, Pencil, Products};
 use crate::modes::refinement::Eigenvectors;
 use crate::modes::slow_modes;
 use crate::numerics::double_double::DoubledComplex;
@@ -30,9 +30,9 @@ const CONVERGED: f64 = 1e-10;
 /// Condition number up to which an eigenvalue is corrected by its own Rayleigh quotient. The correction moves it
 /// by about the condition number times rounding away from the value its vector belongs to, so a larger limit
 /// would show in the residual; the eigenvalue itself is within its condition times rounding in any case.
-const WELL_CONDITIONED: f64 = 300.0;
+pub(crate) const WELL_CONDITIONED: f64 = 300.0;
 /// Free coordinates up to which vectors are refined: beyond, that would cost more than the solution.
-const REFINED_SIZE: usize = 60;
+pub(crate) const REFINED_SIZE: usize = 60;
 
 /// Rounds of refinement with general damping: the slow modes of a scene with a fast dashpot keep few digits.
 const GENERAL_ROUNDS: usize = 2;
@@ -124,8 +124,7 @@ type GeneralMode = (Mode, Vec<Complex64>);
 struct Problem<'a> {
     pencil: &'a Pencil,
     factor: MassFactor,
-    /// Of M, C, K.
-    norms: [f64; 3],
+    norms: Norms,
 }
 
 impl Problem<'_> {
@@ -181,7 +180,7 @@ impl Problem<'_> {
         let (larger, smaller) = roots_of_mode(half.kappa, alpha + beta * half.kappa);
         let of_root = |lambda: Complex64| {
             let length = (1.0 + beta * lambda) * rows;
-            self.relative_residual(lambda, &half.right, std::iter::once(length))
+            self.norms.relative_residual(lambda, &half.right, std::iter::once(length))
         };
         of_root(larger).max(of_root(smaller))
     }
@@ -268,7 +267,7 @@ impl Problem<'_> {
                 eigenvalue: lambda,
                 a: (lambda - other) * modal_mass,
                 condition: condition * if splitting.is_nan() { f64::INFINITY } else { splitting },
-                residual: self.relative_residual(lambda, &right, rows),
+                residual: self.norms.relative_residual(lambda, &right, rows),
                 right,
                 left,
             };
@@ -323,10 +322,12 @@ impl Problem<'_> {
         let columns = packed(*size, modes.iter().map(|(mode, _)| (mode.eigenvalue, &mode.left)));
         let [mass, damping_products, stiffness] =
             [mass, damping, stiffness].map(|matrix| matrix.transposed().products(&columns));
-        let rows = modes.iter().zip(mass.iter().zip(&damping_products).zip(&stiffness));
-        let left_residuals: Vec<Vec<Complex64>> = rows
-            .map(|((mode, _), ((m, c), k))| {
-                quadratic(mode.eigenvalue, m, c, k).map(DoubledComplex::value).collect()
+        let products = mass.into_iter().zip(damping_products).zip(stiffness);
+        let left_residuals: Vec<Vec<Complex64>> = modes
+            .iter()
+            .zip(products)
+            .map(|((mode, _), ((mass, damping), stiffness))| {
+                Products { mass, damping, stiffness }.rows(mode.eigenvalue)
             })
             .collect();
         let part = |f: &dyn Fn(&Mode) -> Complex64| -> Vec<Complex64> {
@@ -359,55 +360,31 @@ impl Problem<'_> {
         let whole = solved.into_iter().zip(mass).zip(damping).zip(stiffness).collect();
         each(m, whole, |(((solved, mass), damping), stiffness)| {
             let Solved { value: mut eigenvalue, mut condition, right, left } = solved;
-            let slope = |lambda: Complex64| {
-                let terms = mass.iter().zip(&damping);
-                project(&left, terms.map(|(m, c)| m.times(2.0 * lambda).add(*c).value()))
-            };
-            let rows = |lambda| -> Vec<Complex64> {
-                quadratic(lambda, &mass, &damping, &stiffness).map(DoubledComplex::value).collect()
-            };
+            let products = Products { mass, damping, stiffness };
             // A rigid body: in the scaling in which its condition is smallest, two equal zeros seem to be simple.
-            let terms = mass.iter().zip(&damping).zip(&left);
+            let terms = products.mass.iter().zip(&products.damping).zip(&left);
             let scale: f64 = terms
                 .map(|((m, c), v)| {
                     v.norm() * (2.0 * eigenvalue.norm() * m.value().norm() + c.value().norm())
                 })
                 .sum();
-            if slope(eigenvalue).norm() <= f64::EPSILON * scale {
+            if products.slope(eigenvalue, &left).norm() <= f64::EPSILON * scale {
                 condition = f64::INFINITY;
             }
             if condition <= WELL_CONDITIONED {
-                let projected = project(&left, rows(eigenvalue).into_iter());
-                let correction = projected / slope(eigenvalue);
-                eigenvalue -= if eigenvalue.im == 0.0 { correction.re.into() } else { correction };
+                eigenvalue = products.corrected(eigenvalue, &left);
             }
-            let rows = rows(eigenvalue);
+            let rows = products.rows(eigenvalue);
             let mode = Mode {
                 eigenvalue,
-                a: slope(eigenvalue),
+                a: products.slope(eigenvalue, &left),
                 condition,
-                residual: self.relative_residual(eigenvalue, &right, rows.iter().copied()),
+                residual: self.norms.relative_residual(eigenvalue, &right, rows.iter().copied()),
                 right,
                 left,
             };
             (mode, rows)
         })
-    }
-
-    /// `|P(lambda) right| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |right|)` of the rows of `P(lambda) right`.
-    fn relative_residual(
-        &self,
-        lambda: Complex64,
-        right: &[Complex64],
-        rows: impl Iterator<Item = Complex64>,
-    ) -> f64 {
-        let size = lambda.norm();
-        let [mass, damping, stiffness] = self.norms;
-        let scale = (size * size * mass + size * damping + stiffness) * norm(right);
-        match rows.map(|row| row.norm_sqr()).sum::<f64>().sqrt() {
-            0.0 => 0.0,
-            residual => residual / scale,
-        }
     }
 }
 
@@ -428,17 +405,6 @@ pub(crate) fn state_matrix(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> 
     state.view_mut((m, 0), (m, m)).copy_from(&(stiffness / -gamma));
     state.view_mut((m, m), (m, m)).copy_from(&-damping);
     state
-}
-
-/// `P(lambda)` times a vector, from the products of its three matrices.
-fn quadratic(
-    lambda: Complex64,
-    mass: &[DoubledComplex],
-    damping: &[DoubledComplex],
-    stiffness: &[DoubledComplex],
-) -> impl Iterator<Item = DoubledComplex> {
-    let terms = mass.iter().zip(damping).zip(stiffness);
-    terms.map(move |((m, c), k)| m.times(lambda).add(*c).times(lambda).add(*k))
 }
 
 /// Vectors side by side, those of complex values with their imaginary parts.

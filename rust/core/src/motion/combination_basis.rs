@@ -6,7 +6,7 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::event_function::event_functions;
 use crate::error::Error;
 use crate::modes::quadratic_pencil::Pencil;
-use crate::modes::spectrum::{Vectors, spectrum};
+use crate::modes::spectrum::{Vectors, WELL_CONDITIONED, spectrum};
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal_basis::ModalBasis;
@@ -16,9 +16,6 @@ use crate::scene::partition::Block;
 use crate::scene::reduction::Reduced;
 use crate::scene::status::Combination;
 
-/// Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11 of it;
-/// above it the series is used instead.
-const CONDITION_LIMIT: f64 = 300.0;
 /// How a combination is propagated.
 #[derive(Debug)]
 pub(crate) enum Propagator {
@@ -51,7 +48,9 @@ impl CombinationBasis {
             let modes =
                 spectrum(&Pencil::new(scene, combination, &reduced.reduction), Vectors::Refined)?;
             let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
-            if condition <= CONDITION_LIMIT {
+            // Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11
+            // of it; above it the series is used instead.
+            if condition <= WELL_CONDITIONED {
                 Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))
             } else if wanted == Wanted::SoundModes {
                 series()?

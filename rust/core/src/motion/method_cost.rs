@@ -10,14 +10,13 @@
 //! contacts, modes are computed only for those that stand out. The more of the changes of combination lead to a new one,
 //! the larger is the part that is waited for.
 
+use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::dense_rows::DenseRows;
 use crate::numerics::first_root::COEFFICIENTS;
 use crate::scene::model::Scene;
 
 /// Free coordinates up to which modes are computed at once: a small scene meets few combinations, and each often.
 pub(crate) const AT_ONCE: usize = 8;
-/// Free coordinates up to which modes are refined.
-const REFINED: usize = 60;
 
 /// The part: less helps long runs, and harms those that end early.
 const SHARE: f64 = 0.5;
@@ -54,7 +53,7 @@ impl Cost {
     /// and with dense stiffness and coupled masses of 46 to 104 free coordinates.
     pub fn new(scene: &Scene, free: usize) -> Self {
         let m = free as f64;
-        let modes = if free <= REFINED {
+        let modes = if free <= REFINED_SIZE {
             250.0 * m.powi(2) + 8.0 * m.powi(3)
         } else if free <= largest(scene) {
             350.0 * m.powi(2) + 2.0 * m.powi(3)
