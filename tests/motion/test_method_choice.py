@@ -1,5 +1,7 @@
 """What `method="auto"` chooses, by counts of what it computed."""
 
+import pytest
+
 import stickslip as ss
 from quad_block import quad_block, reduced_block
 
