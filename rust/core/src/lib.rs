@@ -22,7 +22,7 @@ pub mod transient;
 
 pub use cycles::attractors::Attractor;
 pub use cycles::orbits::Cycle;
-pub use error::{Error, RunFailure};
+pub use error::{Cancel, Error, RunFailure};
 pub use modes::Modes;
 pub use motion::{Method, Propagators};
 pub use scene::{

@@ -4,7 +4,6 @@
 //! that cannot be answered says why, and keeps what could be.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -17,7 +16,7 @@ use crate::cycles::attractors::search::Search;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::energy::work::Works;
 use crate::energy::work::works;
-use crate::error::{Error, RunFailure};
+use crate::error::{Cancel, Error, RunFailure};
 use crate::locus::hopf::hopf_points;
 use crate::locus::parameter_path::Path;
 use crate::modes::complex_modes::Modes;
@@ -171,8 +170,8 @@ struct Workspace {
     matrices: ChainMatrices,
 }
 
-/// The answers to all samples, in their order, on all threads of the pool in use; `stopped` cuts it short.
-pub fn answers(samples: &Samples<'_>, questions: &Questions, stopped: &AtomicBool) -> Vec<Answer> {
+/// The answers to all samples, in their order, on all threads of the pool in use; `cancel` cuts it short.
+pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) -> Vec<Answer> {
     let workspace = || Workspace {
         template: match samples {
             Samples::Family(family, _) => Some(family.template()),
@@ -187,16 +186,16 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, stopped: &AtomicBoo
         .with_min_len(least)
         .map_init(workspace, |workspace, k| {
             let mut answer = Answer::default();
-            if stopped.load(Ordering::Relaxed) {
+            if cancel.is_requested() {
                 return answer;
             }
             let asked = RunFailure::guarded(|| match samples {
                 Samples::Family(family, rows) => {
                     let width = family.width();
                     let row = &rows[k * width..(k + 1) * width];
-                    ask_family(family, row, questions, stopped, workspace, &mut answer);
+                    ask_family(family, row, questions, cancel, workspace, &mut answer);
                 }
-                Samples::Scenes(scenes) => ask(&scenes[k], questions, stopped, &mut answer),
+                Samples::Scenes(scenes) => ask(&scenes[k], questions, cancel, &mut answer),
             });
             if let Err(failure) = asked {
                 answer.fail(Failure { kind: "error", reason: failure.to_string() });
@@ -222,7 +221,7 @@ fn ask_family(
     family: &Family,
     row: &[f64],
     questions: &Questions,
-    stopped: &AtomicBool,
+    cancel: &Cancel,
     workspace: &mut Workspace,
     answer: &mut Answer,
 ) {
@@ -251,7 +250,7 @@ fn ask_family(
         }
     }
     match template.scene() {
-        Ok(scene) => ask(&scene, questions, stopped, answer),
+        Ok(scene) => ask(&scene, questions, cancel, answer),
         Err(error) => answer.fail(error),
     }
 }
@@ -263,7 +262,7 @@ impl Questions {
     }
 }
 
-fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: &mut Answer) {
+fn ask(scene: &Arc<Scene>, questions: &Questions, cancel: &Cancel, answer: &mut Answer) {
     let wanted = questions.growth && answer.growth.is_none() && answer.failure.is_none();
     if wanted || questions.eigenvalues {
         match questions.combination.clone().map_or_else(|| scene.steady_sliding(), Ok) {
@@ -285,7 +284,7 @@ fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: 
     }
     if let Some(motion) = &questions.motion {
         let propagators = Arc::new(Propagators::new(Arc::clone(scene)));
-        if let Err(failure) = move_on(&propagators, motion, stopped, answer) {
+        if let Err(failure) = move_on(&propagators, motion, cancel, answer) {
             answer.fail(failure);
         }
     }
@@ -339,7 +338,7 @@ fn hopf_point(
 fn move_on(
     propagators: &Arc<Propagators>,
     questions: &MotionQuestions,
-    stopped: &AtomicBool,
+    cancel: &Cancel,
     answer: &mut Answer,
 ) -> Result<(), Failure> {
     let scene = &propagators.scene;
@@ -352,18 +351,14 @@ fn move_on(
             start
         }
     };
-    let interrupted = || stopped.load(Ordering::Relaxed);
-    let controls = Controls {
-        max_events: questions.max_events,
-        interrupted: Some(&interrupted),
-        ..Controls::default()
-    };
+    let controls =
+        Controls { max_events: questions.max_events, cancel: Some(cancel), ..Controls::default() };
     let run = simulate(propagators, &start, questions.duration, questions.method, controls)?;
     let mut motion = MotionAnswer { events: run.events.len(), settled: None };
     let ended = stop_failure(&run.stop_reason);
     let mut failed = ended.clone();
     if questions.settle && ended.is_none() {
-        match settled(&run, questions, &interrupted) {
+        match settled(&run, questions, cancel) {
             Ok(settled) => motion.settled = Some(settled),
             Err(failure) => failed = Some(failure),
         }
@@ -392,13 +387,13 @@ fn stop_failure(reason: &StopReason) -> Option<Failure> {
 fn settled(
     run: &Trajectory,
     questions: &MotionQuestions,
-    interrupted: &(dyn Fn() -> bool + Sync),
+    cancel: &Cancel,
 ) -> Result<Settled, Failure> {
     let search = Search {
         stretch: questions.duration,
         limit: questions.further,
         method: questions.method,
-        interrupted: Some(interrupted),
+        cancel: Some(cancel),
     };
     let (attractor, later) = settled_from(run, search)?;
     let last = later.as_ref().unwrap_or(run);
