@@ -2,6 +2,7 @@
 
 import copy
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
@@ -171,7 +172,8 @@ def test_an_orbit_that_does_not_fit_is_refused(field, value):
 
 
 def test_a_record_of_another_type_is_refused():
-    for read in (CYCLE.scene.core.trajectory, CYCLE.scene.core.cycle):
+    for kind in (_core.Trajectory, _core.Cycle):
+        read = partial(kind.from_record, CYCLE.scene.core)
         for record in (None, 1.0, [], {}, "text"):
             with pytest.raises(ss.InputError, match="record: "):
                 read(record)

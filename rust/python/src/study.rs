@@ -294,8 +294,10 @@ fn columns<'py>(
             fn settled(answer: &core::study::Answer) -> Option<&core::study::Settled> {
                 answer.motion.as_ref()?.settled.as_ref()
             }
-            let kinds: Vec<&str> =
-                answers.iter().map(|answer| settled(answer).map_or("", |s| s.kind)).collect();
+            let kinds: Vec<&str> = answers
+                .iter()
+                .map(|answer| settled(answer).map_or("", |s| s.kind.name()))
+                .collect();
             dict.set_item("attractor", kinds)?;
             let verdicts: Vec<&str> = answers
                 .iter()
@@ -345,7 +347,7 @@ fn columns<'py>(
     }
     let status: Vec<&str> = answers
         .iter()
-        .map(|answer| answer.failure.as_ref().map_or("ok", |failure| failure.kind))
+        .map(|answer| answer.failure.as_ref().map_or("ok", |failure| failure.kind.name()))
         .collect();
     dict.set_item("status", status)?;
     let reason: Vec<&str> = answers

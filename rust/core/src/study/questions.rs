@@ -63,7 +63,7 @@ pub struct MotionQuestions {
     pub further: f64,
     pub method: Method,
     pub max_events: Option<usize>,
-    /// Added to the sliding equilibrium, over dofs; None: its fastest growing mode, see [`Scene::disturbed_sliding`].
+    /// Added to the sliding equilibrium, over dofs; None: its fastest growing mode, see [`disturbed_sliding`].
     pub added: Option<(Vec<f64>, Vec<f64>)>,
     /// Whether to look for what it settles to.
     pub settle: bool,
@@ -73,11 +73,42 @@ pub struct MotionQuestions {
     pub keep: bool,
 }
 
+/// What kept a question from being answered.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FailureKind {
+    /// The sample is no scene, or does not fit the question.
+    IllPosed,
+    /// There is no steady sliding.
+    NoEquilibrium,
+    /// Eigenvalues that did not converge.
+    Eigenvalues,
+    /// The motion ended before the time asked for.
+    Stopped(Box<StopReason>),
+    /// What the motion settles to could not be found.
+    Unsettled,
+    /// A defect of the program.
+    Error,
+}
+
+impl FailureKind {
+    /// As columns of answers have it; of a motion the name of its [`StopReason`].
+    pub const fn name(&self) -> &'static str {
+        match self {
+            FailureKind::IllPosed => "ill_posed",
+            FailureKind::NoEquilibrium => "no_equilibrium",
+            FailureKind::Eigenvalues => "eigenvalues",
+            FailureKind::Stopped(reason) => reason.name(),
+            FailureKind::Unsettled => "failed",
+            FailureKind::Error => "error",
+        }
+    }
+}
+
 /// Why a question was not answered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure {
-    /// `ill_posed`, `no_equilibrium`, `eigenvalues`, `max_events`, `unbounded`, `chattering`, `failed` or `error`.
-    pub kind: &'static str,
+    pub kind: FailureKind,
+    /// In words.
     pub reason: String,
 }
 
@@ -87,9 +118,9 @@ impl From<Error> for Failure {
             Error::NoSlidingDirection { .. }
             | Error::NoSteadySliding { .. }
             | Error::TensileEquilibrium { .. }
-            | Error::SingularStiffness { .. } => "no_equilibrium",
-            Error::Eigenvalues { .. } => "eigenvalues",
-            _ => "ill_posed",
+            | Error::SingularStiffness { .. } => FailureKind::NoEquilibrium,
+            Error::Eigenvalues { .. } => FailureKind::Eigenvalues,
+            _ => FailureKind::IllPosed,
         };
         Self { kind, reason: error.to_string() }
     }
@@ -117,10 +148,32 @@ pub struct MotionAnswer {
     pub settled: Option<Settled>,
 }
 
+/// The kinds of what motions settle to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettledKind {
+    /// Rest or steady sliding.
+    Equilibrium,
+    /// A periodic orbit.
+    Cycle,
+    /// Neither within the motion looked at.
+    Aperiodic,
+}
+
+impl SettledKind {
+    /// As columns of answers have it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            SettledKind::Equilibrium => "equilibrium",
+            SettledKind::Cycle => "cycle",
+            SettledKind::Aperiodic => "aperiodic",
+        }
+    }
+}
+
+/// What a motion has settled to.
 #[derive(Debug)]
 pub struct Settled {
-    /// `equilibrium`, `cycle` or `aperiodic`.
-    pub kind: &'static str,
+    pub kind: SettledKind,
     /// Of an aperiodic motion.
     pub growth: Option<Lyapunov>,
     /// Combinations in order of one period, or of the last stretch, without repetition of neighbours.
@@ -198,7 +251,7 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) ->
                 Samples::Scenes(scenes) => ask(&scenes[k], questions, cancel, &mut answer),
             });
             if let Err(failure) = asked {
-                answer.fail(Failure { kind: "error", reason: failure.to_string() });
+                answer.fail(Failure { kind: FailureKind::Error, reason: failure.to_string() });
             }
             answer
         })
@@ -328,7 +381,7 @@ fn hopf_point(
         .map(|point| (point.value, point.eigenvalue.norm()));
     match (first, lost) {
         (None, Some(value)) => Err(Failure {
-            kind: "no_equilibrium",
+            kind: FailureKind::NoEquilibrium,
             reason: format!("hopf_point: at friction {value} there is no steady sliding"),
         }),
         _ => Ok(first.unwrap_or((f64::NAN, f64::NAN))),
@@ -375,13 +428,11 @@ fn stop_failure(reason: &StopReason) -> Option<Failure> {
         StopReason::Duration | StopReason::TimeLimit | StopReason::Grazing => return None,
         StopReason::MaxEvents => "more events than max_events".to_owned(),
         StopReason::Unbounded => "the motion grows without bound".to_owned(),
-        StopReason::Interrupted => "interrupted".to_owned(),
-        StopReason::Chattering { contact } => {
-            format!("contact {contact} changes status without end at one instant")
+        StopReason::Interrupted | StopReason::Chattering { .. } | StopReason::Failed(_) => {
+            reason.to_string()
         }
-        StopReason::Failed(failure) => failure.to_string(),
     };
-    Some(Failure { kind: reason.name(), reason: reason_in_words })
+    Some(Failure { kind: FailureKind::Stopped(Box::new(reason.clone())), reason: reason_in_words })
 }
 
 fn settled(
@@ -398,7 +449,7 @@ fn settled(
     let (attractor, later) = settled_from(run, search)?;
     let last = later.as_ref().unwrap_or(run);
     let mut settled = Settled {
-        kind: "cycle",
+        kind: SettledKind::Cycle,
         growth: None,
         sequence: Vec::new(),
         amplitude: Vec::new(),
@@ -423,18 +474,18 @@ fn settled(
             }
         }
         Attractor::Equilibrium => {
-            settled.kind = "equilibrium";
+            settled.kind = SettledKind::Equilibrium;
             settled.sequence = last.combinations_in_order().pop().into_iter().collect();
             settled.amplitude = vec![0.0; last.scene().size];
         }
         Attractor::Aperiodic(growth) => {
-            settled.kind = "aperiodic";
+            settled.kind = SettledKind::Aperiodic;
             settled.growth = Some(growth);
             settled.sequence = last.combinations_in_order();
         }
         Attractor::Unbounded | Attractor::Stopped => {
             return Err(stop_failure(&last.stop_reason).unwrap_or(Failure {
-                kind: "failed",
+                kind: FailureKind::Unsettled,
                 reason: "the run could not go on".to_owned(),
             }));
         }
