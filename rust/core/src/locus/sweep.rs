@@ -143,21 +143,22 @@ fn keep_largest(rows: &mut [Row<'_>], modes: usize) {
 fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>> {
     let mut carriers = branches;
     let mut rows = Vec::with_capacity(values.len());
-    let mut wanted = values.iter().peekable();
+    let mut values = values.iter().peekable();
     let mut crossings = mesh.crossings.iter().peekable();
     for (k, node) in mesh.nodes.iter().enumerate() {
         if k > 0 {
             let previous = &mesh.nodes[k - 1];
             while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value) {
                 // The eigenvalues that cross here are equal, so the nearest ones are right.
-                let next = previous.nearest(crossing, |carrier, _| carriers.contains(&carrier));
-                wanted.next();
+                let wanted = |carrier: usize, _| carriers.contains(&carrier);
+                let next = previous.nearest(crossing, previous.apart(), wanted);
+                values.next();
                 let carriers = carriers.iter().map(|&carrier| next[carrier]).collect();
                 rows.push(Row { node: crossing, carriers });
             }
             carriers.iter_mut().for_each(|branch| *branch = mesh.links[k - 1].next[*branch]);
         }
-        if wanted.next_if(|&&value| value == node.value).is_some() {
+        if values.next_if(|&&value| value == node.value).is_some() {
             rows.push(Row { node, carriers: carriers.clone() });
         }
     }
