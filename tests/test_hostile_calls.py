@@ -157,8 +157,8 @@ CALLS = {
     ),
     # names of parameters
     "one of two": (
-        lambda: ss.sweep(MODEL, vertical_stiffness_1=[1.0, 2.0]),
-        "vertical_stiffness_1: the model has no such parameter; give vertical_stiffness as a list",
+        lambda: ss.sweep(MODEL, vertical_stiffness_2=[1.0, 2.0]),
+        "vertical_stiffness_2: the model has no such parameter; nearest: vertical_stiffness",
     ),
     # other things than cycles
     "trace": (

@@ -25,10 +25,9 @@ __all__ = [
     "answers",
     "arithmetic",
     "chain",
-    "chain_growth",
     "energy",
-    "scene_growth",
     "settle_all",
+    "verdicts",
     "works",
 ]
 
@@ -176,24 +175,6 @@ class Path:
     def growth(self, values: _Real) -> dict[str, Any]: ...
 
 # eigenvalue: least stable, unstable: number, steady_sliding: (k,); normal_force: (k, c)
-def scene_growth(scenes: Sequence[Scene], combination: str | None) -> dict[str, Any]: ...
-def chain_growth(
-    upper_mass: _Real,  # (k, s)
-    contact_mass: _Real,  # (k, s)
-    inclination: _Real,  # (k, s) rad
-    vertical_stiffness: _Real,  # (k, s)
-    horizontal_stiffness: _Real,  # (k, s)
-    ceiling_stiffness: _Real,  # (k, s)
-    preload_displacement: _Real,  # (k, s)
-    external_force: _Real,  # (k, s)
-    friction: _Real,  # (k, s)
-    slider_speed: _Real,  # (k, s)
-    link_horizontal: _Real,  # (k, s - 1)
-    link_vertical: _Real,  # (k, s - 1)
-    wall_stiffness: _Real,  # (k,)
-    damping: _Real,  # (k,)
-    positive: bool,  # whether all contacts slide in +, else as their sliders drive
-) -> dict[str, Any]: ...
 
 @final
 class Trajectory:
@@ -349,4 +330,9 @@ def answers(
     motion: tuple[float, float, str, int | None, tuple[_Real, _Real] | None, bool, bool, bool] | None,
     threads: int | None,
 ) -> dict[str, Any]: ...
+def verdicts(
+    samples: tuple[Family, _Real] | Sequence[Scene],  # rows (k, parameters)
+    contacts: int,
+    combination: str | None,
+) -> dict[str, Any] | tuple[int, str]: ...  # columns by name, or a sample that has no verdict and why
 def arithmetic() -> tuple[str, list[str]]: ...  # target and vector extensions

@@ -242,8 +242,14 @@ def test_cycle(brake, tmp_path):
         ),
         (["study", "SCENE", "--over", "friction=[0,1]", "--over", "friction=[2]"], "friction is given twice"),
         (["modes", "SCENE", "--set", "friction=1", "--set", "friction=2"], "friction is given twice"),
-        (["modes", "SCENE", "--set", "vertical_stiffness_1=3e4"], "give vertical_stiffness as a list"),
-        (["sweep", "SCENE", "--over", "vertical_stiffness_1=1:2:3"], "give vertical_stiffness as a list"),
+        (
+            ["modes", "SCENE", "--set", "vertical_stiffness_2=3e4"],
+            "vertical_stiffness_2: the model has no such",
+        ),
+        (
+            ["sweep", "SCENE", "--over", "vertical_stiffness_2=1:2:3"],
+            "vertical_stiffness_2: the model has no",
+        ),
         (["modes", "SCENE", "--set", "friction=inf"], "friction: must be finite, got inf"),
         (["modes", "SCENE", "--set", "upper_mass=[0.3,-0.7]"], "subsystems[1].upper_mass: must be positive"),
         (["simulate", "SCENE", "--samples", "abc"], "'abc' is not a valid integer."),
@@ -410,7 +416,7 @@ def test_a_study_that_is_interrupted_exits_with_130_and_writes_what_it_has(brake
     [
         (
             ["--over", "fricton={uniform=[0,1]}"],
-            "fricton: the chain has no such parameter",
+            "fricton: the model has no such parameter",
         ),
         (["--over", "friction={uniform=[1,0]}"], "friction: uniform: got [1.0, 0.0], expected lower < upper"),
         (["--over", "friction={unifrom=[0,1]}"], "nearest: uniform"),

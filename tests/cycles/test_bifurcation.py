@@ -274,7 +274,7 @@ def test_ill_posed_diagrams(arguments, message):
 
 def test_ill_posed_basins_and_branches():
     scene = block()
-    with pytest.raises(ss.InputError, match="two initial coordinates"):
+    with pytest.raises(ss.InputError, match="expected two axes"):
         ss.basins(scene, ss.sliding_equilibrium(scene), velocity={"x1": [0.0]})
     cycle = cycle_at(1.5)
     with pytest.raises(ss.InputError, match="begin, end"):

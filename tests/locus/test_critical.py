@@ -5,7 +5,8 @@ from hypothesis import strategies as st
 
 import stickslip as ss
 from quad_block import quad_block
-from stickslip.locus.path import Family
+from stickslip.locus.path import Sliding
+from stickslip.scene.family import Family
 
 EPS = np.finfo(float).eps
 
@@ -168,7 +169,7 @@ def test_hostile_ranges_are_refused(arguments, message):
 def counted_hopf_points(model, **parameter):
     """Hopf points, eigenproblems of the mesh, and modes followed from one of its points to the next."""
     ((name, ends),) = parameter.items()
-    path = Family(model).path(name, *ends)
+    path = Sliding(Family(model)).path(name, *ends, {})
     (_, _, places, *_), nodes, followed = path.hopf_points()
     return places.real, nodes, followed
 

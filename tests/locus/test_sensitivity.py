@@ -114,13 +114,22 @@ def test_a_parameter_at_the_end_of_its_domain():
     assert found.derivative.to_numpy() == pytest.approx(inside.derivative.to_numpy(), rel=1e-9)
 
 
+def test_a_scene_and_its_model_agree_at_any_value():
+    names = ("friction_0", "friction_1")
+    at = ss.sensitivity(ss.models.two_subsystems(), parameters=names, friction=0.5)
+    there = ss.sensitivity(ss.models.two_subsystems(friction=0.5), parameters=names)
+    model = ss.sensitivity(ss.models.two_subsystems, parameters=names, over={"friction": 0.5})
+    assert (at.derivative.to_numpy() == there.derivative.to_numpy()).all()
+    assert model.derivative.to_numpy() == pytest.approx(there.derivative.to_numpy(), rel=1e-9)
+
+
 def test_hostile_input():
     scene = ss.models.two_subsystems()
     with pytest.raises(ss.InputError, match="stifness: a scene has no such parameter"):
         ss.sensitivity(scene, parameters=("stifness",))
-    with pytest.raises(ss.InputError, match="friction: a scene holds its values"):
-        ss.sensitivity(scene, friction=1.0)
-    with pytest.raises(ss.InputError, match="at least one parameter"):
-        ss.sensitivity(ss.models.two_subsystems)
+    with pytest.raises(ss.InputError, match="parameters: expected a sequence of names, got 'friction'"):
+        ss.sensitivity(scene, parameters="friction")
+    with pytest.raises(ss.InputError, match="vertical_stiffness: has no one value to start from"):
+        ss.sensitivity(ss.models.two_subsystems, parameters=("vertical_stiffness",))
     with pytest.raises(ss.InputError, match="matrix: expected one of"):
         ss.entry_sensitivity(scene, "inertia")

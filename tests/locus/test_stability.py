@@ -74,8 +74,8 @@ def test_other_combinations_and_general_damping():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"friction": [0.1, -0.2]}, r"friction: must be >= 0 and finite, got -0.2 in sample 1"),
-        ({"upper_mass": [0.1, 0.0]}, "upper_mass: must be > 0 and finite, got 0.0"),
+        ({"friction": [0.1, -0.2]}, "sample 1: contact 0: friction: must be >= 0, got -0.2"),
+        ({"upper_mass": [0.1, 0.0]}, r"sample 1: subsystems\[0\].upper_mass: must be positive, got 0"),
         ({"damping": [0.1, np.inf]}, "damping: must be finite, got inf"),
         ({"friction": [0.1, 0.2], "damping": [1e-4]}, "damping: expected 2 samples like friction, got 1"),
         ({"friction": np.ones((2, 3))}, r"friction: expected shape \(2,\) or \(2, 2\), got \(2, 3\)"),

@@ -353,7 +353,7 @@ def test_compiled_scenes_are_those_of_python() -> None:
     compiled = study.run()
 
     def model(**values: float) -> ss.Scene:
-        return study.source.scene(np.array(list(values.values())))
+        return study.scene_of(list(values.values()))
 
     slow = ss.Study(
         model,
@@ -383,7 +383,7 @@ def test_outputs_are_those_of_the_functions_for_one_scene() -> None:
     results = study.run()
     seen = set()
     for k in range(study.size):
-        row, scene = results.isel(sample=k), study.source.scene(study.design[k])
+        row, scene = results.isel(sample=k), study.scene_of(study.design[k])
         modes = ss.complex_modes(scene)
         assert row.growth_rate.item() == pytest.approx(modes.eigenvalues.real.max(), rel=1e-9)
         assert row.unstable_modes.item() == modes.unstable.sum() // 2
@@ -489,7 +489,7 @@ def test_own_outputs_of_cycles_and_scenes() -> None:
     assert np.isnan(results.line.item(0))
     assert results.line.item(1) == pytest.approx(1.0 / results.period.item(1), rel=1e-12)
     assert results.masses.dims == ("sample", "masses_index")
-    assert (results.masses.to_numpy()[0] == study.source.template.mass).all()
+    assert (results.masses.to_numpy()[0] == study.family.template.mass).all()
     assert results["first"].dtype == np.complex128
 
 
@@ -537,7 +537,7 @@ def test_parameters_of_chains_and_scenes_reach_their_places() -> None:
     )
     rate = ss.complex_modes(scene).eigenvalues.real.max()
     assert results.growth_rate.item() == pytest.approx(rate, rel=1e-9)
-    assert (study.source.scene(study.design[0]).stiffness != scene.stiffness).nnz == 0
+    assert (study.scene_of(study.design[0]).stiffness != scene.stiffness).nnz == 0
     # Static friction follows friction unless it is a parameter itself.
     stuck = ss.Study(ss.models.two_subsystems(), {"static_friction": [1.0, 2.0]}).run()
     assert stuck.status.to_numpy().tolist() == ["ill_posed", "ok"]
@@ -585,7 +585,7 @@ def test_a_partial_of_a_model_stays_compiled() -> None:
     parameters = {"friction_0": stats.uniform(0.3, 2.2), "damping": stats.uniform(5e-5, 1e-4)}
     given = {"inclination": (0.2, 0.6), "damping": 3e-4}
     study = ss.Study(partial(ss.models.two_subsystems, **given), parameters, samples=16)
-    assert study.source.compiled
+    assert study.family.compiled
     fixed = {"inclination": (0.2, 0.6)}
     other = ss.Study(ss.models.two_subsystems, parameters, samples=16, fixed=fixed)
     assert study.identity == other.identity
@@ -723,7 +723,7 @@ def test_correlated_parameters() -> None:
         ({"parameters": {}}, "parameters: expected at least one"),
         (
             {"parameters": {"fricton": stats.norm(1.0)}},
-            "fricton: the chain has no such parameter; nearest: friction",
+            "fricton: the model has no such parameter; nearest: friction",
         ),
         ({"parameters": {"friction": stats.norm}}, "friction: .*freeze it"),
         ({"parameters": {"friction": "high"}}, "friction: expected a frozen"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -13,9 +14,9 @@ from stickslip.cycles.bifurcation import table
 from stickslip.cycles.branch import Branch, BranchPoint, Placed, checked_cycle
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
-from stickslip.locus.path import Model, SceneAt, between
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real, real_number, whole_number
+from stickslip.scene.family import Model, SceneAt, between
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
 WIDTH = 1e-6
@@ -110,9 +111,10 @@ def trace_branch(
     cycle: Cycle,
     model: Model | None = None,
     *,
+    over: Mapping[str, Any] | None = None,
     step: float = 0.02,
     points: int = 200,
-    **parameter: Any,
+    **parameters: Any,
 ) -> Branch:
     """Return the branch of periodic orbits through a cycle, along its own length and around its folds.
 
@@ -125,14 +127,16 @@ def trace_branch(
         Where to begin.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
+    over
+        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the one
+        to go to. The branch is followed while the parameter lies between both.
     step
         Longest step, > 0: of the range of the parameter and of the size of the orbit, taken together. It is
         shortened where the branch bends.
     points
         Points after which to stop, >= 1.
-    **parameter
-        (begin, end): the value of the cycle, and the one to go to. The branch is followed while the parameter
-        lies between both.
+    **parameters
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -153,7 +157,7 @@ def trace_branch(
     if not 0.0 < longest <= 1.0:
         raise InputError(f"step: expected 0 < step <= 1, got {longest:g}")
     source = cycle.scene if model is None else model
-    name, begin, end, scene_at = between(source, parameter)
+    name, begin, end, scene_at = between(trace_branch, source, over, parameters)
     low, high = min(begin, end), max(begin, end)
     curve = Curve(scene_at, high - low)
     first = cycle.continued(scene_at(begin))

@@ -1,18 +1,29 @@
-"""Which attractor is reached from where."""
+"""Which attractor is reached from where, and with which parameters."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from stickslip.cycles.attractors import LOOKS, described, is_valid, positive_time, settled, stretch_of
+from stickslip.cycles.attractors import (
+    LOOKS,
+    described,
+    is_valid,
+    positive_time,
+    settled,
+    starts_from,
+    stretch_of,
+)
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, SearchInterrupted
-from stickslip.scene.checks import real_array
+from stickslip.locus.units import parameter_units
+from stickslip.scene.checks import Real
+from stickslip.scene.family import Family, Model, asked, axis, divided
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 
@@ -22,9 +33,32 @@ SAME = 1e-6
 OUTSIDE, UNKNOWN = -1, -2
 
 
+@dataclass(frozen=True)
+class _Axis:
+    """Amounts to add to an initial coordinate, or values of a parameter (`kind` empty)."""
+
+    kind: str
+    of: str
+    values: Real
+
+    @property
+    def name(self) -> str:
+        return f"{self.kind}_{self.of}" if self.kind else self.of
+
+    def moved(self, state: State, amount: float) -> State:
+        change: dict[str | int, float] = {self.of: float(amount)}
+        if self.kind == "position":
+            return state.perturbed(position=change)
+        return state.perturbed(velocity=change) if self.kind else state
+
+    def units(self, model: Model) -> dict[str, str]:
+        units = {"position": "m", "velocity": "m/s"}.get(self.kind)
+        return parameter_units(model, self.of) if units is None else {"units": units}
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Basins:
-    """Which attractor is reached over two initial coordinates.
+    """Which attractor is reached over two initial coordinates or parameters.
 
     Attributes
     ----------
@@ -32,7 +66,8 @@ class Basins:
         Index into `attractors` (first, second), -1 where the start violates its combination, -2 where an
         interrupt came before.
     attractors
-        In order of appearance: a `Cycle`, or a word for anything else.
+        In order of appearance: a `Cycle`, or a word for anything else. Where a parameter is an axis, cycles
+        with the same sequence of combinations count as one attractor, shown by the first of them.
     """
 
     map: xr.DataArray
@@ -51,26 +86,32 @@ class Basins:
 
 
 def basins(
-    scene: Scene,
-    start: State,
+    model: Model,
+    start: State | Callable[[Scene], State],
     *,
-    position: dict[str, Any] | None = None,
-    velocity: dict[str, Any] | None = None,
+    position: Mapping[str, Any] | None = None,
+    velocity: Mapping[str, Any] | None = None,
+    over: Mapping[str, Any] | None = None,
     stretch: float | None = None,
     limit: float | None = None,
+    **parameters: Any,
 ) -> Basins:
-    """Return which attractor is reached over two initial coordinates.
+    """Return which attractor is reached over two axes: initial coordinates, or parameters.
 
     Parameters
     ----------
-    scene
-        The scene.
+    model
+        A `Scene`, or a function from keywords to one.
     start
-        State to which the values are added.
+        State to which amounts are added, or a function from the scene to one.
     position, velocity
-        Two dofs in all, each with an array of amounts to add, m and m/s.
+        Dofs with arrays of amounts to add, m and m/s.
+    over
+        Parameters by name as for `sweep`, those that are an axis with an array.
     stretch, limit
         See `bifurcation`.
+    **parameters
+        The same as `over`; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -80,45 +121,52 @@ def basins(
     Raises
     ------
     InputError
-        If there are not exactly two axes, or a dof is unknown.
+        If there are not exactly two axes, or a dof or parameter is unknown.
     SearchInterrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the map with -2 where nothing was computed.
     """
-    axes = [("position", dof, values) for dof, values in (position or {}).items()]
-    axes += [("velocity", dof, values) for dof, values in (velocity or {}).items()]
-    if len(axes) != 2:
-        raise InputError(f"basins: expected two initial coordinates, got {len(axes)}")
-    (kind_a, dof_a, amounts_a), (kind_b, dof_b, amounts_b) = axes
-    first = real_array(f"{kind_a}[{dof_a!r}]", amounts_a, 1)
-    second = real_array(f"{kind_b}[{dof_b!r}]", amounts_b, 1)
-    length = stretch_of(scene, stretch)
-    end = LOOKS * length if limit is None else positive_time("limit", limit)
-    states = [
-        _displaced(_displaced(start, kind_a, dof_a, a), kind_b, dof_b, b) for a in first for b in second
+    arrays, fixed = divided(asked(basins, model, over, parameters))
+    given = [("position", dof, values) for dof, values in (position or {}).items()]
+    given += [("velocity", dof, values) for dof, values in (velocity or {}).items()]
+    given += [("", name, values) for name, values in arrays.items()]
+    if len(given) != 2:
+        raise InputError(
+            f"basins: expected two axes, initial coordinates or parameters with arrays, got {len(given)}"
+        )
+    axes = [
+        _Axis(kind, name, axis(f"{kind}[{name!r}]" if kind else name, values)) for kind, name, values in given
     ]
-    valid = [k for k, state in enumerate(states) if is_valid(scene, state)]
-    found, interruption = settled([scene] * len(valid), [states[k] for k in valid], length, end)
+    first, second = axes
+    starts, family = starts_from(start), Family(model)
+    cases = []
+    for a in first.values:
+        for b in second.values:
+            chosen = {one.of: float(value) for one, value in ((first, a), (second, b)) if not one.kind}
+            scene = family.scene({**fixed, **chosen})
+            cases.append((scene, second.moved(first.moved(starts(scene), a), b)))
+    length = stretch_of(cases[0][0], stretch)
+    end = LOOKS * length if limit is None else positive_time("limit", limit)
+    valid = [k for k, (scene, state) in enumerate(cases) if is_valid(scene, state)]
+    found, interruption = settled([cases[k][0] for k in valid], [cases[k][1] for k in valid], length, end)
     attractors: list[Cycle | str] = []
-    labels = np.full(len(states), OUTSIDE)
+    of_one_scene = not arrays
+    labels = np.full(len(cases), OUTSIDE)
     for k, outcome in zip(valid, found, strict=True):
         if outcome is None:
             labels[k] = UNKNOWN
             continue
         (kind, core, growth, _), message = outcome
-        reached = described(kind, growth, message)[0] if core is None else Cycle(scene, core)
+        reached = described(kind, growth, message)[0] if core is None else Cycle(cases[k][0], core)
         labels[k] = next(
-            (i for i, other in enumerate(attractors) if _is_same(reached, other)), len(attractors)
+            (i for i, other in enumerate(attractors) if _is_same(reached, other, of_one_scene)),
+            len(attractors),
         )
         if labels[k] == len(attractors):
             attractors.append(reached)
-    names = (f"{kind_a}_{dof_a}", f"{kind_b}_{dof_b}")
     labelled = xr.DataArray(
-        labels.reshape(first.size, second.size),
-        dims=names,
-        coords={
-            names[0]: (names[0], first, {"units": "m" if kind_a == "position" else "m/s"}),
-            names[1]: (names[1], second, {"units": "m" if kind_b == "position" else "m/s"}),
-        },
+        labels.reshape(first.values.size, second.values.size),
+        dims=(first.name, second.name),
+        coords={one.name: (one.name, one.values, one.units(model)) for one in axes},
         name="reached",
     )
     result = Basins(labelled, tuple(attractors))
@@ -130,14 +178,17 @@ def basins(
     return result
 
 
-def _displaced(state: State, kind: str, dof: str, amount: float) -> State:
-    change: dict[str | int, float] = {dof: float(amount)}
-    return state.perturbed(position=change) if kind == "position" else state.perturbed(velocity=change)
-
-
-def _is_same(a: Cycle | str, b: Cycle | str) -> bool:
+def _is_same(a: Cycle | str, b: Cycle | str, of_one_scene: bool) -> bool:
+    """Return whether two attractors are one; of scenes that differ, cycles with the same sequence are."""
     if isinstance(a, str) or isinstance(b, str):
         return a == b
+    if not of_one_scene:
+        return _rotated(a.combinations) == _rotated(b.combinations)
     size = float(a.amplitude.max())
     apart = max(np.abs(a.core.minimum - b.core.minimum).max(), np.abs(a.core.maximum - b.core.maximum).max())
     return abs(a.period - b.period) <= SAME * a.period and apart <= SAME * size
+
+
+def _rotated(sequence: tuple[str, ...]) -> tuple[str, ...]:
+    """Return a sequence that recurs from the place on where it comes first in order."""
+    return min((sequence[k:] + sequence[:k] for k in range(len(sequence))), default=())

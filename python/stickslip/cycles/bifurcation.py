@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,9 +21,9 @@ from stickslip.cycles.attractors import (
 )
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import SearchInterrupted
-from stickslip.locus.path import Model, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Index, Real
+from stickslip.scene.family import Model, along
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 
@@ -55,11 +55,12 @@ class Bifurcation:
 def bifurcation(
     model: Model,
     *,
+    over: Mapping[str, Any] | None = None,
     start: State | Callable[[Scene], State] | None = None,
     follow: bool = False,
     stretch: float | None = None,
     limit: float | None = None,
-    **parameter: Any,
+    **parameters: Any,
 ) -> Bifurcation:
     """Return what motions settle to over a parameter.
 
@@ -71,6 +72,8 @@ def bifurcation(
     ----------
     model
         A `Scene`, or a function from keywords to one.
+    over
+        Parameters by name as for `sweep`, one of them with an array (k,) of values.
     start
         Where every motion starts: a state, or a function from the scene to one; None: `disturbed_sliding`.
     follow
@@ -82,8 +85,8 @@ def bifurcation(
         sliding at the first value.
     limit
         Motion after which it counts as not recurring, s; None: 30 stretches.
-    **parameter
-        One array (k,) of values; numbers for any other argument of a model function.
+    **parameters
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -104,7 +107,7 @@ def bifurcation(
     SearchInterrupted
         On Ctrl-C; a `KeyboardInterrupt` whose ``partial`` holds the values done by then.
     """
-    name, values, scene_at = along(model, parameter)
+    name, values, scene_at = along(bifurcation, model, over, parameters)
     scenes = [scene_at(value) for value in values]
     starts = starts_from(start)
     length = stretch_of(scenes[0], stretch)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,9 +11,9 @@ import xarray as xr
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
-from stickslip.locus.path import Model, SceneAt, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
+from stickslip.scene.family import Model, SceneAt, along
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
@@ -89,7 +90,13 @@ class Branch:
         return f"Branch: {found} orbits, {len(self.folds)} folds, end: {self.end}\n{self.data!r}"
 
 
-def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) -> Branch:
+def follow_branch(
+    cycle: Cycle,
+    model: Model | None = None,
+    *,
+    over: Mapping[str, Any] | None = None,
+    **parameters: Any,
+) -> Branch:
     """Return the branch of periodic orbits through a cycle, stable or not.
 
     The sequence of events stays that of the cycle; Newton's method solves its equations at each value from
@@ -101,8 +108,11 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
         Where to begin; the first value should be near its own.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
-    **parameter
-        One array (k,) of values, in the order of the branch.
+    over
+        Parameters by name as for `sweep`, one of them with an array (k,) of values, in the order of the
+        branch.
+    **parameters
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -117,7 +127,8 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
         If `cycle` is none, the parameter is unknown or there is not exactly one array.
     """
     checked_cycle(cycle)
-    name, values, scene_at = along(cycle.scene if model is None else model, parameter)
+    source = cycle.scene if model is None else model
+    name, values, scene_at = along(follow_branch, source, over, parameters)
     orbits: list[Cycle | None] = []
     before: tuple[float, Cycle] = (float(values[0]), cycle)
     for value in values:
@@ -128,7 +139,7 @@ def follow_branch(cycle: Cycle, model: Model | None = None, **parameter: Any) ->
         orbits.append(orbit)
         before = (float(value), orbit)
     orbits += [None] * (values.size - len(orbits))
-    result = table(name, values, orbits, parameter_units(cycle.scene if model is None else model, name))
+    result = table(name, values, orbits, parameter_units(source, name))
     result["followed"] = (name, [orbit is not None and orbit.is_followed() for orbit in orbits])
     return Branch(result, tuple(orbits), (), "lost" if orbits[-1] is None else "range")
 

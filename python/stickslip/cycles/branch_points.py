@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
 import scipy.optimize
 
 from stickslip.cycles.arclength import fold_near
-from stickslip.cycles.branch import BranchPoint, Kind, Placed, continued
+from stickslip.cycles.branch import BranchPoint, Kind, Placed, checked_cycle, continued
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import InputError, OrbitError
-from stickslip.locus.path import Model, SceneAt, between
+from stickslip.errors import OrbitError
+from stickslip.scene.checks import whole_number
+from stickslip.scene.family import Model, SceneAt, between
 
 #: Steps of a search for branch points: between two of them at most one of each kind is expected.
 STEPS = 60
@@ -27,7 +28,12 @@ NEAR_ONE = 0.3
 
 
 def branch_points(
-    cycle: Cycle, model: Model | None = None, *, steps: int = STEPS, **parameter: Any
+    cycle: Cycle,
+    model: Model | None = None,
+    *,
+    over: Mapping[str, Any] | None = None,
+    steps: int = STEPS,
+    **parameters: Any,
 ) -> tuple[BranchPoint, ...]:
     """Return where the branch of orbits through a cycle changes stability, folds or leaves its sequence.
 
@@ -37,11 +43,13 @@ def branch_points(
         Where to begin.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
+    over
+        Parameters by name as for `sweep`, one of them with (begin, end): the branch is followed from the
+        first to the second value, up to a change of the sequence.
     steps
         Steps of the search, >= 1: two points of one kind within a step cancel.
-    **parameter
-        (begin, end): the branch is followed from the first to the second value, up to a change of the
-        sequence.
+    **parameters
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -56,9 +64,10 @@ def branch_points(
     OrbitError
         If Newton's method does not find the orbit at the first value.
     """
-    if isinstance(steps, bool) or not isinstance(steps, int) or steps < 1:
-        raise InputError(f"steps: expected an integer >= 1, got {steps!r}")
-    name, begin, end, scene_at = between(cycle.scene if model is None else model, parameter)
+    checked_cycle(cycle)
+    steps = whole_number("steps", steps, 1)
+    source = cycle.scene if model is None else model
+    name, begin, end, scene_at = between(branch_points, source, over, parameters)
     values = np.linspace(begin, end, steps + 1)
     points: list[BranchPoint] = []
     before = (float(values[0]), cycle.continued(scene_at(float(values[0]))))

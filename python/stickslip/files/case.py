@@ -23,8 +23,8 @@ from stickslip.files.scene_file import (
     scene_table,
 )
 from stickslip.files.toml_text import Inline, toml_text
-from stickslip.locus.path import known_parameters
 from stickslip.scene.checks import Real, described, real_number
+from stickslip.scene.family import Family
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.transient.simulate import run_settings, simulate
@@ -135,18 +135,14 @@ class Case:
         return {name: parameter_values(name, value) for name, value in self.sweep.items()}
 
     def replace(self, **parameters: Any) -> Case:
-        """Return the case with other parameters: of the contact law of a scene, or of the model function.
+        """Return the case with other parameters, by names as for `sweep`; arrays have a value for each entry.
 
         Raises
         ------
         InputError
-            If one is unknown or ill-posed.
+            If one is unknown or ill-posed, or two of them set the same number.
         """
-        if isinstance(self.model, Scene):
-            model: Scene | Callable[..., Scene] = self.model.replace(**parameters)
-        else:
-            known_parameters(self.model, parameters)
-            model = partial(self.model, **parameters)
+        model = Family(self.model).replaced(parameters)
         return Case(model, self.start, self.run, self.sweep, self.study)
 
     def save(self, path: str | Path, matrices: Matrices = "auto") -> None:

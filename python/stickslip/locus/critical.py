@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -9,9 +10,9 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.locus.path import Family, Model, interval
+from stickslip.locus.path import Sliding
 from stickslip.scene.checks import Complex, Real, real_number
-from stickslip.scene.scene import Scene
+from stickslip.scene.family import Family, Model, asked, divided, interval
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 
@@ -86,6 +87,7 @@ def critical_points(
     model: Model,
     combination: str | None = None,
     *,
+    over: Mapping[str, Any] | None = None,
     proximity: float = 0.1,
     **parameters: Any,
 ) -> list[CriticalPoint]:
@@ -95,19 +97,20 @@ def critical_points(
     ----------
     model, combination
         As for `sweep`.
+    over
+        Parameters by name as for `sweep`, one of them with a range ``(lower, upper)``.
     proximity
         How far off the real axis exceptional points are reported: the largest imaginary part of the
         parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the
         point at which the two eigenvalues would coalesce is a complex one.
     **parameters
-        One of them a range ``(lower, upper)``, the rest of them numbers.
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Raises
     ------
     InputError
         If there is not exactly one range, a parameter is unknown, a scene on the way is ill-posed, or a
-        slider
-        speed is zero or changes its sign on the way where no combination is given.
+        slider speed is zero or changes its sign on the way where no combination is given.
 
     Notes
     -----
@@ -125,24 +128,27 @@ def critical_points(
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
-    name, path, labels, span = _path_over("critical_points", model, combination, parameters)
+    name, path, labels, span = _path_over(critical_points, model, combination, over, parameters)
     return _points(name, labels, path.critical_points(proximity * span))
 
 
 def _path_over(
-    caller: str, model: Model, combination: str | None, parameters: dict[str, Any]
+    call: Callable[..., Any],
+    model: Model,
+    combination: str | None,
+    over: Mapping[str, Any] | None,
+    parameters: dict[str, Any],
 ) -> tuple[str, _core.Path, list[str], float]:
     """Return the name of the one parameter with a range, the path over it, names of contacts, its length."""
-    ranges = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
+    ranges, fixed = divided(asked(call, model, over, parameters))
     if len(ranges) != 1:
-        raise InputError(f"{caller}: expected one parameter with a range, got {list(ranges)}")
+        raise InputError(f"{call.__name__}: expected one parameter with a range, got {list(ranges)}")
     ((name, value),) = ranges.items()
     lower, upper = interval(name, value)
-    fixed = {key: real_number(key, number) for key, number in parameters.items() if key != name}
-    family = Family(model, combination)
-    path = family.path(name, lower, upper, **fixed)
-    scene = model if isinstance(model, Scene) else family.scene(**fixed, **{name: lower})
-    return name, path, [str(label) for label in scene.contact_labels()], upper - lower
+    family = Family(model)
+    path = Sliding(family, combination).path(name, lower, upper, fixed)
+    labels = family.scene({**fixed, name: lower}).contact_labels()
+    return name, path, [str(label) for label in labels], upper - lower
 
 
 def _points(
@@ -168,16 +174,20 @@ def _points(
     ]
 
 
-def hopf_points(model: Model, combination: str | None = None, **parameters: Any) -> list[CriticalPoint]:
+def hopf_points(
+    model: Model,
+    combination: str | None = None,
+    *,
+    over: Mapping[str, Any] | None = None,
+    **parameters: Any,
+) -> list[CriticalPoint]:
     """Return the Hopf points over a range of one parameter, in ascending order.
 
     Those at which steady sliding does not exist are among them, with ``steady_sliding`` False.
 
     Parameters
     ----------
-    model, combination
-        As for `sweep`.
-    **parameters
+    model, combination, over, **parameters
         As for `critical_points`.
 
     Raises
@@ -192,6 +202,6 @@ def hopf_points(model: Model, combination: str | None = None, **parameters: Any)
     difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
     not be joined. The limits of `critical_points` hold.
     """
-    name, path, labels, _ = _path_over("hopf_points", model, combination, parameters)
+    name, path, labels, _ = _path_over(hopf_points, model, combination, over, parameters)
     found, _, _ = path.hopf_points()
     return _points(name, labels, found)

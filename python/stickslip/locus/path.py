@@ -8,8 +8,7 @@ function, which is sampled at Chebyshev points until the interpolating polynomia
 
 from __future__ import annotations
 
-import inspect
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -18,14 +17,10 @@ import scipy.fft
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.scene.checks import Real, real_array, real_number
-from stickslip.scene.contact import LAW, nearest
+from stickslip.scene.checks import Real
+from stickslip.scene.contact import law_entry
+from stickslip.scene.family import Family
 from stickslip.scene.scene import Proportional, Scene
-
-#: A scene, or a function from named parameters to one.
-Model = Scene | Callable[..., Scene]
-#: The scene at a value of one parameter.
-SceneAt = Callable[[float], Scene]
 
 #: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.
 _POINTS = (3, 5, 9, 17, 33)
@@ -40,45 +35,19 @@ _HALVINGS = 12
 
 
 @dataclass(frozen=True)
-class Family:
-    """The scenes that a model gives for the values of its parameters.
+class Sliding:
+    """A family of scenes in one status combination; None: in that of steady sliding."""
 
-    Parameters
-    ----------
-    model
-        A `Scene`, whose parameters are the fields of its contacts (``friction`` for all of them,
-        ``friction_0`` for contact 0, ``friction_left`` for the contact of that name), or a function from
-        keywords to a `Scene`.
-    combination
-        Status combination; None: that of steady sliding, in which each slider speed gives the sign of its
-        contact.
-    """
-
-    model: Model
+    family: Family
     combination: str | None = None
-
-    def scene(self, **values: float) -> Scene:
-        """Return the scene for some parameter values; those not given stay as they are."""
-        if isinstance(self.model, Scene):
-            scene = self.model
-            for name, value in values.items():
-                field, contacts = contact_parameter(scene, name)
-                law = [getattr(contact, field) for contact in scene.contacts]
-                for contact in contacts:
-                    law[contact] = value
-                scene = scene.replace(**{field: law})
-            return scene
-        known_parameters(self.model, values)
-        scene = self.model(**values)
-        if not isinstance(scene, Scene):
-            raise InputError(f"model: expected a function that returns a Scene, got {scene!r}")
-        return scene
 
     def letters(self, scene: Scene) -> str:
         """Return the status combination for a scene of the family."""
         return scene.core.sliding_combination() if self.combination is None else self.combination
 
-    def check_direction(self, letters: str, name: str, ends: tuple[float, float], **fixed: float) -> None:
+    def check_direction(
+        self, letters: str, name: str, ends: tuple[float, float], fixed: Mapping[str, float]
+    ) -> None:
         """Refuse a path on which sliding turns round: no branch leads from one direction to the other.
 
         Parameters
@@ -91,11 +60,15 @@ class Family:
         InputError
             If that at the second is another one; it names the value between at which it changes.
         """
-        if self.combination is not None or self.letters(self.scene(**fixed, **{name: ends[1]})) == letters:
+
+        def scene_at(value: float) -> Scene:
+            return self.family.scene({**fixed, name: value})
+
+        if self.combination is not None or self.letters(scene_at(ends[1])) == letters:
             return
         before, after = ends
         while min(before, after) < (middle := 0.5 * (before + after)) < max(before, after):
-            scene = self.scene(**fixed, **{name: middle})
+            scene = scene_at(middle)
             if any(contact.slider_speed == 0.0 for contact in scene.contacts):
                 after = middle
                 break
@@ -103,7 +76,7 @@ class Family:
                 before = middle
             else:
                 after = middle
-        other = self.letters(self.scene(**fixed, **{name: ends[1]}))
+        other = self.letters(scene_at(ends[1]))
         # Zero without a sign.
         value = after + 0.0
         raise InputError(
@@ -111,7 +84,7 @@ class Family:
             f"{other!r}; take either side by itself, or pass combination"
         )
 
-    def path(self, name: str, lower: float, upper: float, **fixed: float) -> _core.Path:
+    def path(self, name: str, lower: float, upper: float, fixed: Mapping[str, float]) -> _core.Path:
         """Return the path from `lower` to `upper` of one parameter, the others at `fixed` values.
 
         Raises
@@ -119,82 +92,49 @@ class Family:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        if isinstance(self.model, Scene):
-            # Both ends are validated; what lies between them is then valid as well.
-            scene = self.scene(**fixed, **{name: lower})
-            other = self.scene(**fixed, **{name: upper})
-            field, contacts = contact_parameter(scene, name)
-            moving = contacts if field == "friction" else []
-            letters = self.letters(scene)
-            self.check_direction(letters, name, (lower, upper), **fixed)
-            return _core.Path.contact_law(scene.core, other.core, letters, moving, lower, upper)
-        return _Interpolation(self, name, fixed).path(lower, upper)
+        if not isinstance(self.family.model, Scene):
+            return _Interpolation(self, name, fixed).path(lower, upper)
+        # Both ends are validated; what lies between them is then valid as well.
+        scene = self.family.scene({**fixed, name: lower})
+        other = self.family.scene({**fixed, name: upper})
+        letters = self.letters(scene)
+        self.check_direction(letters, name, (lower, upper), fixed)
+        moving = moved_friction(scene, name)
+        return _core.Path.contact_law(scene.core, other.core, letters, moving, lower, upper)
 
 
-def known_parameters(model: Callable[..., Scene], names: Iterable[str]) -> None:
-    """Refuse names that a model function does not take.
-
-    Raises
-    ------
-    InputError
-        Naming one, and the nearest that it takes.
-    """
-    parameters = inspect.signature(model).parameters
-    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
-        return
-    for name in names:
-        if name not in parameters:
-            stem, _, label = name.rpartition("_")
-            hint = nearest(name, list(parameters))
-            if stem in parameters and label.isdecimal():
-                hint = f"; give {stem} as a list with one value for each, such as {stem}=[1.0, 2.0]"
-                hint += f", or, in a study, the distribution of {name} alone"
-            raise InputError(f"{name}: the model has no such parameter{hint}")
-
-
-def contact_parameter(scene: Scene, name: str) -> tuple[str, list[int]]:
-    """Return the field and the contacts that a parameter name of a scene stands for.
-
-    Raises
-    ------
-    InputError
-        If it is no field of the contact law, with or without the label of a contact.
-    """
+def moved_friction(scene: Scene, name: str) -> list[int]:
+    """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
+    field, contact = law_entry(scene.contacts, name)
     everything = list(range(len(scene.contacts)))
-    if name in LAW:
-        return name, everything
-    labels = [str(label) for label in scene.contact_labels()]
-    known = {f"{field}_{label}": (field, [i]) for field in LAW for i, label in enumerate(labels)}
-    if name in known:
-        return known[name]
-    raise InputError(
-        f"{name}: a scene has no such parameter{nearest(name, [*LAW, *known])}; for others pass a function"
-        " from parameters to a Scene"
-    )
+    return [] if field != "friction" else everything if contact is None else [contact]
 
 
 @dataclass
 class _Interpolation:
     """Samples of the reduced matrices of a model over one parameter."""
 
-    family: Family
+    sliding: Sliding
     name: str
     fixed: Mapping[str, float]
 
     def path(self, lower: float, upper: float) -> _core.Path:
-        scene = self.family.scene(**self.fixed, **{self.name: lower})
-        self.letters, self.lower = self.family.letters(scene), lower
+        scene = self.scene(lower)
+        self.letters, self.lower = self.sliding.letters(scene), lower
         self.proportional = isinstance(scene.damping, Proportional) or scene.damping is None
         self.known: dict[float, tuple[Real, ...]] = {}
         self.size = self.sample(lower)[0].shape[0]
         return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
 
+    def scene(self, value: float) -> Scene:
+        return self.sliding.family.scene({**self.fixed, self.name: value})
+
     def sample(self, value: float) -> tuple[Real, ...]:
         """Return M, C (or alpha and beta), K and statics; matrices (m, m), numbers (1, 1)."""
         if value not in self.known:
-            scene = self.family.scene(**self.fixed, **{self.name: value})
-            if self.known and self.family.letters(scene) != self.letters:
-                self.family.check_direction(self.letters, self.name, (self.lower, value), **self.fixed)
+            scene = self.scene(value)
+            if self.known and self.sliding.letters(scene) != self.letters:
+                self.sliding.check_direction(self.letters, self.name, (self.lower, value), self.fixed)
             core = scene.core.reduced(self.letters)
             law = Proportional() if scene.damping is None else scene.damping
             if isinstance(law, Proportional) != self.proportional:
@@ -266,55 +206,3 @@ def _shortened(coefficients: Real) -> Real:
     significant = (np.abs(coefficients) > 8 * np.finfo(float).eps * scale).any(axis=(1, 2))
     last = int(np.flatnonzero(significant).max(initial=0))
     return np.ascontiguousarray(coefficients[: last + 1])
-
-
-def interval(name: str, value: Any) -> tuple[float, float]:
-    """Return a parameter range given as (lower, upper).
-
-    Raises
-    ------
-    InputError
-        If it is not two finite numbers, the first below the second.
-    """
-    try:
-        lower, upper = value
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected a range (lower, upper), got {value!r}") from None
-    ends = real_number(name, lower), real_number(name, upper)
-    if not (np.isfinite(ends).all() and ends[0] < ends[1]):
-        raise InputError(f"{name}: expected finite lower < upper, got {value!r}")
-    return ends
-
-
-def along(model: Model, parameter: dict[str, Any]) -> tuple[str, Real, SceneAt]:
-    """Return name and values of the one parameter given as an array, and the scene at a value.
-
-    Raises
-    ------
-    InputError
-        If there is not exactly one array, or a value is not finite.
-    """
-    arrays = [name for name, value in parameter.items() if np.ndim(value) > 0]
-    if len(arrays) != 1:
-        raise InputError(f"parameter: expected exactly one with an array of values, got {arrays}")
-    name = arrays[0]
-    values = real_array(name, parameter[name], 1)
-    if values.size == 0 or not np.isfinite(values).all():
-        raise InputError(f"{name}: expected finite values, at least one, got {parameter[name]!r}")
-    fixed = {key: real_number(key, value) for key, value in parameter.items() if key != name}
-    family = Family(model)
-    return name, values, lambda value: family.scene(**fixed, **{name: float(value)})
-
-
-def between(model: Model, parameter: dict[str, Any]) -> tuple[str, float, float, SceneAt]:
-    """Return name, begin and end of the one parameter to follow a branch along, and the scene at a value.
-
-    Raises
-    ------
-    InputError
-        If there is not exactly one pair of two finite values.
-    """
-    name, ends, scene_at = along(model, parameter)
-    if ends.size != 2 or ends[0] == ends[1]:
-        raise InputError(f"{name}: expected (begin, end) of the branch, got {parameter[name]!r}")
-    return name, float(ends[0]), float(ends[1]), scene_at

@@ -10,6 +10,7 @@ stays smooth, and its derivative is the trace of the same quotient over the defl
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
@@ -18,10 +19,11 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.locus.path import Family, Model, contact_parameter
+from stickslip.locus.path import Sliding, moved_friction
 from stickslip.locus.units import parameter_units
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.scene.checks import Complex, Real, real_number
+from stickslip.scene.family import Family, Model, asked
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Proportional, Scene
 
@@ -35,7 +37,8 @@ def sensitivity(
     model: Model,
     combination: str | None = None,
     *,
-    parameters: tuple[str, ...] = ("friction",),
+    parameters: Sequence[str] | None = None,
+    over: Mapping[str, float] | None = None,
     **values: float,
 ) -> xr.Dataset:
     """Return the derivatives of all eigenvalues with respect to parameters.
@@ -47,10 +50,12 @@ def sensitivity(
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
     parameters
-        Of a scene: names such as ``friction`` (all contacts moved alike) or ``friction_0``. Not used for a
-        function.
+        Names as for `sweep` (``friction`` moves all contacts alike). None: those that have a value in `over`;
+        ``friction`` if none has.
+    over
+        Values of parameters, by name; the others stay as they are.
     **values
-        For a function: the values of the parameters; derivatives are taken to every one of them.
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -63,24 +68,26 @@ def sensitivity(
     Raises
     ------
     InputError
-        If a parameter is unknown or the model is not smooth at its value.
+        If a parameter is unknown, a function is to be differentiated where it has no value, or the model is
+        not smooth there.
     """
-    if isinstance(model, Scene):
-        if values:
-            raise InputError(f"{next(iter(values))}: a scene holds its values; name them in `parameters`")
-        scene = model
-        names = tuple(parameters)
+    told = asked(sensitivity, model, over, values)
+    point = {name: real_number(name, value) for name, value in told.items()}
+    if isinstance(parameters, str):
+        raise InputError(f"parameters: expected a sequence of names, got {parameters!r}")
+    names = tuple(point or ("friction",)) if parameters is None else tuple(parameters)
+    family = Family(model)
+    for name in names:
+        family.slot(name)
+    scene = family.scene(point)
+    if isinstance(family.model, Scene):
         changes = [_contact_change(scene, combination, name) for name in names]
     else:
-        point = {name: real_number(name, value) for name, value in values.items()}
-        if not point:
-            raise InputError(
-                "sensitivity: expected at least one parameter of the model with its value, got none"
-            )
-        family = Family(model, combination)
-        scene = family.scene(**point)
-        names = tuple(point)
-        changes = [_model_change(family, point, name) for name in names]
+        centres = {name: point[name] if name in point else family.value(name) for name in names}
+        changes = [
+            _model_change(Sliding(family, combination), {**point, name: value}, name)
+            for name, value in centres.items()
+        ]
     modes = complex_modes(scene, combination)
     partner, defined = _partners(modes)
     derivative = np.array([_derivative(modes, change) for change in changes])
@@ -164,22 +171,21 @@ Change = tuple[Real, Real, Real]
 
 
 def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
-    field, contacts = contact_parameter(scene, name)
-    letters = Family(scene, combination).letters(scene)
-    moving = contacts if field == "friction" else []
+    letters = Sliding(Family(scene), combination).letters(scene)
+    moving = moved_friction(scene, name)
     path = _core.Path.contact_law(scene.core, scene.core, letters, moving, 0.0, 1.0)
     *_, mass, damping, stiffness = path.matrices(0.0)
     return mass, damping, stiffness
 
 
-def _model_change(family: Family, point: dict[str, float], name: str) -> Change:
+def _model_change(sliding: Sliding, point: Mapping[str, float], name: str) -> Change:
     value = point[name]
     fixed = {key: number for key, number in point.items() if key != name}
     width = _NEIGHBOURHOOD * (abs(value) or 1.0)
     # At the end of what the model accepts, friction 0 for one, the derivative is one-sided.
     for lower, upper in ((value - width, value + width), (value, value + width), (value - width, value)):
         try:
-            path = family.path(name, lower, upper, **fixed)
+            path = sliding.path(name, lower, upper, fixed)
         except InputError as error:
             refused = error
         else:

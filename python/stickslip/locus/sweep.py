@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 import numpy as np
@@ -14,11 +14,11 @@ from rich.progress import track
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.locus.path import Family, Model
+from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
-from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
-from stickslip.scene.scene import Scene
+from stickslip.scene.checks import Complex, Real, whole_number
+from stickslip.scene.family import Family, Model, asked, axis, divided
 
 _Part = TypeVar("_Part")
 
@@ -34,6 +34,7 @@ def sweep(
     model: Model,
     combination: str | None = None,
     *,
+    over: Mapping[str, Any] | None = None,
     vectors: bool = False,
     modes: int | None = None,
     progress: bool | None = None,
@@ -48,6 +49,11 @@ def sweep(
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
         the sign of its contact.
+    over
+        Parameters by name, one or two of them with an array (k,) of distinct values, the rest with a number.
+        Names: a field of the contacts (``friction``), or of one contact (``friction_0``, or
+        ``friction_left`` if it has a name); of a function also any keyword that takes a number, and an entry
+        of one that takes an array (``vertical_stiffness_1``).
     vectors
         Whether to keep the left and right vectors of every point.
     modes
@@ -57,9 +63,7 @@ def sweep(
         Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
         With `modes` none is shown.
     **parameters
-        One or two of them an array (k,) of distinct values, the rest of them numbers. Of a scene: a field of
-        its contacts (``friction``), or of one contact (``friction_0``, or ``friction_left`` if it has a
-        name); of a function: any keyword that takes a number.
+        The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
@@ -95,22 +99,22 @@ def sweep(
     decided then is told in ``meetings``. Where two modes veer sharper than the points tell, each branch goes
     on with the shape it had. ``stable`` takes all modes into account.
     """
-    family = Family(model, combination)
-    arrays = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
-    fixed = {name: real_number(name, value) for name, value in parameters.items() if name not in arrays}
+    arrays, fixed = divided(asked(sweep, model, over, parameters))
     if not 1 <= len(arrays) <= 2:
         raise InputError(f"sweep: expected one or two parameters with arrays of values, got {list(arrays)}")
     if modes is not None:
         modes = whole_number("modes", modes, 1)
         if len(arrays) == 2:
             raise InputError(f"modes: expected None with two parameters with arrays of values, got {modes}")
-    axes = {name: _axis(name, value) for name, value in arrays.items()}
-    rows = _along(family, fixed, axes, vectors, progress, modes)
+    axes = {name: _distinct(name, value) for name, value in arrays.items()}
+    family = Family(model)
+    sliding = Sliding(family, combination)
+    rows = _along(sliding, fixed, axes, vectors, progress, modes)
     if len(axes) == 1:
         result = rows[0]
     else:
         first, second = axes
-        joined = _along(family, {**fixed, second: axes[second][0]}, {first: axes[first]}, False, False)[0]
+        joined = _along(sliding, {**fixed, second: axes[second][0]}, {first: axes[first]}, False, False)[0]
         orders = [
             _order(row["eigenvalue"][0], target)
             for row, target in zip(rows, joined["eigenvalue"], strict=True)
@@ -123,21 +127,19 @@ def sweep(
         result |= {name: np.stack([row[name] for row in rows]) for name in _POINTWISE}
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
     lowest = {name: float(values[0]) for name, values in axes.items()}
-    scene = model if isinstance(model, Scene) else family.scene(**fixed, **lowest)
-    return _dataset(model, scene.contact_labels(), axes, result)
+    contacts = family.scene({**fixed, **lowest}).contact_labels()
+    return _dataset(model, contacts, axes, result)
 
 
-def _axis(name: str, value: Any) -> Real:
-    values = real_array(name, value, 1)
-    if values.size == 0 or not np.isfinite(values).all():
-        raise InputError(f"{name}: expected finite values, at least one, got {value!r}")
+def _distinct(name: str, value: Any) -> Real:
+    values = axis(name, value)
     if np.unique(values).size != values.size:
         raise InputError(f"{name}: expected distinct values, got {value!r}")
     return values
 
 
 def _along(
-    family: Family,
+    sliding: Sliding,
     fixed: dict[str, float],
     axes: dict[str, Real],
     vectors: bool,
@@ -153,7 +155,7 @@ def _along(
     others = [{outer[0][0]: float(value)} for value in outer[0][1]] if outer else [{}]
 
     def row(other: dict[str, float]) -> dict[str, Any]:
-        path = family.path(name, float(ascending[0]), float(upper), **fixed, **other)
+        path = sliding.path(name, float(ascending[0]), float(upper), {**fixed, **other})
         if modes is None:
             found = _chunked(path, ascending, vectors, False if outer else progress)
         else:

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import Any
 
-from stickslip.locus.path import contact_parameter
-from stickslip.scene.scene import Scene
+from stickslip.scene.family import Family
 
 #: Of a contact's law, by whatever model.
 LAW_UNITS = {"friction": "1", "static_friction": "1", "slider_speed": "m/s", "restitution": "1", "gap": "m"}
@@ -27,15 +25,14 @@ def parameter_units(model: Any, name: str) -> dict[str, str]:
     Nothing where it cannot be known: what a function of your own means by its keywords, unless they are those
     of a contact's law.
     """
-    function = model.func if isinstance(model, partial) else model
-    if isinstance(model, Scene):
-        unit = LAW_UNITS[contact_parameter(model, name)[0]]
-    elif name in LAW_UNITS:
-        unit = LAW_UNITS[name]
-    elif getattr(function, "__module__", None) == "stickslip.scene.models":
-        unit = "N/m" if name.endswith("_stiffness") else MODEL_UNITS.get(name, "")
+    family = Family(model)
+    entry, _, _, late = family.slot(name)
+    if late:
+        entry = next(field for field in LAW_UNITS if entry == field or entry.startswith(f"{field}_"))
+    if family.is_chain:
+        unit = {**MODEL_UNITS, **LAW_UNITS}.get(entry, "N/m" if entry.endswith("_stiffness") else "")
     else:
-        unit = ""
+        unit = LAW_UNITS.get(entry, "")
     return {"units": unit} if unit else {}
 
 

@@ -15,12 +15,12 @@ from stickslip.cycles.attractors import set_in_motion
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError
 from stickslip.locus.critical import CriticalPoint, critical_points
-from stickslip.locus.path import Model
 from stickslip.locus.sweep import sweep
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.motion import Motion
+from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
@@ -255,8 +255,8 @@ def _loci_over(
     ((name, values),) = over.items()
     span: Any = (float(np.min(values)), float(np.max(values)))
     try:
-        branches = sweep(model, modes.combination, progress=False, **{name: values})
-        points = critical_points(model, modes.combination, **{name: span}) if span[0] < span[1] else []
+        branches = sweep(model, modes.combination, over={name: values}, progress=False)
+        points = critical_points(model, modes.combination, over={name: span}) if span[0] < span[1] else []
     except RunError as error:
         reasons["loci"] = f"no loci: {error}"
         return "", None, []

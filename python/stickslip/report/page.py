@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 
 from stickslip.files.dataset_file import replace_file
-from stickslip.locus.path import Model
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
+from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State

@@ -75,6 +75,35 @@ class Contact:
 LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap")
 
 
+def contact_labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
+    """Return how tables label contacts: indices, or names as soon as one contact has a name."""
+    if all(contact.name is None for contact in contacts):
+        return list(range(len(contacts)))
+    return [str(i) if contact.name is None else contact.name for i, contact in enumerate(contacts)]
+
+
+def law_entry(contacts: Sequence[Contact], name: str) -> tuple[str, int | None]:
+    """Return the field of the contact law that a name stands for, and whose it is; None: of all contacts.
+
+    Raises
+    ------
+    InputError
+        If it is no field of the contact law, with or without the index or the name of a contact.
+    """
+    if name in LAW:
+        return name, None
+    # A contact whose name is a number goes before the contact of that index.
+    labels = [(str(i), i) for i in range(len(contacts))]
+    labels += [(str(label), i) for i, label in enumerate(contact_labels(contacts))]
+    known = {f"{field}_{label}": (field, i) for field in LAW for label, i in labels}
+    if name in known:
+        return known[name]
+    raise InputError(
+        f"{name}: a scene has no such parameter{nearest(name, [*LAW, *known])}; for others pass a function"
+        " from parameters to a Scene"
+    )
+
+
 def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _ContactData:
     """Return a contact as the core takes it, its directions resolved against the dof names.
 

@@ -246,13 +246,8 @@ def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If the labels are unknown or a number of values is not two.
     """
-    arguments = _defaults(two_subsystems) | dict(given)
-    labels = arguments.pop("labels")
-    if labels not in LABELS:
-        raise InputError(f"labels: expected 'matrix' or 'printed', got {labels!r}")
-    for name, default in LABELS[labels].items():
-        if arguments[name] is None:
-            arguments[name] = default
+    arguments = {name: standing(given, name) for name in _defaults(two_subsystems)}
+    arguments.pop("labels")
     columns = {name: per_contact(name, arguments.pop(name), 2) for name in fields_of(Subsystem)}
     link = {name: arguments.pop(f"link_{name}") for name in fields_of(Link)}
     return {
@@ -260,6 +255,21 @@ def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
         "links": [Link(**link)],
         **arguments,
     }
+
+
+def standing(given: Mapping[str, Any], name: str) -> Any:
+    """Return the value of one argument of `two_subsystems`, given or not.
+
+    Raises
+    ------
+    InputError
+        If the labels are unknown.
+    """
+    arguments = _defaults(two_subsystems) | dict(given)
+    labels = arguments["labels"]
+    if labels not in LABELS:
+        raise InputError(f"labels: expected 'matrix' or 'printed', got {labels!r}")
+    return LABELS[labels].get(name) if arguments[name] is None else arguments[name]
 
 
 def chain_columns(subsystems: Sequence[Subsystem], links: Sequence[Link]) -> dict[str, Real]:

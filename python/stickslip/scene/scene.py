@@ -21,8 +21,10 @@ from stickslip.scene.checks import Real, core_matrix, described, real_array, rea
 from stickslip.scene.contact import (
     LAW,
     Contact,
+    contact_labels,
     core_contact,
     described_direction,
+    law_entry,
     nearest,
     per_contact,
 )
@@ -157,23 +159,22 @@ class Scene:
         ----------
         **changes
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
-            ``slider_speed``, ``restitution``, ``gap``) as a scalar or with one value per contact.
+            ``slider_speed``, ``restitution``, ``gap``) as a scalar or with one value per contact, or of one
+            contact by index or name (``friction_0``, ``friction_left``).
 
         Raises
         ------
         InputError
-            If a name is unknown, the number of values is not the number of contacts, or the new scene is
-            ill-posed.
+            If a name is unknown, two set the same number, the number of values is not the number of contacts,
+            or the new scene is ill-posed.
         """
         arguments = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in HIDDEN}
-        law = {name: changes.pop(name) for name in LAW if name in changes}
-        for name in changes:
-            if name not in arguments:
-                raise InputError(f"replace: unknown field {name!r}{nearest(name, [*arguments, *LAW])}")
+        contacts = tuple(changes.get("contacts", self.contacts))
+        law = _law(contacts, {name: value for name, value in changes.items() if name not in arguments})
+        changes = {name: value for name, value in changes.items() if name in arguments}
         model = self._model_with(law) if "contacts" not in changes else None
-        contacts = tuple(changes.pop("contacts", self.contacts))
-        for name, value in law.items():
-            values = per_contact(name, value, len(contacts))
+        changes.pop("contacts", None)
+        for name, values in law.items():
             contacts = tuple(
                 dataclasses.replace(contact, **{name: one})
                 for contact, one in zip(contacts, values, strict=True)
@@ -186,15 +187,17 @@ class Scene:
         scene._set(**{**arguments, "contacts": contacts, "core": core, "model": model})
         return scene
 
-    def _model_with(self, law: dict[str, Any]) -> partial[Scene] | None:
+    def _model_with(self, law: dict[str, list[Any]]) -> partial[Scene] | None:
         """Return the model with other laws of its contacts, None where it takes no such argument."""
         if self.model is None or not set(law) <= set(inspect.signature(self.model).parameters):
             return None
-        return partial(self.model, **law)
+        # What was given as one number for all stays one.
+        one = {name: values[0] for name, values in law.items() if all(v is values[0] for v in values)}
+        return partial(self.model, **{**law, **one})
 
     def contact_labels(self) -> list[int] | list[str]:
         """Return how tables label the contacts: indices, or names as soon as one contact has a name."""
-        return _labels(self.contacts)
+        return contact_labels(self.contacts)
 
     def tangential_direction(self, contact: int) -> Real:
         """Return the direction t of a contact, (n,)."""
@@ -383,10 +386,24 @@ def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene
     return scene
 
 
-def _labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
-    if all(contact.name is None for contact in contacts):
-        return list(range(len(contacts)))
-    return [str(i) if c.name is None else c.name for i, c in enumerate(contacts)]
+def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list[Any]]:
+    """Return the changed fields of the contact law, one value per contact each."""
+    law: dict[str, list[Any]] = {}
+    setting: dict[tuple[str, int], str] = {}
+    for name, value in changes.items():
+        try:
+            field, place = law_entry(contacts, name)
+        except InputError:
+            others = [field.name for field in dataclasses.fields(Scene) if field.name not in HIDDEN]
+            raise InputError(f"replace: unknown field {name!r}{nearest(name, [*others, *LAW])}") from None
+        values = law.setdefault(field, [getattr(contact, field) for contact in contacts])
+        given = per_contact(name, value, len(contacts) if place is None else 1)
+        for k in range(len(contacts)) if place is None else [place]:
+            if (field, k) in setting:
+                raise InputError(f"replace: {name!r} and {setting[field, k]!r} set the same number")
+            setting[field, k] = name
+            values[k] = given[k if place is None else 0]
+    return law
 
 
 def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_ContactData]:
@@ -398,7 +415,7 @@ def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_Co
         If one is ill-posed, or a label would stand for two of them.
     """
     taken = [core_contact(contact, i, dofs) for i, contact in enumerate(contacts)]
-    for label, uses in Counter(_labels(contacts)).items():
+    for label, uses in Counter(contact_labels(contacts)).items():
         if uses > 1:
             raise InputError(f"contacts: {label!r} names more than one contact")
     return taken

@@ -48,7 +48,7 @@ def eigenvalue_moments(study: Study) -> xr.Dataset:
     names = study.parameters.names
 
     def model(**values: float) -> Scene:
-        return study.source.scene(np.array([values[name] for name in names]))
+        return study.scene_of([values[name] for name in names])
 
     point = dict(zip(names, mean.tolist(), strict=True))
     found = sensitivity(model, study.settings.combination, **point)

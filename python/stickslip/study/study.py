@@ -12,15 +12,14 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError, StudyError, StudyInterrupted
-from stickslip.locus.path import Model, interval
 from stickslip.scene.checks import Real, real_array, real_number, whole_number
+from stickslip.scene.family import Family, Model, interval
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
 from stickslip.study.parameters import parameters as listed_parameters
 from stickslip.study.run import identity, runners
 from stickslip.study.run.store import Layout, Store, opened
 from stickslip.study.sample.evaluation import Evaluation, Labels, Settings
-from stickslip.study.sample.model import SampledModel, contacts_named
 from stickslip.study.sample.outputs import outputs as listed_outputs
 from stickslip.study.samplers import unit_design
 
@@ -125,7 +124,7 @@ class Study:
     ) -> None:
         self.parameters = listed_parameters(parameters)
         self.outputs = listed_outputs(outputs)
-        self.source = _source(model, self.parameters.names, fixed)
+        self.family = _family(model, self.parameters.names, fixed)
         self.seed = whole_number("seed", seed, 0)
         self.sampler_options = dict(sampler_options or {})
         self.samples: int | None = None
@@ -207,10 +206,7 @@ class Study:
         start = None if position is None and velocity is None else (position, velocity)
         limit = None if max_events is None else whole_number("max_events", max_events, 0)
         settings = Settings(combination, moved, length, longer, method, limit, start)
-        scene = self.scene
-        Labels.of(scene, combination)
-        if moved is not None:
-            contacts_named(scene, moved[0])
+        Labels.of(self.scene, settings)
         return settings
 
     @property
@@ -230,17 +226,28 @@ class Study:
         error: Exception | None = None
         for row in self.design[:FIRST]:
             try:
-                return self.source.scene(row)
+                return self.scene_of(row)
             # A function may raise anything, there as at any other sample.
             except Exception as refused:
                 error = error or refused
         raise InputError(f"model: none of the first samples gives a scene; the first one: {error}") from error
 
+    def scene_of(self, row: ArrayLike) -> Scene:
+        """Return the scene of one value for each parameter, (parameters,), in their order.
+
+        Raises
+        ------
+        InputError
+            If there is no such scene; a function may raise anything.
+        """
+        values = real_array("row", row, 1).tolist()
+        return self.family.scene(dict(zip(self.parameters.names, values, strict=True)))
+
     @cached_property
     def evaluation(self) -> Evaluation:
         """What a worker needs to know."""
-        labels = Labels.of(self.scene, self.settings.combination)
-        return Evaluation(self.source, self.outputs, self.settings, labels)
+        labels = Labels.of(self.scene, self.settings)
+        return Evaluation(self.family, self.parameters.names, self.outputs, self.settings, labels)
 
     def run(
         self,
@@ -344,7 +351,7 @@ class Study:
     def identity(self) -> dict[str, Any]:
         """What another run has to have in common to continue this one."""
         return {
-            "model": identity.described_model(self.source.model, self.source.fixed),
+            "model": identity.described_model(self.family.model, self.family.arguments),
             "parameters": self.parameters.described(),
             "sampler": self.sampler,
             "sampler_options": self.sampler_options,
@@ -379,13 +386,20 @@ def unstacked(results: xr.Dataset) -> xr.Dataset:
     return indexed.unstack("sample") if len(names) > 1 else indexed.rename(sample=names[0])
 
 
-def _source(model: Any, names: tuple[str, ...], fixed: Mapping[str, Any] | None) -> SampledModel:
+def _family(model: Any, names: tuple[str, ...], fixed: Mapping[str, Any] | None) -> Family:
     arguments = dict(fixed or {})
-    if isinstance(model, partial) and not model.args:
-        # What a partial sets, a parameter may set again, as in a call.
-        kept = {name: value for name, value in model.keywords.items() if name not in names}
-        model, arguments = model.func, kept | arguments
-    return SampledModel(model, names, arguments)
+    if isinstance(model, Scene) and arguments:
+        raise InputError(f"fixed: a Scene takes no further arguments, got {list(arguments)}")
+    for name in arguments:
+        if name in names:
+            raise InputError(f"fixed: {name!r} is a parameter of the study as well")
+    family = Family(model, arguments)
+    family.check(names)
+    if isinstance(family.given, partial) and callable(family.model):
+        # What a partial sets, a parameter sets again: it is no part of what identifies the model.
+        kept = {name: value for name, value in family.arguments.items() if name not in names}
+        family = Family(family.model, kept)
+    return family
 
 
 def _runner(count: int | None, executor: Executor | None, client: Any) -> runners.Runner:

@@ -30,11 +30,11 @@ mod _core {
     #[pymodule_export]
     use crate::modes::Reduced;
     #[pymodule_export]
-    use crate::path::{Path, chain_growth, scene_growth};
+    use crate::path::Path;
     #[pymodule_export]
     use crate::scene::{Scene, chain};
     #[pymodule_export]
-    use crate::study::{Family, answers, arithmetic};
+    use crate::study::{Family, answers, arithmetic, verdicts};
     #[pymodule_export]
     use crate::trajectory::Trajectory;
 }

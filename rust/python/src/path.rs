@@ -2,15 +2,14 @@
 
 use num_complex::Complex64;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyReadonlyArray3,
+    IntoPyArray, PyArray1, PyArray2, PyArray3, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray3,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
-use crate::errors::{named, raise};
+use crate::errors::raise;
 use crate::interrupt::detached;
 use crate::scene::Scene;
 
@@ -260,7 +259,7 @@ fn set_steady<'py>(
 }
 
 /// Eigenvalue, number of unstable ones, and whether that is steady sliding; without a combination all contacts slide.
-fn verdict_arrays<'py>(
+pub fn verdict_arrays<'py>(
     py: Python<'py>,
     verdicts: Vec<core::modes::Verdict>,
     combination: Option<&core::Combination>,
@@ -275,93 +274,4 @@ fn verdict_arrays<'py>(
     let steady = verdicts.into_iter().map(|verdict| verdict.steady).collect();
     set_steady(py, &dict, combination.unwrap_or(&sliding), steady)?;
     Ok(dict)
-}
-
-/// The verdict on each scene, in one combination or that of its own sliding; all have as many contacts.
-#[pyfunction]
-pub fn scene_growth<'py>(
-    py: Python<'py>,
-    scenes: Vec<Bound<'py, Scene>>,
-    combination: Option<&str>,
-) -> PyResult<Bound<'py, PyDict>> {
-    let Some(first) = scenes.first() else { return verdict_arrays(py, Vec::new(), None) };
-    let combination = combination.map(|text| first.get().combination(py, text)).transpose()?;
-    let inner: Vec<&core::Scene> = scenes.iter().map(|scene| &*scene.get().inner).collect();
-    let verdicts = detached(py, || core::modes::Verdict::of_scenes(&inner, combination.as_ref()))?
-        .map_err(|error| raise(py, &error))?;
-    verdict_arrays(py, verdicts, combination.as_ref())
-}
-
-/// The verdict on sampled chains of subsystems, `C = damping K`: all contacts in positive sliding, or each as its slider
-/// drives it.
-#[pyfunction]
-#[allow(clippy::too_many_arguments, reason = "one argument per parameter of the model")]
-pub fn chain_growth<'py>(
-    py: Python<'py>,
-    upper_mass: PyReadonlyArray2<'py, f64>,
-    contact_mass: PyReadonlyArray2<'py, f64>,
-    inclination: PyReadonlyArray2<'py, f64>,
-    vertical_stiffness: PyReadonlyArray2<'py, f64>,
-    horizontal_stiffness: PyReadonlyArray2<'py, f64>,
-    ceiling_stiffness: PyReadonlyArray2<'py, f64>,
-    preload_displacement: PyReadonlyArray2<'py, f64>,
-    external_force: PyReadonlyArray2<'py, f64>,
-    friction: PyReadonlyArray2<'py, f64>,
-    slider_speed: PyReadonlyArray2<'py, f64>,
-    link_horizontal: PyReadonlyArray2<'py, f64>,
-    link_vertical: PyReadonlyArray2<'py, f64>,
-    wall_stiffness: PyReadonlyArray1<'py, f64>,
-    damping: PyReadonlyArray1<'py, f64>,
-    positive: bool,
-) -> PyResult<Bound<'py, PyDict>> {
-    let subsystems = upper_mass.as_array().ncols();
-    let wall_stiffness = vector(&wall_stiffness);
-    let samples = wall_stiffness.len();
-    let table = |name: &str, array: &PyReadonlyArray2<'py, f64>, columns: usize| {
-        let array = array.as_array();
-        if array.dim() == (samples, columns) {
-            return Ok(array.iter().copied().collect::<Vec<f64>>());
-        }
-        let message =
-            format!("{name}: expected shape ({samples}, {columns}), got {:?}", array.dim());
-        Err(named(py, "InputError", &message))
-    };
-    let damping = vector(&damping);
-    if damping.len() != samples {
-        let message = format!("damping: expected shape ({samples},), got ({},)", damping.len());
-        return Err(named(py, "InputError", &message));
-    }
-    let links = subsystems.saturating_sub(1);
-    let upper_mass = table("upper_mass", &upper_mass, subsystems)?;
-    let contact_mass = table("contact_mass", &contact_mass, subsystems)?;
-    let inclination = table("inclination", &inclination, subsystems)?;
-    let vertical_stiffness = table("vertical_stiffness", &vertical_stiffness, subsystems)?;
-    let horizontal_stiffness = table("horizontal_stiffness", &horizontal_stiffness, subsystems)?;
-    let ceiling_stiffness = table("ceiling_stiffness", &ceiling_stiffness, subsystems)?;
-    let preload_displacement = table("preload_displacement", &preload_displacement, subsystems)?;
-    let external_force = table("external_force", &external_force, subsystems)?;
-    let friction = table("friction", &friction, subsystems)?;
-    let slider_speed = table("slider_speed", &slider_speed, subsystems)?;
-    let link_horizontal = table("link_horizontal", &link_horizontal, links)?;
-    let link_vertical = table("link_vertical", &link_vertical, links)?;
-    let samples = core::modes::ChainSamples {
-        subsystems,
-        upper_mass: &upper_mass,
-        contact_mass: &contact_mass,
-        inclination: &inclination,
-        vertical_stiffness: &vertical_stiffness,
-        horizontal_stiffness: &horizontal_stiffness,
-        ceiling_stiffness: &ceiling_stiffness,
-        preload_displacement: &preload_displacement,
-        external_force: &external_force,
-        friction: &friction,
-        slider_speed: &slider_speed,
-        link_horizontal: &link_horizontal,
-        link_vertical: &link_vertical,
-        wall_stiffness: &wall_stiffness,
-        damping: &damping,
-    };
-    let status = positive.then_some(core::Status::Positive);
-    let verdicts = detached(py, || samples.growth(status))?;
-    verdict_arrays(py, verdicts, None)
 }

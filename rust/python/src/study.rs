@@ -10,8 +10,9 @@ use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{matrix, vector};
-use crate::errors::named;
-use crate::interrupt::until_interrupted;
+use crate::errors::{named, raise};
+use crate::interrupt::{detached, until_interrupted};
+use crate::path::verdict_arrays;
 use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs, method_named};
 use crate::trajectory::Trajectory;
 
@@ -104,6 +105,59 @@ pub enum SampleData<'py> {
     Scenes(Vec<PyRef<'py, Scene>>),
 }
 
+impl SampleData<'_> {
+    /// Rows of numbers, or scenes.
+    fn taken(&self) -> (Vec<f64>, Vec<Arc<core::Scene>>) {
+        match self {
+            SampleData::Family(_, table) => {
+                (table.as_array().iter().copied().collect(), Vec::new())
+            }
+            SampleData::Scenes(listed) => {
+                (Vec::new(), listed.iter().map(|scene| scene.inner.clone()).collect())
+            }
+        }
+    }
+
+    fn source<'a>(
+        &'a self,
+        rows: &'a [f64],
+        scenes: &'a [Arc<core::Scene>],
+    ) -> core::study::Samples<'a> {
+        match self {
+            SampleData::Family(family, _) => core::study::Samples::Family(&family.inner, rows),
+            SampleData::Scenes(_) => core::study::Samples::Scenes(scenes),
+        }
+    }
+}
+
+/// Columns of verdicts, or a sample that has none and why.
+#[derive(IntoPyObject)]
+pub enum Verdicts<'py> {
+    Found(Bound<'py, PyDict>),
+    Refused(usize, String),
+}
+
+/// The verdict on each sample, in one combination or that of its own sliding; all have as many contacts. What has none
+/// is refused, by its number and the reason.
+#[pyfunction]
+pub fn verdicts<'py>(
+    py: Python<'py>,
+    samples: SampleData<'py>,
+    contacts: usize,
+    combination: Option<&str>,
+) -> PyResult<Verdicts<'py>> {
+    let combination = combination
+        .map(|text| core::Combination::parse(text, contacts))
+        .transpose()
+        .map_err(|error| raise(py, &error))?;
+    let (rows, scenes) = samples.taken();
+    let source = samples.source(&rows, &scenes);
+    match detached(py, || core::study::verdicts(&source, combination.as_ref()))? {
+        Ok(found) => Ok(Verdicts::Found(verdict_arrays(py, found, combination.as_ref())?)),
+        Err((sample, error)) => Ok(Verdicts::Refused(sample, error.to_string())),
+    }
+}
+
 /// Columns of answers, one entry or row per sample; missing numbers are nan, missing counts -1.
 #[pyfunction]
 #[allow(clippy::too_many_arguments, reason = "one argument per question")]
@@ -122,7 +176,7 @@ pub fn answers<'py>(
     let combination = combination
         .map(|text| core::Combination::parse(&text, sizes.1))
         .transpose()
-        .map_err(|error| crate::errors::raise(py, &error))?;
+        .map_err(|error| raise(py, &error))?;
     let motion = match motion {
         Some(MotionData(duration, further, method, max_events, added, settle, energy, keep)) => {
             Some(core::study::MotionQuestions {
@@ -150,18 +204,8 @@ pub fn answers<'py>(
         }),
         motion,
     };
-    let rows: Vec<f64>;
-    let scenes: Vec<Arc<core::Scene>>;
-    let source = match &samples {
-        SampleData::Family(family, table) => {
-            rows = table.as_array().iter().copied().collect();
-            core::study::Samples::Family(&family.inner, &rows)
-        }
-        SampleData::Scenes(listed) => {
-            scenes = listed.iter().map(|scene| scene.inner.clone()).collect();
-            core::study::Samples::Scenes(&scenes)
-        }
-    };
+    let (rows, scenes) = samples.taken();
+    let source = samples.source(&rows, &scenes);
     let found =
         interruptible(py, threads, |stopped| core::study::answers(&source, &questions, stopped))?;
     columns(py, found, sizes, &questions)

@@ -61,7 +61,7 @@ def sweep(
         raise click.UsageError("--plot needs at least two values of each of two parameters")
     if modes is not None and len(values) == 2:
         raise click.UsageError("--modes follows modes over one parameter, not over two")
-    branches = ss.sweep(case.model, combination, modes=modes, **values)
+    branches = ss.sweep(case.model, combination, over=values, modes=modes)
     from stickslip.plot import loci, stability_map
 
     figure = loci if len(values) == 1 else stability_map
@@ -115,7 +115,7 @@ def _show(
         out.print(table("Changes of stability", ("between", "and", ""), _changes(np.asarray(axis), stable)))
         return
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
-    points = ss.critical_points(case.model, combination, **limits)
+    points = ss.critical_points(case.model, combination, over=limits)
     rows = [
         (
             point.kind.replace("_", "-"),

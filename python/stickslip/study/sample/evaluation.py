@@ -6,7 +6,7 @@ functions, nothing is computed over several samples at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
@@ -14,11 +14,12 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.cycles.attractors import described
-from stickslip.errors import StickslipError
+from stickslip.errors import InputError, StickslipError
+from stickslip.locus.path import moved_friction
 from stickslip.scene.checks import Real
+from stickslip.scene.family import Family
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, change_vector
-from stickslip.study.sample.model import SampledModel, contacts_named
 from stickslip.study.sample.outputs import Column, Outputs
 from stickslip.transient.trajectory import Trajectory
 
@@ -59,14 +60,26 @@ class Labels:
     dofs: tuple[str, ...]
     contacts: tuple[Any, ...]
     modes: int
+    #: contacts whose friction is moved for a Hopf point
+    moved: tuple[int, ...]
 
     @staticmethod
-    def of(scene: Scene, combination: str | None) -> Labels:
-        """Return those of a scene."""
+    def of(scene: Scene, settings: Settings) -> Labels:
+        """Return those of a scene.
+
+        Raises
+        ------
+        InputError
+            If what is moved for a Hopf point is no friction of it.
+        """
         contacts = tuple(scene.contact_labels())
         # Sliding either way leaves as many modes.
-        letters = "+" * len(contacts) if combination is None else combination
-        return Labels(scene.dofs, contacts, 2 * scene.core.reduced(letters).mass.shape[0])
+        letters = settings.combination or "+" * len(contacts)
+        name = None if settings.hopf is None else settings.hopf[0]
+        moved = () if name is None else tuple(moved_friction(scene, name))
+        if name is not None and not moved:
+            raise InputError(f"hopf: expected the friction of contacts, such as 'friction', got {name!r}")
+        return Labels(scene.dofs, contacts, 2 * scene.core.reduced(letters).mass.shape[0], moved)
 
     def size(self, column: Column, outputs: Outputs) -> tuple[int, ...]:
         """Return the shape of one sample of a variable."""
@@ -81,7 +94,8 @@ class Labels:
 class Evaluation:
     """Rows of parameters to columns of outputs; can be sent to other processes."""
 
-    source: SampledModel
+    family: Family
+    names: tuple[str, ...]
     outputs: Outputs
     settings: Settings
     labels: Labels
@@ -89,8 +103,8 @@ class Evaluation:
     def columns(self, rows: Real, threads: int | None) -> Columns:
         """Return the outputs of samples (k, parameters), each (k, ...)."""
         functions = bool(self.outputs.own)
-        if self.source.compiled and not functions:
-            return self._named((self.source.family, np.ascontiguousarray(rows)), threads)
+        if self.family.compiled and not functions:
+            return self._named((self._compiled, np.ascontiguousarray(rows)), threads)
         scenes, failures = [], []
         for row in rows:
             scene, failure = self._scene(row)
@@ -122,7 +136,7 @@ class Evaluation:
 
     def _scene(self, row: Real) -> tuple[Scene | None, tuple[str, str] | None]:
         try:
-            scene = self.source.scene(row)
+            scene = self.family.scene(dict(zip(self.names, map(float, row), strict=True)))
         except StickslipError as error:
             return None, ("ill_posed", str(error))
         # A study does not end because the function of its model raises at one sample.
@@ -136,6 +150,14 @@ class Evaluation:
                 f"model: expected {expected} as in the first scene, got {len(scene.dofs)} and {shape[1]}",
             )
         return scene, None
+
+    def __getstate__(self) -> dict[str, Any]:
+        # Compiled code does not travel to other processes; each makes its own.
+        return {field.name: getattr(self, field.name) for field in fields(self)}
+
+    @cached_property
+    def _compiled(self) -> _core.Family:
+        return self.family.compile(self.names)
 
     @cached_property
     def _questions(self) -> dict[str, Any]:
@@ -161,8 +183,8 @@ class Evaluation:
             )
         hopf = None
         if asked.asks("hopf") and settings.hopf is not None:
-            name, lower, upper = settings.hopf
-            hopf = (self._friction(name), lower, upper)
+            _, lower, upper = settings.hopf
+            hopf = (list(self.labels.moved), lower, upper)
         return {
             "sizes": (len(self.labels.dofs), len(self.labels.contacts), self.labels.modes),
             "combination": settings.combination,
@@ -172,16 +194,6 @@ class Evaluation:
             "hopf": hopf,
             "motion": motion,
         }
-
-    def _friction(self, name: str) -> list[int]:
-        labels = [str(label) for label in self.labels.contacts]
-        return (
-            contacts_named(self.source.template, name)
-            if self.source.compiled
-            else list(range(len(labels)))
-            if name == "friction"
-            else [labels.index(name.removeprefix("friction_"))]
-        )
 
     def _named(self, samples: Any, threads: int | None) -> Columns:
         answers = _core.answers(samples, threads=threads, **self._questions)

@@ -4,7 +4,6 @@
 //! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`.
 
 use num_complex::Complex64;
-use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::linalg::eigen::{self, solve_in_place};
@@ -15,7 +14,7 @@ use crate::scene::chain::{DOFS, Link, Subsystem, springs};
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
 use crate::scene::statics::Steady;
-use crate::scene::status::{Combination, Status};
+use crate::scene::status::Combination;
 
 /// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -45,30 +44,6 @@ impl Growth {
     pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         pencil_growth(&Pencil::new(scene, &Reduced::new(scene, combination)?))
     }
-}
-
-/// The members of a sampled family of chains: slices hold one row per sample.
-#[derive(Debug, Clone, Copy)]
-pub struct ChainSamples<'a> {
-    pub subsystems: usize,
-    /// `samples * subsystems` each.
-    pub upper_mass: &'a [f64],
-    pub contact_mass: &'a [f64],
-    pub inclination: &'a [f64],
-    pub vertical_stiffness: &'a [f64],
-    pub horizontal_stiffness: &'a [f64],
-    pub ceiling_stiffness: &'a [f64],
-    pub preload_displacement: &'a [f64],
-    pub external_force: &'a [f64],
-    pub friction: &'a [f64],
-    pub slider_speed: &'a [f64],
-    /// `samples * (subsystems - 1)` each.
-    pub link_horizontal: &'a [f64],
-    pub link_vertical: &'a [f64],
-    /// `samples` each.
-    pub wall_stiffness: &'a [f64],
-    /// beta of `C = beta K`.
-    pub damping: &'a [f64],
 }
 
 /// Arrays that one chain after the other reuses.
@@ -133,60 +108,6 @@ pub(crate) fn chain_growth(
     (proportional_growth(values, 0.0, beta), normal_forces)
 }
 
-/// What one sample after the other reuses.
-#[derive(Debug, Default)]
-struct Workspace {
-    matrices: ChainMatrices,
-    subsystems: Vec<Subsystem>,
-    links: Vec<Link>,
-}
-
-impl ChainSamples<'_> {
-    /// The verdict on every sample, on all threads of the pool in use: all contacts in `status`, or each as its slider
-    /// drives it.
-    pub fn growth(&self, status: Option<Status>) -> Vec<Verdict> {
-        // A few microseconds per sample: a hundred of them outweigh handing the work over.
-        (0..self.wall_stiffness.len())
-            .into_par_iter()
-            .with_min_len(128)
-            .map_init(Workspace::default, |workspace, sample| {
-                self.sample(sample, status, workspace)
-            })
-            .collect()
-    }
-
-    fn sample(&self, sample: usize, status: Option<Status>, workspace: &mut Workspace) -> Verdict {
-        let count = self.subsystems;
-        let at = |values: &[f64], i: usize| values[sample * count + i];
-        let Workspace { matrices, subsystems, links } = workspace;
-        subsystems.clear();
-        subsystems.extend((0..count).map(|i| Subsystem {
-            upper_mass: at(self.upper_mass, i),
-            contact_mass: at(self.contact_mass, i),
-            inclination: at(self.inclination, i),
-            vertical_stiffness: at(self.vertical_stiffness, i),
-            horizontal_stiffness: at(self.horizontal_stiffness, i),
-            ceiling_stiffness: at(self.ceiling_stiffness, i),
-            preload_displacement: at(self.preload_displacement, i),
-            external_force: at(self.external_force, i),
-        }));
-        links.clear();
-        links.extend((0..count - 1).map(|i| Link {
-            horizontal_stiffness: self.link_horizontal[sample * (count - 1) + i],
-            vertical_stiffness: self.link_vertical[sample * (count - 1) + i],
-        }));
-        let driven = |part| Status::driven_by(at(self.slider_speed, part));
-        let sign = |part| status.or(driven(part)).map_or(f64::NAN, Status::friction_sign);
-        let friction = |part| sign(part) * at(self.friction, part);
-        let (wall, beta) = (self.wall_stiffness[sample], self.damping[sample]);
-        let (growth, margins) = chain_growth(subsystems, links, wall, beta, friction, matrices);
-        let slides =
-            (0..count).all(|part| driven(part).is_some_and(|d| status.is_none_or(|s| s == d)));
-        let exists = slides && margins.iter().all(|&normal_force| normal_force >= 0.0);
-        Verdict { growth, steady: Steady { exists, margins } }
-    }
-}
-
 /// Eigenvalues of `matrix`, which is overwritten; NaN where the iteration failed.
 fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
     if m <= SMALL {
@@ -244,19 +165,13 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// On each scene: the combination given, or that of its own sliding.
-    pub fn of_scenes(
-        scenes: &[&Scene],
-        combination: Option<&Combination>,
-    ) -> Result<Vec<Self>, Error> {
-        let verdict = |scene: &&Scene| {
-            let combination =
-                combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
-            Ok(Self {
-                growth: Growth::of_scene(scene, &combination)?,
-                steady: scene.steady(&combination)?,
-            })
-        };
-        scenes.par_iter().map(verdict).collect()
+    /// On one scene: the combination given, or that of its own sliding.
+    pub fn of_scene(scene: &Scene, combination: Option<&Combination>) -> Result<Self, Error> {
+        let combination =
+            combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
+        Ok(Self {
+            growth: Growth::of_scene(scene, &combination)?,
+            steady: scene.steady(&combination)?,
+        })
     }
 }

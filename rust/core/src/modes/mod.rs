@@ -11,4 +11,4 @@ pub(crate) mod slow_modes;
 pub(crate) mod spectrum;
 
 pub use complex_modes::Modes;
-pub use growth::{ChainSamples, Growth, Verdict};
+pub use growth::{Growth, Verdict};

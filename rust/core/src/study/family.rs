@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use crate::error::Error;
+use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
 use crate::scene::chain::{Link, Subsystem, chain};
 use crate::scene::contact_law::ContactInput;
 use crate::scene::model::{Damping, Mass, Scene, SceneInput};
@@ -93,6 +94,17 @@ impl Chain {
     /// How every contact slides as its slider drives it; None where a slider rests.
     pub(crate) fn sliding_statuses(&self) -> Option<Vec<Status>> {
         self.contacts.iter().map(|law| Status::driven_by(law.slider_speed)).collect()
+    }
+
+    /// The verdict on a chain whose contacts all slide, and its normal forces, see [`chain_growth`].
+    pub(crate) fn growth(
+        &self,
+        statuses: &[Status],
+        matrices: &mut ChainMatrices,
+    ) -> (Growth, Vec<f64>) {
+        let friction = |part: usize| statuses[part].friction_sign() * self.contacts[part].friction;
+        let (wall, beta) = (self.wall_stiffness, self.damping);
+        chain_growth(&self.subsystems, &self.links, wall, beta, friction, matrices)
     }
 
     /// Whether it makes a valid scene, as far as the numbers that a parameter sets go.

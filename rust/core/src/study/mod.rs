@@ -2,9 +2,11 @@
 
 pub(crate) mod family;
 pub(crate) mod questions;
+pub(crate) mod verdicts;
 
 pub use family::{Chain, Family, Field, Slot, Template};
 pub use questions::{
     Answer, CycleEnergy, Failure, HopfRange, MotionAnswer, MotionQuestions, Questions, Samples,
     Settled, answers, pool,
 };
+pub use verdicts::verdicts;

@@ -21,7 +21,7 @@ use crate::error::{Error, RunFailure};
 use crate::locus::hopf::hopf_points;
 use crate::locus::parameter_path::Path;
 use crate::modes::complex_modes::Modes;
-use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
+use crate::modes::growth::{ChainMatrices, Growth};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
@@ -157,7 +157,7 @@ pub enum Samples<'a> {
 }
 
 impl Samples<'_> {
-    fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         match self {
             Samples::Family(family, rows) => rows.len() / family.width().max(1),
             Samples::Scenes(scenes) => scenes.len(),
@@ -234,14 +234,7 @@ fn ask_family(
         && chain.is_well_posed()
         && let Some(statuses) = chain.sliding_statuses()
     {
-        let (growth, normal_forces) = chain_growth(
-            &chain.subsystems,
-            &chain.links,
-            chain.wall_stiffness,
-            chain.damping,
-            |part| statuses[part].friction_sign() * chain.contacts[part].friction,
-            &mut workspace.matrices,
-        );
+        let (growth, normal_forces) = chain.growth(&statuses, &mut workspace.matrices);
         if growth.eigenvalue.re.is_nan() {
             let combination = Combination::new(statuses);
             answer.fail(Error::Eigenvalues {

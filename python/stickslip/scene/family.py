@@ -1,0 +1,412 @@
+"""A model and its parameters by name: the one grammar of all questions about a parameter.
+
+A name is one of
+
+* a keyword of the model function, such as ``vertical_stiffness``;
+* one entry of a keyword that takes an array: ``vertical_stiffness_1``;
+* of ``models.chain``, a field of all its subsystems or links, or of one of them, such as
+  ``link_vertical_stiffness_0``;
+* a field of the contact law, of all contacts (``friction``) or of one, by index or name: ``friction_0``,
+  ``friction_left``.
+
+What is no keyword of a function is a field of the contacts of the scene that it returns.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, partial, wraps
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from stickslip import _core
+from stickslip.errors import InputError
+from stickslip.scene import models
+from stickslip.scene.checks import Real, described, real_array, real_number
+from stickslip.scene.contact import LAW, core_contact, law_entry, nearest, per_contact
+from stickslip.scene.models import Link, Subsystem
+from stickslip.scene.scene import Scene
+
+#: A scene, or a function from named parameters to one.
+Model = Scene | Callable[..., Scene]
+#: The scene at a value of one parameter.
+SceneAt = Callable[[float], Scene]
+
+#: Fields of a chain as a whole.
+WHOLE = ("wall_stiffness", "damping")
+#: Fields of the contacts of a chain.
+CHAIN_LAW = tuple(name for name in LAW if name != "gap")
+
+
+class Slot(NamedTuple):
+    """What a name stands for: a field or keyword, its place (None: everywhere), the number of places."""
+
+    entry: str
+    place: int | None
+    places: int
+    #: whether it is set in the scene that a function returns
+    late: bool = False
+
+
+@dataclass(frozen=True)
+class Family:
+    """The scenes that a model gives for the values of its parameters.
+
+    Parameters
+    ----------
+    given
+        A `Scene`, or a function from keywords to one; a `functools.partial` sets some of them.
+    fixed
+        Further arguments of the function.
+
+    Raises
+    ------
+    InputError
+        If it is neither.
+    """
+
+    given: Any
+    fixed: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.given, Scene) and not callable(self.given):
+            raise InputError(
+                f"model: expected a Scene or a function that returns one, got {described(self.given)}"
+            )
+
+    def __getstate__(self) -> dict[str, Any]:
+        # What is derived is derived again.
+        return {"given": self.given, "fixed": self.fixed}
+
+    @cached_property
+    def model(self) -> Model:
+        """The scene, or the function without what a partial sets."""
+        is_bound = isinstance(self.given, partial) and not self.given.args
+        model: Model = self.given.func if is_bound else self.given
+        return model
+
+    @cached_property
+    def arguments(self) -> dict[str, Any]:
+        """What is set beforehand; a partial may be set again, as in a call."""
+        is_bound = isinstance(self.given, partial) and not self.given.args
+        return {**(self.given.keywords if is_bound else {}), **self.fixed}
+
+    @property
+    def is_chain(self) -> bool:
+        """Whether the model is one of `stickslip.models`."""
+        return self.model in (models.two_subsystems, models.chain)
+
+    @property
+    def compiled(self) -> bool:
+        """Whether scenes are made in compiled code."""
+        return isinstance(self.model, Scene) or self.is_chain
+
+    @cached_property
+    def _signature(self) -> Mapping[str, inspect.Parameter]:
+        return inspect.signature(self.model).parameters if callable(self.model) else {}
+
+    def slot(self, name: str) -> Slot:
+        """Return what a name stands for.
+
+        Raises
+        ------
+        InputError
+            If it stands for nothing; the message offers the nearest names.
+        """
+        if isinstance(self.model, Scene):
+            entry, place = law_entry(self.model.contacts, name)
+            return Slot(entry, place, len(self.model.contacts))
+        if self.is_chain:
+            if name in self._parts:
+                return self._parts[name]
+            if name not in self._signature:
+                raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._parts])}")
+        stem, _, label = name.rpartition("_")
+        taken = [one.kind for one in self._signature.values()]
+        if name in self._signature or inspect.Parameter.VAR_KEYWORD in taken:
+            return Slot(name, None, 1)
+        values = self._standing(stem)
+        if label.isdecimal() and np.ndim(values) == 1:
+            if int(label) < len(values):
+                return Slot(stem, int(label), len(values))
+            raise InputError(f"{name}: {stem} has {len(values)} entries, from {stem}_0 on")
+        if name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
+            return Slot(name, None, 1, late=True)
+        raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._signature])}")
+
+    def _standing(self, keyword: str) -> Any:
+        """Return the value that a keyword has if nothing is said; None if there is none."""
+        if self.model is models.two_subsystems:
+            return models.standing(self.arguments, keyword)
+        if keyword in self.arguments:
+            return self.arguments[keyword]
+        default = self._signature[keyword].default if keyword in self._signature else None
+        return None if default is inspect.Parameter.empty else default
+
+    @cached_property
+    def _parts(self) -> dict[str, Slot]:
+        """Every number of a chain by its names."""
+        chain = self._chain
+        parts = len(chain["subsystems"])
+        counts = dict.fromkeys((*models.fields_of(Subsystem), *CHAIN_LAW), parts)
+        counts |= {f"link_{name}": len(chain["links"]) for name in models.fields_of(Link)}
+        known = {name: Slot(name, None, 1) for name in WHOLE}
+        for name, count in counts.items():
+            if count:
+                known[name] = Slot(name, None, count)
+                known |= {f"{name}_{k}": Slot(name, k, count) for k in range(count)}
+        return known
+
+    @cached_property
+    def _chain(self) -> dict[str, Any]:
+        """The arguments of `chain` before any parameter is set."""
+        for name in self.arguments:
+            if name not in self._signature:
+                raise InputError(
+                    f"fixed: {self.model.__name__} has no argument {name!r}"  # type: ignore[union-attr]
+                )
+        if self.model is models.two_subsystems:
+            return models.chain_arguments(self.arguments)
+        for name in ("subsystems", "links"):
+            if name not in self.arguments:
+                raise InputError(f"fixed: models.chain needs {name}")
+        return {"wall_stiffness": 0.0, **self.arguments}
+
+    def check(self, names: Iterable[str]) -> None:
+        """Refuse names that stand for nothing, or for the same number.
+
+        Raises
+        ------
+        InputError
+            Naming one of them, or both.
+        """
+        seen: dict[tuple[str, int], str] = {}
+        for name in names:
+            entry, place, count, _ = self.slot(name)
+            for k in range(count) if place is None else [place]:
+                if (entry, k) in seen:
+                    raise InputError(f"parameters: {name!r} and {seen[entry, k]!r} set the same number")
+                seen[entry, k] = name
+
+    def scene(self, values: Mapping[str, Any]) -> Scene:
+        """Return the scene for some parameter values; those not given stay as they are.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or the scene ill-posed; a function may raise anything.
+        """
+        if isinstance(self.model, Scene):
+            for name in values:
+                self.slot(name)
+            return self.model.replace(**values) if values else self.model
+        arguments, law = self._assigned(values)
+        return _scene(self.model, arguments, law)
+
+    def replaced(self, values: Mapping[str, Any]) -> Model:
+        """Return the model with other values where nothing is said.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or two of them set the same number.
+        """
+        self.check(values)
+        if isinstance(self.model, Scene):
+            return self.scene(values)
+        arguments, law = self._assigned(values)
+        function = self.model
+        if not law:
+            return partial(function, **arguments)
+
+        @wraps(function)
+        def changed(**given: Any) -> Scene:
+            return _scene(function, {**arguments, **given}, law)
+
+        return changed
+
+    def _assigned(self, values: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+        """Return the arguments of the function, and what is set in the scene that it returns."""
+        arguments, law = dict(self.arguments), {}
+        for name, value in values.items():
+            entry, place, count, late = self.slot(name)
+            if late:
+                law[name] = value
+            elif entry in self._signature or not self.is_chain:
+                if place is not None and count > 1:
+                    standing = arguments[entry] if entry in arguments else self._standing(entry)
+                    entries = per_contact(entry, standing, count)
+                    value = [value if k == place else old for k, old in enumerate(entries)]
+                arguments[entry] = value
+            else:
+                group, kind = ("links", "link_") if entry.startswith("link_") else ("subsystems", "")
+                values_of = per_contact(name, value, count) if place is None else {place: value}
+                arguments[group] = [
+                    dataclasses.replace(part, **{entry.removeprefix(kind): values_of[k]})
+                    if place in (None, k)
+                    else part
+                    for k, part in enumerate(arguments[group])
+                ]
+        return arguments, law
+
+    def value(self, name: str) -> float:
+        """Return the number that a parameter of a function has where nothing is said.
+
+        Raises
+        ------
+        InputError
+            If it has none, or several.
+        """
+        entry, place, count, late = self.slot(name)
+        if late:
+            scene = self.scene({})
+            entry, place = law_entry(scene.contacts, entry)
+            numbers = [getattr(contact, entry) for contact in scene.contacts]
+        else:
+            numbers = per_contact(name, self._standing(entry), count)
+        wanted = set(numbers) if place is None else {numbers[place]}
+        (number,) = wanted if len(wanted) == 1 else (None,)
+        if number is None:
+            raise InputError(
+                f"{name}: has no one value to start from; give it one, such as over={{{name!r}: ...}}"
+            )
+        return real_number(name, number)
+
+    @cached_property
+    def template(self) -> Scene:
+        """The scene of a compiled model before any parameter is set."""
+        return self.model if isinstance(self.model, Scene) else models.chain(**self._chain)
+
+    def compile(self, names: Sequence[str]) -> _core.Family:
+        """Return a scene or chain in compiled code: rows of numbers, in the order of `names`, to scenes."""
+        slots = [self.slot(name)[:2] for name in names]
+        following = [contact.static_friction is None for contact in self.template.contacts]
+        if isinstance(self.model, Scene):
+            return _core.Family.of_scene(self.model.core, slots, following)
+        chain, scene = self._chain, self.template
+        return _core.Family.of_chain(
+            models.chain_columns(chain["subsystems"], chain["links"]),
+            wall_stiffness=real_number("wall_stiffness", chain["wall_stiffness"]),
+            damping=real_number("damping", chain.get("damping", 1e-4)),
+            contacts=[core_contact(contact, k, scene.dofs) for k, contact in enumerate(scene.contacts)],
+            impact_friction=bool(chain.get("impact_friction", False)),
+            slots=slots,
+            following=following,
+        )
+
+
+def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[str, Any]) -> Scene:
+    scene = function(**arguments)
+    if not isinstance(scene, Scene):
+        raise InputError(f"model: expected a function that returns a Scene, got {described(scene)}")
+    for name in law:
+        law_entry(scene.contacts, name)
+    return scene.replace(**law) if law else scene
+
+
+def asked(
+    call: Callable[..., Any], model: Any, over: Mapping[str, Any] | None, keywords: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the parameters that a call is told, by `over` or by keywords of their names.
+
+    Raises
+    ------
+    InputError
+        If one is given both ways, or keywords are used where the model has one that is an option of the call.
+    """
+    if over is not None and not isinstance(over, Mapping):
+        raise InputError(
+            f"over: expected parameters by name, such as {{'friction': ...}}, got {described(over)}"
+        )
+    family = Family(model)
+    if keywords and not isinstance(family.model, Scene):
+        options = inspect.signature(call).parameters
+        for name in family._signature:
+            if name in options and options[name].kind is not inspect.Parameter.VAR_KEYWORD:
+                raise InputError(
+                    f"{name}: the model has such a parameter, and {call.__name__} an option of that name; "
+                    "give parameters as over={...}"
+                )
+    for name in keywords:
+        if over and name in over:
+            raise InputError(f"{name}: given both in over and as a keyword")
+    found = {**(over or {}), **keywords}
+    family.check(found)
+    return found
+
+
+def axis(name: str, value: Any) -> Real:
+    """Return the values of a parameter, (k,).
+
+    Raises
+    ------
+    InputError
+        If there is none, or one is not finite.
+    """
+    values = real_array(name, value, 1)
+    if values.size == 0 or not np.isfinite(values).all():
+        raise InputError(f"{name}: expected finite values, at least one, got {value!r}")
+    return values
+
+
+def divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
+    """Return the parameters with several values, and those with one number."""
+    several = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
+    fixed = {name: real_number(name, value) for name, value in parameters.items() if name not in several}
+    return several, fixed
+
+
+def interval(name: str, value: Any) -> tuple[float, float]:
+    """Return a parameter range given as (lower, upper).
+
+    Raises
+    ------
+    InputError
+        If it is not two finite numbers, the first below the second.
+    """
+    try:
+        lower, upper = value
+    except (TypeError, ValueError):
+        raise InputError(f"{name}: expected a range (lower, upper), got {value!r}") from None
+    ends = real_number(name, lower), real_number(name, upper)
+    if not (np.isfinite(ends).all() and ends[0] < ends[1]):
+        raise InputError(f"{name}: expected finite lower < upper, got {value!r}")
+    return ends
+
+
+def along(
+    call: Callable[..., Any], model: Model, over: Mapping[str, Any] | None, keywords: Mapping[str, Any]
+) -> tuple[str, Real, SceneAt]:
+    """Return name and values of the one parameter given as an array, and the scene at a value; see `asked`.
+
+    Raises
+    ------
+    InputError
+        If there is not exactly one array, or a value is not finite.
+    """
+    arrays, fixed = divided(asked(call, model, over, keywords))
+    if len(arrays) != 1:
+        raise InputError(f"parameter: expected exactly one with an array of values, got {list(arrays)}")
+    ((name, given),) = arrays.items()
+    family = Family(model)
+    return name, axis(name, given), lambda value: family.scene({**fixed, name: float(value)})
+
+
+def between(
+    call: Callable[..., Any], model: Model, over: Mapping[str, Any] | None, keywords: Mapping[str, Any]
+) -> tuple[str, float, float, SceneAt]:
+    """Return name, begin and end of the one parameter to follow a branch along, and the scene at a value.
+
+    Raises
+    ------
+    InputError
+        If there is not exactly one pair of two finite values.
+    """
+    name, ends, scene_at = along(call, model, over, keywords)
+    if ends.size != 2 or ends[0] == ends[1]:
+        raise InputError(f"{name}: expected (begin, end) of the branch, got {ends.tolist()}")
+    return name, float(ends[0]), float(ends[1]), scene_at
