@@ -6,9 +6,9 @@ offset), which everything reads. JSON has the layout of ``xarray.Dataset.to_dict
 as a text. A zarr folder is of format 3.
 
 CSV is one table below a head of lines that begin with ``#``, which other programs skip (``comment="#"`` of
-pandas). In the table, what has more dimensions than its rows gets a column per label. The head says what a table
-cannot: one line of JSON for the dataset and one for each variable, with dimensions, type and attributes, and
-the numbers of what has none of the dimensions of the rows.
+pandas). In the table, what has more dimensions than its rows gets a column per label. The head says what a
+table cannot: one line of JSON for the dataset and one for each variable, with dimensions, type and units,
+and the numbers of what has none of the dimensions of the rows.
 
 A file appears when it is complete: it is written under another name first and then renamed.
 """
@@ -240,8 +240,8 @@ def join_complex(dataset: xr.Dataset) -> xr.Dataset:
     for part, variable in dataset.data_vars.items():
         name = variable.attrs.get("complex")
         if name is not None and part == f"{name}_real":
-            value = variable + 1j * dataset[f"{name}_imag"]
-            # The sum would turn -0 of the imaginary part into 0.
+            # A sum would lose the sign of zeros.
+            value = variable.astype(complex)
             value.values.imag = dataset[f"{name}_imag"].to_numpy()
             attrs = {key: text for key, text in variable.attrs.items() if key != "complex"}
             value.attrs = attrs
