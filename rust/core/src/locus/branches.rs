@@ -43,6 +43,8 @@ pub(crate) struct Node {
     pub modes: Vec<Mode>,
     /// `d lambda / d p` of each mode.
     pub slopes: Vec<Complex64>,
+    /// Whether each mode grows by more than rounding.
+    pub unstable: Vec<bool>,
     /// `|a|` of each mode.
     sizes: Vec<f64>,
     /// `M xi` and `C xi`, one mode after the other.
@@ -95,6 +97,11 @@ impl Node {
         Ok(Self {
             value,
             slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
+            unstable: modes
+                .iter()
+                // Most decay, which needs no bound.
+                .map(|m| m.eigenvalue.re > 0.0 && m.growth_sign(m.rounding(&pencil)) > 0.0)
+                .collect(),
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
             real: modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect(),
             mass,
@@ -375,7 +382,9 @@ impl Mesh {
     /// Through all `values` (ascending, at least one) and as many points between them as it takes.
     pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
         let (nodes, crossings) = regular_nodes(path, values)?;
-        let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
+        // Of the path, so that a part of the values has the same mesh as all of them.
+        let (lower, upper) = path.range();
+        let resolution = RESOLUTION * (upper - lower);
         let parts = nodes
             .par_windows(2)
             .map(|pair| {

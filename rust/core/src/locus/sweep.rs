@@ -17,7 +17,9 @@ pub struct Sweep {
     pub values: Vec<f64>,
     pub branches: usize,
     pub eigenvalues: Vec<Complex64>,
-    /// Whether no mode at a value grows, followed or not.
+    /// Whether a mode grows by more than rounding.
+    pub unstable: Vec<bool>,
+    /// Whether no mode at a value does, followed or not.
     pub stable: Vec<bool>,
     /// `d lambda / d p`
     pub slopes: Vec<Complex64>,
@@ -61,6 +63,7 @@ impl Sweep {
             values: values.to_vec(),
             branches,
             eigenvalues: table(),
+            unstable: vec![false; values.len() * branches],
             stable: rows.iter().map(Row::is_stable).collect(),
             slopes: table(),
             condition: vec![0.0; values.len() * branches],
@@ -81,13 +84,15 @@ impl Sweep {
         let mut chunks: Vec<Chunk<'_>> = rows
             .into_iter()
             .zip(sweep.eigenvalues.chunks_mut(branches))
+            .zip(sweep.unstable.chunks_mut(branches))
             .zip(sweep.slopes.chunks_mut(branches))
             .zip(sweep.condition.chunks_mut(branches))
             .zip(sweep.defective.chunks_mut(branches))
             .zip(sweep.a.chunks_mut(branches))
-            .map(|(((((row, eigenvalues), slopes), condition), defective), a)| Chunk {
+            .map(|((((((row, eigenvalues), unstable), slopes), condition), defective), a)| Chunk {
                 row,
                 eigenvalues,
+                unstable,
                 slopes,
                 condition,
                 defective,
@@ -114,7 +119,7 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn is_stable(&self) -> bool {
-        !self.node.modes.iter().any(|mode| mode.eigenvalue.re > 0.0)
+        !self.node.unstable.contains(&true)
     }
 }
 
@@ -169,6 +174,7 @@ fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>
 struct Chunk<'a> {
     row: Row<'a>,
     eigenvalues: &'a mut [Complex64],
+    unstable: &'a mut [bool],
     slopes: &'a mut [Complex64],
     condition: &'a mut [f64],
     defective: &'a mut [bool],
@@ -188,6 +194,7 @@ impl Chunk<'_> {
             let mode = &node.modes[member.mode];
             let oriented = |z| turned(z, member.conjugate);
             self.eigenvalues[branch] = node.eigenvalue(member);
+            self.unstable[branch] = node.unstable[member.mode];
             self.slopes[branch] = oriented(node.slopes[member.mode]);
             let defective = mode.is_defective();
             let undefined = Complex64::new(f64::NAN, f64::NAN);
