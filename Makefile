@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-quick test-slow test-browser fuzz verify lint format bench docs pages gallery wheel clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots verify lint format bench docs pages gallery wheel clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -17,10 +17,12 @@ help: ## List the verbs
 reproduce: $(INSTALLED) ## Compute every published number, compare, write the figures to out/
 	$(BIN)/stickslip reproduce --output $(OUT)
 
-# The core is tested in the profile that the package is built in, so that its dependencies compile once.
-test: $(INSTALLED) ## Test the core and the package
-	cargo test --release --locked --package stickslip-core
+test: test-core $(INSTALLED) ## Test the core and the package
 	$(BIN)/python -m pytest
+
+# In the profile that the package is built in, so that its dependencies compile once.
+test-core: ## Test the core alone, which needs no Python
+	cargo test --release --locked --package stickslip-core
 
 test-quick: $(INSTALLED) ## Test the package, without what takes seconds or starts other processes
 	$(BIN)/python -m pytest -m "not slow and not process"
@@ -39,6 +41,11 @@ N ?= 1000
 SEED ?= 1
 fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; resumable
 	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl
+
+# A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
+# the core's tests meets it again.
+fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED=1
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib first_root_fuzz
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md

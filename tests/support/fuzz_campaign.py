@@ -69,12 +69,12 @@ class Outcome:
     defective: bool = False
 
 
-def run_scene(seed: int, index: int, coupled: bool = False) -> Outcome:
+def run_scene(seed: int, index: int) -> Outcome:
     """Return the outcome of one scene."""
     began = time.perf_counter()
     outcome = Outcome(index, "ok")
     try:
-        examine(outcome, *fuzz_scene(seed, index, coupled))
+        examine(outcome, *fuzz_scene(seed, index))
     except Exception as error:
         outcome.verdict, outcome.detail = "error", f"{type(error).__name__}: {error}"
     outcome.seconds = time.perf_counter() - began
@@ -141,9 +141,7 @@ def finished(store: Path, seed: int) -> dict[int, Outcome]:
     return outcomes
 
 
-def campaign(
-    scenes: int, seed: int, store: Path | None, workers: int, coupled: bool = False
-) -> list[Outcome]:
+def campaign(scenes: int, seed: int, store: Path | None, workers: int) -> list[Outcome]:
     """Run the scenes that the store does not hold yet; return all outcomes by index."""
     outcomes = finished(store, seed) if store else {}
     todo = [index for index in range(scenes) if index not in outcomes]
@@ -154,7 +152,7 @@ def campaign(
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=spawn))
-        for outcome in pool.map(partial(run_scene, seed, coupled=coupled), todo, chunksize=8):
+        for outcome in pool.map(partial(run_scene, seed), todo, chunksize=8):
             outcomes[outcome.index] = outcome
             if sink:
                 sink.write(json.dumps({"seed": seed, **asdict(outcome)}) + "\n")
@@ -196,15 +194,10 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--store", type=Path)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument(
-        "--coupled", action="store_true", help="also contacts that mass couples; give it a store of its own"
-    )
     arguments = parser.parse_args()
     if arguments.store:
         arguments.store.parent.mkdir(parents=True, exist_ok=True)
-    outcomes = campaign(
-        arguments.scenes, arguments.seed, arguments.store, arguments.workers, arguments.coupled
-    )
+    outcomes = campaign(arguments.scenes, arguments.seed, arguments.store, arguments.workers)
     print(summary(outcomes))
     return int(any(outcome.verdict not in PASSED for outcome in outcomes))
 

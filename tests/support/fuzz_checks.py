@@ -46,12 +46,34 @@ MOST_POINTS = 30_000
 MOST_PANELS = 3000
 
 
+def series(time: np.ndarray, kind: np.ndarray, error: np.ndarray) -> list[tuple[int, int]]:
+    """Return the first and last event of every series of impacts over contacts that mass couples.
+
+    Where a series was cut, and which contacts moved to its end, is a matter of each method's rounding; when
+    it ends and where it leads is not. So are impacts that follow each other within the tolerance of times;
+    series inside each other are one.
+    """
+    impacts = np.isin(kind, ["impact", "accumulation"])
+    begin = np.where(kind == "accumulation", time + error - SERIES, time - TIME_TOLERANCE)
+    end = np.where(impacts, time + error + TIME_TOLERANCE, time)
+    groups: list[tuple[int, int]] = []
+    for k in np.flatnonzero(impacts):
+        first = int(np.searchsorted(time, begin[k]))
+        last = int(np.searchsorted(time, end[k], side="right")) - 1
+        while groups and first <= groups[-1][1]:
+            before = groups.pop()
+            first, last = min(first, before[0]), max(last, before[1])
+        groups.append((first, last))
+    return [group for group in groups if group[0] < group[1]]
+
+
 @dataclass(frozen=True)
 class EventList:
     """Events by number, with what an accumulating contact does within the tolerance taken as one event.
 
-    How many bounces there are before the clock can't tell them apart is a matter of rounding, and so is the
-    sign of a slip velocity that the last of them left.
+    In scenes whose contacts mass couples every `series` is one event, of contact -1. How many bounces there
+    are before the clock can't tell them apart is a matter of rounding, and so is the sign of a slip velocity
+    that the last of them left.
     """
 
     time: np.ndarray
@@ -66,27 +88,36 @@ class EventList:
         error = np.zeros(len(run.events))
         for limit in run.accumulations:
             error[limit.event] = limit.error
-        time, contact, kind = run.events.time, run.events.contact, run.events.kind
+        time, contact, kind = run.events.time.copy(), run.events.contact.copy(), run.events.kind.copy()
         after = run.events.combination.copy()
         keep = np.ones(time.size, dtype=bool)
+        # What would be merged with the last ones may be missing.
+        coupled = run.scene.mass.ndim == 2
+        merged = SERIES if coupled else TIME_TOLERANCE
+        until = time[-1] - merged if run.stop_reason == "max_events" else np.inf
+        if coupled:
+            impacts = np.isin(kind, ["impact", "accumulation"])
+            for first, last in series(time, kind, error):
+                if time[last] >= until:
+                    until = min(until, time[first])
+                # The last event stands for all of them, at the time of the last impact.
+                part = slice(first, last + 1)
+                keep[first:last] = False
+                contact[last], kind[last], error[last] = -1, "impact", error[part].max()
+                time[last] = time[part][impacts[part]][-1]
+            return cls(*(part[keep & (time < until)] for part in (time, contact, kind, after, error)))
         for k in np.flatnonzero(kind == "accumulation"):
             first, last = np.searchsorted(time, [time[k] - TIME_TOLERANCE, time[k] + TIME_TOLERANCE])
             own = contact[first:last] == contact[k]
             bounces = first + np.flatnonzero(own & (kind[first:last] == "impact"))
             keep[bounces[bounces < k]] = False
-            if run.scene.mass.ndim == 2:
-                # Where a series over several contacts was cut is a matter of each method's rounding; where
-                # the series leads is not.
-                keep[(time >= time[k] + error[k] - SERIES) & (time < time[k])] = False
             stops = first + np.flatnonzero(own & (kind[first:last] == "velocity"))
             for stop in stops[stops > k][:1]:
                 keep[stop] = False
                 final, i = after[stop][contact[k]], contact[k]
                 for j in range(k, stop + 1):
                     after[j] = after[j][:i] + final + after[j][i + 1 :]
-        if run.stop_reason == "max_events":
-            # What would be merged with the last ones may be missing.
-            keep &= time < time[-1] - TIME_TOLERANCE
+        keep &= time < until
         return cls(time[keep], contact[keep], kind[keep], after[keep], error[keep])
 
     def since(self, begin: float) -> EventList:
@@ -394,7 +425,9 @@ def coupled_impact_law(sampled: Sampled) -> str:
     restitution = np.array([contact.restitution for contact in contacts])
     friction = np.array([contact.friction for contact in contacts])
     normal, tangential = impulse[:, 3::4], impulse[:, 2::4]
-    struck = normal > push[:, 3::4]
+    # Impacts at one instant press on each other: a rebound then is one of more than the approach before.
+    alone = np.array([np.count_nonzero((events.time == t) & (events.kind == "impact")) == 1 for t in time])
+    struck = (normal > push[:, 3::4]) & alone[:, None]
     rebound = after[:, 3::4] + restitution * np.minimum(before[:, 3::4], 0.0)
     checks = {
         "tension": normal < -push[:, 3::4],

@@ -13,17 +13,17 @@ COUPLED, DEFECTIVE = 0.2, 0.1
 DEFECTIVE_POINTS = (0.612484152848668518, 1.989108991216879)
 
 
-def fuzz_scene(seed: int, index: int, coupled: bool = False) -> tuple[ss.Scene, ss.State]:
+def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     """Return a scene whose contact i has the directions 4 i + 2 and 4 i + 3, and a start state.
 
-    Most are chains; others are the reference model at a random distance from a defective point, and with
-    `coupled` chains whose contacts mass couples.
+    Most are chains; others are the reference model at a random distance from a defective point, or chains
+    whose contacts mass couples.
     """
     rng = np.random.default_rng([seed, index, 1])
     kind = rng.random()
     if kind < DEFECTIVE:
         return near_defective(rng)
-    if coupled and kind < DEFECTIVE + COUPLED:
+    if kind < DEFECTIVE + COUPLED:
         return coupled_by_mass(rng)
     return chain(seed, index)
 

@@ -72,7 +72,7 @@ class Modes:
         Relative residual of each right pair, (m,).
     rounding
         How far rounding of M_s, C_s and K_s moves each eigenvalue, (m,), 1/s. Entries that change by a
-        relative epsilon, four times that of a float, change lambda by at most ``epsilon s / |a|`` to first order,
+        relative epsilon, four times that of a float, change lambda by at most ``epsilon s / |a|``, where
         ``s = |v|' (|lambda|^2 |M_s| + |lambda| |C_s| + |K_s|) |xi|``, and a double one, whose a vanishes, by
         about ``sqrt(epsilon s / (|v|' |M_s| |xi|))``; the smaller one counts. Whatever says ``unstable`` or
         ``stable`` (sweeps, verdicts, studies, tables) takes a growth rate within it as zero.

@@ -2,7 +2,7 @@
 
 use crate::contact::event_function::Functional;
 use crate::contact::event_function::{contact_forces, reaction};
-use crate::contact::transition::Departure;
+use crate::contact::settlement::Departure;
 use crate::error::Error;
 use crate::scene::contact_law::check_finite;
 use crate::scene::model::{Scene, State};

@@ -13,7 +13,8 @@
 //! (Painleve): up to [`ENUMERATED`] contacts every combination of statuses is tried as well, so that a
 //! second solution is seen.
 
-use crate::numerics::double_double::Doubled;
+use crate::contact::elimination::Elimination;
+use crate::numerics::lemke::lemke;
 use crate::scene::status::Status;
 
 /// Contacts up to which all 4^c combinations are tried.
@@ -26,10 +27,6 @@ const SWEEPS: usize = 500;
 const ROUNDING: f64 = 1e-11;
 /// Force, relative to the largest, below which Lemke's method proposes none.
 const PIVOTED: f64 = 1e-11;
-/// Pivot, relative to the rows' largest entries, below which a matrix is singular.
-const SINGULAR: f64 = 1e-13;
-/// Steps of refinement: the first leaves the condition times rounding squared.
-const REFINEMENTS: usize = 1;
 
 /// One closed contact of the problem.
 #[derive(Debug, Clone, Copy)]
@@ -131,7 +128,7 @@ pub(crate) fn forces(
     statuses: &[Status],
 ) -> Option<Vec<f64>> {
     let mut elimination = Elimination::new(2 * contacts.len());
-    elimination.set(contacts, w, a0, statuses);
+    set_equations(&mut elimination, contacts, w, a0, statuses);
     elimination.solve()
 }
 
@@ -204,7 +201,7 @@ fn try_statuses(
     elimination: &mut Elimination,
 ) -> Option<Solution> {
     let size = 2 * contacts.len();
-    elimination.set(contacts, w, a0, statuses);
+    set_equations(elimination, contacts, w, a0, statuses);
     let forces = elimination.solve()?;
     let terms = |k: usize| {
         let row = &w[k * size..(k + 1) * size];
@@ -237,123 +234,40 @@ fn try_statuses(
     consistent.then(|| Solution { statuses: statuses.to_vec(), forces })
 }
 
-/// Gaussian elimination with row pivoting, and one step of refinement with residuals in doubled precision: the solution
-/// then is accurate to its own rounding wherever the matrix allows.
-struct Elimination {
-    size: usize,
-    matrix: Vec<f64>,
-    rhs: Vec<f64>,
-    factors: Vec<f64>,
-    order: Vec<usize>,
-}
-
-impl Elimination {
-    fn new(size: usize) -> Self {
-        Self {
-            size,
-            matrix: vec![0.0; size * size],
-            rhs: vec![0.0; size],
-            factors: vec![0.0; size * size],
-            order: vec![0; size],
-        }
-    }
-
-    /// The equations of contacts with given statuses.
-    fn set(&mut self, contacts: &[Closed], w: &[f64], a0: &[f64], statuses: &[Status]) {
-        // Rows: an acceleration that must vanish, or a force that is given by another.
-        let Self { size, matrix, rhs, .. } = self;
-        let size = *size;
-        matrix.fill(0.0);
-        rhs.fill(0.0);
-        for (i, (contact, &status)) in contacts.iter().zip(statuses).enumerate() {
-            let (t, n) = (2 * i, 2 * i + 1);
-            let mut hold = |row: usize| {
-                matrix[row * size..(row + 1) * size]
-                    .copy_from_slice(&w[row * size..(row + 1) * size]);
-                rhs[row] = -a0[row];
-            };
-            match status {
-                Status::Sticking => {
-                    hold(t);
-                    hold(n);
-                }
-                Status::Positive | Status::Negative => {
-                    hold(n);
-                    matrix[t * size + t] = 1.0;
-                    matrix[t * size + n] = -status.friction_sign() * contact.friction;
-                }
-                Status::Detached => {
-                    matrix[t * size + t] = 1.0;
-                    matrix[n * size + n] = 1.0;
-                }
-            }
-        }
-    }
-
-    /// The solution, unless the matrix is singular to rounding.
-    fn solve(&mut self) -> Option<Vec<f64>> {
-        self.factorise()?;
-        let mut solution = self.substituted(&self.rhs);
-        for _ in 0..REFINEMENTS {
-            let rows = self.matrix.chunks_exact(self.size).zip(&self.rhs);
-            let residual: Vec<f64> = rows
-                .map(|(row, &rhs)| {
-                    let terms = row.iter().zip(&solution).map(|(&a, &x)| ((-a).into(), x));
-                    Doubled::dot(terms).add(rhs.into()).value()
-                })
-                .collect();
-            let correction = self.substituted(&residual);
-            solution.iter_mut().zip(correction).for_each(|(x, d)| *x += d);
-        }
-        Some(solution)
-    }
-
-    fn factorise(&mut self) -> Option<()> {
-        let n = self.size;
-        let a = &mut self.factors;
-        a.copy_from_slice(&self.matrix);
-        // Rows are of different units.
-        for row in a.chunks_exact_mut(n) {
-            let largest = row.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-            row.iter_mut().for_each(|x| *x /= largest);
-        }
-        self.order.iter_mut().enumerate().for_each(|(k, row)| *row = k);
-        for k in 0..n {
-            let pivot =
-                (k..n).max_by(|&i, &j| a[i * n + k].abs().total_cmp(&a[j * n + k].abs()))?;
-            // A comparison that also refuses NaN.
-            if !(a[pivot * n + k].abs() >= SINGULAR) {
-                return None;
-            }
-            if pivot != k {
-                (0..n).for_each(|j| a.swap(k * n + j, pivot * n + j));
-                self.order.swap(k, pivot);
-            }
-            for i in k + 1..n {
-                let factor = a[i * n + k] / a[k * n + k];
-                a[i * n + k] = factor;
-                if factor != 0.0 {
-                    (k + 1..n).for_each(|j| a[i * n + j] -= factor * a[k * n + j]);
-                }
-            }
-        }
-        Some(())
-    }
-
-    fn substituted(&self, rhs: &[f64]) -> Vec<f64> {
-        let (n, a) = (self.size, &self.factors);
-        let scaled = |row: usize| {
-            let entries = &self.matrix[row * n..(row + 1) * n];
-            rhs[row] / entries.iter().fold(0.0, |size: f64, x| size.max(x.abs()))
+/// The equations of contacts with given statuses.
+fn set_equations(
+    elimination: &mut Elimination,
+    contacts: &[Closed],
+    w: &[f64],
+    a0: &[f64],
+    statuses: &[Status],
+) {
+    // Rows: an acceleration that must vanish, or a force that is given by another.
+    let Elimination { size, matrix, rhs, .. } = elimination;
+    let size = *size;
+    matrix.fill(0.0);
+    rhs.fill(0.0);
+    for (i, (contact, &status)) in contacts.iter().zip(statuses).enumerate() {
+        let (t, n) = (2 * i, 2 * i + 1);
+        let mut hold = |row: usize| {
+            matrix[row * size..(row + 1) * size].copy_from_slice(&w[row * size..(row + 1) * size]);
+            rhs[row] = -a0[row];
         };
-        let mut x: Vec<f64> = self.order.iter().map(|&row| scaled(row)).collect();
-        for i in 0..n {
-            x[i] -= (0..i).map(|j| a[i * n + j] * x[j]).sum::<f64>();
+        match status {
+            Status::Sticking => {
+                hold(t);
+                hold(n);
+            }
+            Status::Positive | Status::Negative => {
+                hold(n);
+                matrix[t * size + t] = 1.0;
+                matrix[t * size + n] = -status.friction_sign() * contact.friction;
+            }
+            Status::Detached => {
+                matrix[t * size + t] = 1.0;
+                matrix[n * size + n] = 1.0;
+            }
         }
-        for i in (0..n).rev() {
-            x[i] = (x[i] - (i + 1..n).map(|j| a[i * n + j] * x[j]).sum::<f64>()) / a[i * n + i];
-        }
-        x
     }
 }
 
@@ -425,71 +339,6 @@ fn lemke_statuses(contacts: &[Closed], w: &[f64], a0: &[f64], unit_a: f64) -> Op
         }
     };
     Some((0..count).map(status).collect())
-}
-
-/// Lemke's method for `w = M z + q, w >= 0, z >= 0, w z = 0`; `None` on a secondary ray.
-fn lemke(size: usize, matrix: &[f64], q: &[f64]) -> Option<Vec<f64>> {
-    if q.iter().all(|&q| q >= 0.0) {
-        return Some(vec![0.0; size]);
-    }
-    // Tableau columns: w (size), z (size), z0, right-hand side.
-    let columns = 2 * size + 2;
-    let (z0, rhs) = (2 * size, 2 * size + 1);
-    let mut tableau = vec![0.0; size * columns];
-    for i in 0..size {
-        tableau[i * columns + i] = 1.0;
-        for j in 0..size {
-            tableau[i * columns + size + j] = -matrix[i * size + j];
-        }
-        tableau[i * columns + z0] = -1.0;
-        tableau[i * columns + rhs] = q[i];
-    }
-    let mut basis: Vec<usize> = (0..size).collect();
-    let pivot = |tableau: &mut Vec<f64>, row: usize, column: usize| {
-        let factor = tableau[row * columns + column];
-        for k in 0..columns {
-            tableau[row * columns + k] /= factor;
-        }
-        let pivot_row = tableau[row * columns..(row + 1) * columns].to_vec();
-        for i in (0..size).filter(|&i| i != row) {
-            let factor = tableau[i * columns + column];
-            if factor != 0.0 {
-                for k in 0..columns {
-                    tableau[i * columns + k] -= factor * pivot_row[k];
-                }
-            }
-        }
-    };
-    let mut row = (0..size).min_by(|&i, &j| q[i].total_cmp(&q[j]))?;
-    let mut entering = z0;
-    // Lemke visits each almost complementary basis once; far fewer in practice.
-    for _ in 0..50 * (size + 1) {
-        pivot(&mut tableau, row, entering);
-        let leaving = std::mem::replace(&mut basis[row], entering);
-        if leaving == z0 {
-            let mut z = vec![0.0; size];
-            for (i, &variable) in basis.iter().enumerate() {
-                if (size..2 * size).contains(&variable) {
-                    z[variable - size] = tableau[i * columns + rhs].max(0.0);
-                }
-            }
-            return Some(z);
-        }
-        entering = if leaving < size { leaving + size } else { leaving - size };
-        // The smallest ratio; ties by the rest of the row (lexicographic rule), which rules out cycling.
-        let entry = |i: usize, k: usize| tableau[i * columns + k] / tableau[i * columns + entering];
-        let smaller = |i: usize, j: usize| {
-            std::iter::once(rhs)
-                .chain(0..size)
-                .map(|k| (entry(i, k), entry(j, k)))
-                .find(|(a, b)| (a - b).abs() > 1e-11 * (a.abs() + b.abs()).max(1e-3))
-                .map_or(std::cmp::Ordering::Equal, |(a, b)| a.total_cmp(&b))
-        };
-        row = (0..size)
-            .filter(|&i| tableau[i * columns + entering] > 1e-12)
-            .min_by(|&i, &j| smaller(i, j))?;
-    }
-    None
 }
 
 #[cfg(test)]

@@ -165,3 +165,71 @@ fn with_product<S: Lanes>(simd: S, sum: Column, column: &Column, x: f64) -> Colu
 fn added<S: Lanes>(simd: S, a: Column, b: Column) -> Column {
     [simd.add_f64s(a[0], b[0]), simd.add_f64s(a[1], b[1])]
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    proptest! {
+        /// The kernel against the sum that it stands for, and every vector unit against the portable one.
+        #[test]
+        fn rows_are_scalar_sums(
+            count in 1usize..14,
+            numbers in proptest::collection::vec(-1.0..1.0f64, 1000),
+            held in proptest::collection::vec(any::<bool>(), 14),
+            beta in prop_oneof![Just(None), (0.0..0.1f64).prop_map(Some)],
+            forced in any::<bool>(),
+        ) {
+            let rows = count.next_multiple_of(ROWS);
+            let mut numbers = numbers.into_iter();
+            let mut next = |length: usize| -> Vec<f64> { numbers.by_ref().take(length).collect() };
+            let (stiffness, damping) = (next(rows * count), next(rows * count));
+            let (q, dq, force) = (next(count), next(count), next(rows));
+            // Row by row in, group of rows by group out.
+            let columns = |matrix: &[f64]| -> Vec<Column> {
+                let of = |g: usize, j: usize| {
+                    cast::<[f64; ROWS], Column>(std::array::from_fn(|r| matrix[(g * ROWS + r) * count + j]))
+                };
+                (0..rows / ROWS).flat_map(|g| (0..count).map(move |j| of(g, j))).collect()
+            };
+            let inverse_mass: Vec<f64> = (0..rows)
+                .map(|row| if row < count && !held[row] { 0.5 + row as f64 } else { 0.0 })
+                .collect();
+            let operator = |unit: VectorUnit| DenseRows {
+                unit,
+                moving: (0..count).collect(),
+                stiffness: columns(&stiffness),
+                damping: beta.is_none().then(|| columns(&damping)),
+                beta: beta.unwrap_or(0.0),
+                inverse_mass: inverse_mass.clone(),
+            };
+            let (rate, factor) = (1.5, 0.25);
+            let by = |unit: VectorUnit| {
+                let (mut moved, mut next) = (Vec::new(), vec![f64::NAN; count]);
+                let rows = &operator(unit);
+                DenseRows::advance(Order {
+                    rows, q: &q, dq: &dq, rate, factor, force: &force, forced,
+                    moved: &mut moved, next: &mut next,
+                });
+                next
+            };
+            let found = by(VectorUnit::default());
+            prop_assert_eq!(&found, &by(VectorUnit::Portable));
+            for row in 0..count {
+                let spring: f64 = (0..count)
+                    .map(|j| stiffness[row * count + j] * (q[j] + beta.unwrap_or(0.0) * rate * dq[j]))
+                    .sum();
+                let damper: f64 = match beta {
+                    Some(_) => 0.0,
+                    None => (0..count).map(|j| damping[row * count + j] * rate * dq[j]).sum(),
+                };
+                let load = if forced { force[row] } else { 0.0 };
+                let expected = factor * inverse_mass[row] * (load - spring - damper);
+                // Some dozen terms of order one.
+                prop_assert!((found[row] - expected).abs() <= 64.0 * f64::EPSILON * (1.0 + inverse_mass[row]));
+            }
+        }
+    }
+}

@@ -650,3 +650,140 @@ impl Kernel for Advance<'_> {
         with_groups!(basis.groups, motion.shift(simd, level));
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::contact::event_function::EventFunction;
+    use crate::linalg::sparse::SparseMatrix;
+    use crate::modes::complex_modes;
+    use crate::motion::combination_basis::{CombinationBasis, Propagator};
+    use crate::motion::method::Wanted;
+    use crate::motion::taylor::TaylorMotion;
+    use crate::scene::contact_law::{ContactInput, Direction};
+    use crate::scene::model::{Damping, Mass, Scene, SceneInput};
+    use crate::scene::status::Combination;
+
+    /// A chain of masses between two walls, the first two of them in contact; one to three groups of modes.
+    fn chain(size: usize, damping: f64) -> Arc<Scene> {
+        let entry = |i: usize, j: usize| match i.abs_diff(j) {
+            0 => 2.0 + 0.1 * i as f64,
+            1 => -1.0,
+            _ => 0.0,
+        };
+        let entries: Vec<f64> = (0..size * size).map(|k| entry(k / size, k % size)).collect();
+        let contact = ContactInput {
+            tangential: Direction::Dof(0),
+            normal: Direction::Dof(1),
+            friction: 0.3,
+            static_friction: 0.4,
+            slider_speed: 0.2,
+            restitution: 0.0,
+            gap: 0.0,
+        };
+        let scene = Scene::new(SceneInput {
+            mass: Mass::Lumped(vec![1.0; size]),
+            stiffness: SparseMatrix::from_dense(size, &entries),
+            damping: Damping::Proportional { mass: 0.0, stiffness: damping },
+            force: (0..size).map(|k| if k == 1 { -1.0 } else { 0.1 }).collect(),
+            contacts: vec![contact],
+            impact_friction: false,
+        });
+        Arc::new(scene.expect("well-posed"))
+    }
+
+    /// Coefficients and bounds of some panels, and a state within each, to the last bit.
+    fn panels(
+        unit: VectorUnit,
+        basis: &ModalBasis,
+        functions: &[EventFunction],
+        (q, u): (&[f64], &[f64]),
+    ) -> Vec<(Panel, Vec<f64>, Vec<f64>)> {
+        let mut motion = ModalMotion { unit, ..ModalMotion::default() };
+        motion.restart(basis, q, u);
+        let mut found = Vec::new();
+        for _ in 0..12 {
+            let mut panel = Panel::default();
+            panel.reset(0.0, functions.len());
+            motion.expand(basis, 1000.0, &mut panel);
+            let (mut q, mut u) = (q.to_vec(), u.to_vec());
+            motion.state(basis, 0.37 * panel.width, &mut q, &mut u);
+            found.push((panel, q, u));
+            motion.advance(basis);
+        }
+        found
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// Every vector unit gives the same bits; each polynomial is its event function of the state within its bound;
+        /// and the state is that of the Taylor series.
+        #[test]
+        fn panels_are_those_of_scalars_and_of_series(
+            size in 3usize..12,
+            damping in 0.001..0.2f64,
+            numbers in proptest::collection::vec(-1.0..1.0f64, 24),
+            letter in prop_oneof![Just("+"), Just("-"), Just("s"), Just("d")],
+        ) {
+            let scene = chain(size, damping);
+            let combination = Combination::parse(letter, 1).expect("a status");
+            // Modes of condition c lose c^2 roundings of the motion; beyond 300 they are not used.
+            let modes = complex_modes::Modes::new(&scene, &combination).expect("modes");
+            let condition = modes.condition.iter().copied().fold(1.0, f64::max);
+            let accuracy = 64.0 * f64::EPSILON * condition * condition;
+            prop_assume!(condition < 300.0);
+            let basis = CombinationBasis::new(&scene, &combination, Wanted::Modes).expect("modes");
+            let Propagator::Modal(modal) = &basis.propagator else { panic!("no modes") };
+            let series = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("series");
+            let Propagator::Taylor(operator) = &series.propagator else { panic!("no series") };
+            let (mut q, mut u) = (numbers[..size].to_vec(), numbers[12..12 + size].to_vec());
+            if letter != "d" {
+                (q[1], u[1]) = (0.0, 0.0);
+            }
+            if letter == "s" {
+                u[0] = 0.2;
+            }
+            let found = panels(VectorUnit::default(), modal, &basis.functions, (&q, &u));
+            let portable = panels(VectorUnit::Portable, modal, &basis.functions, (&q, &u));
+            let mut taylor = TaylorMotion::default();
+            taylor.restart(&scene, operator, &series.functions, &q, &u);
+            for ((panel, at_q, at_u), (other, other_q, other_u)) in found.iter().zip(&portable) {
+                prop_assert_eq!(panel.width, other.width);
+                prop_assert_eq!(&panel.excluded, &other.excluded);
+                prop_assert_eq!(&panel.error, &other.error);
+                prop_assert_eq!((at_q, at_u), (other_q, other_u));
+                for (index, function) in basis.functions.iter().enumerate() {
+                    if panel.excluded[index] {
+                        continue;
+                    }
+                    let coefficients = panel.polynomial(index, 0);
+                    prop_assert_eq!(coefficients, other.polynomial(index, 0));
+                    let by_panel = coefficients.iter().rev().fold(0.0, |sum, c| sum * 0.37 + c);
+                    let by_state = function.functional.value(at_q, at_u);
+                    // The bound is that of the polynomial; the state has roundings of its own.
+                    let bound = panel.error[index] + accuracy;
+                    let error = (by_panel - by_state).abs();
+                    prop_assert!(error <= bound, "{error} of {bound}, {by_state}");
+                }
+            }
+            // The first panel begins at 0 unless stretches were passed over before it.
+            let (first, at_q, at_u) = &found[0];
+            let reached = 0.37 * first.width;
+            prop_assert!(first.leaps == 0);
+            while taylor.end() < reached {
+                taylor.advance(&scene, operator);
+            }
+            let (mut series_q, mut series_u) = (q.clone(), u.clone());
+            taylor.state(operator, reached - taylor.start(), &mut series_q, &mut series_u);
+            for k in 0..size {
+                prop_assert!((at_q[k] - series_q[k]).abs() <= accuracy, "{k}: {at_q:?}, {series_q:?}");
+                prop_assert!((at_u[k] - series_u[k]).abs() <= accuracy, "{k}: {at_u:?}, {series_u:?}");
+            }
+        }
+    }
+}

@@ -133,3 +133,109 @@ impl DoubledComplex {
         Complex64::new(self.re.value(), self.im.value())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// Integers that doubles hold exactly.
+    const WHOLE: i64 = 1 << 53;
+
+    /// The exact value of a sum of two whole doubles.
+    fn exact(x: Doubled) -> i128 {
+        x.high as i128 + x.low as i128
+    }
+
+    /// A whole number of at most 104 bits as the sum of two doubles.
+    fn doubled(whole: i128) -> Doubled {
+        let high = whole as f64;
+        let low = (whole - high as i128) as f64;
+        let number = Doubled { high, low };
+        assert_eq!(exact(number), whole);
+        number
+    }
+
+    /// The relative error of an operation on doubled numbers: some units of 2^-104.
+    const ACCURACY: f64 = 16.0 / (1u128 << 104) as f64;
+
+    fn near(found: Doubled, expected: i128, size: i128) -> bool {
+        let error = exact(found) - expected;
+        error.unsigned_abs() as f64 <= ACCURACY * size.unsigned_abs() as f64 + 1.0
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(5000))]
+
+        /// Sums of doubles whose exponents differ by up to 60, and products, are exact.
+        #[test]
+        fn sums_and_products_are_exact(a in -WHOLE..WHOLE, b in -WHOLE..WHOLE, shift in 0u32..60) {
+            let (large, small) = ((i128::from(a) << shift) as f64, b as f64);
+            let (sum, error) = two_sum(large, small);
+            prop_assert_eq!(sum as i128 + error as i128, (i128::from(a) << shift) + i128::from(b));
+            prop_assert_eq!(sum, large + small);
+            let (product, error) = two_product(a as f64, b as f64);
+            prop_assert_eq!(product as i128 + error as i128, i128::from(a) * i128::from(b));
+            prop_assert_eq!(product, a as f64 * b as f64);
+            prop_assert_eq!(exact(Doubled::product(a as f64, b as f64)), i128::from(a) * i128::from(b));
+        }
+
+        #[test]
+        fn sums_of_doubled_numbers(a in -WHOLE..WHOLE, b in -WHOLE..WHOLE, c in -WHOLE..WHOLE, d in -WHOLE..WHOLE) {
+            let (x, y) = (i128::from(a) * i128::from(b), i128::from(c) * i128::from(d));
+            // Both are rounded to half an ulp of the low part of the larger.
+            prop_assert!(near(doubled(x / 4).add(doubled(y / 4)), x / 4 + y / 4, x.abs() + y.abs()));
+        }
+
+        #[test]
+        fn products_of_doubled_numbers(a in any::<i64>(), b in any::<i64>(), factor in -(1i64 << 53)..(1 << 53)) {
+            let (a, b) = (i128::from(a) >> 1, i128::from(b) >> 2);
+            prop_assert!(near(doubled(a).by(doubled(b)), a * b, a * b));
+            prop_assert!(near(doubled(a).times(factor as f64), a * i128::from(factor), a * i128::from(factor)));
+        }
+
+        /// Quotients without a remainder, and the one of 1, which times the divisor is 1 again.
+        #[test]
+        fn quotients(divisor in 1i64..1 << 51, quotient in -(1i64 << 51)..1 << 51) {
+            let dividend = doubled(i128::from(divisor) * i128::from(quotient));
+            let found = dividend.over((divisor as f64).into());
+            let error = found.add((-quotient as f64).into()).value();
+            prop_assert!(error.abs() <= ACCURACY * quotient.abs() as f64, "{error}");
+            let inverse = Doubled::from(1.0).over((divisor as f64).into());
+            let error = inverse.times(divisor as f64).add((-1.0).into()).value();
+            prop_assert!(error.abs() <= ACCURACY, "{error}");
+        }
+
+        /// Terms of both signs that nearly cancel: the sum of their moduli says what is lost.
+        #[test]
+        fn dot_products(terms in proptest::collection::vec((-WHOLE..WHOLE, -WHOLE..WHOLE), 1..40)) {
+            let whole: i128 = terms.iter().map(|&(a, b)| i128::from(a) * i128::from(b) / 64).sum();
+            let size: i128 =
+                terms.iter().map(|&(a, b)| (i128::from(a) * i128::from(b) / 64).abs()).sum();
+            let weights = |&(a, b): &(i64, i64)| (doubled(i128::from(a) * i128::from(b) / 64), 1.0);
+            let found = Doubled::dot(terms.iter().map(weights));
+            let last = terms.len() as f64 * ACCURACY * size as f64 + 1.0;
+            prop_assert!((exact(found) - whole).unsigned_abs() as f64 <= last);
+        }
+
+        /// A complex product is two real ones in each part; the real way through `less` is the complex one.
+        #[test]
+        fn complex_products(
+            re in -WHOLE / 2..WHOLE / 2,
+            im in -WHOLE / 2..WHOLE / 2,
+            c in -WHOLE / 2..WHOLE / 2,
+            s in -WHOLE / 2..WHOLE / 2,
+        ) {
+            let z = DoubledComplex { re: (re as f64).into(), im: (im as f64).into() };
+            let product = z.times(Complex64::new(c as f64, s as f64));
+            let of = |a: i64, b: i64| i128::from(a) * i128::from(b);
+            prop_assert_eq!(exact(product.re), of(re, c) - of(im, s));
+            prop_assert_eq!(exact(product.im), of(re, s) + of(im, c));
+            let one = DoubledComplex { re: 1.0.into(), im: 1.0.into() };
+            let real = one.less(&z, Complex64::from(c as f64));
+            let part = |x: i64| (1 - of(x, c)) as f64;
+            prop_assert_eq!(real, Complex64::new(part(re), part(im)));
+        }
+    }
+}

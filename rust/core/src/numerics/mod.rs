@@ -2,7 +2,10 @@
 
 pub(crate) mod double_double;
 pub(crate) mod first_root;
+#[cfg(test)]
+mod first_root_fuzz;
 pub(crate) mod gauss;
+pub(crate) mod lemke;
 pub(crate) mod phi;
 pub(crate) mod platform;
 pub(crate) mod simd;

@@ -139,3 +139,67 @@ pub(crate) fn in_groups(numbers: &[f64]) -> Vec<Group> {
     });
     whole.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// `sum + a b`, `sum + t a` and `|re| + |im|` of four complex numbers each.
+    struct Products([[Complex64; GROUP]; 3], f64);
+
+    impl Kernel for Products {
+        type Output = [[[f64; GROUP]; 2]; 3];
+
+        #[inline(always)]
+        fn run<S: Lanes>(self, simd: S) -> Self::Output {
+            let [sum, a, b] = self.0.map(ComplexGroup::of);
+            let product = sum.add_product(simd, a, b);
+            let scaled = sum.add_scaled(simd, simd.splat_f64s(self.1), a);
+            let real = add_real_part(simd, sum.re, a, b);
+            [
+                [cast(product.re), cast(product.im)],
+                [cast(scaled.re), cast(scaled.im)],
+                [cast(real), cast(a.size(simd))],
+            ]
+        }
+    }
+
+    fn complex() -> impl Strategy<Value = [Complex64; GROUP]> {
+        proptest::array::uniform4(
+            (-2.0..2.0, -2.0..2.0).prop_map(|(re, im)| Complex64::new(re, im)),
+        )
+    }
+
+    proptest! {
+        /// Every vector unit gives the bits of fused scalar arithmetic.
+        #[test]
+        fn lanes_are_fused_scalars(sum in complex(), a in complex(), b in complex(), t in -2.0..2.0f64) {
+            let found = VectorUnit::default().run(Products([sum, a, b], t));
+            prop_assert_eq!(found, VectorUnit::Portable.run(Products([sum, a, b], t)));
+            for lane in 0..GROUP {
+                let (z, a, b) = (sum[lane], a[lane], b[lane]);
+                let re = (-a.im).mul_add(b.im, a.re.mul_add(b.re, z.re));
+                let im = a.im.mul_add(b.re, a.re.mul_add(b.im, z.im));
+                let expected = [
+                    [re, im],
+                    [t.mul_add(a.re, z.re), t.mul_add(a.im, z.im)],
+                    [re, a.re.abs() + a.im.abs()],
+                ];
+                prop_assert_eq!(found.map(|parts| parts.map(|group| group[lane])), expected);
+            }
+        }
+    }
+
+    #[test]
+    fn lanes_are_read_and_written() {
+        let mut group = ComplexGroup::of([1.0, 2.0, 3.0, 4.0].map(|x| Complex64::new(x, -x)));
+        group.set(2, Complex64::new(7.0, 8.0));
+        assert_eq!(group.get(2), Complex64::new(7.0, 8.0));
+        assert_eq!(group.get(3), Complex64::new(4.0, -4.0));
+        let groups: Vec<[f64; GROUP]> =
+            in_groups(&[1.0, 2.0, 3.0, 4.0, 5.0]).into_iter().map(cast).collect();
+        assert_eq!(groups, [[1.0, 2.0, 3.0, 4.0], [5.0, 0.0, 0.0, 0.0]]);
+    }
+}

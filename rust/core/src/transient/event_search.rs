@@ -2,7 +2,7 @@
 
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
-use crate::contact::transition::Departure;
+use crate::contact::settlement::Departure;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::panel::Panel;
 use crate::motion::phase_motion::Motion;
@@ -49,8 +49,8 @@ pub(crate) struct PhaseSearch {
     waiting: bool,
     touches: Vec<Grazing>,
     unit: VectorUnit,
-    /// Bound of the error of the gaps that close at the event found, m.
-    pub error: f64,
+    /// Bound of the error of the gap of each contact at the event found, m, where mass couples contacts.
+    pub gaps: Vec<f64>,
     /// What vanishes at the event found, by contact.
     pub triggers: Vec<(usize, EventKind)>,
 }
@@ -107,12 +107,17 @@ impl PhaseSearch {
             }
             self.triggers.clear();
             if let Some((index, at)) = found {
-                self.error = 0.0;
                 for (other, function) in functions.iter().enumerate() {
                     if other == index || self.vanishes(other, at) {
                         self.triggers.push((function.contact, function.trigger));
+                    }
+                }
+                if run.scene.contacts_coupled() {
+                    self.gaps.clear();
+                    self.gaps.resize(run.scene.contacts.len(), 0.0);
+                    for (function, &error) in functions.iter().zip(&self.panel.error) {
                         if function.trigger == EventKind::Impact {
-                            self.error = self.error.max(self.panel.error[other]);
+                            self.gaps[function.contact] = error;
                         }
                     }
                 }

@@ -6,7 +6,8 @@ use std::time::Instant;
 
 use crate::contact::admissible_start::initial_departures;
 use crate::contact::event_kind::EventKind;
-use crate::contact::transition::{Departure, Series, Settlement, settle};
+use crate::contact::settlement::{Departure, Series, Settlement};
+use crate::contact::transition::settle;
 use crate::error::{Error, RunFailure};
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::{Method, Wanted};
@@ -96,7 +97,7 @@ impl<'a> Run<'a> {
                     &self.state.u,
                 ),
                 events: Vec::new(),
-                flight: None,
+                rest: None,
             },
             motion: Motion::new(self.state.scene, &basis, &self.state.q, &self.state.u),
             search: PhaseSearch::default(),
@@ -221,7 +222,7 @@ impl<'a> Run<'a> {
         let time = self.state.time.seconds;
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
         Series {
-            rounding: search.error,
+            gaps: search.gaps.clone(),
             rests: (0..self.state.scene.contacts.len())
                 .map(|contact| self.rest(contact, struck(contact)))
                 .collect(),
@@ -261,7 +262,7 @@ impl<'a> Run<'a> {
         let first = self.state.trajectory.events.len();
         let limits = settlement.events.iter().enumerate();
         let limits = limits.filter(|(_, event)| event.1 == EventKind::Accumulation);
-        let Some(flight) = settlement.flight else {
+        let Some(rest) = settlement.rest else {
             // Of one contact: other contacts may have events at the same instant.
             for (k, _) in limits {
                 if let Some(limit) = self.state.trajectory.accumulations.last_mut() {
@@ -272,13 +273,12 @@ impl<'a> Run<'a> {
         };
         let time = self.state.time.seconds;
         for (k, &(contact, _)) in limits {
-            let (rest, ratio) = series.rests[contact];
-            let error = if rest.is_finite() { rest } else { flight };
-            let bounces = (error / (time.next_up() - time)).ln() / -ratio.ln();
+            let ratio = series.rests[contact].1;
+            let bounces = (rest / (time.next_up() - time)).ln() / -ratio.ln();
             self.state.trajectory.accumulations.push(Accumulation {
                 event: first + k,
                 bounces: bounces.clamp(1.0, f64::MAX).ceil() as usize,
-                error,
+                error: rest,
             });
         }
     }

@@ -24,7 +24,7 @@
 //! motion that follows. Both projections are linear, and Dg is their product with that of the impact. Its rows of the
 //! gaps, of their velocities and of slips that stick are zero.
 
-use crate::contact::transition;
+use crate::contact::joint_closing::at_rest;
 use crate::error::{Error, RunFailure};
 use crate::linalg::dense::{apply, product};
 use crate::linalg::eigen;
@@ -97,7 +97,7 @@ impl Closing {
         let joined: Vec<usize> = (0..laws.len())
             .filter(|i| series.contains(i) || touches(*i) && u[laws[*i].normal] == 0.0)
             .collect();
-        let statuses = transition::at_rest(scene, &joined, q, u)?;
+        let statuses = at_rest(scene, &joined, q, u)?;
         let impulses = |level: usize| -> Vec<Option<Impulse>> {
             let mut impulses: Vec<Option<Impulse>> = (0..laws.len()).map(|_| None).collect();
             for (&i, &status) in joined.iter().zip(&statuses).filter(|pair| pair.1.is_closed()) {

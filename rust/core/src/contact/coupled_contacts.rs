@@ -1,0 +1,232 @@
+//! Contacts that mass couples: impulses and forces from one complementarity problem over all that touch.
+
+use crate::contact::contact_problem::{self, Closed, Solution, Unsolved};
+use crate::contact::settlement::sliding_status;
+use crate::error::RunFailure;
+use crate::scene::model::Scene;
+use crate::scene::status::Status;
+
+/// A contact of a problem, and T / (mu N) where it slips; `None` where slip is zero.
+pub(crate) type Touching = (usize, Option<f64>);
+
+/// Impacts at one instant that follow each other before what is left of them is taken at once.
+const ROUNDS: usize = 64;
+
+/// Contacts brought to rest in their normal directions, and the forces that they then have.
+pub(crate) struct Rest {
+    pub position: Vec<f64>,
+    pub problem: Vec<Touching>,
+    pub solution: Solution,
+}
+
+/// Contacts that mass couples: one complementarity problem over all that are closed.
+pub(crate) struct Coupled<'a> {
+    pub scene: &'a Scene,
+    pub time: f64,
+    /// `D' M^-1 D` over (tangential, normal) of every contact, row-major.
+    pub w: &'a [f64],
+}
+
+impl Coupled<'_> {
+    /// The forces of contacts at rest in their normal directions.
+    pub fn accelerate(
+        &self,
+        problem: &[Touching],
+        q: &[f64],
+        u: &[f64],
+    ) -> Result<Solution, RunFailure> {
+        let reactions = self.reactions(q, u);
+        let size = reactions.len();
+        let acceleration =
+            |row: usize| -(0..size).map(|k| self.w[row * size + k] * reactions[k]).sum::<f64>();
+        self.solve(problem, "accelerations", acceleration, q, u)
+    }
+
+    /// What `contacts` do once all of them touch and rest in their normal directions.
+    pub fn rest(&self, contacts: &[usize], q: &[f64], u: &[f64]) -> Result<Rest, RunFailure> {
+        let laws = &self.scene.contacts;
+        let (mut position, mut velocity) = (q.to_vec(), u.to_vec());
+        for &i in contacts {
+            position[laws[i].normal] = 0.0;
+            velocity[laws[i].normal] = 0.0;
+        }
+        let slip = |i: usize| velocity[laws[i].tangential] - laws[i].slider_speed;
+        let sliding = |i: usize| sliding_status(slip(i)).map(Status::friction_sign);
+        let problem: Vec<Touching> = contacts.iter().map(|&i| (i, sliding(i))).collect();
+        let solution = self.accelerate(&problem, &position, &velocity)?;
+        Ok(Rest { position, problem, solution })
+    }
+
+    /// `K q + C q' - F` over (tangential, normal) of every contact.
+    pub fn reactions(&self, q: &[f64], u: &[f64]) -> Vec<f64> {
+        self.scene
+            .contacts
+            .iter()
+            .flat_map(|law| {
+                [law.tangential, law.normal].map(|row| self.scene.reaction_value(row, q, u))
+            })
+            .collect()
+    }
+
+    /// The velocities when the impulses that the statuses of contacts allow have taken their normal ones away; `None`
+    /// where these impulses are not determined.
+    pub fn held(&self, problem: &[Touching], statuses: &[Status], u: &[f64]) -> Option<Vec<f64>> {
+        let (laws, w, velocities) = self.gathered(problem, "impulses", |row| {
+            let law = &self.scene.contacts[row / 2];
+            match row.is_multiple_of(2) {
+                true => u[law.tangential] - law.slider_speed,
+                false => u[law.normal],
+            }
+        });
+        let impulses = contact_problem::forces(&laws, &w, &velocities, statuses)?;
+        let mut u = u.to_vec();
+        let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
+        self.push(&closed, &impulses, &mut u);
+        for (&i, status) in closed.iter().zip(statuses).filter(|(_, status)| status.is_closed()) {
+            let law = &self.scene.contacts[i];
+            u[law.normal] = 0.0;
+            if *status == Status::Sticking {
+                u[law.tangential] = law.slider_speed;
+            }
+        }
+        Some(u)
+    }
+
+    /// Adds to the velocities what impulses (tangential, normal) on contacts make of them.
+    fn push(&self, contacts: &[usize], impulses: &[f64], u: &mut [f64]) {
+        let size = 2 * self.scene.contacts.len();
+        for (i, law) in self.scene.contacts.iter().enumerate() {
+            for (row, coordinate) in [(2 * i, law.tangential), (2 * i + 1, law.normal)] {
+                u[coordinate] += contacts
+                    .iter()
+                    .enumerate()
+                    .map(|(k, &j)| {
+                        self.w[row * size + 2 * j] * impulses[2 * k]
+                            + self.w[row * size + 2 * j + 1] * impulses[2 * k + 1]
+                    })
+                    .sum::<f64>();
+            }
+        }
+    }
+
+    /// The laws of the contacts of a problem, their part of W, and `a0` of their rows.
+    fn gathered(
+        &self,
+        problem: &[Touching],
+        level: &'static str,
+        a0: impl Fn(usize) -> f64,
+    ) -> (Vec<Closed>, Vec<f64>, Vec<f64>) {
+        let contacts = &self.scene.contacts;
+        let closed = problem
+            .iter()
+            .map(|&(i, sliding)| Closed {
+                friction: contacts[i].friction,
+                static_friction: if level == "impulses" {
+                    contacts[i].friction
+                } else {
+                    contacts[i].static_friction
+                },
+                sliding,
+            })
+            .collect();
+        let rows: Vec<usize> = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]).collect();
+        let size = 2 * contacts.len();
+        let w = rows
+            .iter()
+            .flat_map(|&row| rows.iter().map(move |&column| self.w[row * size + column]))
+            .collect();
+        (closed, w, rows.iter().map(|&row| a0(row)).collect())
+    }
+
+    fn solve(
+        &self,
+        problem: &[Touching],
+        level: &'static str,
+        a0: impl Fn(usize) -> f64,
+        q: &[f64],
+        u: &[f64],
+    ) -> Result<Solution, RunFailure> {
+        let contacts = &self.scene.contacts;
+        let (closed, w, a0) = self.gathered(problem, level, a0);
+        contact_problem::solve(&closed, &w, &a0).map_err(|unsolved| RunFailure::ContactProblem {
+            contacts: problem.iter().map(|entry| entry.0).collect(),
+            time: self.time,
+            level,
+            count: match unsolved {
+                Unsolved::None => "no solution",
+                Unsolved::Several => "several solutions",
+            },
+            slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
+            reactions: self.reactions(q, u),
+        })
+    }
+
+    /// The impacts of one instant, which begin with those of `struck`; the contacts that they press on join these.
+    ///
+    /// An impact may press another contact into its slider. Where that one's gap is below its error in `gaps`, it
+    /// strikes at the same instant, and may press the first again: the impacts follow each other as they would across
+    /// a gap that vanishes, and a contact that has come to rest on the way takes part in the next. A series that has
+    /// no end is cut after [`ROUNDS`]: its velocities are then taken together.
+    pub fn strike_in_turn(
+        &self,
+        statuses: &[Status],
+        gaps: &[f64],
+        struck: &mut Vec<usize>,
+        q: &mut [f64],
+        u: &mut [f64],
+    ) -> Result<(), RunFailure> {
+        let contacts = &self.scene.contacts;
+        for round in 0.. {
+            let touching: Vec<usize> = (0..contacts.len())
+                .filter(|&i| {
+                    let stays = u[contacts[i].normal] <= 0.0 || round >= ROUNDS;
+                    statuses[i].is_closed() || struck.contains(&i) && stays
+                })
+                .collect();
+            self.strike(&touching, q, u)?;
+            let pressed: Vec<usize> = (0..contacts.len())
+                .filter(|&i| {
+                    let touches = struck.contains(&i) || q[contacts[i].normal] <= gaps[i];
+                    !statuses[i].is_closed() && touches && u[contacts[i].normal] < 0.0
+                })
+                .collect();
+            if pressed.is_empty() {
+                break;
+            }
+            pressed.iter().for_each(|&i| q[contacts[i].normal] = 0.0);
+            struck.extend(pressed);
+            struck.sort_unstable();
+            struck.dedup();
+        }
+        Ok(())
+    }
+
+    /// The impulses of contacts that touch with Newton restitution, `g'+ + e g'- >= 0`, and Coulomb
+    /// friction on the slip velocity after the impact; what lifts off has no approach, `g'+ >= 0`.
+    pub fn strike(&self, touching: &[usize], q: &[f64], u: &mut [f64]) -> Result<(), RunFailure> {
+        let contacts = &self.scene.contacts;
+        let problem: Vec<Touching> = touching.iter().map(|&i| (i, None)).collect();
+        let before = u.to_vec();
+        let rebound = |i: usize| -contacts[i].restitution * before[contacts[i].normal].min(0.0);
+        let velocity = |row: usize| {
+            let law = &contacts[row / 2];
+            match row.is_multiple_of(2) {
+                true => before[law.tangential] - law.slider_speed,
+                false => before[law.normal] - rebound(row / 2),
+            }
+        };
+        let solution = self.solve(&problem, "impulses", velocity, q, &before)?;
+        self.push(touching, &solution.forces, u);
+        // What the impulses hold at zero is zero exactly.
+        for (&i, &status) in touching.iter().zip(&solution.statuses) {
+            let law = &contacts[i];
+            if status.is_closed() {
+                u[law.normal] = rebound(i);
+            }
+            if status == Status::Sticking {
+                u[law.tangential] = law.slider_speed;
+            }
+        }
+        Ok(())
+    }
+}

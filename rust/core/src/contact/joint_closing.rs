@@ -1,0 +1,129 @@
+//! The end of a series of impacts over several contacts that mass couples.
+
+use crate::contact::coupled_contacts::{Coupled, Rest};
+use crate::contact::settlement::Series;
+use crate::error::RunFailure;
+use crate::linalg::eigen;
+use crate::scene::model::Scene;
+use crate::scene::status::Status;
+
+/// The end of a series of impacts over several contacts.
+#[derive(Debug)]
+pub(crate) struct JointClosing {
+    pub contacts: Vec<usize>,
+    /// What is left out of the series, s: a geometric one that begins with the longest flight possible.
+    pub rest: f64,
+}
+
+/// A quick bound leaves this much to what is then computed.
+const MARGIN: f64 = 4.0;
+
+/// Ends a series of impacts in which contacts lift each other, by closing all of them at once.
+///
+/// Let N be the normal forces of the contacts when all of them are closed. While they fly, their gaps move as
+/// under the constant load -N, with the kinetic energy `1/2 v' W^-1 v` of their normal velocities v, and impacts
+/// only take energy away: of `E = 1/2 v' W^-1 v + N g` nothing comes back. So no gap exceeds `E / N_i` from here
+/// on, and no flight lasts longer than `sqrt(8 E / W_ii) / N_i`. Once all gaps stay below the error to which they
+/// are known, the order of the impacts that follow is not in the numbers any more, but what they do together is:
+/// they end with g = v = 0, so that their impulses are those of N over the rest of the series and the impulse that
+/// takes v away. That one is given here, with its friction, and N acts from now on: after the rest velocities are
+/// the same, and positions differ by those gaps. The same closing takes the place of a series whose measured
+/// rest and whose flights are `negligible`.
+///
+/// The impacts of one contact alone end at their own limit, since a gap is exact after a bounce. Where an event of
+/// another contact has `broken` the flight, it is not: then they end here, too.
+pub(crate) fn close_jointly(
+    coupled: &Coupled<'_>,
+    struck: &[usize],
+    closed: &[usize],
+    broken: bool,
+    series: &Series,
+    q: &mut [f64],
+    u: &mut [f64],
+) -> Result<Option<JointClosing>, RunFailure> {
+    let contacts = &coupled.scene.contacts;
+    let size = 2 * contacts.len();
+    let w = |i: usize, j: usize| coupled.w[(2 * i + 1) * size + 2 * j + 1];
+    let rounding = struck.iter().fold(0.0, |size: f64, &i| size.max(series.gaps[i]));
+    let resting = |i: usize, u: &[f64]| closed.contains(&i) && u[contacts[i].normal] == 0.0;
+    let near = |i: usize, load: f64| {
+        let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal].abs());
+        let soon = series.negligible * w(i, i) * load;
+        let low = gap <= rounding && speed * speed <= w(i, i) * load * rounding;
+        low || gap <= soon * series.negligible && speed <= soon
+    };
+    let others = (0..contacts.len()).filter(|i| !struck.contains(i) && !resting(*i, u));
+    if !broken && struck.len() + others.count() < 2 {
+        return Ok(None);
+    }
+    let load = MARGIN * coupled.reactions(q, u).chunks_exact(2).map(|r| r[1].abs()).sum::<f64>();
+    let mut moving: Vec<usize> =
+        (0..contacts.len()).filter(|&i| !resting(i, u) && near(i, load)).collect();
+    while !moving.is_empty() && (broken || moving.iter().chain(struck).any(|i| *i != moving[0])) {
+        let joined: Vec<usize> =
+            (0..contacts.len()).filter(|&i| resting(i, u) || moving.contains(&i)).collect();
+        let Rest { position, problem, solution, .. } = coupled.rest(&joined, q, u)?;
+        let pressed: Vec<(usize, f64)> = problem
+            .iter()
+            .enumerate()
+            .filter(|(k, _)| solution.statuses[*k].is_closed())
+            .map(|(k, &(i, _))| (i, solution.forces[2 * k + 1]))
+            .collect();
+        let count = moving.len();
+        moving.retain(|i| pressed.iter().any(|(j, _)| j == i));
+        if moving.len() < count {
+            continue;
+        }
+        let mass: Vec<f64> =
+            pressed.iter().flat_map(|&(i, _)| pressed.iter().map(move |&(j, _)| w(i, j))).collect();
+        let speeds: Vec<f64> = pressed.iter().map(|&(i, _)| u[contacts[i].normal]).collect();
+        let momenta = eigen::solve(pressed.len(), &mass, &speeds);
+        let kinetic: f64 = momenta.iter().zip(&speeds).map(|(p, v)| 0.5 * p * v).sum();
+        let lifted: f64 = pressed.iter().map(|&(i, n)| n * q[contacts[i].normal].max(0.0)).sum();
+        let energy = kinetic + lifted;
+        let flight = |i: usize, n: f64| (8.0 * energy / w(i, i)).sqrt() / n;
+        let ends = |&(i, n): &(usize, f64)| {
+            energy <= n * rounding || series.rests[i].0.max(flight(i, n)) <= series.negligible
+        };
+        let open = pressed.iter().filter(|entry| moving.contains(&entry.0) && !ends(entry));
+        if let Some(&(loosest, _)) = open.min_by(|a, b| a.1.total_cmp(&b.1)) {
+            moving.retain(|&i| i != loosest);
+            continue;
+        }
+        let Some(mut held) = coupled.held(&problem, &solution.statuses, u) else {
+            return Ok(None);
+        };
+        let members: Vec<(usize, f64)> = pressed
+            .iter()
+            .filter(|(i, _)| moving.contains(i) || struck.contains(i))
+            .map(|&(i, n)| (i, flight(i, n)))
+            .collect();
+        let rest = |&(i, flight): &(usize, f64)| flight / (1.0 - contacts[i].restitution);
+        let rest = members.iter().map(rest).fold(0.0, f64::max);
+        // What touches and is not part of the closing is drawn onto its slider by it, and strikes it.
+        let mut touching: Vec<usize> = closed.iter().chain(&joined).copied().collect();
+        touching.sort_unstable();
+        touching.dedup();
+        if touching.iter().any(|&i| held[contacts[i].normal] < 0.0) {
+            coupled.strike(&touching, &position, &mut held)?;
+        }
+        q.copy_from_slice(&position);
+        u.copy_from_slice(&held);
+        return Ok(Some(JointClosing {
+            contacts: members.into_iter().map(|member| member.0).collect(),
+            rest,
+        }));
+    }
+    Ok(None)
+}
+
+/// The statuses of contacts that mass couples once all of `contacts` touch and rest in their normal directions.
+pub(crate) fn at_rest(
+    scene: &Scene,
+    contacts: &[usize],
+    q: &[f64],
+    u: &[f64],
+) -> Result<Vec<Status>, RunFailure> {
+    let Some(w) = &scene.coordinates.delassus else { return Ok(Vec::new()) };
+    Ok(Coupled { scene, time: 0.0, w }.rest(contacts, q, u)?.solution.statuses)
+}

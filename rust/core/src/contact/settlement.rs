@@ -1,0 +1,112 @@
+//! What an event leaves behind: statuses, departures and the events of contacts.
+
+use crate::contact::event_kind::EventKind;
+use crate::scene::model::Scene;
+use crate::scene::status::Status;
+
+/// Which event function of a contact starts the next phase at zero, and with which multiplicity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Departure {
+    #[default]
+    None,
+    /// The slip velocity: 2 after an onset of slip with mu_static = mu, else 1.
+    Slip(usize),
+    /// The gap: 1 after a bounce, 2 when a normal force was already negative, 3 after a release.
+    Gap(usize),
+}
+
+/// Statuses and departures of all contacts, and what has happened to which at the last event.
+#[derive(Debug)]
+pub(crate) struct Settlement {
+    pub statuses: Vec<Status>,
+    pub departures: Vec<Departure>,
+    /// By contact.
+    pub events: Vec<(usize, EventKind)>,
+    /// What a joint closing of several contacts has left out of their series, s.
+    pub rest: Option<f64>,
+}
+
+/// What a series of impacts over several contacts is judged by.
+#[derive(Debug, Default)]
+pub(crate) struct Series {
+    /// Bound of the error of the gap of each contact, m.
+    pub gaps: Vec<f64>,
+    /// Rest of the impacts of each contact, s, as far as those before tell, infinite where they do not; and the ratio
+    /// of the distances of two that follow each other.
+    pub rests: Vec<(f64, f64)>,
+    /// The rest that may be left out, s.
+    pub negligible: f64,
+}
+
+impl Settlement {
+    /// What is off its slider by nothing and moves away leaves from zero, whatever the event was.
+    pub fn depart(&mut self, scene: &Scene, q: &[f64], u: &[f64]) {
+        for (contact, law) in scene.contacts.iter().enumerate() {
+            let departure = &mut self.departures[contact];
+            if *departure == Departure::None
+                && self.statuses[contact] == Status::Detached
+                && q[law.normal] == 0.0
+                && u[law.normal] > 0.0
+            {
+                *departure = Departure::Gap(1);
+            }
+        }
+    }
+
+    pub fn record(
+        &mut self,
+        contact: usize,
+        trigger: Option<EventKind>,
+        after: Status,
+        departure: Departure,
+    ) {
+        let before = self.statuses[contact];
+        self.statuses[contact] = after;
+        self.departures[contact] = departure;
+        let kind = match trigger {
+            Some(EventKind::Impact) => EventKind::Impact,
+            Some(EventKind::Accumulation) => EventKind::Accumulation,
+            _ if after == before && trigger != Some(EventKind::Velocity) => return,
+            _ if after == Status::Detached => EventKind::Release,
+            Some(EventKind::Velocity) => EventKind::Velocity,
+            _ if before == Status::Sticking && after == Status::Positive => EventKind::SlipPositive,
+            _ if before == Status::Sticking && after == Status::Negative => EventKind::SlipNegative,
+            // A tangential impulse that stopped or reversed a slip.
+            _ => EventKind::Velocity,
+        };
+        self.events.push((contact, kind));
+    }
+}
+
+/// The trigger that decides for a contact: a vanishing normal force before a vanishing slip velocity;
+/// both cone functions of a sticking contact vanish only with its normal force.
+pub(crate) fn of_contact(triggers: &[(usize, EventKind)], contact: usize) -> Option<EventKind> {
+    let mut own = triggers.iter().filter(|trigger| trigger.0 == contact).map(|trigger| trigger.1);
+    let first = own.next()?;
+    Some(if own.next().is_some() { EventKind::Release } else { first })
+}
+
+/// The status and departure of an event that changes no velocity and, with mu_static = mu, no force.
+pub(crate) fn continuous(
+    scene: &Scene,
+    contact: usize,
+    trigger: EventKind,
+) -> Option<(Status, Departure)> {
+    let law = &scene.contacts[contact];
+    let onset = if law.static_friction > law.friction { 1 } else { 2 };
+    match trigger {
+        EventKind::Release => Some((Status::Detached, Departure::Gap(3))),
+        EventKind::SlipPositive => Some((Status::Positive, Departure::Slip(onset))),
+        EventKind::SlipNegative => Some((Status::Negative, Departure::Slip(onset))),
+        EventKind::Velocity | EventKind::Impact | EventKind::Accumulation => None,
+    }
+}
+
+/// The sign of a slip velocity as a status; `None` at zero.
+pub(crate) fn sliding_status(slip: f64) -> Option<Status> {
+    match slip {
+        slip if slip < 0.0 => Some(Status::Positive),
+        slip if slip > 0.0 => Some(Status::Negative),
+        _ => None,
+    }
+}

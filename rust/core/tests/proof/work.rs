@@ -1,0 +1,57 @@
+//! What the published runs cost: exact numbers, the same on every machine. Whoever changes how motion is followed or
+//! events are found updates them here, and says why they became more.
+
+use stickslip_core::cycles::attractors::{Search, settle};
+use stickslip_core::transient::Counters;
+use stickslip_core::{Attractor, Method, State};
+
+use crate::models::{propagators, run, two_subsystems};
+
+/// Steady sliding with 1 mm/s on the first mass.
+fn pushed(scene: &stickslip_core::Scene) -> State {
+    let mut start = scene.sliding_equilibrium().expect("steady sliding");
+    start.velocity[0] += 1e-3;
+    start
+}
+
+#[test]
+fn phases_panels_and_refinements_of_the_published_runs() {
+    // friction, slider speed, duration, method, events, counters
+    let counters = |phases, panels, leaps, refinements, combinations, taylor_phases| Counters {
+        phases,
+        panels,
+        leaps,
+        refinements,
+        combinations,
+        taylor_phases,
+    };
+    for (friction, speed, duration, method, events, expected) in [
+        (1.5, 0.025, 0.6, Method::Auto, 312, counters(313, 728, 7, 546, 5, 0)),
+        (1.5, 0.025, 0.6, Method::Taylor, 312, counters(313, 703, 0, 772, 5, 313)),
+        (2.2, 0.05, 0.3, Method::Auto, 147, counters(148, 344, 6, 292, 6, 0)),
+        (2.2, 0.05, 0.3, Method::Taylor, 147, counters(148, 355, 0, 386, 6, 148)),
+    ] {
+        let scene = propagators(two_subsystems(friction, speed));
+        let start = pushed(scene.scene());
+        let cold = run(&scene, &start, duration, method);
+        assert_eq!(cold.events.len(), events);
+        assert_eq!(cold.counters, expected);
+        // What the propagators of a scene have met is not computed again.
+        let warm = run(&scene, &start, duration, method);
+        assert_eq!(warm.counters, Counters { combinations: 0, ..expected });
+    }
+}
+
+/// The cycle that the standard run settles to, and how many of its combinations had to be decomposed for it.
+#[test]
+fn the_limit_cycle_of_the_standard_run() {
+    let scene = propagators(two_subsystems(1.5, 0.025));
+    let start = pushed(scene.scene());
+    let search = Search { stretch: 0.6, limit: 1.2, method: Method::Auto, interrupted: None };
+    let (attractor, last) = settle(&scene, &start, search).expect("a well-posed start");
+    let Attractor::Cycle(found) = attractor else { panic!("no cycle") };
+    assert_eq!(last.counters.combinations, 5);
+    // Newton's method on the return map leaves some roundings of the orbit.
+    assert!(found.cycle.orbit.residual <= 1e-12, "{}", found.cycle.orbit.residual);
+    assert_eq!(found.cycle.stability.is_stable(), Some(true));
+}
