@@ -53,7 +53,7 @@ def clocks() -> Clocks:
     return np.array([time.perf_counter(), time.process_time(), time.thread_time()])
 
 
-def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[ss.Outcome]]:
+def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[ss.types.Outcome]]:
     """Return the times and the runs."""
     begin = clocks()
     outcomes = list(
@@ -62,7 +62,7 @@ def run(portion: list[ss.Scene], threads: int) -> tuple[Clocks, list[ss.Outcome]
     return clocks() - begin, outcomes
 
 
-def digest(outcomes: list[ss.Outcome]) -> tuple[str, int]:
+def digest(outcomes: list[ss.types.Outcome]) -> tuple[str, int]:
     """Return a hash of everything that the runs consist of, and the number of their events."""
     sha, events = hashlib.sha256(), 0
     for outcome in outcomes:

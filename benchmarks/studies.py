@@ -65,7 +65,7 @@ class Sliding:
     """Companion matrices of the sliding model, as an expert assembles them once the model is known."""
 
     def __init__(self) -> None:
-        def reduced(friction: float, values: Real) -> ss.Reduced:
+        def reduced(friction: float, values: Real) -> ss.types.Reduced:
             study = verdicts(1)
             return ss.reduce(study.source.scene(np.array([friction, *values])), "++")
 

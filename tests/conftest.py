@@ -70,7 +70,7 @@ def datasets():
         "selection.modes": selection.modes,
         "selection.gains": selection.gains,
         "modes.dataset": modes.dataset(),
-        "orbit": ss.orbit(modes, 0),
+        "orbit": ss.modes.orbit(modes, 0),
         "mode_power": ss.mode_power(scene),
         "status_table": ss.status_table(scene, ["++", "ss"]).data,
         "sweep": ss.sweep(scene, friction=[0.5, 1.5], slider_speed_1=[0.01, 0.02], vectors=True),

@@ -241,7 +241,7 @@ def test_a_rigid_pad_with_masses_of_its_contacts():
 @pytest.mark.process
 def test_figures_of_studies_are_there_without_a_second_import():
     code = "import sys, stickslip as ss; ss.study.Study; assert 'matplotlib' not in sys.modules; "
-    code += "ss.plot.overview"
+    code += "ss.plot.study"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True).returncode == 0
 
 

@@ -28,8 +28,8 @@ def examples():
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, restitution=0.5, name="ball")],
     )
     drop = ss.simulate(bouncing, ss.State([0.0, 0.1], [0.0, 0.0], "d"), 3.0)
-    grazing = ss.Grazing(0.1, 0, "impact", 1e-20, 1e-18)
-    unstable = ss.BranchPoint("friction", 2.5464, "period_doubling", -1.0 + 0j, None, None, cycle)
+    grazing = ss.types.Grazing(0.1, 0, "impact", 1e-20, 1e-18, "0")
+    unstable = ss.types.BranchPoint("friction", 2.5464, "period_doubling", -1.0 + 0j, None, None, cycle)
     return {
         "Scene": scene,
         "Contact": bouncing.contacts[0],
@@ -43,8 +43,8 @@ def examples():
         "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
         "Trajectory": run,
         "Motion": cycle.run,
-        "Basins": ss.Basins(xr.DataArray([0], dims="x"), (cycle,)),
-        "Bifurcation": ss.Bifurcation(xr.Dataset({"x": 1.0}), (cycle,)),
+        "Basins": ss.types.Basins(xr.DataArray([0], dims="x"), (cycle,)),
+        "Bifurcation": ss.types.Bifurcation(xr.Dataset({"x": 1.0}), (cycle,)),
         "Branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
         "Events": run.events,
         "Event": run.events[0],
@@ -59,15 +59,15 @@ def examples():
         "ModeSelection": ss.mode_selection(scene, np.linspace(1e-5, 1e-4, 3), phases=4),
         "StickslipError": ss.StickslipError("something"),
         "InputError": ss.InputError("friction: must be >= 0, got -1"),
-        "NoSteadySlidingError": ss.NoSteadySlidingError("contact 0 would pull"),
+        "NoSteadySlidingError": ss.errors.NoSteadySlidingError("contact 0 would pull"),
         "RunError": ss.RunError("cannot go on", drop),
-        "RunInterrupted": ss.RunInterrupted(drop),
-        "SearchInterrupted": ss.SearchInterrupted(xr.Dataset({"x": 1.0}), 3, 10),
-        "OrbitError": ss.OrbitError("no orbit"),
-        "NotPeriodicError": ss.NotPeriodicError("chaotic", drop, "chaotic", 3.0, 0.5),
-        "StoreError": ss.StoreError("another study"),
-        "StudyError": ss.StudyError("cannot go on", xr.Dataset({"x": 1.0})),
-        "StudyInterrupted": ss.StudyInterrupted("interrupted", xr.Dataset({"x": 1.0})),
+        "RunInterrupted": ss.errors.RunInterrupted(drop),
+        "SearchInterrupted": ss.errors.SearchInterrupted(xr.Dataset({"x": 1.0}), 3, 10),
+        "OrbitError": ss.errors.OrbitError("no orbit"),
+        "NotPeriodicError": ss.errors.NotPeriodicError("chaotic", drop, "chaotic", 3.0, 0.5),
+        "StoreError": ss.errors.StoreError("another study"),
+        "StudyError": ss.errors.StudyError("cannot go on", xr.Dataset({"x": 1.0})),
+        "StudyInterrupted": ss.errors.StudyInterrupted("interrupted", xr.Dataset({"x": 1.0})),
         "Study": ss.Study(scene, {"friction": [0.5, 1.0, 1.5, 2.0]}, outputs=["growth_rate"]),
     }
 
@@ -93,9 +93,9 @@ def same(a, b):
         return len(a) == len(b) and all(map(same, a, b))
     if isinstance(a, dict):
         return list(a) == list(b) and all(same(a[key], b[key]) for key in a)
-    if isinstance(a, ss.Events):
+    if isinstance(a, ss.types.Events):
         return same(vars_of(a, "time", "contact", "kind", "combination"), vars_of(b, *EVENTS))
-    if isinstance(a, ss.Motion | ss.Cycle):
+    if isinstance(a, ss.types.Motion | ss.Cycle):
         return same(a.scene, b.scene) and same(a.core.record(), b.core.record())
     if isinstance(a, ss.Scene):
         return same(a.__reduce__()[1], b.__reduce__()[1])
@@ -128,7 +128,8 @@ def public(value):
 
 
 def test_every_public_class_is_here():
-    classes = [name for name in ss.__all__ if inspect.isclass(getattr(ss, name))]
+    spaces = (ss, ss.types, ss.errors)
+    classes = {name for space in spaces for name in dir(space) if inspect.isclass(getattr(space, name))}
     assert sorted(classes) == NAMES == sorted(examples())
 
 

@@ -6,10 +6,11 @@ import sys
 import pytest
 
 SCRIPT = """
-from typing import assert_type
+from typing import Literal, assert_type
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -38,7 +39,7 @@ assert_type(start, ss.State)
 try:
     run = ss.simulate(scene, start, duration=0.6, max_events=100)
 except ss.RunError as error:
-    assert_type(error.partial, ss.Motion | None)
+    assert_type(error.partial, ss.types.Motion | None)
     raise
 assert_type(run, ss.Trajectory)
 assert_type(run.events.time, NDArray[np.float64])
@@ -54,6 +55,58 @@ assert_type([phase.duration for phase in cycle.phases], list[float])
 for outcome in ss.simulate_many((model(mu) for mu in (0.1, 0.2)), duration=1.0, velocity={"x1": 1e-3}):
     assert_type(outcome.run, ss.Trajectory | None)
 assert_type(ss.plot.history(run), Figure)
+# every other result
+points = ss.hopf_points(model, over={"friction": (0.0, 1.0)})
+assert_type(points, list[ss.types.CriticalPoint])
+assert_type(points[0].kind, Literal["hopf", "divergence", "lock_in", "crossing", "separation"])
+assert_type(ss.stability(scene, over={"friction_0": [0.1, 0.2]}), xr.Dataset)
+assert_type(ss.sensitivity(model, friction=0.5), xr.Dataset)
+assert_type(ss.entry_sensitivity(scene, "mass"), xr.DataArray)
+assert_type(start.contact_forces(scene), xr.Dataset)
+assert_type(ss.reduce(scene, "+"), ss.types.Reduced)
+assert_type(ss.status_table(scene), ss.types.StatusTable)
+assert_type(ss.mode_power(scene), xr.Dataset)
+assert_type(modes[0], ss.types.Mode)
+assert_type([mode.frequency for mode in modes.select(band=(0.0, 2e3), unstable=True)], list[float])
+assert_type(ss.modes.mac(modes, modes), xr.DataArray)
+assert_type(ss.modes.pairing(modes, modes), xr.Dataset)
+assert_type(modes.dataset(), xr.Dataset)
+assert_type(modes.plot(), Axes)
+assert_type(run.events[0], ss.types.Event)
+assert_type([event.name for event in run.events], list[str])
+run.events.to_dataframe()
+assert_type(run.grazings, tuple[ss.types.Grazing, ...])
+assert_type(run.sample(between=2), xr.Dataset)
+assert_type(run.state(0.1), ss.State)
+assert_type(run.balance(), ss.Balance)
+assert_type(run.energy([0.1]), xr.Dataset)
+assert_type(run.spectrum("x1"), xr.Dataset)
+assert_type(run.plot(), Axes)
+assert_type(cycle.run, ss.types.Motion)
+assert_type(cycle.margins(), tuple[ss.types.Margin, ...])
+assert_type(cycle.modes["+"], ss.Modes)
+diagram = ss.bifurcation(model, over={"friction": [0.5, 0.6]})
+assert_type(diagram, ss.types.Bifurcation)
+assert_type(diagram.cycles, tuple[ss.Cycle | None, ...])
+assert_type(diagram.to_dataset(), xr.Dataset)
+branch = ss.follow_branch(cycle, friction=[0.5, 0.6])
+assert_type(branch, ss.types.Branch)
+assert_type(ss.trace_branch(cycle, friction=(0.5, 0.6)).folds, tuple[ss.types.BranchPoint, ...])
+assert_type(ss.branch_points(cycle, friction=(0.5, 0.6)), tuple[ss.types.BranchPoint, ...])
+reached = ss.basins(model, ss.sliding_equilibrium, velocity={"x1": [0.0]}, over={"friction": [0.5]})
+assert_type(reached, ss.types.Basins)
+assert_type(reached.attractors, tuple[ss.Cycle | str, ...])
+assert_type(reached.plot(), Axes)
+assert_type(ss.modal_energy(run, [0.1]), xr.Dataset)
+assert_type(ss.mode_selection(scene), ss.types.ModeSelection)
+study = ss.Study(model, {"friction": [0.1, 0.2]})
+assert_type(study.run(), xr.Dataset)
+assert_type(study.scene_of([0.1]), ss.Scene)
+case = ss.load_case("scene.toml").replace(friction_0=0.3)
+assert_type(case, ss.Case)
+assert_type(case.simulate(), ss.Trajectory)
+assert_type(ss.study_of(case), ss.Study)
+assert_type(ss.read_dataset("run.nc"), xr.Dataset)
 assert_type(ss.reference.figures.figure_3(), Figure)
 assert_type(ss.load_scene("scene.toml"), ss.Scene)
 """
@@ -65,6 +118,10 @@ WRONG = {
     "scene.friction = 3.0": "has no attribute",
     "cycle.period = 3.0": "read-only",
     "ss.complex_modes(scene, 3)": "incompatible type",
+    "ss.sweep(scene, over=[1.0])": "incompatible type",
+    "run.events[0].contcat": "has no attribute",
+    "ss.types.Motoin": "has no attribute",
+    'ss.modes.mac(scene, "+")': "incompatible type",
 }
 
 

@@ -81,6 +81,10 @@ class Scene:
     def steady_sliding(self) -> str: ...
     def sliding_equilibrium(self) -> tuple[_Real, str]: ...  # position, combination
     def check_state(self, position: _Real, velocity: _Real, combination: str) -> None: ...
+    def contact_forces(
+        self, position: _Real, velocity: _Real, combination: str
+    ) -> tuple[list[float], list[float]]: ...  # normal, friction
+    def contact_basis(self) -> _Real: ...  # (2c, n)
     def simulate(
         self,
         position: _Real,

@@ -2,10 +2,25 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import xarray as xr
+
+#: Errors of runs hold the motion computed so far: they are defined beside it, and found here as well.
+OF_RUNS = ("NotPeriodicError", "RunError", "RunInterrupted")
+
+
+def __getattr__(name: str) -> Any:
+    if name in OF_RUNS:
+        return getattr(import_module("stickslip.motion.errors"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    named = [name for name, value in globals().items() if getattr(value, "__module__", "") == __name__]
+    return sorted({*named, *OF_RUNS} - {"__getattr__", "__dir__"})
 
 
 class StickslipError(Exception):

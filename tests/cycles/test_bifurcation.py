@@ -81,7 +81,7 @@ def test_events_that_meet_switch_the_sequence():
 def test_a_chaotic_motion_says_so():
     scene = ss.models.two_subsystems(friction=1.5, slider_speed=0.2)
     run = ss.simulate(scene, ss.disturbed_sliding(scene), 0.6)
-    with pytest.raises(ss.NotPeriodicError, match="Lyapunov") as error:
+    with pytest.raises(ss.errors.NotPeriodicError, match="Lyapunov") as error:
         run.limit_cycle()
     assert error.value.kind == "chaotic"
     # Against two neighbouring runs: their distance grows by the same rate, from 1e-11 to 1e-5 of the motion.
@@ -115,7 +115,7 @@ def thrown(scene, first=-0.5, second=-0.5):
 def test_a_torus_says_so():
     """Blocks with frequencies in no simple ratio, hardly tied: neither periodic nor chaotic."""
     scene = two_blocks(137.0**2, 10.0)
-    with pytest.raises(ss.NotPeriodicError) as error:
+    with pytest.raises(ss.errors.NotPeriodicError) as error:
         ss.simulate(scene, thrown(scene), 1.0).limit_cycle()
     assert error.value.kind == "quasi-periodic"
     assert abs(error.value.exponent) <= 3.0 * error.value.error + 1e-2
@@ -126,7 +126,7 @@ def test_motion_that_does_not_settle_is_not_called_chaotic_at_once():
     """Friction 3 at 0.046 m/s wanders for seconds: the verdict comes with the error of the rate."""
     scene = ss.models.two_subsystems(friction=3.0, slider_speed=0.046)
     run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3}), 0.6)
-    with pytest.raises(ss.NotPeriodicError, match="follow it longer") as error:
+    with pytest.raises(ss.errors.NotPeriodicError, match="follow it longer") as error:
         run.limit_cycle(5.0)
     assert error.value.kind in ("undecided", "unsettled")
     # Within four standard errors the rate has no sign.
@@ -137,7 +137,7 @@ def test_growth_before_any_event_is_not_chaos():
     scene = ss.models.two_subsystems()
     run = ss.simulate(scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-12}), 0.3)
     assert run.events.time.size == 0
-    with pytest.raises(ss.NotPeriodicError) as error:
+    with pytest.raises(ss.errors.NotPeriodicError) as error:
         run.limit_cycle(0.0)
     assert error.value.kind == "undecided"
     assert np.isnan(error.value.exponent)
@@ -225,7 +225,7 @@ def test_a_fold_of_a_bi_stable_scene():
     assert not stable[turn + 2 : turn + 20].any()
     assert branch.data.followed.to_numpy()[turn - 10 : turn + 10].all()
     # Past the fold there is no such orbit; before it there are two, with multipliers on either side of 1.
-    with pytest.raises(ss.OrbitError):
+    with pytest.raises(ss.errors.OrbitError):
         fold.cycle.continued(loaded_block(fold.value - 1e-3))
     above = fold.value + 2e-4
     sides = [

@@ -112,7 +112,7 @@ def test_stability_that_is_not_known_in_diagrams(symmetric):
     assert data.stability.item() == symmetric.stability
     assert not data.stable.item()
     figure, axes = plt.subplots()
-    ss.plot.bifurcation_diagram(axes, ss.Bifurcation(data, (symmetric,)), "x1")
+    ss.plot.bifurcation(ss.types.Bifurcation(data, (symmetric,)), "x1", axes)
     shown = [text.get_text() for text in axes.get_legend().get_texts()]
     plt.close(figure)
     assert "stability not known" in shown
@@ -130,6 +130,6 @@ def test_a_motion_followed_too_short_says_so():
 def test_a_scene_without_contacts_says_so():
     scene = ss.Scene(mass=[1.0, 1.0], stiffness=np.diag([100.0, 200.0]))
     run = ss.simulate(scene, ss.State([1e-3, 1e-3], [0.0, 0.0], "", dofs=scene.dofs), 1.0)
-    with pytest.raises(ss.NotPeriodicError, match="followed too short") as caught:
+    with pytest.raises(ss.errors.NotPeriodicError, match="followed too short") as caught:
         run.limit_cycle(further=2.0)
     assert "nan" not in str(caught.value)

@@ -102,7 +102,7 @@ def test_every_portrait_draws_on_the_axes_it_is_given(run, cycle):
         lambda axes: ss.plot.spectrum(axes, run.spectrum("x2")),
         lambda axes: ss.plot.spectrum(axes, run.spectrum("x2", end=0.1)),
         lambda axes: ss.plot.overlay(axes, {"friction 1.5": cycle}),
-        lambda axes: ss.plot.bifurcation_diagram(axes, diagram, "x2"),
+        lambda axes: ss.plot.bifurcation(diagram, "x2", axes),
     ):
         axes = matplotlib.figure.Figure().subplots()
         assert draw(axes) is axes

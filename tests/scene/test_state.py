@@ -49,3 +49,48 @@ def test_a_state_is_read_only():
     assert state.dofs == ("x1", "x2")
     with pytest.raises(ValueError, match="read-only"):
         state.position[0] = 1.0
+
+
+@given(drawn_scenes())
+def test_contact_forces_of_a_state_are_those_of_a_run_from_it(drawn):
+    state = ss.sliding_equilibrium(drawn.scene)
+    forces = state.contact_forces(drawn.scene)
+    sampled = ss.simulate(drawn.scene, state, 1e-6).sample(0.0)
+    for name in ("normal_force", "friction_force"):
+        assert (forces[name].to_numpy() == sampled[name].to_numpy()[0]).all()
+    # At rest K x = F + D f, whatever mass couples.
+    directions = [
+        direction(i)
+        for i in range(len(drawn.scene.contacts))
+        for direction in (drawn.scene.tangential_direction, drawn.scene.normal_direction)
+    ]
+    along = np.stack([forces.friction_force, forces.normal_force], axis=1).ravel()
+    load = drawn.scene.stiffness @ state.position - drawn.scene.force
+    condition = np.linalg.cond(ss.reduce(drawn.scene, state.combination).stiffness)
+    scale = np.abs(drawn.scene.stiffness).sum(axis=1).max() * np.abs(state.position).max()
+    assert np.abs(load - np.transpose(directions) @ along).max() <= 100 * EPS * condition * scale
+
+
+def test_contact_forces_are_named_and_a_state_of_another_scene_is_refused():
+    scene = ss.models.two_subsystems()
+    named = scene.replace(
+        contacts=[
+            ss.Contact(tangential="x3", normal="x4", friction=1.5, slider_speed=0.025, name="left"),
+            ss.Contact(tangential="x7", normal="x8", friction=1.5, slider_speed=0.025, name="right"),
+        ]
+    )
+    state = ss.sliding_equilibrium(named)
+    forces = state.contact_forces(named)
+    assert forces.contact.to_numpy().tolist() == ["left", "right"]
+    # Coulomb's law in positive sliding; the sticking contact of a run holds less than friction times N.
+    assert (forces.friction_force == 1.5 * forces.normal_force).all()
+    run = ss.simulate(named, state.perturbed(velocity={"x1": 1e-3}), 0.3)
+    stuck = next(event.time for event in run.events if "s" in event.combination)
+    found = run.state(stuck)
+    i = found.combination.index("s")
+    held = found.contact_forces(named).isel(contact=i)
+    assert abs(float(held.friction_force)) <= 1.5 * float(held.normal_force)
+    with pytest.raises(ss.InputError, match=r"combination: .* per contact \(0 in all\)"):
+        state.contact_forces(ss.Scene([1.0, 1.0], np.eye(2)))
+    with pytest.raises(ss.InputError, match="position: contact 0 penetrates, gap -1 m"):
+        state.perturbed(position={"x4": -1.0}).contact_forces(named)

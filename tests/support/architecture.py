@@ -16,6 +16,7 @@ PARTS = [
     "transient",
     "energy",
     "study",
+    "types",
     "files",
     "plot",
     "reference",

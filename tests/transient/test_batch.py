@@ -43,7 +43,7 @@ def alone():
     starts = [(scene, ss.sliding_equilibrium(scene).perturbed(velocity=KICK)) for scene in random_models(50)]
     runs = [ss.simulate(scene, start, 0.2) for scene, start in starts]
     assert sum(len(run.events) for run in runs) > 1000
-    return [digest(ss.Outcome(i, run.scene, run, None)) for i, run in enumerate(runs)]
+    return [digest(ss.types.Outcome(i, run.scene, run, None)) for i, run in enumerate(runs)]
 
 
 @pytest.mark.parametrize("threads", [1, 2, 5, None])
@@ -59,7 +59,7 @@ def test_many_starts_of_one_scene(drawn, threads):
     # A scene that remembers combinations gives the same motion and counts the same work.
     alone = [ss.simulate(drawn.scene.replace(), start, 0.02) for start in starts]
     together = ss.simulate_many(drawn.scene, starts, duration=0.02, threads=threads)
-    expected = [digest(ss.Outcome(i, drawn.scene, run, None)) for i, run in enumerate(alone)]
+    expected = [digest(ss.types.Outcome(i, drawn.scene, run, None)) for i, run in enumerate(alone)]
     assert [digest(outcome) for outcome in together] == expected
 
 

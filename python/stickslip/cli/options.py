@@ -248,15 +248,6 @@ def waiting(message: str) -> Any:
     return Console(stderr=True).status(message)
 
 
-def progress(work: Sequence[T], description: str) -> Iterable[T]:
-    """Return what is iterated over, with a bar on a terminal while that lasts."""
-    from rich.console import Console
-    from rich.progress import track
-
-    terminal = Console(stderr=True)
-    return track(work, description, console=terminal, transient=True, disable=not terminal.is_terminal)
-
-
 def save_figure(figure: Figure, path: Path, dpi: int) -> None:
     """Write a figure in the form that its suffix names."""
     from stickslip.show.style import save

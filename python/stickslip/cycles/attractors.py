@@ -21,6 +21,8 @@ Settled: TypeAlias = "_core._Settled"
 #: That, and why the last stretch ended.
 Outcome: TypeAlias = tuple[Settled, str]
 
+#: Labels of starts that violate their combination, and of those that an interrupt came before.
+OUTSIDE, UNKNOWN = -1, -2
 #: Periods of the slowest mode of sliding between first looks at a motion: some tens of periods of a cycle.
 STRETCH = 60.0
 #: First looks' time after which a motion counts as one that does not recur.

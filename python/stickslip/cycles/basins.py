@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from stickslip.cycles.attractors import (
     LOOKS,
+    OUTSIDE,
+    UNKNOWN,
     described,
     is_valid,
     positive_time,
@@ -27,10 +29,11 @@ from stickslip.scene.family import Family, Model, asked, axis, divided
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 #: Relative difference of period and extremes up to which two cycles are one.
 SAME = 1e-6
-#: Labels of starts that violate their combination, and of those that an interrupt came before.
-OUTSIDE, UNKNOWN = -1, -2
 
 
 @dataclass(frozen=True)
@@ -79,6 +82,18 @@ class Basins:
         kinds = [reached if isinstance(reached, str) else "cycle" for reached in self.attractors]
         listed = table("attractor", np.arange(len(cycles)), cycles, {})
         return listed.assign(kind=("attractor", np.array(kinds, dtype=str)), reached=self.map)
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the map, one shade for each attractor.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.cycles import figures
+
+        return figures.basins(self, ax)
 
     def __repr__(self) -> str:
         listed = "\n".join(f"  {k}: {reached!r}" for k, reached in enumerate(self.attractors))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
@@ -27,6 +27,9 @@ from stickslip.scene.family import Model, along
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Bifurcation:
@@ -46,6 +49,20 @@ class Bifurcation:
     def to_dataset(self) -> xr.Dataset:
         """Return the numbers."""
         return self.data
+
+    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw the amplitude of a dof over the parameter, see `plot.bifurcation`.
+
+        Parameters
+        ----------
+        dof
+            Name of the dof; None: the one with the largest amplitude.
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.cycles import figures
+
+        return figures.bifurcation(self, dof, ax)
 
     def __repr__(self) -> str:
         found = sum(cycle is not None for cycle in self.cycles)

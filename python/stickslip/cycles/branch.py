@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import xarray as xr
 
@@ -14,6 +14,9 @@ from stickslip.errors import InputError, OrbitError
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
 from stickslip.scene.family import Model, SceneAt, along
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
@@ -84,6 +87,20 @@ class Branch:
     def to_dataset(self) -> xr.Dataset:
         """Return the numbers; folds and end are not among them."""
         return self.data
+
+    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw the amplitude of a dof over the parameter, see `plot.bifurcation`.
+
+        Parameters
+        ----------
+        dof
+            Name of the dof; None: the one with the largest amplitude.
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.cycles import figures
+
+        return figures.bifurcation(self, dof, ax)
 
     def __repr__(self) -> str:
         found = sum(cycle is not None for cycle in self.cycles)

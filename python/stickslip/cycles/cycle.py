@@ -49,6 +49,8 @@ class CyclePhase(NamedTuple):
     dimension: int
     #: directions of that space that the event forgets: the kernel of its saltation matrix
     loss: int
+    #: name of the contact, its index where contacts have no names
+    name: str
 
 
 class Margin(NamedTuple):
@@ -66,6 +68,8 @@ class Margin(NamedTuple):
     time: float
     #: whether it is a local minimum (a touch there), or lies at the end of the phase (two events that meet)
     interior: bool
+    #: name of the contact, its index where contacts have no names
+    name: str
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -101,9 +105,14 @@ class Cycle:
             core.combinations, starts, durations, core.events, core.dimensions, core.losses, strict=True
         )
         return tuple(
-            CyclePhase(name, float(start), float(length), contact, kind, dimension, loss)
-            for name, start, length, (contact, kind), dimension, loss in rows
+            CyclePhase(
+                letters, float(start), float(length), contact, kind, dimension, loss, self._name(contact)
+            )
+            for letters, start, length, (contact, kind), dimension, loss in rows
         )
+
+    def _name(self, contact: int) -> str:
+        return str(self.scene.contact_labels()[contact])
 
     @property
     def combinations(self) -> tuple[str, ...]:
@@ -400,7 +409,7 @@ class Cycle:
 
     def margins(self) -> tuple[Margin, ...]:
         """Return how close every event function that ends no phase comes to zero."""
-        return tuple(Margin(*margin) for margin in self.core.margins())
+        return tuple(Margin(*margin, self._name(margin[1])) for margin in self.core.margins())
 
     def continued(self, scene: Scene) -> Cycle:
         """Return the orbit with the same sequence of events in another scene, stable there or not.

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from itertools import cycle as endless
+from typing import Any
 
 import numpy as np
+import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from stickslip.cycles.bifurcation import Bifurcation
-from stickslip.cycles.branch import Branch
+from stickslip.cycles.attractors import UNKNOWN
 from stickslip.cycles.cycle import Cycle
 from stickslip.motion.figures import phase_planes, tangential
-from stickslip.show.style import MARKERS, MICROMETRES, OVERLAY
+from stickslip.scene.checks import Real
+from stickslip.show.style import MARKERS, MICROMETRES, OVERLAY, axes_of
 
 #: Samples of one period.
 PERIOD = 4097
@@ -47,21 +50,26 @@ def overlay(axes: Axes, cycles: Mapping[str, Cycle], contact: int = 0) -> Axes:
     return axes
 
 
-def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> Axes:
+def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) -> Axes:
     """Draw the amplitude of a dof over the parameter, one marker and shade per sequence of combinations.
 
     Parameters
     ----------
-    axes
-        Where to draw.
     diagram
-        From `bifurcation` or `follow_branch`: unstable orbits are hollow, those whose stability is not known
-        are filled half; what is no cycle is a cross at zero.
+        From `bifurcation`, `follow_branch` or `trace_branch`, or the dataset of one: unstable orbits are
+        hollow, those whose stability is not known are filled half; what is no cycle is a cross at zero.
     dof
-        Name of the dof.
+        Name of the dof; None: the one with the largest amplitude.
+    ax
+        Where to draw; None: on axes of its own.
     """
-    data = diagram.data
-    parameter = str(data.amplitude.dims[0])
+    data = diagram if isinstance(diagram, xr.Dataset) else diagram.to_dataset()
+    if dof is None:
+        dof = str(data.dof.to_numpy()[data.amplitude.max(data.amplitude.dims[0]).to_numpy().argmax()])
+    axes = axes_of(ax)
+    along = str(data.amplitude.dims[0])
+    # A traced branch runs over its points, with the parameter as a coordinate.
+    parameter = next((str(name) for name in data.coords if name not in (along, "dof", "order")), along)
     values = data[parameter].to_numpy()
     amplitude = MICROMETRES * data.amplitude.sel(dof=dof).to_numpy()
     sequences = data.sequence.to_numpy()
@@ -73,7 +81,7 @@ def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> 
     for name, shade, marker in zip(named, shades, endless(MARKERS), strict=False):
         here = sequences == name
         colour = (0.1 + 0.6 * shade, 0.1 + 0.75 * shade, 0.35 + 0.5 * shade)
-        label: str | None = name if len(name) <= 40 else f"{name[:37]}..."
+        label: str | None = _shortened(name)
         for fill in ("full", "none", "left"):
             chosen = here & (fills == fill)
             if chosen.any():
@@ -107,3 +115,67 @@ def bifurcation_diagram(axes: Axes, diagram: Bifurcation | Branch, dof: str) -> 
     axes.set(xlabel=parameter.replace("_", " "), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
     axes.legend(frameon=False, fontsize="x-small", loc="lower right")
     return axes
+
+
+def basins(found: Any, ax: Axes | None = None) -> Axes:
+    """Draw which attractor is reached from where, one shade for each, told by a bar of colours.
+
+    Parameters
+    ----------
+    found
+        From `basins`, or the dataset of it. White: no start, because its combination is violated there;
+        hatched: not computed, because the search was interrupted.
+    ax
+        Where to draw; None: on axes of its own.
+    """
+    data = found if isinstance(found, xr.Dataset) else found.to_dataset()
+    reached = data.reached
+    first, second = (str(name) for name in reached.dims)
+    count = data.sizes["attractor"]
+    labels = [
+        kind if kind != "cycle" else f"{1e3 * period:.4g} ms: {_shortened(sequence)}"
+        for kind, period, sequence in zip(
+            data.kind.to_numpy(), data.period.to_numpy(), data.sequence.to_numpy(), strict=True
+        )
+    ]
+    axes = axes_of(ax)
+    across, upward = _edges(reached[first].to_numpy()), _edges(reached[second].to_numpy())
+    place = reached.to_numpy().T.astype(float)
+    shades = [
+        (0.1 + 0.75 * k / max(count - 1, 1),) * 2 + (0.5 + 0.45 * k / max(count - 1, 1),)
+        for k in range(count)
+    ]
+    if count:
+        drawn = axes.pcolormesh(
+            across,
+            upward,
+            np.ma.masked_less(place, 0.0),
+            cmap=ListedColormap(shades),
+            norm=BoundaryNorm(np.arange(count + 1) - 0.5, count),
+        )
+        bar = axes.figure.colorbar(drawn, ax=axes, ticks=np.arange(count))
+        bar.ax.set_yticklabels(labels, fontsize="x-small")
+    if (place == UNKNOWN).any():
+        missing = np.ma.masked_not_equal(place, UNKNOWN)
+        axes.pcolor(across, upward, missing, hatch="///", alpha=0.0)
+    axes.set(xlabel=_axis(reached[first]), ylabel=_axis(reached[second]))
+    return axes
+
+
+def _edges(values: Real) -> Real:
+    """Return the borders of the cells about some values; a single one has a cell of its size."""
+    if values.size == 1:
+        half = 0.5 * (abs(values[0]) or 1.0)
+        return np.array([values[0] - half, values[0] + half])
+    middles = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([[2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]])
+
+
+def _axis(coordinate: xr.DataArray) -> str:
+    unit = coordinate.attrs.get("units", "1")
+    words = str(coordinate.name).replace("_", " ")
+    return words if unit == "1" else f"{words}, {unit}"
+
+
+def _shortened(sequence: str) -> str:
+    return sequence if len(sequence) <= 40 else f"{sequence[:37]}..."

@@ -30,7 +30,7 @@ def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Datas
     series
         Its Fourier series, see `Cycle.harmonics`.
     """
-    structure = Structure.of(scene)
+    structure = Structure.dense(scene)
     c = series.coefficient.to_numpy().T
     omega = 2.0 * np.pi * series.frequency.to_numpy()
     u = 1j * omega * c

@@ -112,7 +112,7 @@ class Deviations:
     @classmethod
     def of(cls, scene: Scene, combination: str) -> Deviations:
         """Return the modes of a combination and the projections on them."""
-        structure = Structure.of(scene)
+        structure = Structure.dense(scene)
         modes, reduced = complex_modes(scene, combination), reduce(scene, combination)
         upper = modes.eigenvalues.imag >= 0.0
         free = reduced.mass.shape[0]

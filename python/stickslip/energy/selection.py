@@ -109,7 +109,9 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
     if chosen.size == 0:
         raise InputError("scene: steady sliding has no oscillating unstable mode")
     kicks = [
-        Kick(scene, equilibrium, Structure.of(scene), modes.eigenvalues[r], modes.shapes[:, r], int(phases))
+        Kick(
+            scene, equilibrium, Structure.dense(scene), modes.eigenvalues[r], modes.shapes[:, r], int(phases)
+        )
         for r in chosen
     ]
     closed = np.array([kick.closed_amplitude() for kick in kicks])
@@ -166,7 +168,9 @@ class Kick:
     def _reactions(self, position: Complex | Real, velocity: Complex | Real) -> Complex | Real:
         """Contact forces that springs and dampers call for, (2c,)."""
         structure = self.structure
-        return structure.impulse_response.T @ (structure.stiffness @ position + structure.damping @ velocity)
+        load = structure.stiffness @ position + structure.damping @ velocity
+        forces: Complex | Real = structure.impulse_response.T @ load
+        return forces
 
     def _static_forces(self) -> Real:
         structure = self.structure

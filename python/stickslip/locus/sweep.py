@@ -9,8 +9,6 @@ from typing import Any, TypeVar
 import numpy as np
 import scipy.optimize
 import xarray as xr
-from rich.console import Console
-from rich.progress import track
 
 from stickslip import _core
 from stickslip.errors import InputError
@@ -19,6 +17,7 @@ from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
 from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.scene.family import Family, Model, asked, axis, divided
+from stickslip.show.progress import tracked
 
 _Part = TypeVar("_Part")
 
@@ -183,10 +182,8 @@ def _along(
 
 
 def _shown(parts: list[_Part], progress: bool | None, expected: float) -> Iterable[_Part]:
-    """Go through `parts`, with a bar on standard error if wanted, or if it takes long and someone looks."""
-    console = Console(stderr=True)
-    shown = progress or (progress is None and expected >= _LONG and console.is_terminal)
-    return track(parts, "sweep", console=console, transient=True, disable=not shown)
+    """Go through `parts`, with a bar if wanted, or if it takes long and someone looks."""
+    return tracked(parts, "sweep", None if progress is None and expected >= _LONG else bool(progress))
 
 
 def _chunked(path: _core.Path, values: Real, vectors: bool, progress: bool | None) -> dict[str, Any]:

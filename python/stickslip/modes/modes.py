@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.scene.checks import Complex, Real
+from stickslip.errors import InputError
+from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.scene import Scene, checked_combination
 from stickslip.show.summary import Summary, Table
 
@@ -169,6 +170,40 @@ class Modes:
 
     def __iter__(self) -> Iterator[Mode]:
         return (self[number] for number in range(len(self)))
+
+    def select(
+        self,
+        band: tuple[float, float] | None = None,
+        unstable: bool | None = None,
+        oscillating: bool | None = None,
+    ) -> tuple[Mode, ...]:
+        """Return the modes that are wanted, one of each conjugate pair, in their order.
+
+        Parameters
+        ----------
+        band
+            Lowest and highest frequency, Hz, both included; None: all.
+        unstable
+            True: those that grow; False: those that do not; None: all.
+        oscillating
+            True: those with a conjugate; False: those with a real eigenvalue; None: all.
+
+        Raises
+        ------
+        InputError
+            If `band` is not two numbers, the first not above the second.
+        """
+        wanted = self.eigenvalues.imag >= 0.0
+        if band is not None:
+            ends = real_array("band", band, 1)
+            if ends.shape != (2,) or not ends[0] <= ends[1]:
+                raise InputError(f"band: expected (lowest, highest) in Hz, got {band!r}")
+            wanted &= (self.frequencies >= ends[0]) & (self.frequencies <= ends[1])
+        if unstable is not None:
+            wanted &= self.unstable == unstable
+        if oscillating is not None:
+            wanted &= (self.eigenvalues.imag != 0.0) == oscillating
+        return tuple(self[int(number)] for number in np.flatnonzero(wanted))
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.

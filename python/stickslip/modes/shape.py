@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-import scipy.sparse
 import xarray as xr
 
 from stickslip.errors import InputError
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
-from stickslip.scene.scene import Proportional, Scene
-from stickslip.scene.structure import Structure
+from stickslip.scene.scene import Scene
+from stickslip.scene.structure import Structure, times
 
 #: T / (mu N) of every status whose friction force Coulomb's law gives.
 FRICTION_SIGN = {"+": 1.0, "-": -1.0, "s": 0.0, "d": 0.0}
@@ -126,25 +124,24 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
 
     Notes
     -----
-    Contact forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
-    t_i T_i)``, and ``v = lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T
-    do no work in the mean.
+    Normal forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
+    t_i T_i)``; Coulomb's law gives T of a contact that slides, and one that sticks does no work. ``v = lambda
+    t_i . x`` is the variation of the slip velocity. The static parts of N and T do no work in the mean.
     """
     return power_of(scene, complex_modes(scene, combination))
 
 
 def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
     """Return what `mode_power` tells of modes of a scene that are known already."""
-    mass, damping, stiffness = _matrices(scene)
+    structure = Structure.of(scene)
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape
-    inertia, viscous, elastic = _times(mass, shape), _times(damping, shape), _times(stiffness, shape)
-    force = value**2 * inertia + value * viscous + elastic
+    inertia, viscous, elastic = (
+        times(matrix, shape) for matrix in (structure.mass, structure.damping, structure.stiffness)
+    )
     share = np.where(value.imag == 0.0, 1.0, 0.5)
-    directions = contact_directions(scene)
-    # Inertia carries a force along a full mass matrix to all dofs; contact forces are found in their span.
-    friction = contact_forces(directions, force)[0::2]
-    slip = _times(directions[0::2], velocity)
+    friction = _friction(structure, scene, modes, value**2 * inertia + value * viscous + elastic)
+    slip = times(structure.directions[:, ::2].T, velocity)
     contact = share * (friction * slip.conj()).real
     modulus = np.abs(value) ** 2
     # Re(x* matrix x) of every column x.
@@ -173,29 +170,16 @@ def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
     """
     unbalanced = (structure.mass @ modes.shapes) * modes.eigenvalues**2
     unbalanced += (structure.damping @ modes.shapes) * modes.eigenvalues + structure.stiffness @ modes.shapes
-    normal = (structure.impulse_response.T @ unbalanced)[1::2]
+    return _friction(structure, scene, modes, unbalanced)
+
+
+def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Complex) -> Complex:
+    """Return the friction forces of modes from the loads that contact forces balance, (n, m)."""
+    normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
     pairs = zip(modes.combination, scene.contacts, strict=True)
     factor = np.array([FRICTION_SIGN[status] * contact.friction for status, contact in pairs])
     phasors: Complex = factor[:, None] * normal
     return phasors
-
-
-def contact_directions(scene: Scene) -> scipy.sparse.csr_array:
-    """Return t_i and n_i of every contact as rows, (2 contacts, n): t_0, n_0, t_1, ..."""
-    count = len(scene.contacts)
-    rows = [[scene.tangential_direction(i), scene.normal_direction(i)] for i in range(count)]
-    return scipy.sparse.csr_array(np.reshape(rows, (2 * count, scene.size)))
-
-
-def contact_forces(directions: scipy.sparse.csr_array, load: Any) -> Any:
-    """Return the forces along rows of `contact_directions` that add up to a load, by least squares."""
-    gram = scipy.sparse.csr_array(directions @ directions.T)
-    lengths = gram.diagonal()
-    if (abs(gram - scipy.sparse.diags_array(lengths)) > 0.0).nnz == 0:
-        # Orthogonal directions, as of contacts along dofs, need no factors.
-        return (_times(directions, load).T / lengths).T
-    basis, triangle = np.linalg.qr(directions.toarray().T)
-    return np.linalg.solve(triangle, _times(basis.T, load))
 
 
 def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
@@ -203,23 +187,3 @@ def _shape(modes: Modes, mode: int) -> tuple[Complex, complex]:
     if not 0 <= mode < count:
         raise InputError(f"mode: expected an index in 0..{count - 1}, got {mode!r}")
     return modes.shapes[:, mode], complex(modes.eigenvalues[mode])
-
-
-def _matrices(scene: Scene) -> tuple[Any, Any, Any]:
-    """Return M, C and K, (n, n), sparse where they are given so."""
-    mass = scipy.sparse.diags_array(scene.mass) if scene.mass.ndim == 1 else scene.mass
-    if scene.damping is None:
-        return mass, scipy.sparse.csr_array((scene.size, scene.size)), scene.stiffness
-    if isinstance(scene.damping, Proportional):
-        return (
-            mass,
-            scene.damping.mass * mass + scene.damping.stiffness * scene.stiffness,
-            scene.stiffness,
-        )
-    return mass, scene.damping, scene.stiffness
-
-
-def _times(matrix: Any, vectors: Complex) -> Complex:
-    """Return a real matrix times complex columns; numpy would make the matrix complex first."""
-    product: Complex = matrix @ vectors.real + 1j * (matrix @ vectors.imag)
-    return product

@@ -145,6 +145,8 @@ class Grazing(NamedTuple):
     value: float
     #: bound on the error of `value`, same unit
     uncertainty: float
+    #: name of the contact, its index where contacts have no names
+    name: str
 
 
 class Accumulation(NamedTuple):

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
+from stickslip.errors import InputError
 from stickslip.motion import energy as energetics
 from stickslip.motion.events import Accumulation, Events, Grazing
-from stickslip.scene.checks import Real, real_array, real_number, whole_number
+from stickslip.scene.checks import Names, Real, real_array, real_number, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 from stickslip.show.summary import Summary, Table
@@ -44,7 +45,8 @@ class Motion:
     @cached_property
     def grazings(self) -> tuple[Grazing, ...]:
         """Touches that rounding cannot tell from events."""
-        return tuple(Grazing(*touch) for touch in self.core.grazings)
+        labels = self.scene.contact_labels()
+        return tuple(Grazing(*touch, str(labels[touch[1]])) for touch in self.core.grazings)
 
     @cached_property
     def accumulations(self) -> tuple[Accumulation, ...]:
@@ -82,8 +84,17 @@ class Motion:
         position, velocity, combination = self.core.state(real_number("time", time))
         return State(position, velocity, combination, self.scene.dofs)
 
-    def sample(self, times: ArrayLike) -> xr.Dataset:
+    def sample(self, times: ArrayLike | None = None, between: int = 0) -> xr.Dataset:
         """Return motion and contact forces at k times in [0, duration], s; any order.
+
+        Parameters
+        ----------
+        times
+            (k,), s. None: the start, both sides of every event, `between` instants in each phase, and the
+            end, ascending. The side before an event is the largest time below its own; the coordinate
+            ``instant`` then tells ``start``, ``before``, ``after``, ``between`` or ``end``.
+        between
+            Without `times`: how many instants evenly inside each phase.
 
         Returns
         -------
@@ -95,11 +106,17 @@ class Motion:
         Raises
         ------
         InputError
-            If a time lies outside the computed motion.
+            If a time lies outside the computed motion, or `between` is no integer >= 0 or given with `times`.
         """
         import xarray as xr
 
-        at = np.atleast_1d(real_array("times", times, 0, 1))
+        inside = whole_number("between", between, 0)
+        if times is None:
+            at, instant = self._instants(inside)
+        elif inside:
+            raise InputError(f"between: expected 0 where times are given, got {between!r}")
+        else:
+            at, instant = np.atleast_1d(real_array("times", times, 0, 1)), None
         position, velocity, normal, friction, status = self.core.sample(at)
         motion, force = ("time", "dof"), ("time", "contact")
         return xr.Dataset(
@@ -114,8 +131,27 @@ class Motion:
                 "time": ("time", at, {"units": "s"}),
                 "dof": list(self.scene.dofs),
                 "contact": self.scene.contact_labels(),
+                **({} if instant is None else {"instant": ("time", instant)}),
             },
         )
+
+    def _instants(self, between: int) -> tuple[Real, Names]:
+        """Return times aligned with the events, and what each of them is."""
+        after = np.unique(self.events.time)
+        inner = after[(after > 0.0) & (after < self.duration)]
+        ends = np.array([0.0, *inner, self.duration])
+        parts = np.arange(1, between + 1) / (between + 1)
+        # Of two names for one time the first counts.
+        listed = (
+            ("start", np.zeros(1)),
+            ("after", after),
+            ("before", np.nextafter(after[after > 0.0], 0.0)),
+            ("end", np.array([self.duration])),
+            ("between", (ends[:-1, None] + parts * np.diff(ends)[:, None]).ravel()),
+        )
+        names = np.concatenate([np.full(times.size, name) for name, times in listed])
+        times, first = np.unique(np.concatenate([times for _, times in listed]), return_index=True)
+        return times, names[first]
 
     def modal_coordinates(self, times: ArrayLike) -> xr.DataArray:
         """Return the modal coordinates z, ``(q, q') = Xi z``, in the modes of each instant's combination.

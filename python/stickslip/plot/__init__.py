@@ -1,6 +1,6 @@
 """Every figure of the package, by one list; each is drawn where its subject belongs."""
 
-from stickslip.cycles.figures import bifurcation_diagram, limit_cycle, overlay
+from stickslip.cycles.figures import basins, bifurcation, limit_cycle, overlay
 from stickslip.energy.figures import (
     energy_flow,
     energy_history,
@@ -29,14 +29,15 @@ from stickslip.study.figures import (
     distribution,
     eigenvalue_moments,
     morris_effects,
-    overview,
     probability,
     sobol_indices,
+    study,
 )
 
 __all__ = [
     "animated",
-    "bifurcation_diagram",
+    "basins",
+    "bifurcation",
     "contact_status",
     "convergence",
     "displacement",
@@ -56,7 +57,6 @@ __all__ = [
     "morris_effects",
     "orbits",
     "overlay",
-    "overview",
     "phase_plane",
     "phase_portrait",
     "phase_portraits",
@@ -69,4 +69,5 @@ __all__ = [
     "stability_map",
     "status_strip",
     "stored_energy",
+    "study",
 ]

@@ -7,7 +7,7 @@ import numpy as np
 from stickslip import plot
 from stickslip.locus.critical import CriticalPoint
 from stickslip.modes.modes import Modes
-from stickslip.modes.shape import contact_directions, contact_forces, power_of
+from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.scene import Proportional
@@ -106,12 +106,13 @@ def equilibrium_section(found: Findings) -> str:
             note(f"There is no steady sliding: {found.reasons['equilibrium']}", "warning"),
         )
     state, scene = found.equilibrium, found.scene
-    # At rest in the structure N and T are the rows of K x - F.
-    load = scene.stiffness @ state.position - scene.force
-    forces = contact_forces(contact_directions(scene), load).real
+    forces = state.contact_forces(scene)
+    columns = (forces.contact, forces.normal_force, forces.friction_force)
     rows = [
-        [str(label), float(forces[2 * i + 1]), float(forces[2 * i]), letter]
-        for i, (label, letter) in enumerate(zip(scene.contact_labels(), state.combination, strict=True))
+        [str(label), float(normal), float(friction), letter]
+        for label, normal, friction, letter in zip(
+            *(column.to_numpy() for column in columns), state.combination, strict=True
+        )
     ]
     return section(
         "equilibrium",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -12,6 +13,9 @@ from stickslip.errors import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked, default_dofs
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 #: Change of a state: dof name or index to amount, or one amount per dof.
 Change = Mapping[str | int, float] | ArrayLike
@@ -92,6 +96,39 @@ class State:
             self.velocity + change_vector("velocity", velocity, self.dofs),
             self.combination,
             self.dofs,
+        )
+
+    def contact_forces(self, scene: Scene) -> xr.Dataset:
+        """Return the forces of the contacts on the structure in this state.
+
+        Parameters
+        ----------
+        scene
+            Whose state it is.
+
+        Returns
+        -------
+        xarray.Dataset
+            Over ``contact``: ``normal_force`` N >= 0 along n, ``friction_force`` T along t, N; of a contact
+            that slides Coulomb's, of one that sticks what keeps it at rest on its slider, of an open one 0.
+
+        Raises
+        ------
+        InputError
+            If the state is not one of the scene: sizes differ, a contact penetrates, or moves otherwise than
+            the combination says.
+        """
+        import xarray as xr
+
+        core = checked(scene).core
+        normal, friction = core.contact_forces(self.position, self.velocity, self.combination)
+        newton = {"units": "N"}
+        return xr.Dataset(
+            {
+                "normal_force": ("contact", np.array(normal), newton),
+                "friction_force": ("contact", np.array(friction), newton),
+            },
+            coords={"contact": scene.contact_labels()},
         )
 
     def __repr__(self) -> str:

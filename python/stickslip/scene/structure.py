@@ -1,4 +1,4 @@
-"""A scene as dense matrices over its dofs, for energies of modes and of given motions."""
+"""The matrices of a scene over its dofs, and the directions of its contacts, for energies of motions."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse
 
-from stickslip.scene.checks import Real
-from stickslip.scene.contact import core_contact
+from stickslip.scene.checks import Complex, Real
 from stickslip.scene.scene import Proportional, Scene
 
 
@@ -20,45 +19,54 @@ class Structure:
     Attributes
     ----------
     mass, damping, stiffness
-        M, C, K, (n, n).
+        M, C, K, (n, n), sparse where they are given so, or dense.
     force
         F, (n,).
     directions
         D, (n, 2c): tangential and normal direction of every contact.
     impulse_response
-        ``P = M^-1 D (D' M^-1 D)^-1``, (n, 2c): ``P' r`` are the contact forces that balance r = D f.
+        ``P = M^-1 D (D' M^-1 D)^-1``, (n, 2c), from the core: ``P' r`` are the contact forces that balance
+        r = D f.
     """
 
-    mass: Real
-    damping: Real
-    stiffness: Real
+    mass: Any
+    damping: Any
+    stiffness: Any
     force: Real
-    directions: Real
-    impulse_response: Real
+    directions: Any
+    impulse_response: Any
 
     @classmethod
     def of(cls, scene: Scene) -> Structure:
         """Return the matrices of a scene."""
-        mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-        stiffness = dense(scene.stiffness)
-        if scene.damping is None:
-            damping = np.zeros_like(mass)
-        elif isinstance(scene.damping, Proportional):
-            damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
-        else:
-            damping = dense(scene.damping)
-        directions = np.zeros((scene.size, 2 * len(scene.contacts)))
-        for i, contact in enumerate(scene.contacts):
-            for k, direction in enumerate(core_contact(contact, i, scene.dofs)[:2]):
-                directions[:, 2 * i + k] = (
-                    np.eye(scene.size)[direction] if isinstance(direction, int) else direction
-                )
-        response = np.linalg.solve(mass, directions)
-        impulse_response = response @ np.linalg.inv(directions.T @ response)
-        return cls(mass, damping, stiffness, scene.force, directions, impulse_response)
+        mass = scipy.sparse.diags_array(scene.mass).tocsr() if scene.mass.ndim == 1 else scene.mass
+        damping = scene.damping
+        if damping is None:
+            damping = scipy.sparse.csr_array((scene.size, scene.size))
+        elif isinstance(damping, Proportional):
+            damping = damping.mass * mass + damping.stiffness * scene.stiffness
+        columns = [
+            direction(i)
+            for i in range(len(scene.contacts))
+            for direction in (scene.tangential_direction, scene.normal_direction)
+        ]
+        directions = scipy.sparse.csr_array(np.reshape(columns, (len(columns), scene.size)).T)
+        basis = scipy.sparse.csr_array(scene.core.contact_basis().T)
+        return cls(mass, damping, scene.stiffness, scene.force, directions, basis)
+
+    @classmethod
+    def dense(cls, scene: Scene) -> Structure:
+        """Return the matrices of a scene as dense arrays."""
+        return cls(*(dense(part) for part in vars(cls.of(scene)).values()))
 
 
 def dense(matrix: Any) -> Real:
     """Return a matrix of a scene, dense or sparse, as an array."""
     dense: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
     return dense
+
+
+def times(matrix: Any, vectors: Complex) -> Complex:
+    """Return a real matrix times complex columns; numpy would make the matrix complex first."""
+    product: Complex = matrix @ vectors.real + 1j * (matrix @ vectors.imag)
+    return product

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator, Sequence
+from typing import Any, TypeVar
 
 from rich.console import Console
 from rich.progress import (
@@ -14,6 +15,8 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.text import Text
+
+T = TypeVar("T")
 
 
 class Rate(ProgressColumn):
@@ -38,3 +41,9 @@ def progress_bar(progress: bool | None, *columns: ProgressColumn) -> Progress:
         transient=True,
         disable=not (console.is_terminal if progress is None else progress),
     )
+
+
+def tracked(jobs: Sequence[T], description: str, progress: bool | None = None) -> Iterator[T]:
+    """Go through jobs with a bar on standard error while that lasts; None: on a terminal."""
+    with progress_bar(progress) as bar:
+        yield from bar.track(jobs, description=description)

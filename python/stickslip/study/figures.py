@@ -1,4 +1,4 @@
-"""Figures of studies: every function but `overview` draws on the axes it is given and returns them."""
+"""Figures of studies: every function but `study` draws on the axes it is given and returns them."""
 
 from __future__ import annotations
 
@@ -197,7 +197,7 @@ def eigenvalue_moments(
 PANELS, PER_BIN = 8, 40
 
 
-def overview(results: xr.Dataset) -> Figure:
+def study(results: xr.Dataset) -> Figure:
     """Return a figure of a study: instability over every parameter, and the density of every output."""
     parameters = [str(name) for name, coord in results.coords.items() if coord.dims == ("sample",)]
     verdict = bool({"growth_rate", "eigenvalue", "unstable_modes"} & set(results.data_vars))

@@ -2,12 +2,14 @@
 
 use std::sync::Arc;
 
-use numpy::{IntoPyArray, PyArray1, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods};
+use numpy::{
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{MatrixInput, SparseParts, entries, sparse_parts, vector};
+use crate::convert::{MatrixInput, SparseParts, entries, matrix, sparse_parts, vector};
 use crate::cycle::Cycle;
 use crate::errors::{named, raise};
 use crate::interrupt::detached;
@@ -184,6 +186,25 @@ impl Scene {
         let state = self.start(py, &position, &velocity, combination)?;
         core::contact::start_coordinates(&self.inner, &state).map_err(|error| raise(py, &error))?;
         Ok(())
+    }
+
+    /// Normal and friction forces of a state, N.
+    fn contact_forces(
+        &self,
+        py: Python<'_>,
+        position: PyReadonlyArray1<'_, f64>,
+        velocity: PyReadonlyArray1<'_, f64>,
+        combination: &str,
+    ) -> PyResult<(Vec<f64>, Vec<f64>)> {
+        let state = self.start(py, &position, &velocity, combination)?;
+        let forces = core::contact::forces_of_state(&self.inner, &state);
+        Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
+    }
+
+    /// By row: how contact forces along each direction are told from a load on the dofs.
+    fn contact_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let columns = self.inner.contact_basis();
+        matrix(py, columns.len(), self.inner.size(), columns.concat())
     }
 
     #[allow(clippy::too_many_arguments, reason = "one argument per keyword of the Python function")]

@@ -63,7 +63,7 @@ def cycle(
     try:
         with waiting("looking for the limit cycle"):
             found = case.simulate(duration=duration, method=method).limit_cycle(further)
-    except ss.NotPeriodicError as error:
+    except ss.errors.NotPeriodicError as error:
         if error.kind == "stopped":
             raise
         click.echo(f"no limit cycle ({error.kind}): {error}", err=True)

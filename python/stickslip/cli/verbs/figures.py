@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from stickslip.cli.options import Number, dpi_option, progress, save_figure
+from stickslip.cli.options import Number, dpi_option, save_figure
+from stickslip.show.progress import tracked
 
 
 @click.command()
@@ -36,7 +37,7 @@ def figures(numbers: tuple[int, ...], out: Path, suffix: str, dpi: int) -> None:
     from stickslip.reference.figures import FIGURES
 
     out.mkdir(parents=True, exist_ok=True)
-    for number in progress(numbers or tuple(FIGURES), "figures"):
+    for number in tracked(numbers or tuple(FIGURES), "figures"):
         path = out / f"figure-{number:02}.{suffix}"
         save_figure(FIGURES[number](), path, dpi)
         click.echo(f"wrote {path}: {(FIGURES[number].__doc__ or '').splitlines()[0]}", err=True)

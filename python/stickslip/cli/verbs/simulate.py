@@ -87,7 +87,7 @@ def simulate(
     settings = {"method": method, "max_events": max_events, "time_limit": time_limit}
     duration = with_duration(scene, case, duration)
 
-    def give(run: ss.Motion) -> None:
+    def give(run: ss.types.Motion) -> None:
         answer.give(
             lambda: run.dataset(samples),
             ("event",) if events else ("time",),
@@ -98,20 +98,20 @@ def simulate(
     try:
         with waiting("simulating"):
             run = case.simulate(duration=duration, **settings)
-    except (ss.RunError, ss.RunInterrupted) as error:
+    except (ss.RunError, ss.errors.RunInterrupted) as error:
         if error.partial is not None:
             give(error.partial)
         raise
     give(run)
 
 
-def _figure(run: ss.Motion, dofs: tuple[str, ...]) -> Figure:
+def _figure(run: ss.types.Motion, dofs: tuple[str, ...]) -> Figure:
     from stickslip.plot import history
 
     return history(run, dofs or None)
 
 
-def _show(out: Console, run: ss.Motion) -> None:
+def _show(out: Console, run: ss.types.Motion) -> None:
     out.print(repr(run), markup=False)
     shares = run.time_by_combination()
     total = run.duration or 1.0
@@ -130,5 +130,5 @@ def _show(out: Console, run: ss.Motion) -> None:
         out.print("Kinds: " + "; ".join(f"{kind}: {KINDS[kind]}" for kind in kinds), markup=False)
 
 
-def _what(events: ss.Events, k: int) -> tuple[str, str]:
+def _what(events: ss.types.Events, k: int) -> tuple[str, str]:
     return str(events.kind[k]), str(events.combination[k])

@@ -102,15 +102,15 @@ def study(
     )
 
     def give(results: xr.Dataset) -> None:
-        from stickslip.study.figures import overview
+        from stickslip.plot import study as drawn
 
         answer.give(
-            lambda: results, ("sample",), lambda out: _show(out, made, results), lambda: overview(results)
+            lambda: results, ("sample",), lambda out: _show(out, made, results), lambda: drawn(results)
         )
 
     try:
         results = made.run(store, threads=threads)
-    except (ss.StudyError, ss.StudyInterrupted) as error:
+    except (ss.errors.StudyError, ss.errors.StudyInterrupted) as error:
         give(error.partial)
         raise
     give(results)

@@ -139,7 +139,7 @@ def _changes(axis: Any, stable: Any) -> list[tuple[str, ...]]:
     ]
 
 
-def _remark(point: ss.CriticalPoint, combination: str | None) -> str:
+def _remark(point: ss.types.CriticalPoint, combination: str | None) -> str:
     if point.kind == "separation":
         return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
     toward = {1: "destabilising", -1: "stabilising", 0: ""}[point.direction]

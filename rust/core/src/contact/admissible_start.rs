@@ -1,7 +1,7 @@
 //! The start of a run: a state brought to contact coordinates and to the exact zeros of its combination.
 
 use crate::contact::event_function::Functional;
-use crate::contact::event_function::{contact_forces, reaction};
+use crate::contact::event_function::{contact_forces, contact_forces_in, reaction};
 use crate::contact::settlement::Departure;
 use crate::error::Error;
 use crate::scene::contact_law::check_finite;
@@ -10,6 +10,12 @@ use crate::scene::status::{Combination, Status};
 
 /// Relative tolerance to which a start state may miss the constraints of its combination.
 const START_TOLERANCE: f64 = 1e-9;
+
+/// (N, T) of every contact in a state, refused if it penetrates or violates its combination.
+pub fn forces_of_state(scene: &Scene, state: &State) -> Result<Vec<(f64, f64)>, Error> {
+    let (q, u) = start_coordinates(scene, state)?;
+    Ok(contact_forces_in(scene, &state.combination, &q, &u))
+}
 
 /// Brings a start state to contact coordinates, refusing one that penetrates or violates its combination.
 pub fn start_coordinates(scene: &Scene, state: &State) -> Result<(Vec<f64>, Vec<f64>), Error> {

@@ -201,3 +201,18 @@ pub(crate) fn contact_force(
     };
     (normal, friction)
 }
+
+/// (N, T) of every contact in state (q, q') of a combination.
+pub(crate) fn contact_forces_in(
+    scene: &Scene,
+    combination: &Combination,
+    q: &[f64],
+    u: &[f64],
+) -> Vec<(f64, f64)> {
+    if scene.contacts_coupled() {
+        let forces = contact_forces(scene, combination);
+        return forces.iter().map(|(t, n)| (n.value(q, u), t.value(q, u))).collect();
+    }
+    let statuses = combination.statuses().iter().enumerate();
+    statuses.map(|(contact, &status)| contact_force(scene, contact, status, q, u)).collect()
+}

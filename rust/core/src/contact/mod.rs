@@ -11,5 +11,5 @@ pub(crate) mod joint_closing;
 pub(crate) mod settlement;
 pub(crate) mod transition;
 
-pub use admissible_start::start_coordinates;
+pub use admissible_start::{forces_of_state, start_coordinates};
 pub use event_kind::EventKind;

@@ -129,6 +129,15 @@ impl Coordinates {
         self.transform.as_ref().map(|pair| pair.0.as_slice())
     }
 
+    /// Column `slot` of T: how the dofs move where that coordinate moves by one, and how a force along the contact
+    /// direction of that coordinate is told from forces on the dofs.
+    pub fn column(&self, slot: usize, size: usize) -> Vec<f64> {
+        match &self.transform {
+            None => (0..size).map(|dof| f64::from(u8::from(dof == slot))).collect(),
+            Some((forward, _)) => (0..size).map(|dof| forward[dof * size + slot]).collect(),
+        }
+    }
+
     /// `T q`
     pub fn to_dofs(&self, q: &[f64]) -> Vec<f64> {
         match &self.transform {

@@ -198,6 +198,13 @@ impl Scene {
         self.stiffness.row_dot(row, q) + self.damping.row_dot(row, u) - self.force[row]
     }
 
+    /// `P = M^-1 D (D' M^-1 D)^-1` by columns, (tangential, normal) of each contact, with D its directions: `P' r` are the
+    /// contact forces f that add up to a load `r = D f`.
+    pub fn contact_basis(&self) -> Vec<Vec<f64>> {
+        let slots = self.contacts.iter().flat_map(|law| [law.tangential, law.normal]);
+        slots.map(|slot| self.coordinates.column(slot, self.size)).collect()
+    }
+
     /// Contact coordinates (q, q') of dof positions and velocities.
     pub(crate) fn to_coordinates(
         &self,

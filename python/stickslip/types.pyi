@@ -1,0 +1,34 @@
+"""The types of results, each from the module that holds it; `types.py` reads them here."""
+
+from .cycles.basins import Basins
+from .cycles.bifurcation import Bifurcation
+from .cycles.branch import Branch, BranchPoint
+from .cycles.cycle import CyclePhase, Margin
+from .energy.selection import ModeSelection
+from .locus.critical import CriticalPoint
+from .modes.modes import Mode
+from .modes.status_table import StatusTable
+from .motion.events import Accumulation, Event, Events, Grazing
+from .motion.motion import Motion
+from .scene.reduction import Reduced
+from .transient.batch import Outcome
+
+__all__ = [
+    "Accumulation",
+    "Basins",
+    "Bifurcation",
+    "Branch",
+    "BranchPoint",
+    "CriticalPoint",
+    "CyclePhase",
+    "Event",
+    "Events",
+    "Grazing",
+    "Margin",
+    "Mode",
+    "ModeSelection",
+    "Motion",
+    "Outcome",
+    "Reduced",
+    "StatusTable",
+]
