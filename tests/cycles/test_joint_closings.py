@@ -56,6 +56,7 @@ def test_a_joint_closing_forgets_all_gaps_and_their_velocities(cycle):
     assert not any(cycle.core.losses[k] for k in rounds)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.1, 0.3, 0.5])
 def test_the_number_of_impacts_does_not_matter(restitution):
     run = settled(restitution)

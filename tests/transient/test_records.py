@@ -97,6 +97,7 @@ def refused_or_used(make, use):
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_damaged_motions(name):
     run = RUNS[name]
@@ -114,6 +115,7 @@ def test_damaged_motions(name):
     assert refused == set(record)
 
 
+@pytest.mark.slow
 def test_damaged_orbits():
     record = CYCLE.core.record()
 

@@ -12,11 +12,12 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.locus.asked import asked, axis, divided
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
 from stickslip.scene.checks import Complex, Real, whole_number
-from stickslip.scene.family import Family, Model, asked, axis, divided
+from stickslip.scene.family import Family, Model
 from stickslip.show.progress import tracked
 
 _Part = TypeVar("_Part")
