@@ -445,7 +445,7 @@ class Cycle:
 
 
 def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
-    return Cycle(scene, scene.core.cycle(record))
+    return Cycle(scene, _core.Cycle.from_record(scene.core, record))
 
 
 def limit_cycle(
@@ -460,7 +460,7 @@ def limit_cycle(
     RunInterrupted
         On Ctrl-C.
     """
-    kind, core, growth, last = run.core.attractor(further, method)
+    kind, core, growth, last = _core.attractor(run.core, further, method)
     if core is not None:
         return Cycle(run.scene, core)
     ended = run if last is None else replace(run, start=run.state(run.duration), core=last)

@@ -86,8 +86,8 @@ impl Path {
                 }
             })
             .collect();
-        let inner =
-            core::locus::Path::new(combination, size, pieces).map_err(|error| raise(py, &error))?;
+        let inner = detached(py, || core::locus::Path::new(combination, size, pieces))?
+            .map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
 
@@ -103,9 +103,11 @@ impl Path {
         upper: f64,
     ) -> PyResult<Self> {
         let combination = scene.combination(py, combination)?;
-        let ends: [&core::Scene; 2] = [&scene.inner, &other.inner];
-        let inner = core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
-            .map_err(|error| raise(py, &error))?;
+        let ends: [&core::Scene; 2] = [scene.core(), other.core()];
+        let inner = detached(py, || {
+            core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
+        })?
+        .map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
 
@@ -121,7 +123,7 @@ impl Path {
         value: f64,
     ) -> PyResult<[Bound<'py, PyArray2<f64>>; 6]> {
         let m = self.inner.size;
-        let parts = self.inner.matrices(value);
+        let parts = detached(py, || self.inner.matrices(value))?;
         let [a, b, c, d, e, f] = parts.map(|entries| matrix(py, m, m, entries));
         Ok([a?, b?, c?, d?, e?, f?])
     }

@@ -1,6 +1,7 @@
 //! A computed motion: the state after every event, and anything in between on demand.
 
 use std::collections::HashSet;
+use std::fmt;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -86,6 +87,18 @@ impl StopReason {
     }
 }
 
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StopReason::Failed(failure) => failure.fmt(f),
+            StopReason::Chattering { contact } => {
+                write!(f, "contact {contact} changes status without end at one instant")
+            }
+            reason => f.write_str(reason.name()),
+        }
+    }
+}
+
 /// How much work a run took; exact, so that tests can hold them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
@@ -106,7 +119,7 @@ pub struct Counters {
 #[derive(Debug)]
 pub(crate) struct Phase {
     pub start: f64,
-    /// What rounding takes from `start`.
+    /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,
     pub basis: Arc<CombinationBasis>,
 }

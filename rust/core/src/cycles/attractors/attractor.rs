@@ -48,7 +48,7 @@ pub fn settle(
     start: &State,
     search: Search<'_>,
 ) -> Result<(Attractor, Trajectory), Error> {
-    let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
+    let controls = Controls { cancel: search.cancel, ..Controls::default() };
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
@@ -65,9 +65,9 @@ pub fn settle(
             neighbour = Some(Neighbour::new(&run));
         }
         if let Some(neighbour) = &mut neighbour {
-            neighbour.follow(&run, search.method, search.interrupted)?;
+            neighbour.follow(&run, search.method, search.cancel)?;
         }
-        if search.is_interrupted() {
+        if search.is_cancelled() {
             run.stop_reason = StopReason::Interrupted;
             return Ok((Attractor::Stopped, run));
         }
