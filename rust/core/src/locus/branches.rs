@@ -26,7 +26,8 @@ pub(crate) const RESOLUTION: f64 = 1e-13;
 /// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
 const KEPT: f64 = 0.5;
 const OTHERS: f64 = 0.25;
-/// Relative distance of two well-conditioned eigenvalues below which their vectors are any two of one plane.
+/// Closer than this, two well-conditioned eigenvalues count as equal: their vectors are an arbitrary basis of a plane,
+/// which cannot be tracked.
 const TWINS: f64 = 1e-9;
 /// Condition number up to which two eigenvalues that near are a semisimple pair and not nearly defective.
 const SEMISIMPLE: f64 = 1e3;
