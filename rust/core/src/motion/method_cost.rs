@@ -19,7 +19,8 @@ pub(crate) const AT_ONCE: usize = 8;
 /// Free coordinates up to which modes are refined.
 const REFINED: usize = 60;
 
-/// The part: less helps long runs, and harms those that end early.
+/// Change to modes once the extra work of series reaches this fraction of their price. Smaller favours long runs, larger
+/// short ones.
 const SHARE: f64 = 0.5;
 /// How much larger the part is where every combination is a new one.
 const CAUTION: f64 = 16.0;

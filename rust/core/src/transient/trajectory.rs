@@ -20,8 +20,11 @@ use crate::scene::status::{Combination, Status};
 /// One event; the combination is that after everything that happened at the instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
+    /// s
     pub time: f64,
+    /// Index of the contact.
     pub contact: usize,
+    /// What happened.
     pub kind: EventKind,
     /// Index into [`Trajectory::phases`] of the phase that begins here.
     pub(crate) phase: usize,
@@ -30,8 +33,11 @@ pub struct Event {
 /// A touch of an event function within rounding: the status was kept, though `alternative` may be true.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grazing {
+    /// s
     pub time: f64,
+    /// Index of the contact.
     pub contact: usize,
+    /// The event that would have happened.
     pub alternative: EventKind,
     /// The event function at the touch, in its own unit (m/s, N or m).
     pub value: f64,
@@ -136,16 +142,22 @@ pub struct Trajectory {
     pub accumulations: Vec<Accumulation>,
     pub counters: Counters,
     pub stop_reason: StopReason,
+    /// s
     pub end: f64,
 }
 
 /// Positions and velocities over dofs, contact forces and statuses at a series of instants; row-major.
 #[derive(Debug, Clone, Default)]
 pub struct Sample {
+    /// m, n per instant.
     pub position: Vec<f64>,
+    /// m/s, n per instant.
     pub velocity: Vec<f64>,
+    /// N >= 0 of every contact, N.
     pub normal_force: Vec<f64>,
+    /// T of every contact, N.
     pub friction_force: Vec<f64>,
+    /// Of every contact.
     pub status: Vec<Status>,
 }
 
