@@ -18,7 +18,7 @@ reproduce: $(INSTALLED) ## Compute every published number, compare, write the fi
 	$(BIN)/stickslip reproduce --output $(OUT)
 
 test: test-core $(INSTALLED) ## Test the core and the package
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest --durations 20
 
 # In the profile that the package is built in, so that its dependencies compile once.
 test-core: ## Test the core alone, which needs no Python

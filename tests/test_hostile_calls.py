@@ -11,7 +11,7 @@ import scipy.sparse
 import xarray as xr
 
 import stickslip as ss
-from stickslip.scene import scene as scene_module
+from stickslip.scene import checks
 
 NAN, INF = float("nan"), float("inf")
 HUGE = 10**400
@@ -202,7 +202,7 @@ def test_sparse_masses():
 
 
 def test_a_sparse_mass_that_does_not_fit_as_a_dense_one(monkeypatch):
-    monkeypatch.setattr(scene_module, "physical_memory", lambda: 10**9)
+    monkeypatch.setattr(checks, "physical_memory", lambda: 10**9)
     size = 10_000
     wide = scipy.sparse.diags_array(
         [np.ones(size - 1), 4.0 * np.ones(size), np.ones(size - 1)], offsets=[-1, 0, 1]
@@ -212,7 +212,7 @@ def test_a_sparse_mass_that_does_not_fit_as_a_dense_one(monkeypatch):
     ):
         ss.Scene(wide, scipy.sparse.eye_array(size))
     monkeypatch.undo()
-    assert scene_module.physical_memory() > 10**8
+    assert checks.physical_memory() > 10**8
 
 
 def test_a_rigid_pad_with_masses_of_its_contacts():

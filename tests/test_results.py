@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from scipy.linalg import block_diag
 
 import stickslip as ss
+from stickslip import _core
 
 
 @cache
@@ -203,9 +204,9 @@ def test_motions_that_stopped_early_survive():
     assert pickle.loads(pickle.dumps(stopped)).stop_reason == "max_events"
     # Painleve: no status is consistent.
     reason = examples()["Trajectory"].core.record() | {"stop": ("failed", "no status is consistent", None)}
-    failed = scene.core.trajectory(reason)
+    failed = _core.Trajectory.from_record(scene.core, reason)
     assert (failed.stop_reason, failed.stop_message) == ("failed", "no status is consistent")
-    chattering = scene.core.trajectory(reason | {"stop": ("chattering", "", 1)})
+    chattering = _core.Trajectory.from_record(scene.core, reason | {"stop": ("chattering", "", 1)})
     assert chattering.stop_message == "contact 1 changes status without end at one instant"
 
 
@@ -228,10 +229,10 @@ def test_a_damaged_record_is_refused(change):
     run = examples()["Trajectory"]
     assert len(run.events) == 312
     with pytest.raises(ss.InputError, match=r"record|combination"):
-        run.scene.core.trajectory(run.core.record() | change)
+        _core.Trajectory.from_record(run.scene.core, run.core.record() | change)
     whole = examples()["Cycle"].core.record()
     with pytest.raises(ss.InputError, match="record"):
-        run.scene.core.cycle(whole | {"states": whole["states"][1:]})
+        _core.Cycle.from_record(run.scene.core, whole | {"states": whole["states"][1:]})
 
 
 class Tables(HTMLParser):

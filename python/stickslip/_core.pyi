@@ -24,6 +24,7 @@ __all__ = [
     "Works",
     "answers",
     "arithmetic",
+    "attractor",
     "chain",
     "energy",
     "settle_all",
@@ -56,6 +57,7 @@ class _ModesData(TypedDict):
     condition: _Real  # (2m,)
     defective: NDArray[np.bool_]  # (2m,)
     residual: _Real  # (2m,)
+    rounding: _Real  # (2m,)
     mass: _Real  # (m, m)
     damping: _Real  # (m, m)
     stiffness: _Real  # (m, m)
@@ -84,20 +86,6 @@ class Scene:
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
     def contact_basis(self) -> _Real: ...  # (2c, n)
-    def simulate(
-        self,
-        position: _Real,
-        velocity: _Real,
-        combination: str,
-        duration: float,
-        method: Literal["auto", "modal", "taylor"],
-        max_events: int | None,
-        time_limit: float | None,
-        accumulation_tolerance: float,
-        on_grazing: Literal["keep", "stop"],
-    ) -> Trajectory: ...
-    def trajectory(self, record: dict[str, Any]) -> Trajectory: ...
-    def cycle(self, record: dict[str, Any]) -> Cycle: ...
 
 @final
 class Batch:
@@ -182,6 +170,21 @@ class Path:
 
 @final
 class Trajectory:
+    @staticmethod
+    def simulate(
+        scene: Scene,
+        position: _Real,
+        velocity: _Real,
+        combination: str,
+        duration: float,
+        method: Literal["auto", "modal", "taylor"],
+        max_events: int | None,
+        time_limit: float | None,
+        accumulation_tolerance: float,
+        on_grazing: Literal["keep", "stop"],
+    ) -> Trajectory: ...
+    @staticmethod
+    def from_record(scene: Scene, record: dict[str, Any]) -> Trajectory: ...
     event_count: int
     event_time: _Real
     event_contact: _Index
@@ -203,9 +206,7 @@ class Trajectory:
     # status code (k, c) as ASCII of + - s d
     def modal_coordinates(self, times: _Real) -> list[tuple[str, _Index, _Complex]]: ...
     # per maximal run of instants in one combination: combination, indices into times, coordinates (len, 2m)
-    def record(self) -> dict[str, Any]: ...  # what `Scene.trajectory` takes
-    # follows the motion for at most `limit` s more
-    def attractor(self, limit: float, method: Literal["auto", "modal", "taylor"]) -> _Settled: ...
+    def record(self) -> dict[str, Any]: ...  # what `from_record` takes
 
 @final
 class Works:
@@ -237,6 +238,8 @@ def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
 class Cycle:
     """`K` phases, `d` dimension of the admissible space at the section."""
 
+    @staticmethod
+    def from_record(scene: Scene, record: dict[str, Any]) -> Cycle: ...
     period: float
     residual: float  # largest mismatch between phases, relative
     combinations: list[str]  # (K,)
@@ -254,7 +257,7 @@ class Cycle:
     minimum: _Real  # (n,)
     maximum: _Real  # (n,)
     def trajectory(self) -> Trajectory: ...
-    def record(self) -> dict[str, Any]: ...  # what `Scene.cycle` takes
+    def record(self) -> dict[str, Any]: ...  # what `from_record` takes
     def monodromy(self) -> _Real: ...  # (2n, 2n), contact coordinates
     def harmonics(self, count: int) -> _Complex: ...  # (count + 1, n)
     # phase, contact, kind, lowest value, time, whether it is a local minimum
@@ -282,6 +285,10 @@ class Orbit:
     ) -> tuple[Orbit, float, float]: ...
     def cycle(self) -> Cycle: ...
 
+#: Follows the motion for at most `limit` s more.
+def attractor(
+    trajectory: Trajectory, limit: float, method: Literal["auto", "modal", "taylor"]
+) -> _Settled: ...
 def settle_all(
     scenes: Sequence[Scene],
     starts: Sequence[tuple[_Real, _Real, str]],  # position, velocity, combination

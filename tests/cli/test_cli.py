@@ -303,6 +303,7 @@ def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_pat
     assert 0.0 < ss.read_dataset(target).attrs["duration"] < 1e7
 
 
+@pytest.mark.slow
 def test_figures(tmp_path):
     said = run("figures", 2, 3, "--output", tmp_path / "new" / "folder", "--format", "svg").stderr
     assert "figure-03.svg: Eigenvalues of steady sliding over friction" in said
@@ -335,6 +336,7 @@ def test_help_loads_nothing_heavy():
     assert not {"xarray", "matplotlib", "pandas", "scipy.optimize"} & set(done.stdout.split())
 
 
+@pytest.mark.slow
 def test_study(brake, tmp_path):
     """What it prints, writes and draws is what `ss.Study` gives."""
     data, drawn = tmp_path / "study.nc", tmp_path / "study.svg"

@@ -59,6 +59,7 @@ def test_the_branch_goes_on_unstable_beyond_the_doubling():
     assert (branch.data.multiplier.real.min("order") < -1.0).to_numpy()[1:].all()
 
 
+@pytest.mark.slow
 def test_a_touch_is_found_from_both_sides():
     """Contact 1 lifts off below friction 1.612: from above N touches zero, from below the flight shrinks."""
     (above,) = ss.branch_points(cycle_at(1.7), friction=(1.7, 1.5), steps=10)

@@ -98,6 +98,7 @@ def test_an_unstable_orbit():
     assert_multipliers(cycle)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.1, 0.3, 0.5])
 def test_bounces_that_come_to_rest(restitution):
     """The limit of a series of bounces is an event like others; how many come before it does not matter."""

@@ -39,6 +39,7 @@ def test_the_gain_of_every_amplitude_is_contact_less_losses(selection):
     assert (gains.impact >= -1e-15 * gains.energy).all()
 
 
+@pytest.mark.slow
 def test_each_balance_closes_once_between_gain_and_loss(selection):
     modes, gains = selection[1].modes, selection[1].gains
     for j in range(modes.sizes["mode"]):

@@ -1,5 +1,7 @@
 """What `method="auto"` chooses, by counts of what it computed."""
 
+import pytest
+
 import stickslip as ss
 from quad_block import quad_block, reduced_block
 
@@ -18,6 +20,7 @@ def test_coupled_masses_go_by_modes():
     assert run.counters["panels"] < 60
 
 
+@pytest.mark.slow
 def test_series_are_kept_where_combinations_hardly_return():
     scene = reduced_block(20, 10, 2, 40)
     runs = {
@@ -30,6 +33,7 @@ def test_series_are_kept_where_combinations_hardly_return():
     assert runs["auto"]["combinations"] - combinations <= combinations // 20
 
 
+@pytest.mark.slow
 def test_modes_are_computed_where_combinations_return():
     scene = reduced_block(20, 10, 4, 40)
     counters = ss.simulate(scene, kicked(scene), 1e-2, "auto", max_events=2000).counters

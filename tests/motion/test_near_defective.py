@@ -141,6 +141,7 @@ def test_modes_are_used_far_away_and_left_close_by(point):
     assert used[-1] == 1
 
 
+@pytest.mark.slow
 @given(
     exponent=st.floats(-16.0, 0.0),
     side=st.sampled_from([-1, 1]),

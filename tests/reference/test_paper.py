@@ -48,6 +48,7 @@ def test_there_is_one_function_for_each():
         assert paper.FIGURES[number] is getattr(ss.reference.figures, f"figure_{number}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", NUMBERS)
 def test_is_legible_in_a_column(number, tmp_path):
     figure = drawn(number)

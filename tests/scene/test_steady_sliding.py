@@ -66,6 +66,7 @@ def test_verdicts_of_samples_follow_each_slider():
     assert np.isnan(study.hopf_point.to_numpy()).tolist() == [False, True]
 
 
+@pytest.mark.slow
 def test_no_branch_leads_from_one_direction_to_the_other():
     scene = ss.models.two_subsystems()
     for model in (scene, ss.models.two_subsystems):

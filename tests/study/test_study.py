@@ -80,6 +80,7 @@ def test_bits_do_not_depend_on_the_order(expected: xr.Dataset) -> None:
         assert alone["amplitude"].tobytes() == expected.amplitude.to_numpy()[k].tobytes()
 
 
+@pytest.mark.slow
 def test_a_store_gives_back_what_memory_holds(tmp_path: Path, expected: xr.Dataset) -> None:
     results = models.campaign().run(tmp_path / "x.zarr", chunk=10)
     assert results.eigenvalue.dtype == np.complex128
@@ -90,6 +91,7 @@ def test_a_store_gives_back_what_memory_holds(tmp_path: Path, expected: xr.Datas
     assert set(expected.coords) <= set(again.coords)
 
 
+@pytest.mark.slow
 def test_a_run_goes_on_where_it_stopped_and_repeats_nothing(
     tmp_path: Path, expected: xr.Dataset, monkeypatch: pytest.MonkeyPatch
 ) -> None:

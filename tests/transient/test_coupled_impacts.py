@@ -43,6 +43,7 @@ def check(run, balanced):
     assert abs(balance.residual) <= balanced * turnover
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "coupling", "restitution"), CASES)
 def test_masses_on_a_belt_come_to_rest(count, coupling, restitution):
     scene, start = masses_on_a_belt(count, coupling, restitution)
@@ -141,6 +142,7 @@ def test_repeated_eigenvalues_by_modes_and_series():
     assert modal.velocity == pytest.approx(taylor.velocity, rel=1e-12, abs=1e-16)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("restitution", [0.0, 0.5])
 def test_a_reduced_block_lifts_off(restitution):
     scene = elastic_block(restitution=restitution)

@@ -15,6 +15,7 @@ def test_the_published_runs(request, reference, duration):
     assert {"velocity", "slip+", "release", "impact"} <= set(run.events.kind)
 
 
+@pytest.mark.slow
 @given(drawn_scenes(min_friction=0.2), st.data())
 def test_random_scenes(drawn, data):
     start = drawn.kicked(data.draw(st.floats(0.3, 2.0), label="strength"))

@@ -2,11 +2,13 @@
 
 import copy
 import itertools
+from functools import partial
 
 import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip import _core
 
 NAN, INF = float("nan"), float("inf")
 NUMBERS = (NAN, INF, -INF, -1.0, 0.0, 1e308, -1e308)
@@ -83,7 +85,7 @@ def used(run):
     run.sample(times)
     run.state(run.duration)
     run.core.event_states()
-    run.core.attractor(0.0, "auto")
+    _core.attractor(run.core, 0.0, "auto")
     run.energy(times)
     run.core.record()
 
@@ -97,13 +99,14 @@ def refused_or_used(make, use):
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_damaged_motions(name):
     run = RUNS[name]
     record = run.core.record()
 
     def restored(damaged):
-        return ss.Trajectory(run.scene, run.state(0.0), run.scene.core.trajectory(damaged))
+        return ss.Trajectory(run.scene, run.state(0.0), _core.Trajectory.from_record(run.scene.core, damaged))
 
     assert not refused_or_used(lambda: restored(record), used)
     refused = set()
@@ -114,6 +117,7 @@ def test_damaged_motions(name):
     assert refused == set(record)
 
 
+@pytest.mark.slow
 def test_damaged_orbits():
     record = CYCLE.core.record()
 
@@ -125,7 +129,7 @@ def test_damaged_orbits():
         used(cycle.run)
 
     def restored(damaged):
-        return ss.Cycle(CYCLE.scene, CYCLE.scene.core.cycle(damaged))
+        return ss.Cycle(CYCLE.scene, _core.Cycle.from_record(CYCLE.scene.core, damaged))
 
     assert not refused_or_used(lambda: restored(record), used_cycle)
     refused = set()
@@ -156,7 +160,7 @@ def test_a_number_that_does_not_fit_is_refused(field, place, value):
     record = run.core.record()
     record[field][place] = value
     with pytest.raises(ss.InputError, match="record: "):
-        run.scene.core.trajectory(record)
+        _core.Trajectory.from_record(run.scene.core, record)
 
 
 @pytest.mark.parametrize(
@@ -166,11 +170,12 @@ def test_a_number_that_does_not_fit_is_refused(field, place, value):
 def test_an_orbit_that_does_not_fit_is_refused(field, value):
     record = {**CYCLE.core.record(), field: value}
     with pytest.raises(ss.InputError, match="record: "):
-        CYCLE.scene.core.cycle(record)
+        _core.Cycle.from_record(CYCLE.scene.core, record)
 
 
 def test_a_record_of_another_type_is_refused():
-    for read in (CYCLE.scene.core.trajectory, CYCLE.scene.core.cycle):
+    for kind in (_core.Trajectory, _core.Cycle):
+        read = partial(kind.from_record, CYCLE.scene.core)
         for record in (None, 1.0, [], {}, "text"):
             with pytest.raises(ss.InputError, match="record: "):
                 read(record)

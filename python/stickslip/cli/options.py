@@ -9,6 +9,7 @@ import tomllib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -75,27 +76,31 @@ method_option = click.option(
 )
 
 
-def start_options(verb: F) -> F:
-    """Give a verb the options that say where a motion starts and how it is computed."""
-    combination = click.option(
+def motion_options(verb: F) -> Callable[..., None]:
+    """Give a verb the scene file with its changes and the options of a run; it gets the case and settings."""
+
+    @wraps(verb)
+    def told(
+        scene: Path,
+        changes: Sequence[str],
+        start: Sequence[str],
+        combination: str | None,
+        method: str | None,
+        duration: float | None,
+        **others: Any,
+    ) -> None:
+        case = started(loaded(scene, changes), start, combination)
+        if duration is None and "duration" not in case.run:
+            raise click.UsageError(f"{scene} has no duration in [run]; say --duration SECONDS")
+        verb(case=case, settings={"duration": duration, "method": method}, **others)
+
+    of_start = click.option(
         "-c",
         "--combination",
         help="Of the start, one letter of + - s d per contact; --start is then the state itself.",
     )
-    return start_option(combination(method_option(verb)))
-
-
-def with_duration(scene: Path, case: ss.Case, duration: float | None) -> float | None:
-    """Return the duration of a motion, None for that of the file.
-
-    Raises
-    ------
-    click.UsageError
-        If neither has one.
-    """
-    if duration is None and "duration" not in case.run:
-        raise click.UsageError(f"{scene} has no duration in [run]; say --duration SECONDS")
-    return duration
+    length = click.option("--duration", type=float, help="Of the run, s; default: that of [run].")
+    return scene_argument(start_option(of_start(method_option(length(told)))))
 
 
 def named(option: str, pairs: Iterable[tuple[str, T]]) -> dict[str, T]:
@@ -204,15 +209,13 @@ dpi_option = click.option(
 def answer_options(verb: Callable[..., None]) -> Callable[..., None]:
     """Give a verb `--json`, `--csv`, `-o`, `--plot` and `--dpi`; it gets an `Answer` for them."""
 
+    # The options that click keeps on the verb go along.
+    @wraps(verb)
     def told(json: bool, csv: bool, file: Path | None, plot: Path | None, dpi: int, **others: Any) -> None:
         if json and csv:
             raise click.UsageError("--json and --csv exclude each other")
         verb(answer=Answer(json, csv, file, plot, dpi), **others)
 
-    told.__doc__ = verb.__doc__
-    told.__name__ = verb.__name__
-    # click keeps the options of a function on it.
-    told.__click_params__ = getattr(verb, "__click_params__", [])  # type: ignore[attr-defined]
     target = click.Path(dir_okay=False, writable=True, path_type=Path)
     options = (
         click.option("--json", is_flag=True, help="Print JSON instead of a table."),

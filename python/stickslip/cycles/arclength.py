@@ -14,9 +14,10 @@ from stickslip.cycles.bifurcation import table
 from stickslip.cycles.branch import Branch, BranchPoint, Placed, checked_cycle
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
+from stickslip.locus.asked import SceneAt, between
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real, real_number, whole_number
-from stickslip.scene.family import Model, SceneAt, between
+from stickslip.scene.family import Model
 
 #: Half the distance of the scenes by which the effect of the parameter is differenced, of the range.
 WIDTH = 1e-6

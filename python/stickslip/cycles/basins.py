@@ -23,9 +23,10 @@ from stickslip.cycles.attractors import (
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, SearchInterrupted
+from stickslip.locus.asked import asked, axis, divided
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real
-from stickslip.scene.family import Family, Model, asked, axis, divided
+from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 

@@ -21,9 +21,10 @@ from stickslip.cycles.attractors import (
 )
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import SearchInterrupted
+from stickslip.locus.asked import along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Index, Real
-from stickslip.scene.family import Model, along
+from stickslip.scene.family import Model
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
 

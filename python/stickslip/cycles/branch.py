@@ -11,9 +11,10 @@ import xarray as xr
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
+from stickslip.locus.asked import SceneAt, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
-from stickslip.scene.family import Model, SceneAt, along
+from stickslip.scene.family import Model
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -12,8 +12,9 @@ from stickslip.cycles.arclength import fold_near
 from stickslip.cycles.branch import BranchPoint, Kind, Placed, checked_cycle, continued
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import OrbitError
+from stickslip.locus.asked import SceneAt, between
 from stickslip.scene.checks import whole_number
-from stickslip.scene.family import Model, SceneAt, between
+from stickslip.scene.family import Model
 
 #: Steps of a search for branch points: between two of them at most one of each kind is expected.
 STEPS = 60

@@ -11,7 +11,7 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.cycles.attractors import described
-from stickslip.cycles.harmonics import harmonic_energy
+from stickslip.cycles.harmonics import fourier_series, harmonic_energy
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunInterrupted
@@ -147,31 +147,9 @@ class Cycle:
     def structural_zeros(self) -> int:
         """Number of multipliers that are zero exactly, whatever the numbers of the scene.
 
-        The derivative M of the flow over a period is a product over the phases, of ``exp(A tau)``, which is
-        regular, and the saltation matrix S of the event. With vector fields f- before and f+ after it,
-        ``S dy = Dg w - f+ dt`` where ``w = dy + f- dt`` lies on the surface of the event, ``grad h . w = 0``.
-        Directions that S forgets, its kernel, are `CyclePhase.loss`:
-
-        - sliding to sticking sets the slip velocity, h itself. ``Dg w = f+ dt`` has one solution, w along the
-          motion after the event (it leaves the slip velocity at zero): what arrives a moment earlier or later
-          at the same place sticks at the same state. Loss 1.
-        - closing of a contact that stays closed sets gap and rate, h is the gap. Solutions are a change of
-          the rate alone, and w along the motion after the event. Loss 2.
-        - closing and sticking at once loses 3, a plastic impact that lets go at once 1, a bounce none.
-
-        Departures forget nothing: their S maps the narrower space into the wider one without a kernel, and a
-        phase has two dimensions more after a release, one more after the end of sticking. What an entry
-        forgot does not come back by that: the new directions are not reached from before, and M has at most
-        the rank r = min(dimension - loss) over the phases, from any section on. A section of dimension d
-        has d - r zeros.
-
-        So there is one zero per entry into sticking, two per entry into contact, if along the period from the
-        section on all entries come before all departures. A departure before an entry makes up for it: the
-        later one then forgets only directions that the flow has turned into it, in general all different from
-        those that are missing already. In ``++ +d ++ s+ ss s+`` (12, 14, 12, 11, 10 and 11 dimensions, three
-        `entries`) the release comes first, and the flight that it opens ends in the impact: the section has
-        12 - 10 = 2 zeros, one within the flight 14 - 10 = 4. A single mass on a belt has two dimensions and
-        one zero however often it sticks in a period.
+        An event that lets a contact stick or touch forgets directions of the state, `CyclePhase.loss`. The
+        derivative of the flow over a period then has at most the rank r = min(dimension - loss) over the
+        phases, and a section of dimension d has d - r zeros. Derivation and examples: docs/limit-cycles.md.
         """
         return self.core.structural_zeros
 
@@ -329,20 +307,7 @@ class Cycle:
         InputError
             If `count` is no integer >= 1.
         """
-        coefficients = self.core.harmonics(whole_number("count", count, 1))
-        amplitude = np.abs(coefficients) * np.where(np.arange(count + 1) == 0, 1.0, 2.0)[:, None]
-        order = np.arange(count + 1)
-        return xr.Dataset(
-            {
-                "coefficient": (("harmonic", "dof"), coefficients, {"units": "m"}),
-                "amplitude": (("harmonic", "dof"), amplitude, {"units": "m"}),
-            },
-            coords={
-                "harmonic": order,
-                "frequency": ("harmonic", order * self.frequency, {"units": "Hz"}),
-                "dof": list(self.scene.dofs),
-            },
-        )
+        return fourier_series(self.scene, self.period, self.core.harmonics(whole_number("count", count, 1)))
 
     def dataset(self, samples: int = 513) -> xr.Dataset:
         """Return what a file of the cycle holds.
@@ -480,7 +445,7 @@ class Cycle:
 
 
 def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
-    return Cycle(scene, scene.core.cycle(record))
+    return Cycle(scene, _core.Cycle.from_record(scene.core, record))
 
 
 def limit_cycle(
@@ -495,7 +460,7 @@ def limit_cycle(
     RunInterrupted
         On Ctrl-C.
     """
-    kind, core, growth, last = run.core.attractor(further, method)
+    kind, core, growth, last = _core.attractor(run.core, further, method)
     if core is not None:
         return Cycle(run.scene, core)
     ended = run if last is None else replace(run, start=run.state(run.duration), core=last)

@@ -1,4 +1,4 @@
-"""Energy of a periodic motion by harmonics of its period.
+"""A periodic motion by harmonics of its period: its series, and their energy.
 
 With ``x = c_0 + 2 Re sum_k c_k e^{i k omega t}`` and ``u_k = i k omega c_k`` the structure, being linear,
 passes no energy from one harmonic to another: for each of them, over one period T,
@@ -14,8 +14,36 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from stickslip.scene.checks import Complex
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure
+
+
+def fourier_series(scene: Scene, period: float, coefficients: Complex) -> xr.Dataset:
+    """Return a Fourier series of the displacement as a dataset; see `Cycle.harmonics`.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    period
+        Of the motion, s.
+    coefficients
+        c_k, (harmonic, dof), from harmonic 0 on, m.
+    """
+    order = np.arange(len(coefficients))
+    amplitude = np.abs(coefficients) * np.where(order == 0, 1.0, 2.0)[:, None]
+    return xr.Dataset(
+        {
+            "coefficient": (("harmonic", "dof"), coefficients, {"units": "m"}),
+            "amplitude": (("harmonic", "dof"), amplitude, {"units": "m"}),
+        },
+        coords={
+            "harmonic": order,
+            "frequency": ("harmonic", order * (1.0 / period), {"units": "Hz"}),
+            "dof": list(scene.dofs),
+        },
+    )
 
 
 def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Dataset:

@@ -10,9 +10,10 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.locus.asked import asked, divided, interval
 from stickslip.locus.path import Sliding
 from stickslip.scene.checks import Complex, Real, real_number
-from stickslip.scene.family import Family, Model, asked, divided, interval
+from stickslip.scene.family import Family, Model
 
 Kind = Literal["hopf", "divergence", "lock_in", "crossing", "separation"]
 

@@ -19,11 +19,12 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.locus.units import parameter_units
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.scene.checks import Complex, Real, real_number
-from stickslip.scene.family import Family, Model, asked
+from stickslip.scene.family import Family, Model
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Proportional, Scene
 

@@ -10,9 +10,10 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.errors import InputError
+from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.scene.checks import Real, real_array
-from stickslip.scene.family import Family, Model, asked
+from stickslip.scene.family import Family, Model
 from stickslip.scene.models import radians
 from stickslip.scene.scene import Scene
 

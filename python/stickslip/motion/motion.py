@@ -368,4 +368,4 @@ class Motion:
 
 
 def _restored(kind: type[Motion], scene: Scene, start: State, record: dict[str, Any]) -> Motion:
-    return kind(scene, start, scene.core.trajectory(record))
+    return kind(scene, start, _core.Trajectory.from_record(scene.core, record))

@@ -6,9 +6,11 @@ Only type and rank are looked at here; sizes, finiteness and everything physical
 from __future__ import annotations
 
 import numbers
+import os
 import sys
+from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 import scipy.sparse
@@ -23,6 +25,8 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Names = NDArray[np.str_]
+#: Dense matrices that are in memory at once while a scene with a full mass is made.
+DENSE_COPIES = 6
 #: Letters of a value that an error message shows.
 WIDTH = 160
 
@@ -143,6 +147,68 @@ def _is_real(value: Any) -> bool:
 def _described_array(given: np.ndarray[Any, Any]) -> str:
     text = np.array2string(given, threshold=6, edgeitems=2).replace("\n", "")
     return f"{text} (dtype {given.dtype})"
+
+
+def mass_array(mass: Any) -> Real:
+    """Return the mass as (n,) or (n, n); a sparse one is (n,) where it is diagonal.
+
+    Raises
+    ------
+    InputError
+        If it is ill-posed, or a sparse one too large to be held as a dense matrix.
+    """
+    if not scipy.sparse.issparse(mass):
+        return real_array("mass", mass, 1, 2)
+    rows = cast("scipy.sparse.csr_array", real_matrix("mass", mass))
+    entries = rows.tocoo()
+    if (entries.coords[0][entries.data != 0.0] == entries.coords[1][entries.data != 0.0]).all():
+        return real_array("mass", rows.diagonal(), 1)
+    size = rows.shape[0]
+    needed, memory = DENSE_COPIES * 8 * size**2, physical_memory()
+    if needed > memory:
+        raise InputError(
+            f"mass: a sparse mass that is not diagonal is computed with as a dense matrix: {size} dofs need "
+            f"{needed / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB; lump it or reduce the model"
+        )
+    return real_array("mass", rows.toarray(), 2)
+
+
+def physical_memory() -> int:
+    """Return the memory of the machine, bytes; where it cannot be asked for, 8 GB."""
+    try:
+        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, ValueError, OSError):
+        return 8 * 10**9
+
+
+def default_dofs(size: int) -> tuple[str, ...]:
+    """Return the names dofs have unless told otherwise: x1, x2, ..."""
+    return tuple(f"x{i + 1}" for i in range(size))
+
+
+def dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
+    """Return the names of the dofs.
+
+    Raises
+    ------
+    InputError
+        If they are not as many texts, none of them empty, all different.
+    """
+    if dofs is None:
+        return default_dofs(size)
+    if isinstance(dofs, str) or not np.iterable(dofs):
+        raise InputError(f"dofs: expected {size} names, got {described(dofs)}")
+    names = tuple(dofs)
+    if len(names) != size:
+        raise InputError(f"dofs: expected {size} names, got {len(names)}")
+    for name in names:
+        if not isinstance(name, str):
+            raise InputError(f"dofs: expected names, got {described(name)}")
+        if not name.strip():
+            raise InputError(f"dofs: expected names that are not empty, got {name!r}")
+        if names.count(name) > 1:
+            raise InputError(f"dofs: {name!r} names more than one dof")
+    return names
 
 
 def package(name: str, wanted: str) -> Any:

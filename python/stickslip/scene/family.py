@@ -26,15 +26,13 @@ import numpy as np
 from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.scene import models
-from stickslip.scene.checks import Real, described, real_array, real_number
+from stickslip.scene.checks import described, real_number
 from stickslip.scene.contact import LAW, core_contact, law_entry, nearest, per_contact
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 
 #: A scene, or a function from named parameters to one.
 Model = Scene | Callable[..., Scene]
-#: The scene at a value of one parameter.
-SceneAt = Callable[[float], Scene]
 
 #: Fields of a chain as a whole.
 WHOLE = ("wall_stiffness", "damping")
@@ -106,7 +104,8 @@ class Family:
         return isinstance(self.model, Scene) or self.is_chain
 
     @cached_property
-    def _signature(self) -> Mapping[str, inspect.Parameter]:
+    def keywords(self) -> Mapping[str, inspect.Parameter]:
+        """The keywords of the function; none of a scene."""
         return inspect.signature(self.model).parameters if callable(self.model) else {}
 
     def slot(self, name: str) -> Slot:
@@ -123,11 +122,11 @@ class Family:
         if self.is_chain:
             if name in self._parts:
                 return self._parts[name]
-            if name not in self._signature:
+            if name not in self.keywords:
                 raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._parts])}")
         stem, _, label = name.rpartition("_")
-        taken = [one.kind for one in self._signature.values()]
-        if name in self._signature or inspect.Parameter.VAR_KEYWORD in taken:
+        taken = [one.kind for one in self.keywords.values()]
+        if name in self.keywords or inspect.Parameter.VAR_KEYWORD in taken:
             return Slot(name, None, 1)
         values = self._standing(stem)
         if label.isdecimal() and np.ndim(values) == 1:
@@ -136,7 +135,7 @@ class Family:
             raise InputError(f"{name}: {stem} has {len(values)} entries, from {stem}_0 on")
         if name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
             return Slot(name, None, 1, late=True)
-        raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._signature])}")
+        raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self.keywords])}")
 
     def _standing(self, keyword: str) -> Any:
         """Return the value that a keyword has if nothing is said; None if there is none."""
@@ -144,7 +143,7 @@ class Family:
             return models.standing(self.arguments, keyword)
         if keyword in self.arguments:
             return self.arguments[keyword]
-        default = self._signature[keyword].default if keyword in self._signature else None
+        default = self.keywords[keyword].default if keyword in self.keywords else None
         return None if default is inspect.Parameter.empty else default
 
     @cached_property
@@ -165,7 +164,7 @@ class Family:
     def _chain(self) -> dict[str, Any]:
         """The arguments of `chain` before any parameter is set."""
         for name in self.arguments:
-            if name not in self._signature:
+            if name not in self.keywords:
                 raise InputError(
                     f"fixed: {self.model.__name__} has no argument {name!r}"  # type: ignore[union-attr]
                 )
@@ -236,7 +235,7 @@ class Family:
             entry, place, count, late = self.slot(name)
             if late:
                 law[name] = value
-            elif entry in self._signature or not self.is_chain:
+            elif entry in self.keywords or not self.is_chain:
                 if place is not None and count > 1:
                     standing = arguments[entry] if entry in arguments else self._standing(entry)
                     entries = per_contact(entry, standing, count)
@@ -306,107 +305,3 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     for name in law:
         law_entry(scene.contacts, name)
     return scene.replace(**law) if law else scene
-
-
-def asked(
-    call: Callable[..., Any], model: Any, over: Mapping[str, Any] | None, keywords: Mapping[str, Any]
-) -> dict[str, Any]:
-    """Return the parameters that a call is told, by `over` or by keywords of their names.
-
-    Raises
-    ------
-    InputError
-        If one is given both ways, or keywords are used where the model has one that is an option of the call.
-    """
-    if over is not None and not isinstance(over, Mapping):
-        raise InputError(
-            f"over: expected parameters by name, such as {{'friction': ...}}, got {described(over)}"
-        )
-    family = Family(model)
-    if keywords and not isinstance(family.model, Scene):
-        options = inspect.signature(call).parameters
-        for name in family._signature:
-            if name in options and options[name].kind is not inspect.Parameter.VAR_KEYWORD:
-                raise InputError(
-                    f"{name}: the model has such a parameter, and {call.__name__} an option of that name; "
-                    "give parameters as over={...}"
-                )
-    for name in keywords:
-        if over and name in over:
-            raise InputError(f"{name}: given both in over and as a keyword")
-    found = {**(over or {}), **keywords}
-    family.check(found)
-    return found
-
-
-def axis(name: str, value: Any) -> Real:
-    """Return the values of a parameter, (k,).
-
-    Raises
-    ------
-    InputError
-        If there is none, or one is not finite.
-    """
-    values = real_array(name, value, 1)
-    if values.size == 0 or not np.isfinite(values).all():
-        raise InputError(f"{name}: expected finite values, at least one, got {value!r}")
-    return values
-
-
-def divided(parameters: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
-    """Return the parameters with several values, and those with one number."""
-    several = {name: value for name, value in parameters.items() if np.ndim(value) > 0}
-    fixed = {name: real_number(name, value) for name, value in parameters.items() if name not in several}
-    return several, fixed
-
-
-def interval(name: str, value: Any) -> tuple[float, float]:
-    """Return a parameter range given as (lower, upper).
-
-    Raises
-    ------
-    InputError
-        If it is not two finite numbers, the first below the second.
-    """
-    try:
-        lower, upper = value
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: expected a range (lower, upper), got {value!r}") from None
-    ends = real_number(name, lower), real_number(name, upper)
-    if not (np.isfinite(ends).all() and ends[0] < ends[1]):
-        raise InputError(f"{name}: expected finite lower < upper, got {value!r}")
-    return ends
-
-
-def along(
-    call: Callable[..., Any], model: Model, over: Mapping[str, Any] | None, keywords: Mapping[str, Any]
-) -> tuple[str, Real, SceneAt]:
-    """Return name and values of the one parameter given as an array, and the scene at a value; see `asked`.
-
-    Raises
-    ------
-    InputError
-        If there is not exactly one array, or a value is not finite.
-    """
-    arrays, fixed = divided(asked(call, model, over, keywords))
-    if len(arrays) != 1:
-        raise InputError(f"parameter: expected exactly one with an array of values, got {list(arrays)}")
-    ((name, given),) = arrays.items()
-    family = Family(model)
-    return name, axis(name, given), lambda value: family.scene({**fixed, name: float(value)})
-
-
-def between(
-    call: Callable[..., Any], model: Model, over: Mapping[str, Any] | None, keywords: Mapping[str, Any]
-) -> tuple[str, float, float, SceneAt]:
-    """Return name, begin and end of the one parameter to follow a branch along, and the scene at a value.
-
-    Raises
-    ------
-    InputError
-        If there is not exactly one pair of two finite values.
-    """
-    name, ends, scene_at = along(call, model, over, keywords)
-    if ends.size != 2 or ends[0] == ends[1]:
-        raise InputError(f"{name}: expected (begin, end) of the branch, got {ends.tolist()}")
-    return name, float(ends[0]), float(ends[1]), scene_at

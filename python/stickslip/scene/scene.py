@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import os
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import scipy.sparse
@@ -17,7 +16,16 @@ from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.errors import InputError
-from stickslip.scene.checks import Real, core_matrix, described, real_array, real_matrix, real_number
+from stickslip.scene.checks import (
+    Real,
+    core_matrix,
+    described,
+    dof_names,
+    mass_array,
+    real_array,
+    real_matrix,
+    real_number,
+)
 from stickslip.scene.contact import (
     LAW,
     Contact,
@@ -37,8 +45,6 @@ if TYPE_CHECKING:
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
-#: Dense matrices that are in memory at once while a scene with a full mass is made.
-DENSE_COPIES = 6
 #: Columns of the table of contacts.
 HEADINGS = (
     "contact",
@@ -113,14 +119,14 @@ class Scene:
         dofs: Sequence[str] | None = None,
         impact_friction: bool = False,
     ) -> None:
-        m = _mass(mass)
+        m = mass_array(mass)
         size = m.shape[0]
         if m.ndim == 2 and m.shape[1] != size:
             raise InputError(f"mass: expected shape (n,) or (n, n), got {m.shape}")
         k = real_matrix("stiffness", stiffness)
         c = _damping(damping)
         f = real_array("force", np.zeros(size) if force is None else force, 1)
-        names = _dof_names(dofs, size)
+        names = dof_names(dofs, size)
         if not isinstance(impact_friction, bool | np.bool_):
             raise InputError(f"impact_friction: expected True or False, got {impact_friction!r}")
         if isinstance(contacts, Contact):
@@ -310,11 +316,6 @@ def checked_combination(scene: Any, combination: Any) -> str:
     )
 
 
-def default_dofs(size: int) -> tuple[str, ...]:
-    """Return the names dofs have unless told otherwise: x1, x2, ..."""
-    return tuple(f"x{i + 1}" for i in range(size))
-
-
 def shortened(names: Sequence[str]) -> list[str]:
     """Return names for a line of text: those in the middle are left out where they are many."""
     return list(names) if len(names) <= 12 else [*names[:4], "...", names[-1]]
@@ -328,56 +329,6 @@ def described_damping(damping: Proportional | Matrix | None) -> str:
         parts = [(damping.mass, "1/s times mass"), (damping.stiffness, "s times stiffness")]
         return " + ".join(f"{factor:g} {what}" for factor, what in parts if factor) or "none"
     return "matrix"
-
-
-def _dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
-    if dofs is None:
-        return default_dofs(size)
-    if isinstance(dofs, str) or not np.iterable(dofs):
-        raise InputError(f"dofs: expected {size} names, got {described(dofs)}")
-    names = tuple(dofs)
-    if len(names) != size:
-        raise InputError(f"dofs: expected {size} names, got {len(names)}")
-    for name in names:
-        if not isinstance(name, str):
-            raise InputError(f"dofs: expected names, got {described(name)}")
-        if not name.strip():
-            raise InputError(f"dofs: expected names that are not empty, got {name!r}")
-        if names.count(name) > 1:
-            raise InputError(f"dofs: {name!r} names more than one dof")
-    return names
-
-
-def _mass(mass: Any) -> Real:
-    """Return the mass as (n,) or (n, n); a sparse one is (n,) where it is diagonal.
-
-    Raises
-    ------
-    InputError
-        If it is ill-posed, or a sparse one too large to be held as a dense matrix.
-    """
-    if not scipy.sparse.issparse(mass):
-        return real_array("mass", mass, 1, 2)
-    rows = cast("scipy.sparse.csr_array", real_matrix("mass", mass))
-    entries = rows.tocoo()
-    if (entries.coords[0][entries.data != 0.0] == entries.coords[1][entries.data != 0.0]).all():
-        return real_array("mass", rows.diagonal(), 1)
-    size = rows.shape[0]
-    needed, memory = DENSE_COPIES * 8 * size**2, physical_memory()
-    if needed > memory:
-        raise InputError(
-            f"mass: a sparse mass that is not diagonal is computed with as a dense matrix: {size} dofs need "
-            f"{needed / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB; lump it or reduce the model"
-        )
-    return real_array("mass", rows.toarray(), 2)
-
-
-def physical_memory() -> int:
-    """Return the memory of the machine, bytes; where it cannot be asked for, 8 GB."""
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
-        return 8 * 10**9
 
 
 def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene:

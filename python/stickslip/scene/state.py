@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError
-from stickslip.scene.checks import Real, described, real_array, real_number
+from stickslip.scene.checks import Real, default_dofs, described, real_array, real_number
 from stickslip.scene.contact import dof_index
-from stickslip.scene.scene import Scene, checked, default_dofs
+from stickslip.scene.scene import Scene, checked
 
 if TYPE_CHECKING:
     import xarray as xr

@@ -4,18 +4,12 @@ Data flows one way: parameters and samplers -> design -> outputs of every sample
 statistics -> figures (`stickslip.plot`).
 """
 
+from stickslip.study.importance import morris_effects, sobol_indices
 from stickslip.study.parameters import GaussianCopula
 from stickslip.study.perturbation import eigenvalue_moments
 from stickslip.study.sample.outputs import OUTPUTS, Output
 from stickslip.study.samplers import unit_design
-from stickslip.study.statistics import (
-    convergence,
-    distribution,
-    morris_effects,
-    probability,
-    sobol_indices,
-    unstable,
-)
+from stickslip.study.statistics import convergence, distribution, probability, unstable
 from stickslip.study.study import Study, unstacked
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What the results of a study say: probabilities, distributions, indices of importance, convergence.
+"""What the results of a study say: probabilities, distributions, convergence.
 
 Confidence bands hold for independent samples (``random``); for ``latin_hypercube`` and ``sobol`` they are
 wider than they have to be, as a rule.
@@ -6,8 +6,6 @@ wider than they have to be, as a rule.
 
 from __future__ import annotations
 
-import json
-import warnings
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
@@ -17,7 +15,6 @@ import xarray as xr
 from stickslip.errors import InputError
 from stickslip.scene.checks import Real, real_number
 from stickslip.scene.contact import nearest
-from stickslip.study.samplers import LEVELS, problem, salib, unit_design
 
 #: A yes or no per sample: a function from the results to booleans (sample,), or None: sliding is unstable.
 Condition = Callable[[xr.Dataset], Any] | None
@@ -25,8 +22,6 @@ Band = Literal["wilson", "exact"]
 
 #: Bins of a parameter unless told otherwise.
 BINS = 20
-#: Seed of the bootstrap of indices: it has no part in the samples.
-BOOTSTRAP = 0
 
 
 def unstable(results: xr.Dataset) -> Any:
@@ -206,100 +201,6 @@ def distribution(
     )
 
 
-def sobol_indices(
-    results: xr.Dataset, output: str, *, condition: Condition = None, confidence: float = 0.95, **labels: Any
-) -> xr.Dataset:
-    """Return first-order and total Sobol' indices: the part of the variance that a parameter explains.
-
-    Parameters
-    ----------
-    results
-        Of a study with the sampler ``saltelli``.
-    output
-        A real output with a value for every sample. ``unstable`` for whether sliding is unstable.
-    condition
-        A yes or no instead of the output, a function from the results to booleans.
-    confidence
-        Of the bands, by bootstrap.
-    **labels
-        Which dof, contact or mode.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``parameter``: ``first`` (alone), ``total`` (with all interactions), ``first_band`` and
-        ``total_band``, half-widths; of a design with ``second_order``: ``second`` (parameter, other).
-
-    Raises
-    ------
-    InputError
-        If the design is another one, SALib is missing, or a sample has no value.
-    """
-    described, names = _described(results, "saltelli")
-    second = bool(described["sampler_options"].get("second_order", False))
-    y = _complete(results, output, condition, labels)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        found = salib("analyze.sobol").analyze(
-            problem(names), y, calc_second_order=second, conf_level=confidence, seed=BOOTSTRAP
-        )
-    rows: dict[str, Any] = {
-        "first": ("parameter", found["S1"]),
-        "first_band": ("parameter", found["S1_conf"]),
-        "total": ("parameter", found["ST"]),
-        "total_band": ("parameter", found["ST_conf"]),
-    }
-    if second:
-        pairs = np.nan_to_num(found["S2"])
-        rows["second"] = (("parameter", "other"), pairs + pairs.T)
-    coords = {"parameter": list(names)} | ({"other": list(names)} if second else {})
-    return xr.Dataset(rows, coords=coords, attrs={"output": output, "confidence": confidence})
-
-
-def morris_effects(
-    results: xr.Dataset, output: str, *, condition: Condition = None, confidence: float = 0.95, **labels: Any
-) -> xr.Dataset:
-    """Return Morris' elementary effects of an output: its change as a parameter crosses its distribution.
-
-    Parameters
-    ----------
-    results
-        Of a study with the sampler ``morris``.
-    output, condition, confidence, **labels
-        As for `sobol_indices`.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over ``parameter``, in the unit of the output per unit of probability: means ``effect`` and
-        ``absolute_effect`` with its ``band`` (half-width), and ``deviation``, large for interactions and
-        nonlinearity.
-
-    Raises
-    ------
-    InputError
-        If the design is another one, SALib is missing, or a sample has no value.
-    """
-    described, names = _described(results, "morris")
-    options = described["sampler_options"]
-    levels = options.get("levels", LEVELS)
-    unit = unit_design("morris", described["samples"], len(names), described["seed"], options)
-    # As SALib made it: its levels are k / (levels - 1).
-    x = np.rint(unit * levels - 0.5) / (levels - 1)
-    y = _complete(results, output, condition, labels)
-    found = salib("analyze.morris").analyze(
-        problem(names), x, y, num_levels=levels, conf_level=confidence, seed=BOOTSTRAP
-    )
-    # A step between levels is shorter in probability than in SALib's unit cube.
-    scale = levels / (levels - 1)
-    keys = {"effect": "mu", "absolute_effect": "mu_star", "deviation": "sigma", "band": "mu_star_conf"}
-    return xr.Dataset(
-        {name: ("parameter", scale * np.asarray(found[key], dtype=float)) for name, key in keys.items()},
-        coords={"parameter": list(names)},
-        attrs={"output": output, "confidence": confidence, "units": _units(results, output, condition)},
-    )
-
-
 def convergence(
     results: xr.Dataset,
     output: str | None = None,
@@ -366,7 +267,7 @@ def convergence(
             "upper": ("samples", centre + half),
         },
         coords={"samples": counts},
-        attrs={"output": name, "confidence": confidence, "units": _units(results, output, condition)},
+        attrs={"output": name, "confidence": confidence, "units": units_of(results, output, condition)},
     )
 
 
@@ -404,33 +305,8 @@ def sample_values(results: xr.Dataset, output: str, labels: dict[str, Any]) -> R
     )
 
 
-def _complete(results: xr.Dataset, output: str, condition: Condition, labels: dict[str, Any]) -> Real:
-    values = (
-        sample_values(results, output, labels)
-        if condition is None
-        else np.asarray(condition(results), dtype=float)
-    )
-    missing = np.flatnonzero(np.isnan(values))
-    if missing.size:
-        first = int(missing[0])
-        reason = results.isel(sample=first)
-        raise InputError(
-            f"{output}: indices need every sample, {missing.size} have no value; sample {first} is "
-            f"{str(reason.status.item())!r} {str(reason.reason.item())!r}"
-        )
-    return values
-
-
-def _units(results: xr.Dataset, output: str | None, condition: Condition) -> str:
+def units_of(results: xr.Dataset, output: str | None, condition: Condition) -> str:
+    """Return the units of an output; empty of a yes or no."""
     if output is None or condition is not None or output not in results:
         return ""
     return str(results[output].attrs.get("units", ""))
-
-
-def _described(results: xr.Dataset, sampler: str) -> tuple[dict[str, Any], tuple[str, ...]]:
-    described = json.loads(results.attrs.get("identity", "{}"))
-    if described.get("sampler") != sampler:
-        raise InputError(
-            f"results: expected a study with sampler={sampler!r}, got {described.get('sampler')!r}"
-        )
-    return described, tuple(described["parameters"])

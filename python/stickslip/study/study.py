@@ -12,8 +12,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.errors import InputError, StudyError, StudyInterrupted
+from stickslip.locus.asked import interval
 from stickslip.scene.checks import Real, real_array, real_number, whole_number
-from stickslip.scene.family import Family, Model, interval
+from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
 from stickslip.study.parameters import parameters as listed_parameters

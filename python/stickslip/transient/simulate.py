@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Literal
 
+from stickslip import _core
 from stickslip.errors import InputError
 from stickslip.motion.errors import RunError, RunInterrupted
 from stickslip.scene.checks import real_number, whole_number
@@ -60,7 +61,7 @@ def simulate(
     if not isinstance(start, State):
         raise InputError(f"start: expected a State, got {start!r}")
     settings = run_settings(duration, method, max_events, time_limit, accumulation_tolerance, on_grazing)
-    core = scene.core.simulate(start.position, start.velocity, start.combination, *settings)
+    core = _core.Trajectory.simulate(scene.core, start.position, start.velocity, start.combination, *settings)
     run = Trajectory(scene, start, core)
     if run.stop_reason in ("failed", "chattering"):
         raise RunError(core.stop_message, run)

@@ -2,6 +2,7 @@
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -175,5 +176,34 @@ impl RunFailure {
         let text = panic.downcast_ref::<&str>().map(|&text| text.to_owned());
         let message = text.or_else(|| panic.downcast_ref::<String>().cloned());
         Self::Internal(message.unwrap_or_default())
+    }
+}
+
+/// A request to stop, seen by all the work that holds the token: runs look at it every few dozen panels, searches and
+/// studies between their steps. What was computed by then is kept.
+#[derive(Debug, Default)]
+pub struct Cancel {
+    requested: AtomicBool,
+    /// Asked by those who look, until it says yes once.
+    ask: Option<fn() -> bool>,
+}
+
+impl Cancel {
+    /// A token that also stops work once `ask` says so.
+    pub const fn asking(ask: fn() -> bool) -> Self {
+        Self { requested: AtomicBool::new(false), ask: Some(ask) }
+    }
+
+    /// Stops all the work that holds the token.
+    pub fn request(&self) {
+        self.requested.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether work is to stop; once it is, it stays so.
+    pub fn is_requested(&self) -> bool {
+        if !self.requested.load(Ordering::Relaxed) && self.ask.is_some_and(|ask| ask()) {
+            self.request();
+        }
+        self.requested.load(Ordering::Relaxed)
     }
 }

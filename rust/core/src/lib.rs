@@ -1,11 +1,97 @@
 //! Friction-induced vibration of mechanical systems with frictional unilateral contacts.
 //!
 //! Data flows one way, and each step is a value of its own:
-//! [`Scene`] → status [`Combination`] → [`Reduced`] matrices → [`Modes`] → [`Trajectory`].
+//! [`Scene`] → status [`Combination`] → [`Reduced`] matrices → [`Modes`] → [`Trajectory`] → [`Cycle`].
+//! The equations are those of `docs/theory.md`; a prime on a matrix or vector is the plain transpose. SI units throughout.
 //!
-//! The equations are those of `docs/theory.md`; a prime on a matrix or vector is the plain transpose.
-
-#![forbid(unsafe_code)]
+//! A block on a belt, stuck until its spring pulls with the static friction of 1 N:
+//!
+//! ```
+//! use std::sync::Arc;
+//! use stickslip_core::linalg::SparseMatrix;
+//! use stickslip_core::scene::{Damping, Mass};
+//! use stickslip_core::*;
+//!
+//! let belt = ContactInput {
+//!     tangential: Direction::Dof(0),
+//!     normal: Direction::Dof(1),
+//!     friction: 0.5,
+//!     static_friction: 1.0,
+//!     slider_speed: 0.1,
+//!     restitution: 0.0,
+//!     gap: 0.0,
+//! };
+//! let scene = Scene::new(SceneInput {
+//!     mass: Mass::Lumped(vec![1.0, 1.0]),
+//!     stiffness: SparseMatrix::diagonal(&[1.0, 1.0]),
+//!     damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+//!     force: vec![0.0, -1.0],
+//!     contacts: vec![belt],
+//!     impact_friction: false,
+//! })?;
+//! let start = State {
+//!     position: vec![0.0, 0.0],
+//!     velocity: vec![0.1, 0.0],
+//!     combination: Combination::parse("s", 1)?,
+//! };
+//! let propagators = Arc::new(Propagators::new(Arc::new(scene)));
+//! let run = simulate(&propagators, &start, 40.0, Method::Auto, Controls::default())?;
+//! assert_eq!(run.stop_reason, StopReason::Duration);
+//! // It slips after 1 N / (1 N/m * 0.1 m/s) = 10 s, and sticks again 3.5 s later.
+//! let times: Vec<f64> = run.events.iter().map(|event| event.time).collect();
+//! assert!((times[0] - 10.0).abs() < 1e-12 && (times[1] - 13.5363837732896).abs() < 1e-12);
+//! # Ok::<(), Error>(())
+//! ```
+//!
+//! # Words
+//!
+//! The model:
+//!
+//! - *dof*: a degree of freedom x as the user numbers it. *Contact coordinate*: a coordinate q of the core, in which the
+//!   gap and the tangential displacement of every contact are coordinates of their own.
+//! - *gap*: distance of a contact from its slider, >= 0, m. *Clearance*: the gap at x = 0.
+//! - *slider*: the rigid body that a contact touches; *slip velocity*: that of the contact less that of the slider, m/s.
+//! - *normal force* N >= 0 and *friction force* T: what the slider does to the contact, N.
+//! - *friction* mu and *static friction* mu_static: T / N while slipping, and its bound while sticking.
+//! - *restitution* e: velocity after over velocity before an impact, in the normal direction.
+//! - *status*: what a contact does: positive (`+`) or negative (`-`) sliding, sticking (`s`), detached (`d`). *Closed*: not
+//!   detached. *Combination*: the statuses of all contacts.
+//! - *reduction*: the equation of motion `L' M R` of one combination over the *kept* coordinates, those it leaves free.
+//! - *lumped*: a diagonal mass. *Proportional* damping: `C = alpha M + beta K`. *Delassus matrix* W: accelerations of
+//!   contacts per contact force, where mass couples them.
+//! - *steady sliding*, *sliding equilibrium*: rest of the structure while all sliders move. *Block*: a part of a scene that
+//!   nothing couples to the rest.
+//!
+//! Modes and what moves them:
+//!
+//! - *mode*: eigenvalue lambda (1/s) with right and left vector of a combination; *growth rate*: its real part; *condition*:
+//!   by how much rounding of the matrices moves it. *Defective*: its vectors depend on each other.
+//! - *pencil*: `lambda^2 M + lambda C + K`. *Residual*: its product with an eigenvector, relative to its terms.
+//! - *path*: a reduced problem along one parameter; *branch*: one eigenvalue followed along it; *sweep*: all of them on a
+//!   mesh. *Hopf point*: a pair reaches the imaginary axis; *exceptional point*: two eigenvalues and their vectors meet;
+//!   *separation*: steady sliding ends because a contact would pull.
+//!
+//! A motion:
+//!
+//! - *phase*: the motion in one combination, up to an event. *Propagator*: what computes it, from modes or by Taylor
+//!   series. *Panel*: a stretch of a phase on which the event functions are polynomials with an error bound. *Leap*: a long
+//!   stretch passed over because no event function can vanish on it.
+//! - *event function*: positive while a status holds. *Crossing*: it passes through its error bound, which is an event.
+//!   *Touch* or *grazing*: it enters the bound and leaves it upwards, which rounding leaves undecided.
+//! - *event*: slip ends (velocity), slip begins (`slip+`, `slip-`), release, impact, and *accumulation*, the limit of
+//!   infinitely many bounces. *Trigger*: the event function that vanished. *Transition*: statuses and velocities after it.
+//! - *departure*: the multiplicity with which an event function leaves zero after an event.
+//! - *run*: phase after phase; *trajectory*: what a run leaves behind; *record*: the numbers from which it comes back to the
+//!   last bit.
+//!
+//! Periodic motions:
+//!
+//! - *orbit*: a periodic motion of given events; *cycle*: an orbit with its stability. *Section*: where it starts, just after
+//!   an event. *Passage*: the event at the end of a phase with its derivatives; *saltation*: what it does to a neighbour.
+//! - *monodromy*: derivative of the flow over a period; *multipliers*: its eigenvalues. *Shooting*: Newton's method on all
+//!   phases at once. *Corner*: two events coincide, and the return map has one derivative on each side.
+//! - *attractor*: what a motion settles to: equilibrium, cycle, or aperiodic with a *Lyapunov exponent*.
+//! - *study*: questions to many scenes of one *family*.
 
 pub mod contact;
 pub mod cycles;
@@ -22,7 +108,7 @@ pub mod transient;
 
 pub use cycles::attractors::Attractor;
 pub use cycles::orbits::Cycle;
-pub use error::{Error, RunFailure};
+pub use error::{Cancel, Error, RunFailure};
 pub use modes::Modes;
 pub use motion::{Method, Propagators};
 pub use scene::{

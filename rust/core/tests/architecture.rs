@@ -141,9 +141,14 @@ fn a_part_uses_only_parts_before_it() {
     assert!(upward.is_empty(), "{upward:#?}");
 }
 
+/// In the core, and in the binding beside it.
 #[test]
 fn no_files_form_a_circle() {
     assert_eq!(circle(&imports(&core())), None);
+    let binding = modules(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/src"));
+    let imports = imports(&binding);
+    assert!(imports["trajectory"].contains("scene"), "the imports of the binding are not read");
+    assert_eq!(circle(&imports), None);
 }
 
 /// No glob and no `super::` outside of tests hides an import from the tests above.

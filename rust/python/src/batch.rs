@@ -1,20 +1,16 @@
 //! Many runs at once.
 
-use std::sync::{Mutex, MutexGuard};
-use std::time::Duration;
+use std::sync::{Arc, Mutex, MutexGuard};
 
 use numpy::{IntoPyArray, PyReadonlyArray1};
 use pyo3::prelude::*;
 use stickslip_core as core;
 
-use crate::convert::vector;
+use crate::convert::{method_named, stops_at_grazing, vector};
 use crate::errors::{named, raise_failure};
-use crate::interrupt::detached;
-use crate::scene::{Scene, method_named, stops_at_grazing};
+use crate::interrupt::{PATIENCE, detached};
+use crate::scene::Scene;
 use crate::trajectory::Trajectory;
-
-/// How often a wait looks for Ctrl-C.
-const PATIENCE: Duration = Duration::from_millis(20);
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Batch {
@@ -45,10 +41,13 @@ impl Batch {
         let settings = core::transient::RunSettings {
             duration,
             method: method_named(py, method)?,
-            max_events,
-            time_limit,
-            accumulation_tolerance,
-            stop_at_grazing: stops_at_grazing(py, on_grazing)?,
+            controls: core::Controls {
+                max_events,
+                time_limit,
+                accumulation_tolerance,
+                stop_at_grazing: stops_at_grazing(py, on_grazing)?,
+                cancel: None,
+            },
         };
         let batch = core::transient::Batch::new(settings, threads)
             .map_err(|error| named(py, "InputError", &format!("threads: {error}")))?;
@@ -80,7 +79,7 @@ impl Batch {
             values.map_or(Vec::new(), |values| vector(&values))
         };
         self.lock().submit(core::transient::Job {
-            scene: scene.inner.clone(),
+            scene: Arc::clone(scene.core()),
             start,
             added_position: added(added_position),
             added_velocity: added(added_velocity),

@@ -1,4 +1,4 @@
-//! Arrays in and out.
+//! Arrays, names and records in and out.
 
 use num_complex::Complex64;
 use numpy::ndarray::{ArrayView, Dimension};
@@ -8,10 +8,11 @@ use numpy::{
     PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
-use stickslip_core::Error;
+use stickslip_core::contact::EventKind;
 use stickslip_core::linalg::{DMatrix, SparseMatrix};
+use stickslip_core::{Error, Method};
 
-use crate::errors::raise;
+use crate::errors::{named, raise};
 
 /// Entries of an array of any layout, row by row.
 pub fn entries<D: Dimension>(array: ArrayView<'_, f64, D>) -> impl Iterator<Item = f64> {
@@ -77,10 +78,7 @@ pub type SparseParts<'py> =
 
 pub fn sparse_parts<'py>(py: Python<'py>, matrix: &SparseMatrix) -> SparseParts<'py> {
     let (data, columns, starts) = matrix.compressed_rows();
-    let integers = |values: &[usize]| -> Bound<'py, PyArray1<i64>> {
-        values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
-    };
-    (data.to_vec().into_pyarray(py), integers(columns), integers(starts))
+    (data.to_vec().into_pyarray(py), integers(py, columns), integers(py, starts))
 }
 
 /// A matrix in the order of numpy.
@@ -107,4 +105,47 @@ pub fn columns<'py>(
     entries: Vec<Complex64>,
 ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
     entries.into_pyarray(py).reshape_with_order([rows, columns], NPY_ORDER::NPY_FORTRANORDER)
+}
+
+/// A record whose entries are missing or of another type is ill-posed input.
+pub fn read_record<'a, 'py, T>(record: &'a Bound<'py, PyAny>) -> PyResult<T>
+where
+    T: FromPyObject<'a, 'py, Error = PyErr>,
+{
+    let py = record.py();
+    record
+        .extract()
+        .map_err(|error: PyErr| named(py, "InputError", &format!("record: {}", error.value(py))))
+}
+
+pub fn method_named(py: Python<'_>, name: &str) -> PyResult<Method> {
+    match name {
+        "auto" => Ok(Method::Auto),
+        "modal" => Ok(Method::Modal),
+        "taylor" => Ok(Method::Taylor),
+        other => {
+            let message =
+                format!("method: must be \"auto\", \"modal\" or \"taylor\", got {other:?}");
+            Err(named(py, "InputError", &message))
+        }
+    }
+}
+
+pub fn stops_at_grazing(py: Python<'_>, name: &str) -> PyResult<bool> {
+    match name {
+        "keep" => Ok(false),
+        "stop" => Ok(true),
+        other => {
+            let message = format!("on_grazing: must be \"keep\" or \"stop\", got {other:?}");
+            Err(named(py, "InputError", &message))
+        }
+    }
+}
+
+pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<EventKind>> {
+    names.iter().map(|name| EventKind::named(name).map_err(|error| raise(py, &error))).collect()
+}
+
+pub fn integers<'py>(py: Python<'py>, values: &[usize]) -> Bound<'py, PyArray1<i64>> {
+    values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
 }

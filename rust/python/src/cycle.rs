@@ -1,7 +1,6 @@
 //! Periodic orbits and what motions settle to.
 
 use std::sync::Arc;
-use std::sync::atomic::Ordering;
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
@@ -9,11 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{dense, vector};
+use crate::convert::{dense, integers, kinds, method_named, read_record, vector};
 use crate::errors::{named, raise};
-use crate::interrupt::{detached, until_interrupted};
-use crate::scene::{Scene, method_named};
-use crate::trajectory::{Trajectory, integers, kinds};
+use crate::interrupt::{detached, listening, until_interrupted};
+use crate::scene::Scene;
+use crate::trajectory::Trajectory;
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Cycle {
@@ -24,9 +23,9 @@ pub struct Cycle {
 type Growth = (f64, f64, f64);
 
 /// (kind, cycle, growth, last stretch of the motion)
-pub type Settled = (&'static str, Option<Cycle>, Growth, Option<Trajectory>);
+type Settled = (&'static str, Option<Cycle>, Growth, Option<Trajectory>);
 
-pub fn settled(attractor: core::Attractor, run: Option<core::Trajectory>) -> Settled {
+fn settled(attractor: core::Attractor, run: Option<core::Trajectory>) -> Settled {
     let run = run.map(Trajectory::new);
     let none = (f64::NAN, f64::NAN, f64::NAN);
     match attractor {
@@ -58,6 +57,12 @@ type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 
 #[pymethods]
 impl Cycle {
+    /// The orbit that a record was made of.
+    #[staticmethod]
+    fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
+        read_record::<Record<'_>>(record)?.cycle(py, &scene.propagators)
+    }
+
     #[getter]
     fn period(&self) -> f64 {
         self.inner.orbit.period
@@ -145,11 +150,12 @@ impl Cycle {
     }
 
     fn trajectory(&self, py: Python<'_>) -> PyResult<Trajectory> {
-        let run = self.inner.orbit.trajectory().map_err(|error| raise(py, &error))?;
+        let run =
+            detached(py, || self.inner.orbit.trajectory())?.map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(run))
     }
 
-    /// Everything but the scene, as numbers and names; `Scene.cycle` takes it.
+    /// Everything but the scene, as numbers and names; `Cycle.from_record` takes it.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let record = self.inner.record();
         let kinds: Vec<&str> = record.kinds.iter().map(|kind| kind.name()).collect();
@@ -168,7 +174,8 @@ impl Cycle {
 
     /// Derivative of the flow over a period, in contact coordinates.
     fn monodromy<'py>(&self, py: Python<'py>) -> PyResult<Matrix<'py>> {
-        let monodromy = self.inner.orbit.monodromy().map_err(|failure| failed(py, &failure))?;
+        let monodromy = detached(py, || self.inner.orbit.monodromy())?
+            .map_err(|failure| failed(py, &failure))?;
         dense(py, &monodromy)
     }
 
@@ -238,11 +245,7 @@ impl Orbit {
         before: Option<(PyReadonlyArray1<'py, f64>, f64)>,
     ) -> PyResult<Direction<'py>> {
         let before = before.map(direction);
-        let sides = core::cycles::orbits::Sides {
-            below: &below.propagators,
-            above: &above.propagators,
-            width,
-        };
+        let sides = sides(below, above, width);
         let found = detached(py, || self.inner.tangent(sides, before.as_ref()))?;
         let found = found.map_err(|failure| failed(py, &failure))?;
         Ok((found.state.into_pyarray(py), found.parameter))
@@ -259,11 +262,7 @@ impl Orbit {
         length: f64,
     ) -> PyResult<Self> {
         let tangent = direction(tangent);
-        let sides = core::cycles::orbits::Sides {
-            below: &below.propagators,
-            above: &above.propagators,
-            width,
-        };
+        let sides = sides(below, above, width);
         let guess = detached(py, || self.inner.predicted(sides, &tangent, length))?;
         Ok(Self { inner: guess.map_err(|failure| failed(py, &failure))? })
     }
@@ -280,11 +279,7 @@ impl Orbit {
         tangent: (PyReadonlyArray1<'_, f64>, f64),
     ) -> PyResult<(Self, f64, f64)> {
         let tangent = direction(tangent);
-        let sides = core::cycles::orbits::Sides {
-            below: &below.propagators,
-            above: &above.propagators,
-            width,
-        };
+        let sides = sides(below, above, width);
         let step = detached(py, || self.inner.corrected(&scene.propagators, sides, &tangent))?;
         let step = step.map_err(|failure| failed(py, &failure))?;
         Ok((Self { inner: step.orbit }, step.parameter, step.size))
@@ -305,7 +300,7 @@ impl Orbit {
 /// An orbit from its record.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Record<'py> {
+struct Record<'py> {
     method: String,
     combinations: Vec<String>,
     states: PyReadonlyArray1<'py, f64>,
@@ -318,7 +313,7 @@ pub struct Record<'py> {
 }
 
 impl Record<'_> {
-    pub fn cycle(self, py: Python<'_>, propagators: &Arc<core::Propagators>) -> PyResult<Cycle> {
+    fn cycle(self, py: Python<'_>, propagators: &Arc<core::Propagators>) -> PyResult<Cycle> {
         let record = core::cycles::orbits::CycleRecord {
             method: method_named(py, &self.method)?,
             combinations: self.combinations,
@@ -341,9 +336,31 @@ fn direction(
     core::cycles::orbits::Tangent { state: vector(&state), parameter }
 }
 
+fn sides<'a>(below: &'a Scene, above: &'a Scene, width: f64) -> core::cycles::orbits::Sides<'a> {
+    let (below, above) = (&below.propagators, &above.propagators);
+    core::cycles::orbits::Sides { below, above, width }
+}
+
 type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, String);
 /// What a motion settles to and why its last stretch ended.
 type Found = (Settled, String);
+
+/// What a run has settled to, and the motion of `limit` seconds more if it takes that to say.
+#[pyfunction]
+pub fn attractor(
+    py: Python<'_>,
+    trajectory: &Trajectory,
+    limit: f64,
+    method: &str,
+) -> PyResult<Settled> {
+    let (run, method, cancel) = (trajectory.core(), method_named(py, method)?, listening());
+    let search =
+        core::cycles::attractors::Search { stretch: run.end, limit, method, cancel: Some(&cancel) };
+    let found = detached(py, || core::cycles::attractors::settled_from(run, search))?;
+    let (attractor, last) = found.map_err(|error| raise(py, &error))?;
+    py.check_signals()?;
+    Ok(settled(attractor, last))
+}
 
 /// What the motions of many scenes settle to, and the exception that interrupted the search, if one did: what
 /// was not done by then is None. The last stretches come with them if `runs`.
@@ -358,19 +375,19 @@ pub fn settle_all(
 ) -> PyResult<(Vec<Option<Found>>, Option<PyErr>)> {
     let mut cases = Vec::with_capacity(scenes.len());
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
+        let scene: &Scene = scene;
         let state = scene.start(py, position, velocity, combination)?;
-        core::contact::start_coordinates(&scene.inner, &state)
+        detached(py, || core::contact::start_coordinates(scene.core(), &state))?
             .map_err(|error| raise(py, &error))?;
         cases.push((scene.propagators.clone(), state));
     }
     let (found, exception) = py.detach(|| {
-        until_interrupted(|stopped| {
-            let interrupted = || stopped.load(Ordering::Relaxed);
+        until_interrupted(|cancel| {
             let search = core::cycles::attractors::Search {
                 stretch,
                 limit,
                 method: core::Method::Auto,
-                interrupted: Some(&interrupted),
+                cancel: Some(cancel),
             };
             core::cycles::attractors::settle_all(&cases, search)
         })
@@ -379,7 +396,7 @@ pub fn settle_all(
         let Some(result) = result else { return Ok(None) };
         match result {
             Ok((attractor, run)) => {
-                let message = crate::trajectory::stop_message(&run.stop_reason);
+                let message = run.stop_reason.to_string();
                 Ok(Some((settled(attractor, runs.then_some(run)), message)))
             }
             Err(core::RunFailure::Input(error)) => Err(raise(py, &error)),

@@ -1,33 +1,38 @@
 //! Work that Ctrl-C stops.
 
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
 use pyo3::prelude::*;
-use stickslip_core::RunFailure;
+use stickslip_core::{Cancel, RunFailure};
 
 use crate::errors::raise_failure;
 
 /// Between two looks for Ctrl-C.
-const PATIENCE: Duration = Duration::from_millis(20);
+pub const PATIENCE: Duration = Duration::from_millis(20);
+
+/// A token for work on the thread that called: it looks for Ctrl-C itself.
+pub const fn listening() -> Cancel {
+    Cancel::asking(|| Python::attach(|py| py.check_signals().is_err()))
+}
 
 /// What `work` returns, computed while other Python threads run; a panic is a `RunError`.
 pub fn detached<T: Send>(py: Python<'_>, work: impl FnOnce() -> T + Send) -> PyResult<T> {
     py.detach(|| RunFailure::guarded(work)).map_err(|failure| raise_failure(py, &failure))
 }
 
-/// What `compute` returns, and what interrupted it; it is told by its argument, and waited for in any case. Call it
-/// detached: Python hears signals on its main thread only, which waits here while another works. A panic is an error.
+/// Runs `compute` on another thread and looks for Ctrl-C here: Python hears signals on its main thread only. On Ctrl-C
+/// the token that `compute` holds is set, and its result, which is still awaited, comes with the exception. Call this
+/// detached. A panic is an error.
 pub fn until_interrupted<T: Send>(
-    compute: impl FnOnce(&AtomicBool) -> T + Send,
+    compute: impl FnOnce(&Cancel) -> T + Send,
 ) -> PyResult<(T, Option<PyErr>)> {
-    let stopped = AtomicBool::new(false);
+    let cancel = Cancel::default();
     std::thread::scope(|scope| {
         let (done, wait) = channel();
-        let stopped = &stopped;
+        let cancel = &cancel;
         let work = scope.spawn(move || {
-            let found = compute(stopped);
+            let found = compute(cancel);
             // Dropped by a panic instead, it ends the wait as well.
             let _ = done.send(());
             found
@@ -35,7 +40,7 @@ pub fn until_interrupted<T: Send>(
         let mut exception = None;
         while wait.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
             if let Err(raised) = Python::attach(|py| py.check_signals()) {
-                stopped.store(true, Ordering::Relaxed);
+                cancel.request();
                 exception = Some(raised);
             }
         }

@@ -99,8 +99,8 @@ impl Path {
                 }
             })
             .collect();
-        let inner =
-            core::locus::Path::new(combination, size, pieces).map_err(|error| raise(py, &error))?;
+        let inner = detached(py, || core::locus::Path::new(combination, size, pieces))?
+            .map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
 
@@ -116,9 +116,11 @@ impl Path {
         upper: f64,
     ) -> PyResult<Self> {
         let combination = scene.combination(py, combination)?;
-        let ends: [&core::Scene; 2] = [&scene.inner, &other.inner];
-        let inner = core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
-            .map_err(|error| raise(py, &error))?;
+        let ends: [&core::Scene; 2] = [scene.core(), other.core()];
+        let inner = detached(py, || {
+            core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
+        })?
+        .map_err(|error| raise(py, &error))?;
         Ok(Self { inner })
     }
 
@@ -133,7 +135,8 @@ impl Path {
         py: Python<'py>,
         value: f64,
     ) -> PyResult<[Bound<'py, PyArray2<f64>>; 6]> {
-        let [a, b, c, d, e, f] = self.inner.matrices(value).map(|matrix| dense(py, &matrix));
+        let parts = detached(py, || self.inner.matrices(value))?;
+        let [a, b, c, d, e, f] = parts.map(|matrix| dense(py, &matrix));
         Ok([a?, b?, c?, d?, e?, f?])
     }
 
@@ -157,6 +160,7 @@ impl Path {
         dict.set_item("a", table(sweep.a)?)?;
         dict.set_item("condition", matrix(py, rows, branches, sweep.condition)?)?;
         dict.set_item("defective", sweep.defective.into_pyarray(py).reshape([rows, branches])?)?;
+        dict.set_item("unstable", sweep.unstable.into_pyarray(py).reshape([rows, branches])?)?;
         dict.set_item("stable", sweep.stable.into_pyarray(py))?;
         dict.set_item("meetings", sweep.meetings.into_pyarray(py))?;
         set_steady(py, &dict, &self.inner.combination, self.inner.steady(&values))?;

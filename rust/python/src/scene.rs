@@ -10,11 +10,9 @@ use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{MatrixInput, SparseParts, entries, from_rows, matrix, sparse_parts, vector};
-use crate::cycle::Cycle;
 use crate::errors::{named, raise};
 use crate::interrupt::detached;
 use crate::modes::{self, Reduced};
-use crate::trajectory::Trajectory;
 
 #[derive(FromPyObject)]
 pub enum DirectionInput<'py> {
@@ -53,21 +51,23 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
-    pub inner: Arc<core::Scene>,
     pub propagators: Arc<core::Propagators>,
     pub input: core::SceneInput,
 }
 
 impl Scene {
     fn build(py: Python<'_>, input: core::SceneInput) -> PyResult<Self> {
-        let scene = core::Scene::new(input.clone()).map_err(|error| raise(py, &error))?;
-        let inner = Arc::new(scene);
-        let propagators = Arc::new(core::Propagators::new(Arc::clone(&inner)));
-        Ok(Self { inner, propagators, input })
+        let scene = detached(py, || core::Scene::new(input.clone()))?;
+        let scene = Arc::new(scene.map_err(|error| raise(py, &error))?);
+        Ok(Self { propagators: Arc::new(core::Propagators::new(scene)), input })
+    }
+
+    pub fn core(&self) -> &Arc<core::Scene> {
+        self.propagators.scene()
     }
 
     pub fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
-        core::Combination::parse(text, self.inner.contacts().len())
+        core::Combination::parse(text, self.core().contacts().len())
             .map_err(|error| raise(py, &error))
     }
 
@@ -139,33 +139,35 @@ impl Scene {
 
     #[getter]
     fn size(&self) -> usize {
-        self.inner.size()
+        self.core().size()
     }
 
     fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
         let combination = self.combination(py, combination)?;
-        let reduced =
-            core::Reduced::new(&self.inner, &combination).map_err(|error| raise(py, &error))?;
-        Ok(Reduced::new(&self.inner, reduced))
+        let scene = self.core();
+        let reduced = detached(py, || {
+            core::Reduced::new(scene, &combination).map(|reduced| Reduced::new(scene, reduced))
+        })?;
+        reduced.map_err(|error| raise(py, &error))
     }
 
     fn modes<'py>(&self, py: Python<'py>, combination: &str) -> PyResult<Bound<'py, PyDict>> {
         let combination = self.combination(py, combination)?;
-        let found = detached(py, || core::Modes::new(&self.inner, &combination))?
+        let found = detached(py, || core::Modes::new(self.core(), &combination))?
             .map_err(|error| raise(py, &error))?;
-        modes::modes(py, self.inner.size(), found)
+        modes::modes(py, self.core().size(), found)
     }
 
     /// The combination of sliding as the sliders drive.
     fn sliding_combination(&self, py: Python<'_>) -> PyResult<String> {
-        let combination = self.inner.sliding_combination().map_err(|error| raise(py, &error))?;
+        let combination = self.core().sliding_combination().map_err(|error| raise(py, &error))?;
         Ok(combination.to_string())
     }
 
     /// The same, refused where a contact would pull.
     fn steady_sliding(&self, py: Python<'_>) -> PyResult<String> {
         let combination =
-            detached(py, || self.inner.steady_sliding())?.map_err(|error| raise(py, &error))?;
+            detached(py, || self.core().steady_sliding())?.map_err(|error| raise(py, &error))?;
         Ok(combination.to_string())
     }
 
@@ -173,7 +175,8 @@ impl Scene {
         &self,
         py: Python<'py>,
     ) -> PyResult<(Bound<'py, PyArray1<f64>>, String)> {
-        let state = self.inner.sliding_equilibrium().map_err(|error| raise(py, &error))?;
+        let state = detached(py, || self.core().sliding_equilibrium())?
+            .map_err(|error| raise(py, &error))?;
         Ok((state.position.into_pyarray(py), state.combination.to_string()))
     }
 
@@ -186,7 +189,8 @@ impl Scene {
         combination: &str,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, combination)?;
-        core::contact::start_coordinates(&self.inner, &state).map_err(|error| raise(py, &error))?;
+        detached(py, || core::contact::start_coordinates(self.core(), &state))?
+            .map_err(|error| raise(py, &error))?;
         Ok(())
     }
 
@@ -199,92 +203,14 @@ impl Scene {
         combination: &str,
     ) -> PyResult<(Vec<f64>, Vec<f64>)> {
         let state = self.start(py, &position, &velocity, combination)?;
-        let forces = core::contact::forces_of_state(&self.inner, &state);
+        let forces = detached(py, || core::contact::forces_of_state(self.core(), &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 
     /// By row: how contact forces along each direction are told from a load on the dofs.
     fn contact_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let columns = self.inner.contact_basis();
-        matrix(py, columns.len(), self.inner.size(), columns.concat())
-    }
-
-    #[allow(clippy::too_many_arguments, reason = "one argument per keyword of the Python function")]
-    fn simulate(
-        &self,
-        py: Python<'_>,
-        position: PyReadonlyArray1<'_, f64>,
-        velocity: PyReadonlyArray1<'_, f64>,
-        combination: &str,
-        duration: f64,
-        method: &str,
-        max_events: Option<usize>,
-        time_limit: Option<f64>,
-        accumulation_tolerance: f64,
-        on_grazing: &str,
-    ) -> PyResult<Trajectory> {
-        let start = self.start(py, &position, &velocity, combination)?;
-        let method = method_named(py, method)?;
-        let interrupted = || Python::attach(|py| py.check_signals().is_err());
-        let stop_at_grazing = stops_at_grazing(py, on_grazing)?;
-        let controls = core::Controls {
-            max_events,
-            time_limit,
-            accumulation_tolerance,
-            stop_at_grazing,
-            interrupted: Some(&interrupted),
-        };
-        let propagators = &self.propagators;
-        let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?
-            .map_err(|error| raise(py, &error))?;
-        Ok(Trajectory::new(run))
-    }
-
-    /// The motion that a record was made of.
-    fn trajectory(&self, py: Python<'_>, record: &Bound<'_, PyAny>) -> PyResult<Trajectory> {
-        let record: crate::trajectory::Record<'_> = read_record(record)?;
-        record.trajectory(py, &self.propagators)
-    }
-
-    /// The orbit that a record was made of.
-    fn cycle(&self, py: Python<'_>, record: &Bound<'_, PyAny>) -> PyResult<Cycle> {
-        let record: crate::cycle::Record<'_> = read_record(record)?;
-        record.cycle(py, &self.propagators)
-    }
-}
-
-/// A record whose entries are missing or of another type is ill-posed input.
-fn read_record<'a, 'py, T>(record: &'a Bound<'py, PyAny>) -> PyResult<T>
-where
-    T: FromPyObject<'a, 'py, Error = PyErr>,
-{
-    let py = record.py();
-    record
-        .extract()
-        .map_err(|error: PyErr| named(py, "InputError", &format!("record: {}", error.value(py))))
-}
-
-pub fn method_named(py: Python<'_>, name: &str) -> PyResult<core::Method> {
-    match name {
-        "auto" => Ok(core::Method::Auto),
-        "modal" => Ok(core::Method::Modal),
-        "taylor" => Ok(core::Method::Taylor),
-        other => {
-            let message =
-                format!("method: must be \"auto\", \"modal\" or \"taylor\", got {other:?}");
-            Err(named(py, "InputError", &message))
-        }
-    }
-}
-
-pub fn stops_at_grazing(py: Python<'_>, name: &str) -> PyResult<bool> {
-    match name {
-        "keep" => Ok(false),
-        "stop" => Ok(true),
-        other => {
-            let message = format!("on_grazing: must be \"keep\" or \"stop\", got {other:?}");
-            Err(named(py, "InputError", &message))
-        }
+        let columns = detached(py, || self.core().contact_basis())?;
+        matrix(py, columns.len(), self.size(), columns.concat())
     }
 }
 

@@ -1,7 +1,6 @@
 //! The samples of a study.
 
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
@@ -9,11 +8,11 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{matrix, vector};
+use crate::convert::{matrix, method_named, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::{detached, until_interrupted};
 use crate::path::verdict_arrays;
-use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs, method_named};
+use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs};
 use crate::trajectory::Trajectory;
 
 /// Field and place of every parameter.
@@ -113,7 +112,7 @@ impl SampleData<'_> {
                 (table.as_array().iter().copied().collect(), Vec::new())
             }
             SampleData::Scenes(listed) => {
-                (Vec::new(), listed.iter().map(|scene| scene.inner.clone()).collect())
+                (Vec::new(), listed.iter().map(|scene| Arc::clone(scene.core())).collect())
             }
         }
     }
@@ -207,7 +206,7 @@ pub fn answers<'py>(
     let (rows, scenes) = samples.taken();
     let source = samples.source(&rows, &scenes);
     let found =
-        interruptible(py, threads, |stopped| core::study::answers(&source, &questions, stopped))?;
+        interruptible(py, threads, |cancel| core::study::answers(&source, &questions, cancel))?;
     columns(py, found, sizes, &questions)
 }
 
@@ -215,15 +214,15 @@ pub fn answers<'py>(
 fn interruptible<T: Send>(
     py: Python<'_>,
     threads: Option<usize>,
-    compute: impl Fn(&AtomicBool) -> T + Send + Sync,
+    compute: impl Fn(&core::Cancel) -> T + Send + Sync,
 ) -> PyResult<T> {
     let pool = threads
         .map(|count| core::study::pool(count).map_err(|error| named(py, "InputError", &error)))
         .transpose()?;
     let (computed, interrupted) = py.detach(|| {
-        until_interrupted(|stopped| match &pool {
-            Some(pool) => pool.install(|| compute(stopped)),
-            None => compute(stopped),
+        until_interrupted(|cancel| match &pool {
+            Some(pool) => pool.install(|| compute(cancel)),
+            None => compute(cancel),
         })
     })?;
     interrupted.map_or(Ok(computed), Err)
@@ -295,8 +294,10 @@ fn columns<'py>(
             fn settled(answer: &core::study::Answer) -> Option<&core::study::Settled> {
                 answer.motion.as_ref()?.settled.as_ref()
             }
-            let kinds: Vec<&str> =
-                answers.iter().map(|answer| settled(answer).map_or("", |s| s.kind)).collect();
+            let kinds: Vec<&str> = answers
+                .iter()
+                .map(|answer| settled(answer).map_or("", |s| s.kind.name()))
+                .collect();
             dict.set_item("attractor", kinds)?;
             let verdicts: Vec<&str> = answers
                 .iter()
@@ -346,7 +347,7 @@ fn columns<'py>(
     }
     let status: Vec<&str> = answers
         .iter()
-        .map(|answer| answer.failure.as_ref().map_or("ok", |failure| failure.kind))
+        .map(|answer| answer.failure.as_ref().map_or("ok", |failure| failure.kind.name()))
         .collect();
     dict.set_item("status", status)?;
     let reason: Vec<&str> = answers

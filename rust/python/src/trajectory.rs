@@ -1,7 +1,6 @@
 //! Computed motions.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
@@ -9,21 +8,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
 
-use crate::convert::{matrix, vector};
-use crate::cycle::{Settled, settled};
+use crate::convert::{
+    integers, kinds, matrix, method_named, read_record, stops_at_grazing, vector,
+};
 use crate::errors::raise;
-use crate::interrupt::detached;
-use crate::scene::method_named;
-
-pub fn stop_message(reason: &core::StopReason) -> String {
-    match reason {
-        core::StopReason::Failed(failure) => failure.to_string(),
-        core::StopReason::Chattering { contact } => {
-            format!("contact {contact} changes status without end at one instant")
-        }
-        reason => reason.name().to_owned(),
-    }
-}
+use crate::interrupt::{detached, listening};
+use crate::scene::Scene;
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Trajectory {
@@ -47,6 +37,44 @@ impl Trajectory {
 
 #[pymethods]
 impl Trajectory {
+    #[allow(clippy::too_many_arguments, reason = "one argument per keyword of the Python function")]
+    #[staticmethod]
+    fn simulate(
+        py: Python<'_>,
+        scene: &Scene,
+        position: PyReadonlyArray1<'_, f64>,
+        velocity: PyReadonlyArray1<'_, f64>,
+        combination: &str,
+        duration: f64,
+        method: &str,
+        max_events: Option<usize>,
+        time_limit: Option<f64>,
+        accumulation_tolerance: f64,
+        on_grazing: &str,
+    ) -> PyResult<Self> {
+        let start = scene.start(py, &position, &velocity, combination)?;
+        let method = method_named(py, method)?;
+        let cancel = listening();
+        let stop_at_grazing = stops_at_grazing(py, on_grazing)?;
+        let controls = core::Controls {
+            max_events,
+            time_limit,
+            accumulation_tolerance,
+            stop_at_grazing,
+            cancel: Some(&cancel),
+        };
+        let propagators = &scene.propagators;
+        let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?
+            .map_err(|error| raise(py, &error))?;
+        Ok(Self::new(run))
+    }
+
+    /// The motion that a record was made of.
+    #[staticmethod]
+    fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
+        read_record::<Record<'_>>(record)?.trajectory(py, &scene.propagators)
+    }
+
     #[getter]
     fn event_count(&self) -> usize {
         self.inner.events.len()
@@ -87,32 +115,7 @@ impl Trajectory {
     /// What stopped the run, in words, when it is not the duration.
     #[getter]
     fn stop_message(&self) -> String {
-        stop_message(&self.inner.stop_reason)
-    }
-
-    /// What the run has settled to, and the motion of `limit` seconds more if it takes that to say.
-    fn attractor(&self, py: Python<'_>, limit: f64, method: &str) -> PyResult<Settled> {
-        let method = method_named(py, method)?;
-        // A signal is reported once, and asked for at many places.
-        let stopped = AtomicBool::new(false);
-        let interrupted = || {
-            if Python::attach(|py| py.check_signals()).is_err() {
-                stopped.store(true, Ordering::Relaxed);
-            }
-            stopped.load(Ordering::Relaxed)
-        };
-        let found = detached(py, || {
-            let search = core::cycles::attractors::Search {
-                stretch: self.inner.end,
-                limit,
-                method,
-                interrupted: Some(&interrupted),
-            };
-            core::cycles::attractors::settled_from(&self.inner, search)
-        })?;
-        let (attractor, run) = found.map_err(|error| raise(py, &error))?;
-        py.check_signals()?;
-        Ok(settled(attractor, run))
+        self.inner.stop_reason.to_string()
     }
 
     #[getter]
@@ -156,7 +159,7 @@ impl Trajectory {
             .collect()
     }
 
-    /// Everything but the scene, as numbers and names; `Scene.trajectory` takes it.
+    /// Everything but the scene, as numbers and names; `Trajectory.from_record` takes it.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let record = self.inner.record();
         let counters = record.counters;
@@ -193,13 +196,13 @@ impl Trajectory {
             ],
         )?;
         let reason = &record.stop_reason;
-        dict.set_item("stop", (reason.name(), stop_message(reason), contact))?;
+        dict.set_item("stop", (reason.name(), reason.to_string(), contact))?;
         dict.set_item("end", record.end)?;
         Ok(dict)
     }
 
     fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
-        let state = self.inner.state(time).map_err(|error| raise(py, &error))?;
+        let state = detached(py, || self.inner.state(time))?.map_err(|error| raise(py, &error))?;
         Ok((
             state.position.into_pyarray(py),
             state.velocity.into_pyarray(py),
@@ -208,12 +211,15 @@ impl Trajectory {
     }
 
     fn event_states<'py>(&self, py: Python<'py>) -> PyResult<(Matrix<'py>, Matrix<'py>)> {
-        let (mut positions, mut velocities) = (Vec::new(), Vec::new());
-        for event in &self.inner.events {
-            let (position, velocity) = self.inner.event_state(event);
-            positions.extend(position);
-            velocities.extend(velocity);
-        }
+        let (positions, velocities) = detached(py, || {
+            let (mut positions, mut velocities) = (Vec::new(), Vec::new());
+            for event in &self.inner.events {
+                let (position, velocity) = self.inner.event_state(event);
+                positions.extend(position);
+                velocities.extend(velocity);
+            }
+            (positions, velocities)
+        })?;
         let (rows, columns) = (self.inner.events.len(), self.inner.size());
         Ok((matrix(py, rows, columns, positions)?, matrix(py, rows, columns, velocities)?))
     }
@@ -242,8 +248,9 @@ impl Trajectory {
         py: Python<'py>,
         times: PyReadonlyArray1<'py, f64>,
     ) -> PyResult<Vec<ModalRun<'py>>> {
-        let runs =
-            self.inner.modal_coordinates(&vector(&times)).map_err(|error| raise(py, &error))?;
+        let times = vector(&times);
+        let runs = detached(py, || self.inner.modal_coordinates(&times))?
+            .map_err(|error| raise(py, &error))?;
         runs.into_iter()
             .map(|run| {
                 let rows = run.indices.len();
@@ -259,21 +266,10 @@ impl Trajectory {
     }
 }
 
-pub fn integers<'py>(py: Python<'py>, values: &[usize]) -> Bound<'py, PyArray1<i64>> {
-    values.iter().map(|&value| value as i64).collect::<Vec<_>>().into_pyarray(py)
-}
-
-pub fn kinds(py: Python<'_>, names: &[String]) -> PyResult<Vec<core::contact::EventKind>> {
-    names
-        .iter()
-        .map(|name| core::contact::EventKind::named(name).map_err(|error| raise(py, &error)))
-        .collect()
-}
-
 /// A motion from its record.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub struct Record<'py> {
+struct Record<'py> {
     bases: Vec<(String, Vec<String>)>,
     phase_basis: Vec<usize>,
     phase_start: PyReadonlyArray1<'py, f64>,
@@ -291,7 +287,7 @@ pub struct Record<'py> {
 }
 
 impl Record<'_> {
-    pub fn trajectory(
+    fn trajectory(
         self,
         py: Python<'_>,
         propagators: &Arc<core::Propagators>,
@@ -345,7 +341,7 @@ impl Record<'_> {
             stop_reason,
             end: self.end,
         };
-        let inner = core::Trajectory::from_record(propagators, record)
+        let inner = detached(py, || core::Trajectory::from_record(propagators, record))?
             .map_err(|error| raise(py, &error))?;
         Ok(Trajectory::new(inner))
     }

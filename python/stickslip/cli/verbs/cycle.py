@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 import numpy as np
@@ -14,13 +13,9 @@ from stickslip.cli.options import (
     Answer,
     Number,
     answer_options,
-    loaded,
-    scene_argument,
-    start_options,
-    started,
+    motion_options,
     table,
     waiting,
-    with_duration,
 )
 
 if TYPE_CHECKING:
@@ -31,21 +26,15 @@ SHOWN = 6
 
 
 @click.command()
-@scene_argument
-@start_options
-@click.option("--duration", type=float, help="Of the run before the first look, s; default: that of [run].")
+@motion_options
 @click.option(
     "--further", type=float, default=10.0, show_default=True, help="How much longer to follow the motion, s."
 )
 @click.option("--samples", type=Number(min=2), default=513, show_default=True, help="Instants of one period.")
 @answer_options
 def cycle(
-    scene: Path,
-    changes: tuple[str, ...],
-    start: tuple[str, ...],
-    combination: str | None,
-    method: str | None,
-    duration: float | None,
+    case: ss.Case,
+    settings: dict[str, Any],
     further: float,
     samples: int,
     answer: Answer,
@@ -58,11 +47,9 @@ def cycle(
     Example:
       stickslip cycle brake.toml --set friction=2.2 --plot cycle.pdf
     """
-    case = started(loaded(scene, changes), start, combination)
-    duration = with_duration(scene, case, duration)
     try:
         with waiting("looking for the limit cycle"):
-            found = case.simulate(duration=duration, method=method).limit_cycle(further)
+            found = case.simulate(**settings).limit_cycle(further)
     except ss.errors.NotPeriodicError as error:
         if error.kind == "stopped":
             raise

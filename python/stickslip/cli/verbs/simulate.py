@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,13 +11,9 @@ from stickslip.cli.options import (
     Answer,
     Number,
     answer_options,
-    loaded,
-    scene_argument,
-    start_options,
-    started,
+    motion_options,
     table,
     waiting,
-    with_duration,
 )
 from stickslip.scene.contact import dof_index
 
@@ -40,9 +35,7 @@ KINDS = {
 
 
 @click.command()
-@scene_argument
-@start_options
-@click.option("--duration", type=float, help="s; default: that of [run].")
+@motion_options
 @click.option("--max-events", type=int, help="Stop after that many events.")
 @click.option("--time-limit", type=float, help="Stop after that much computing, s.")
 @click.option(
@@ -56,12 +49,8 @@ KINDS = {
 @click.option("--dof", "dofs", multiple=True, help="Dofs of the figure; default: those that move most.")
 @answer_options
 def simulate(
-    scene: Path,
-    changes: tuple[str, ...],
-    start: tuple[str, ...],
-    combination: str | None,
-    method: str | None,
-    duration: float | None,
+    case: ss.Case,
+    settings: dict[str, Any],
     max_events: int | None,
     time_limit: float | None,
     samples: int,
@@ -81,11 +70,8 @@ def simulate(
         raise click.UsageError("--events goes with --csv, or with -o and a .csv file")
     if dofs and answer.plot is None:
         raise click.UsageError("--dof goes with --plot")
-    case = started(loaded(scene, changes), start, combination)
     for dof in dofs:
         dof_index("--dof", dof, case.scene.dofs)
-    settings = {"method": method, "max_events": max_events, "time_limit": time_limit}
-    duration = with_duration(scene, case, duration)
 
     def give(run: ss.types.Motion) -> None:
         answer.give(
@@ -97,7 +83,7 @@ def simulate(
 
     try:
         with waiting("simulating"):
-            run = case.simulate(duration=duration, **settings)
+            run = case.simulate(max_events=max_events, time_limit=time_limit, **settings)
     except (ss.RunError, ss.errors.RunInterrupted) as error:
         if error.partial is not None:
             give(error.partial)

@@ -18,7 +18,8 @@ use crate::scene::model::Scene;
 /// Free coordinates up to which modes are computed at once: a small scene meets few combinations, and each often.
 pub(crate) const AT_ONCE: usize = 8;
 
-/// The part: less helps long runs, and harms those that end early.
+/// Change to modes once the extra work of series reaches this fraction of their price. Smaller favours long runs, larger
+/// short ones.
 const SHARE: f64 = 0.5;
 /// How much larger the part is where every combination is a new one.
 const CAUTION: f64 = 16.0;

@@ -199,7 +199,7 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
 }
 
 /// A value below this many errors is near the band: there small steps of bounded change take over.
-const NEAR: f64 = 2.0;
+const NEAR_BAND: f64 = 2.0;
 /// Values nearer to an edge of the band than this many errors count as beyond it, or steps would shrink to nothing
 /// there. The rounding of p itself is more.
 const RESOLUTION: f64 = 1e-6;
@@ -324,7 +324,7 @@ fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
     let mut step = 0.0_f64;
     for taken in 0..STEPS {
         let (v, v1, v2) = derivatives(simd, p, s);
-        if v > NEAR * error {
+        if v > NEAR_BAND * error {
             if let Some(high) = monotone_crossing(v, v1, v2, m, error, 1.0 - s) {
                 let root = bracketed_root(simd, p, s, s + high);
                 if root > end {
@@ -333,7 +333,7 @@ fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
                 return Verdict::Crossing { root, touch };
             }
             // Down to between the band and what counts as near it, so that the march always arrives.
-            let floor = 0.5 * (1.0 + NEAR) * error;
+            let floor = 0.5 * (1.0 + NEAR_BAND) * error;
             let previous = step;
             step = safe_step(v, v1, v2, m, floor, end - s);
             if taken >= PATIENCE {
@@ -402,7 +402,7 @@ fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, 
             return Exit::Below { root: bracketed_root(simd, p, entry, s) };
         }
         // Farther out than where it was entered, or the two would take turns.
-        if v > 1.5 * NEAR * error && s > entry {
+        if v > 1.5 * NEAR_BAND * error && s > entry {
             return Exit::Above { at: s, lowest: within };
         }
         if s >= end {

@@ -6,7 +6,7 @@ pub(crate) mod verdicts;
 
 pub use family::{Chain, Family, Field, Slot, Template};
 pub use questions::{
-    Answer, CycleEnergy, Failure, HopfRange, MotionAnswer, MotionQuestions, Questions, Samples,
-    Settled, answers, pool,
+    Answer, CycleEnergy, Failure, FailureKind, HopfRange, MotionAnswer, MotionQuestions, Questions,
+    Samples, Settled, SettledKind, answers, pool,
 };
 pub use verdicts::verdicts;

@@ -4,7 +4,6 @@
 //! that cannot be answered says why, and keeps what could be.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -17,7 +16,7 @@ use crate::cycles::attractors::search::Search;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::energy::work::Works;
 use crate::energy::work::works;
-use crate::error::{Error, RunFailure};
+use crate::error::{Cancel, Error, RunFailure};
 use crate::locus::hopf::hopf_points;
 use crate::locus::parameter_path::Path;
 use crate::modes::complex_modes::Modes;
@@ -64,7 +63,7 @@ pub struct MotionQuestions {
     pub further: f64,
     pub method: Method,
     pub max_events: Option<usize>,
-    /// Added to the sliding equilibrium, over dofs; None: its fastest growing mode, see [`Scene::disturbed_sliding`].
+    /// Added to the sliding equilibrium, over dofs; None: its fastest growing mode, see [`disturbed_sliding`].
     pub added: Option<(Vec<f64>, Vec<f64>)>,
     /// Whether to look for what it settles to.
     pub settle: bool,
@@ -74,11 +73,42 @@ pub struct MotionQuestions {
     pub keep: bool,
 }
 
+/// What kept a question from being answered.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FailureKind {
+    /// The sample is no scene, or does not fit the question.
+    IllPosed,
+    /// There is no steady sliding.
+    NoEquilibrium,
+    /// Eigenvalues that did not converge.
+    Eigenvalues,
+    /// The motion ended before the time asked for.
+    Stopped(Box<StopReason>),
+    /// What the motion settles to could not be found.
+    Unsettled,
+    /// A defect of the program.
+    Error,
+}
+
+impl FailureKind {
+    /// As columns of answers have it; of a motion the name of its [`StopReason`].
+    pub const fn name(&self) -> &'static str {
+        match self {
+            FailureKind::IllPosed => "ill_posed",
+            FailureKind::NoEquilibrium => "no_equilibrium",
+            FailureKind::Eigenvalues => "eigenvalues",
+            FailureKind::Stopped(reason) => reason.name(),
+            FailureKind::Unsettled => "failed",
+            FailureKind::Error => "error",
+        }
+    }
+}
+
 /// Why a question was not answered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure {
-    /// `ill_posed`, `no_equilibrium`, `eigenvalues`, `max_events`, `unbounded`, `chattering`, `failed` or `error`.
-    pub kind: &'static str,
+    pub kind: FailureKind,
+    /// In words.
     pub reason: String,
 }
 
@@ -88,9 +118,9 @@ impl From<Error> for Failure {
             Error::NoSlidingDirection { .. }
             | Error::NoSteadySliding { .. }
             | Error::TensileEquilibrium { .. }
-            | Error::SingularStiffness { .. } => "no_equilibrium",
-            Error::Eigenvalues { .. } => "eigenvalues",
-            _ => "ill_posed",
+            | Error::SingularStiffness { .. } => FailureKind::NoEquilibrium,
+            Error::Eigenvalues { .. } => FailureKind::Eigenvalues,
+            _ => FailureKind::IllPosed,
         };
         Self { kind, reason: error.to_string() }
     }
@@ -118,10 +148,32 @@ pub struct MotionAnswer {
     pub settled: Option<Settled>,
 }
 
+/// The kinds of what motions settle to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SettledKind {
+    /// Rest or steady sliding.
+    Equilibrium,
+    /// A periodic orbit.
+    Cycle,
+    /// Neither within the motion looked at.
+    Aperiodic,
+}
+
+impl SettledKind {
+    /// As columns of answers have it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            SettledKind::Equilibrium => "equilibrium",
+            SettledKind::Cycle => "cycle",
+            SettledKind::Aperiodic => "aperiodic",
+        }
+    }
+}
+
+/// What a motion has settled to.
 #[derive(Debug)]
 pub struct Settled {
-    /// `equilibrium`, `cycle` or `aperiodic`.
-    pub kind: &'static str,
+    pub kind: SettledKind,
     /// Of an aperiodic motion.
     pub growth: Option<Lyapunov>,
     /// Combinations in order of one period, or of the last stretch, without repetition of neighbours.
@@ -171,8 +223,8 @@ struct Workspace {
     matrices: ChainMatrices,
 }
 
-/// The answers to all samples, in their order, on all threads of the pool in use; `stopped` cuts it short.
-pub fn answers(samples: &Samples<'_>, questions: &Questions, stopped: &AtomicBool) -> Vec<Answer> {
+/// The answers to all samples, in their order, on all threads of the pool in use; `cancel` cuts it short.
+pub fn answers(samples: &Samples<'_>, questions: &Questions, cancel: &Cancel) -> Vec<Answer> {
     let workspace = || Workspace {
         template: match samples {
             Samples::Family(family, _) => Some(family.template()),
@@ -187,19 +239,19 @@ pub fn answers(samples: &Samples<'_>, questions: &Questions, stopped: &AtomicBoo
         .with_min_len(least)
         .map_init(workspace, |workspace, k| {
             let mut answer = Answer::default();
-            if stopped.load(Ordering::Relaxed) {
+            if cancel.is_requested() {
                 return answer;
             }
             let asked = RunFailure::guarded(|| match samples {
                 Samples::Family(family, rows) => {
                     let width = family.width();
                     let row = &rows[k * width..(k + 1) * width];
-                    ask_family(family, row, questions, stopped, workspace, &mut answer);
+                    ask_family(family, row, questions, cancel, workspace, &mut answer);
                 }
-                Samples::Scenes(scenes) => ask(&scenes[k], questions, stopped, &mut answer),
+                Samples::Scenes(scenes) => ask(&scenes[k], questions, cancel, &mut answer),
             });
             if let Err(failure) = asked {
-                answer.fail(Failure { kind: "error", reason: failure.to_string() });
+                answer.fail(Failure { kind: FailureKind::Error, reason: failure.to_string() });
             }
             answer
         })
@@ -222,7 +274,7 @@ fn ask_family(
     family: &Family,
     row: &[f64],
     questions: &Questions,
-    stopped: &AtomicBool,
+    cancel: &Cancel,
     workspace: &mut Workspace,
     answer: &mut Answer,
 ) {
@@ -251,7 +303,7 @@ fn ask_family(
         }
     }
     match template.scene() {
-        Ok(scene) => ask(&scene, questions, stopped, answer),
+        Ok(scene) => ask(&scene, questions, cancel, answer),
         Err(error) => answer.fail(error),
     }
 }
@@ -263,7 +315,7 @@ impl Questions {
     }
 }
 
-fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: &mut Answer) {
+fn ask(scene: &Arc<Scene>, questions: &Questions, cancel: &Cancel, answer: &mut Answer) {
     let wanted = questions.growth && answer.growth.is_none() && answer.failure.is_none();
     if wanted || questions.eigenvalues {
         match questions.combination.clone().map_or_else(|| scene.steady_sliding(), Ok) {
@@ -285,7 +337,7 @@ fn ask(scene: &Arc<Scene>, questions: &Questions, stopped: &AtomicBool, answer: 
     }
     if let Some(motion) = &questions.motion {
         let propagators = Arc::new(Propagators::new(Arc::clone(scene)));
-        if let Err(failure) = move_on(&propagators, motion, stopped, answer) {
+        if let Err(failure) = move_on(&propagators, motion, cancel, answer) {
             answer.fail(failure);
         }
     }
@@ -329,7 +381,7 @@ fn hopf_point(
         .map(|point| (point.value, point.eigenvalue.norm()));
     match (first, lost) {
         (None, Some(value)) => Err(Failure {
-            kind: "no_equilibrium",
+            kind: FailureKind::NoEquilibrium,
             reason: format!("hopf_point: at friction {value} there is no steady sliding"),
         }),
         _ => Ok(first.unwrap_or((f64::NAN, f64::NAN))),
@@ -339,7 +391,7 @@ fn hopf_point(
 fn move_on(
     propagators: &Arc<Propagators>,
     questions: &MotionQuestions,
-    stopped: &AtomicBool,
+    cancel: &Cancel,
     answer: &mut Answer,
 ) -> Result<(), Failure> {
     let scene = &propagators.scene;
@@ -352,18 +404,14 @@ fn move_on(
             start
         }
     };
-    let interrupted = || stopped.load(Ordering::Relaxed);
-    let controls = Controls {
-        max_events: questions.max_events,
-        interrupted: Some(&interrupted),
-        ..Controls::default()
-    };
+    let controls =
+        Controls { max_events: questions.max_events, cancel: Some(cancel), ..Controls::default() };
     let run = simulate(propagators, &start, questions.duration, questions.method, controls)?;
     let mut motion = MotionAnswer { events: run.events.len(), settled: None };
     let ended = stop_failure(&run.stop_reason);
     let mut failed = ended.clone();
     if questions.settle && ended.is_none() {
-        match settled(&run, questions, &interrupted) {
+        match settled(&run, questions, cancel) {
             Ok(settled) => motion.settled = Some(settled),
             Err(failure) => failed = Some(failure),
         }
@@ -380,30 +428,28 @@ fn stop_failure(reason: &StopReason) -> Option<Failure> {
         StopReason::Duration | StopReason::TimeLimit | StopReason::Grazing => return None,
         StopReason::MaxEvents => "more events than max_events".to_owned(),
         StopReason::Unbounded => "the motion grows without bound".to_owned(),
-        StopReason::Interrupted => "interrupted".to_owned(),
-        StopReason::Chattering { contact } => {
-            format!("contact {contact} changes status without end at one instant")
+        StopReason::Interrupted | StopReason::Chattering { .. } | StopReason::Failed(_) => {
+            reason.to_string()
         }
-        StopReason::Failed(failure) => failure.to_string(),
     };
-    Some(Failure { kind: reason.name(), reason: reason_in_words })
+    Some(Failure { kind: FailureKind::Stopped(Box::new(reason.clone())), reason: reason_in_words })
 }
 
 fn settled(
     run: &Trajectory,
     questions: &MotionQuestions,
-    interrupted: &(dyn Fn() -> bool + Sync),
+    cancel: &Cancel,
 ) -> Result<Settled, Failure> {
     let search = Search {
         stretch: questions.duration,
         limit: questions.further,
         method: questions.method,
-        interrupted: Some(interrupted),
+        cancel: Some(cancel),
     };
     let (attractor, later) = settled_from(run, search)?;
     let last = later.as_ref().unwrap_or(run);
     let mut settled = Settled {
-        kind: "cycle",
+        kind: SettledKind::Cycle,
         growth: None,
         sequence: Vec::new(),
         amplitude: Vec::new(),
@@ -428,18 +474,18 @@ fn settled(
             }
         }
         Attractor::Equilibrium => {
-            settled.kind = "equilibrium";
+            settled.kind = SettledKind::Equilibrium;
             settled.sequence = last.combinations_in_order().pop().into_iter().collect();
             settled.amplitude = vec![0.0; last.scene().size];
         }
         Attractor::Aperiodic(growth) => {
-            settled.kind = "aperiodic";
+            settled.kind = SettledKind::Aperiodic;
             settled.growth = Some(growth);
             settled.sequence = last.combinations_in_order();
         }
         Attractor::Unbounded | Attractor::Stopped => {
             return Err(stop_failure(&last.stop_reason).unwrap_or(Failure {
-                kind: "failed",
+                kind: FailureKind::Unsettled,
                 reason: "the run could not go on".to_owned(),
             }));
         }

@@ -5,13 +5,12 @@
 
 use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, sync_channel};
 use std::time::Duration;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::error::RunFailure;
+use crate::error::{Cancel, RunFailure};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
@@ -25,11 +24,8 @@ pub struct RunSettings {
     /// s
     pub duration: f64,
     pub method: Method,
-    pub max_events: Option<usize>,
-    /// Wall-clock seconds per run.
-    pub time_limit: Option<f64>,
-    pub accumulation_tolerance: f64,
-    pub stop_at_grazing: bool,
+    /// Of each run; all of them stop with the batch.
+    pub controls: Controls<'static>,
 }
 
 /// One run: a scene and where it starts.
@@ -51,7 +47,7 @@ pub type Outcome = Result<(State, Trajectory), RunFailure>;
 pub struct Batch {
     pool: ThreadPool,
     settings: RunSettings,
-    stopped: Arc<AtomicBool>,
+    cancel: Arc<Cancel>,
     pending: VecDeque<Receiver<Outcome>>,
     /// The propagators of the scene submitted last, which the next job may share.
     shared: Option<Arc<Propagators>>,
@@ -66,7 +62,7 @@ impl Batch {
         Ok(Self {
             pool: ThreadPoolBuilder::new().num_threads(threads.unwrap_or(0)).build()?,
             settings,
-            stopped: Arc::default(),
+            cancel: Arc::default(),
             pending: VecDeque::new(),
             shared: None,
         })
@@ -88,9 +84,9 @@ impl Batch {
         };
         self.shared = Some(Arc::clone(&propagators));
         let (sender, receiver) = sync_channel(1);
-        let (settings, stopped) = (self.settings, Arc::clone(&self.stopped));
+        let (settings, cancel) = (self.settings, Arc::clone(&self.cancel));
         self.pool.spawn_fifo(move || {
-            let outcome = RunFailure::guarded(|| run(&propagators, job, settings, &stopped))
+            let outcome = RunFailure::guarded(|| run(&propagators, job, settings, &cancel))
                 .unwrap_or_else(Err);
             // Nobody waits any more when the batch was dropped.
             let _ = sender.send(outcome);
@@ -112,7 +108,7 @@ impl Batch {
 
     /// Stops every run in progress or waiting; each is handed out as far as it came.
     pub fn stop(&self) {
-        self.stopped.store(true, Ordering::Relaxed);
+        self.cancel.request();
     }
 }
 
@@ -126,7 +122,7 @@ fn run(
     propagators: &Arc<Propagators>,
     job: Job,
     settings: RunSettings,
-    stopped: &AtomicBool,
+    cancel: &Cancel,
 ) -> Outcome {
     let mut start = match job.start {
         Some(start) => start,
@@ -137,14 +133,7 @@ fn run(
     {
         values.iter_mut().zip(added).for_each(|(value, added)| *value += added);
     }
-    let interrupted = || stopped.load(Ordering::Relaxed);
-    let controls = Controls {
-        max_events: settings.max_events,
-        time_limit: settings.time_limit,
-        accumulation_tolerance: settings.accumulation_tolerance,
-        stop_at_grazing: settings.stop_at_grazing,
-        interrupted: Some(&interrupted),
-    };
+    let controls = Controls { cancel: Some(cancel), ..settings.controls };
     let mut trajectory =
         simulate(propagators, &start, settings.duration, settings.method, controls)?;
     // What runs that share propagators find there depends on which of them came first.
@@ -180,14 +169,8 @@ pub(crate) mod tests {
     }
 
     fn batch() -> Batch {
-        let settings = RunSettings {
-            duration: 0.1,
-            method: Method::Auto,
-            max_events: None,
-            time_limit: None,
-            accumulation_tolerance: 0.0,
-            stop_at_grazing: false,
-        };
+        let settings =
+            RunSettings { duration: 0.1, method: Method::Auto, controls: Controls::default() };
         Batch::new(settings, Some(2)).expect("two threads")
     }
 

@@ -3,6 +3,7 @@
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
+use crate::error::Cancel;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::panel::Panel;
 use crate::motion::phase_motion::Motion;
@@ -319,7 +320,7 @@ fn asked_to_stop(run: &RunState<'_>) -> Option<StopReason> {
     if !run.trajectory.counters.panels.is_multiple_of(interval) {
         return None;
     }
-    if run.controls.interrupted.is_some_and(|interrupted| interrupted()) {
+    if run.controls.cancel.is_some_and(Cancel::is_requested) {
         return Some(StopReason::Interrupted);
     }
     let elapsed = || run.started.elapsed().as_secs_f64();

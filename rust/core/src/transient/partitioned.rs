@@ -130,7 +130,7 @@ fn put_together(
     end: f64,
     method: Method,
 ) -> Result<Trajectory, Error> {
-    // By time, and by how many phases of the same block began at it before: the phases that begin.
+    // Key: start time, and how many phases of that block began at the same instant before. Value: (block, phase).
     let mut instants: BTreeMap<(u64, usize), Vec<(usize, usize)>> = BTreeMap::new();
     for (b, (_, run)) in blocks.iter().enumerate() {
         let mut before = 0;

@@ -3,13 +3,14 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::Error;
+use crate::error::{Cancel, Error};
 use crate::scene::model::Scene;
 use crate::transient::trajectory::Trajectory;
 
 /// What a run does besides following the motion for its duration.
-#[derive(Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy, Default)]
 pub struct Controls<'a> {
+    /// Events after which a run stops.
     pub max_events: Option<usize>,
     /// Wall-clock seconds.
     pub time_limit: Option<f64>,
@@ -18,7 +19,7 @@ pub struct Controls<'a> {
     /// Stop at the first touch that rounding can't decide, instead of keeping the status.
     pub stop_at_grazing: bool,
     /// Asked every few dozen panels.
-    pub interrupted: Option<&'a (dyn Fn() -> bool + Sync)>,
+    pub cancel: Option<&'a Cancel>,
 }
 
 impl Controls<'_> {

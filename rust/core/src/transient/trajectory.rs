@@ -1,6 +1,7 @@
 //! A computed motion: the state after every event, and anything in between on demand.
 
 use std::collections::HashSet;
+use std::fmt;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -19,8 +20,11 @@ use crate::scene::status::{Combination, Status};
 /// One event; the combination is that after everything that happened at the instant.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Event {
+    /// s
     pub time: f64,
+    /// Index of the contact.
     pub contact: usize,
+    /// What happened.
     pub kind: EventKind,
     /// Index into [`Trajectory::phases`] of the phase that begins here.
     pub(crate) phase: usize,
@@ -29,8 +33,11 @@ pub struct Event {
 /// A touch of an event function within rounding: the status was kept, though `alternative` may be true.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grazing {
+    /// s
     pub time: f64,
+    /// Index of the contact.
     pub contact: usize,
+    /// The event that would have happened.
     pub alternative: EventKind,
     /// The event function at the touch, in its own unit (m/s, N or m).
     pub value: f64,
@@ -86,6 +93,18 @@ impl StopReason {
     }
 }
 
+impl fmt::Display for StopReason {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            StopReason::Failed(failure) => failure.fmt(f),
+            StopReason::Chattering { contact } => {
+                write!(f, "contact {contact} changes status without end at one instant")
+            }
+            reason => f.write_str(reason.name()),
+        }
+    }
+}
+
 /// How much work a run took; exact, so that tests can hold them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
@@ -106,7 +125,7 @@ pub struct Counters {
 #[derive(Debug)]
 pub(crate) struct Phase {
     pub start: f64,
-    /// What rounding takes from `start`.
+    /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,
     pub basis: Arc<CombinationBasis>,
 }
@@ -123,16 +142,22 @@ pub struct Trajectory {
     pub accumulations: Vec<Accumulation>,
     pub counters: Counters,
     pub stop_reason: StopReason,
+    /// s
     pub end: f64,
 }
 
 /// Positions and velocities over dofs, contact forces and statuses at a series of instants; row-major.
 #[derive(Debug, Clone, Default)]
 pub struct Sample {
+    /// m, n per instant.
     pub position: Vec<f64>,
+    /// m/s, n per instant.
     pub velocity: Vec<f64>,
+    /// N >= 0 of every contact, N.
     pub normal_force: Vec<f64>,
+    /// T of every contact, N.
     pub friction_force: Vec<f64>,
+    /// Of every contact.
     pub status: Vec<Status>,
 }
 

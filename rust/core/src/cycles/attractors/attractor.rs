@@ -18,11 +18,11 @@ use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
 use crate::transient::trajectory::{StopReason, Trajectory};
 
-/// Growth of neighbours, as a power of e, over the later half of the motion that makes it chaotic.
+/// Chaotic: a perturbation grows by more than e^CHAOS over the second half of the observed time.
 const CHAOS: f64 = 12.0;
-/// Length of a look at the motion, of what has been computed before.
+/// Each further run is this many times as long as all before it ...
 const LONGER: f64 = 0.5;
-/// Longest look, of the first one: what is kept of a motion fits into memory.
+/// ... but at most this many times as long as the first, so that it fits into memory.
 const LONGEST: f64 = 32.0;
 /// Standard errors of the growth rate by which it must exceed zero for that.
 const CERTAIN: f64 = 4.0;
@@ -48,7 +48,7 @@ pub fn settle(
     start: &State,
     search: Search<'_>,
 ) -> Result<(Attractor, Trajectory), Error> {
-    let controls = Controls { interrupted: search.interrupted, ..Controls::default() };
+    let controls = Controls { cancel: search.cancel, ..Controls::default() };
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
@@ -65,9 +65,9 @@ pub fn settle(
             neighbour = Some(Neighbour::new(&run));
         }
         if let Some(neighbour) = &mut neighbour {
-            neighbour.follow(&run, search.method, search.interrupted)?;
+            neighbour.follow(&run, search.method, search.cancel)?;
         }
-        if search.is_interrupted() {
+        if search.is_cancelled() {
             run.stop_reason = StopReason::Interrupted;
             return Ok((Attractor::Stopped, run));
         }

@@ -20,12 +20,11 @@ pub fn settle_all(
     cases: &[(Arc<Propagators>, State)],
     search: Search<'_>,
 ) -> Vec<Option<Result<Found, RunFailure>>> {
-    let interrupted = || search.interrupted.is_some_and(|ask| ask());
     cases
         .par_iter()
         .with_max_len(1)
         .map(|(scene, start)| {
-            if interrupted() {
+            if search.is_cancelled() {
                 return None;
             }
             let found = RunFailure::guarded(|| settle(scene, start, search));
@@ -49,7 +48,7 @@ mod tests {
         let start = job(&sound).start.expect("given");
         let cases = [&sound, &broken, &sound]
             .map(|scene| (Arc::new(Propagators::new(Arc::clone(scene))), start.clone()));
-        let search = Search { stretch: 0.5, limit: 1.0, method: Method::Auto, interrupted: None };
+        let search = Search { stretch: 0.5, limit: 1.0, method: Method::Auto, cancel: None };
         let settled = settle_all(&cases, search);
         assert!(matches!(settled[0], Some(Ok(_))) && matches!(settled[2], Some(Ok(_))));
         let Some(Err(failure)) = &settled[1] else { panic!("not a failure") };

@@ -18,7 +18,7 @@ use crate::contact::event_kind::EventKind;
 use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::orbit::Scales;
 use crate::cycles::orbits::saltation::passages;
-use crate::error::Error;
+use crate::error::{Cancel, Error};
 use crate::motion::method::Method;
 use crate::scene::status::Combination;
 use crate::transient::trajectory::Trajectory;
@@ -90,7 +90,7 @@ impl Neighbour {
         &mut self,
         run: &Trajectory,
         method: Method,
-        interrupted: Option<&(dyn Fn() -> bool + Sync)>,
+        cancel: Option<&Cancel>,
     ) -> Result<(), Error> {
         let scene = run.scene();
         let size = 2 * scene.size;
@@ -101,7 +101,7 @@ impl Neighbour {
         }
         let mut flows = LruCache::new(FLOWS);
         for phase in 0..count {
-            if phase % PATIENCE == 0 && interrupted.is_some_and(|ask| ask()) {
+            if phase % PATIENCE == 0 && cancel.is_some_and(Cancel::is_requested) {
                 return Ok(());
             }
             let basis = &run.phases[phase].basis;

@@ -23,7 +23,7 @@ use crate::transient::trajectory::Trajectory;
 /// Periods over which events must repeat.
 const REPEATS: usize = 3;
 /// Mismatch of a recurrence, relative to the range of the motion, up to which Newton's method is tried.
-const NEAR: f64 = 0.5;
+const NEAR_RECURRENCE: f64 = 0.5;
 /// Distance from an orbit at which a run is on it, whether the orbit is stable or not.
 const ON: f64 = 1e-8;
 /// Recurrences tried: the doublings of a period up to 64, or as many odd ones.
@@ -81,7 +81,7 @@ fn recurring(
         .map(|period| (period, repeats(sequence, period)))
         .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
         .take(CANDIDATES)
-        .take_while(|_| !search.is_interrupted())
+        .take_while(|_| !search.is_cancelled())
         .filter_map(|(period, returns)| {
             let compared = &sequence[last - returns..];
             let phases: Vec<usize> = compared.iter().map(|entry| entry.phase).collect();
@@ -140,14 +140,16 @@ fn candidate(
     let (last, before) = (ends[count], ends[count - period]);
     let window = (before..=last).map(|phase| whole_state(run, phase));
     let scales = Scales::of(run.scene().size, window);
-    if !(scales.distance(whole_state(run, last), whole_state(run, before)) < NEAR) {
+    if !(scales.distance(whole_state(run, last), whole_state(run, before)) < NEAR_RECURRENCE) {
         return None;
     }
     let steps = steps(run, method, labels, before..last)?;
     let orbit = Orbit::solve(&run.propagators, method, steps).ok()?;
     let distance = |phase: usize| scales.distance(whole_state(run, phase), &orbit.steps[0].state);
     let (now, first) = (distance(last), distance(ends[count - rounds * period]));
-    if !(now < NEAR) || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period) {
+    if !(now < NEAR_RECURRENCE)
+        || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period)
+    {
         return None;
     }
     if repeats_itself(&orbit) || !is_followed(&orbit) {

@@ -1,20 +1,21 @@
 //! How long a search for what a motion settles to follows the motion.
 
+use crate::error::Cancel;
 use crate::motion::method::Method;
 
 /// How long to look.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub struct Search<'a> {
     /// Motion computed between two looks, s; later looks take longer.
     pub stretch: f64,
     /// Motion in all, s.
     pub limit: f64,
     pub method: Method,
-    pub interrupted: Option<&'a (dyn Fn() -> bool + Sync)>,
+    pub cancel: Option<&'a Cancel>,
 }
 
 impl Search<'_> {
-    pub(crate) fn is_interrupted(&self) -> bool {
-        self.interrupted.is_some_and(|ask| ask())
+    pub(crate) fn is_cancelled(&self) -> bool {
+        self.cancel.is_some_and(Cancel::is_requested)
     }
 }

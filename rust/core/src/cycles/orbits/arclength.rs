@@ -8,8 +8,8 @@
 //! [ t_y'    t_p ] [ dp   ] = [ 0    ],   b = d rest / dp
 //! ```
 //!
-//! is regular where I - P is not. The tangent solves the same equations with load (0, 1). What the parameter
-//! changes is differenced between two scenes on either side; an error of b slows the iteration and no more.
+//! is regular where I - P is not. The tangent solves the same equations with load (0, 1). b is a
+//! central difference between two neighbouring scenes; its error only slows convergence.
 
 use nalgebra::DVector;
 use std::sync::Arc;

@@ -7,8 +7,8 @@
 //! the combination is propagated. Free to vary are q and q' of the coordinates left free, and the
 //! tangential displacement at which a sticking contact sticks: it loads the others for the whole phase.
 //!
-//! A phase far shorter than every mode is the sum of its Taylor series: what one of a series of bounces adds to
-//! a gap has all its digits there, and none beside the modes.
+//! A phase far shorter than every mode is summed as a Taylor series: there the tiny change of a gap in one bounce keeps
+//! all digits, which the modal sum would lose by cancellation.
 
 use nalgebra::DMatrix;
 use std::cell::RefCell;

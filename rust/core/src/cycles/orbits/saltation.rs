@@ -10,7 +10,7 @@
 //! ```
 //!
 //! The end of a series of bounces has no event function of its own: its time `-2 g' / (g'' (1 - e))` after
-//! the last bounce (see `simulation`) gives dt instead. A neighbour that is dg away from that bounce at equal times
+//! the last bounce (see `event_search`) gives dt instead. A neighbour that is dg away from that bounce at equal times
 //! gets there `dg / g'` later, and its limit comes `(1 + e) / (1 - e) dg / g'` later than at the same speed.
 //! Where mass couples contacts, several of them close at the end of a series: see `joint`.
 
@@ -251,9 +251,11 @@ impl Passage {
 
     /// Dimension of the directions that a passage forgets: the kernel of its saltation matrix.
     ///
-    /// `S dy = 0` says `Dg w = f+ dt` with `w = dy + f- dt` and `grad h . w = 0`. Rows of zeros in Dg are what the
-    /// jump sets, whatever was before: as many directions w as rows have Dg w = 0. One more, `Dg w = f+ dt`, exists
-    /// if f+ leaves those entries alone; one less satisfies `grad h . w = 0`, as h is among what is set.
+    /// `S dy = 0` says `Dg w = f+ dt` with `w = dy + f- dt` and `grad h . w = 0`. With k rows of zeros in Dg, the entries
+    /// that the jump sets,
+    ///
+    /// - `Dg w = 0` has k dimensions, of which k - 1 satisfy `grad h . w = 0`, because h is among what is set;
+    /// - `Dg w = f+ dt` adds one more if f+ vanishes in those rows.
     pub fn loss(&self, before: &[usize], jump: &SparseMatrix, next_field: &[f64]) -> usize {
         let set: Vec<usize> =
             before.iter().copied().filter(|&row| jump.row(row).next().is_none()).collect();
