@@ -188,7 +188,9 @@ impl Coupled<'_> {
             let rests = |i: usize| {
                 at_rest.iter().zip(&pressed_on).any(|(&j, status)| i == j && status.is_closed())
             };
-            let strikes = |i: usize| u[contacts[i].normal] < 0.0 || round >= ROUNDS || rests(i);
+            // The first are those that the event says, however slowly they come.
+            let turn = round == 0 || round >= ROUNDS;
+            let strikes = |i: usize| turn || u[contacts[i].normal] < 0.0 || rests(i);
             let touching: Vec<usize> = (0..contacts.len())
                 .filter(|&i| statuses[i].is_closed() || struck.contains(&i) && strikes(i))
                 .collect();
