@@ -57,6 +57,7 @@ class _ModesData(TypedDict):
     condition: _Real  # (2m,)
     defective: NDArray[np.bool_]  # (2m,)
     residual: _Real  # (2m,)
+    rounding: _Real  # (2m,)
     mass: _Real  # (m, m)
     damping: _Real  # (m, m)
     stiffness: _Real  # (m, m)

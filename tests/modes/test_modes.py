@@ -342,3 +342,63 @@ def test_a_mode_is_unstable_beyond_its_rounding():
     parts = zip((modulus**2, modulus, 1.0), dense, strict=True)
     bound = 4 * np.finfo(float).eps * sum(f * (left * (m @ right)).sum(axis=0) for f, m in parts)
     np.testing.assert_allclose(modes.rounding, bound / np.abs(modes.a), rtol=1e-12)
+
+
+def sums(scene):
+    """How many eigenvalues of steady sliding grow, by every part of the package that says so."""
+    friction = scene.contacts[0].friction
+    sweep = ss.sweep(scene, friction=[friction, friction + 1e-3])
+    assert bool(sweep.stable[0]) == (not sweep.unstable[0].any())
+    table = ss.status_table(scene, ["+" * len(scene.contacts)]).data
+    return {
+        "modes": int(ss.complex_modes(scene).unstable.sum()),
+        "sweep": int(sweep.unstable[0].sum()),
+        "stability": int(ss.stability(scene, friction=[friction]).unstable[0]),
+        "table": 2 * int(table.unstable.sum()),
+    }
+
+
+def lone_dashpot():
+    """Four masses, one of them damped: one of the others neither grows nor decays, whatever rounding says."""
+    damping = np.zeros((4, 4))
+    damping[3, 3] = 5.0
+    return ss.Scene(
+        np.ones(4),
+        np.diag([1e4, 2e4, 3e4, 4e4]) + np.diag([10.0, 0.0, 0.0], 1) + np.diag([10.0, 0.0, 0.0], -1),
+        damping=damping,
+        force=[0.0, -1.0, 0.0, 0.0],
+        contacts=[ss.Contact(tangential=0, normal=1, friction=0.1, slider_speed=1.0)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("scene", "growing"),
+    [
+        (ss.models.two_subsystems(friction=0.3, damping=0.0), 0),
+        (ss.models.two_subsystems(friction=0.7, damping=0.0), 2),
+        (ss.models.two_subsystems(friction=0.7), 0),
+        (ss.models.two_subsystems(friction=0.8), 2),
+        # Where two undamped modes have just met: a defective pair, which rounding splits.
+        (ss.models.two_subsystems(friction=0.61248415284867, damping=0.0), 0),
+        (lone_dashpot(), 0),
+    ],
+)
+def test_unstable_means_the_same_everywhere(scene, growing):
+    assert set(sums(scene).values()) == {growing}, sums(scene)
+
+
+def test_a_growth_rate_within_rounding_is_zero():
+    undamped = ss.models.two_subsystems(damping=0.0)
+    points = ss.critical_points(undamped, friction=(0.0, 3.0))
+    meeting = next(point for point in points if point.kind == "lock_in").value
+    modes = ss.complex_modes(undamped.replace(friction=meeting))
+    assert modes.defective.any()
+    assert modes.eigenvalues.real.max() > 0.0
+    assert np.isfinite(modes.rounding).all()
+    assert modes.marginal.all()
+    for verdict in (
+        ss.stability(undamped, friction=[meeting]),
+        ss.stability(ss.models.two_subsystems, friction=[meeting], damping=[0.0]),
+    ):
+        assert verdict.growth_rate.item() == 0.0
+        assert verdict.unstable.item() == 0

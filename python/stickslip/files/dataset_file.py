@@ -3,8 +3,12 @@
 The first three do not know complex numbers, so a complex variable ``z`` becomes ``z_real`` and ``z_imag``,
 whose attribute ``complex`` names z; `read_dataset` joins them again. NetCDF files are of version 3 (64-bit
 offset), which everything reads. JSON has the layout of ``xarray.Dataset.to_dict``, nan as null and infinity
-as a text. CSV is one table: what has more dimensions than its rows gets a column per label, what has none of
-them is left out. A zarr folder is of format 3.
+as a text. A zarr folder is of format 3.
+
+CSV is one table below a head of lines that begin with ``#``, which other programs skip (``comment="#"`` of
+pandas). In the table, what has more dimensions than its rows gets a column per label. The head says what a
+table cannot: one line of JSON for the dataset and one for each variable, with dimensions, type and units,
+and the numbers of what has none of the dimensions of the rows.
 
 A file appears when it is complete: it is written under another name first and then renamed.
 """
@@ -18,6 +22,7 @@ import shutil
 import uuid
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from io import StringIO
 from numbers import Number
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -31,7 +36,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 SUFFIXES = (".nc", ".json", ".csv", ".zarr")
-READABLE = (".nc", ".json", ".zarr")
 
 
 class Labelled(Protocol):
@@ -44,7 +48,7 @@ class Labelled(Protocol):
 def write_dataset(
     dataset: xr.Dataset | xr.DataArray | Labelled, path: str | Path, rows: Sequence[str] | None = None
 ) -> None:
-    """Write labelled numbers as `.nc`, `.json`, `.csv` or `.zarr`; `read_dataset` reads all but `.csv`.
+    """Write labelled numbers as `.nc`, `.json`, `.csv` or `.zarr`, which `read_dataset` reads.
 
     A file that exists is replaced once the new one is complete; an error leaves it as it was.
 
@@ -78,13 +82,13 @@ def write_dataset(
     elif file.suffix == ".json":
         replace_file(file, json_text(labelled).encode())
     elif file.suffix == ".csv":
-        replace_file(file, csv_text(labelled, rows).encode())
+        replace_file(file, (_csv_head(labelled, rows) + csv_text(labelled, rows)).encode())
     else:
         _write_zarr(labelled, file)
 
 
 def read_dataset(path: str | Path) -> xr.Dataset:
-    """Return a dataset that `write_dataset` wrote as `.nc`, `.json` or `.zarr`.
+    """Return a dataset that `write_dataset` wrote as `.nc`, `.json`, `.csv` or `.zarr`.
 
     Raises
     ------
@@ -94,8 +98,8 @@ def read_dataset(path: str | Path) -> xr.Dataset:
     import xarray as xr
 
     file = Path(path)
-    if file.suffix not in READABLE:
-        raise InputError(f"{file.name}: expected a file {', '.join(READABLE)}")
+    if file.suffix not in SUFFIXES:
+        raise InputError(f"{file.name}: expected a file {', '.join(SUFFIXES)}")
     if not file.exists():
         raise InputError(f"no such file: {file}")
     if file.suffix == ".zarr":
@@ -106,6 +110,8 @@ def read_dataset(path: str | Path) -> xr.Dataset:
             return join_complex(_native(xr.load_dataset(file, engine="scipy")))
         if file.suffix == ".zarr":
             return _native(xr.open_zarr(file, chunks=None, consolidated=False).load())
+        if file.suffix == ".csv":
+            return join_complex(_from_csv(file.read_text(encoding="utf-8")))
         record = json.loads(file.read_text(encoding="utf-8"))
         for kind in ("coords", "data_vars"):
             for variable in record[kind].values():
@@ -234,8 +240,8 @@ def join_complex(dataset: xr.Dataset) -> xr.Dataset:
     for part, variable in dataset.data_vars.items():
         name = variable.attrs.get("complex")
         if name is not None and part == f"{name}_real":
-            value = variable + 1j * dataset[f"{name}_imag"]
-            # The sum would turn -0 of the imaginary part into 0.
+            # A sum would lose the sign of zeros.
+            value = variable.astype(complex)
             value.values.imag = dataset[f"{name}_imag"].to_numpy()
             attrs = {key: text for key, text in variable.attrs.items() if key != "complex"}
             value.attrs = attrs
@@ -260,30 +266,109 @@ def csv_text(dataset: xr.Dataset, rows: Sequence[str] | None = None) -> str:
     InputError
         If a dimension of `rows` is unknown.
     """
-    import xarray as xr
+    from pandas import DataFrame
 
     split = split_complex(dataset)
-    dims = list(split.sizes)[:1] if rows is None else list(rows)
-    for dim in dims:
-        if dim not in split.sizes:
-            raise InputError(f"rows: the dataset has no dimension {dim!r}")
+    dims = _rows(split, rows)
     length = math.prod(split.sizes[dim] for dim in dims)
-    columns: dict[str, Any] = {}
-    for name in [*split.coords, *split.data_vars]:
+    names: list[str] = []
+    columns: list[Any] = []
+    for name in _tabled(split, dims):
         variable = split[name]
-        if dims and not set(variable.dims) & set(dims):
-            continue
         others = [dim for dim in variable.dims if dim not in dims]
         lacking = {dim: split.sizes[dim] for dim in dims if dim not in variable.dims}
         whole = variable.variable.set_dims({**lacking, **variable.sizes}).transpose(*dims, *others)
         # Not -1, which a table without rows leaves open.
         values = whole.to_numpy().reshape(length, math.prod(split.sizes[dim] for dim in others))
-        for column, label in enumerate(_labels(split, [str(dim) for dim in others])):
-            columns[f"{name}{label}"] = values[:, column]
-    cells = {name: ("row", values) for name, values in columns.items()}
-    table = xr.Dataset(cells, coords={"row": np.arange(length)})
-    text: str = table.to_dataframe().to_csv(index=False, na_rep="nan", lineterminator="\n")
+        names += [f"{name}{label}" for label in _labels(split, [str(dim) for dim in others])]
+        columns += list(values.T)
+    # By number, since a name may be there twice.
+    table = DataFrame(dict(enumerate(columns)), index=range(length))
+    text: str = table.to_csv(header=names, index=False, na_rep="nan", lineterminator="\n")
     return text
+
+
+def _rows(dataset: xr.Dataset, rows: Sequence[str] | None) -> list[Any]:
+    dims = list(dataset.sizes)[:1] if rows is None else list(rows)
+    for dim in dims:
+        if dim not in dataset.sizes:
+            raise InputError(f"rows: the dataset has no dimension {dim!r}")
+    return dims
+
+
+def _tabled(dataset: xr.Dataset, dims: list[Any]) -> list[Any]:
+    """Return the variables that a table with these dimensions as rows holds."""
+    return [
+        name
+        for name in [*dataset.coords, *dataset.data_vars]
+        if not dims or set(dataset[name].dims) & set(dims)
+    ]
+
+
+def _csv_head(dataset: xr.Dataset, rows: Sequence[str] | None) -> str:
+    """Return what `csv_text` leaves out, as lines that begin with ``#``."""
+    split = split_complex(dataset)
+    dims = _rows(split, rows)
+    tabled = _tabled(split, dims)
+    lines: list[dict[str, Any]] = []
+    for name in [*split.coords, *split.data_vars]:
+        variable = split[name]
+        # Without rows the table holds nothing, also not of what lacks the dimension that has no entries.
+        lost = any(split.sizes[dim] == 0 for dim in dims if dim not in variable.dims)
+        line = {
+            "name": name,
+            "dims": variable.dims,
+            "type": "str" if _is_text(variable) else variable.dtype.name,
+            "coordinate": name in split.coords,
+            "attrs": variable.attrs,
+        }
+        if name not in tabled or lost:
+            line["data"] = variable.to_numpy().ravel()
+        lines.append(line)
+    top = {"lines": 1 + len(lines), "rows": dims, "sizes": dict(split.sizes), "attrs": split.attrs}
+    return "".join(f"# {json.dumps(_plain(line), allow_nan=False)}\n" for line in [top, *lines])
+
+
+def _from_csv(text: str) -> xr.Dataset:
+    import xarray as xr
+    from pandas import read_csv
+
+    count = json.loads(text.split("\n", 1)[0].removeprefix("# "))["lines"]
+    *head, body = text.split("\n", count)
+    top, *lines = (json.loads(line.removeprefix("# ")) for line in head)
+    sizes, dims = top["sizes"], top["rows"]
+    tabled = any("data" not in line for line in lines)
+    reading: dict[str, Any] = {"header": None, "dtype": str, "na_filter": False, "skip_blank_lines": False}
+    # Below the names of its columns.
+    table = read_csv(StringIO(body), **reading).to_numpy()[1:] if tabled else np.empty((0, 0))
+    variables: dict[bool, dict[str, Any]] = {True: {}, False: {}}
+    column = 0
+    for line in lines:
+        others = [dim for dim in line["dims"] if dim not in dims]
+        if "data" in line:
+            kept, cells = line["dims"], np.array(line["data"])
+        else:
+            kept = [dim for dim in dims if dim in line["dims"]] + others
+            width = math.prod(sizes[dim] for dim in others)
+            cells = table[:, column : column + width].reshape([sizes[dim] for dim in dims + others])
+            # What lacks a dimension of the rows stands there once for each of its entries.
+            cells = np.asarray(cells[tuple(slice(None) if dim in kept else 0 for dim in dims)])
+        if set(line["dims"]) & set(dims) or not dims:
+            column += math.prod(sizes[dim] for dim in others)
+        values = _parsed(cells.ravel(), line["type"]).reshape([sizes[dim] for dim in kept])
+        variable = xr.Variable(kept, values, line["attrs"]).transpose(*line["dims"])
+        variables[line["coordinate"]][line["name"]] = variable
+    return xr.Dataset(variables[False], variables[True], top["attrs"])
+
+
+def _parsed(cells: Any, kind: str) -> Any:
+    """Return entries of a table or of JSON as what they were."""
+    if kind == "str":
+        return cells.astype(np.str_)
+    if kind == "bool":
+        return np.array([str(cell) == "True" for cell in cells], dtype=bool)
+    convert = float if kind.startswith("float") else int
+    return np.array([math.nan if cell is None else convert(cell) for cell in cells], dtype=kind)
 
 
 def _labels(dataset: xr.Dataset, dims: list[str]) -> list[str]:

@@ -240,14 +240,13 @@ def _dataset(model: Model, contacts: list[Any], axes: dict[str, Real], result: d
     modulus = np.abs(eigenvalue)
     with np.errstate(invalid="ignore"):
         ratio = -eigenvalue.real / modulus
-    unstable = eigenvalue.real > 0.0
     last = list(axes)[-1]
     derivative = np.where(is_defined(result["condition"]), result["slope"], complex(np.nan, np.nan))
     variables: dict[str, Any] = {
         "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
         "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz", "long_name": "|eigenvalue| / 2 pi"}),
         "damping_ratio": (dims, ratio, {"units": "1"}),
-        "unstable": (dims, unstable),
+        "unstable": (dims, result["unstable"]),
         "stable": (tuple(axes), result["stable"]),
         "steady_sliding": (tuple(axes), result["steady_sliding"]),
         "normal_force": ((*axes, "contact"), result["normal_force"], {"units": "N"}),

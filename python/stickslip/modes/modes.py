@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.errors import InputError
@@ -23,8 +22,6 @@ if TYPE_CHECKING:
 
 #: Numbers of modes that a drawing bears.
 LABELLED = 24
-#: Roundings of an entry of the reduced matrices: friction times stiffness, their sum, the eigenvalue's own.
-ROUNDINGS = 4
 
 
 class Mode(NamedTuple):
@@ -74,6 +71,12 @@ class Modes:
         Whether an eigenvalue has too few eigenvectors, (m,).
     residual
         Relative residual of each right pair, (m,).
+    rounding
+        How far rounding of M_s, C_s and K_s moves each eigenvalue, (m,), 1/s. Entries that change by a
+        relative epsilon, four times that of a float, change lambda by at most ``epsilon s / |a|``, where
+        ``s = |v|' (|lambda|^2 |M_s| + |lambda| |C_s| + |K_s|) |xi|``, and a double one, whose a vanishes, by
+        about ``sqrt(epsilon s / (|v|' |M_s| |xi|))``; the smaller one counts. Whatever says ``unstable`` or
+        ``stable`` (sweeps, verdicts, studies, tables) takes a growth rate within it as zero.
     mass, damping, stiffness
         M_s, C_s and K_s, (m / 2, m / 2).
     """
@@ -88,6 +91,7 @@ class Modes:
     condition: Real
     defective: NDArray[np.bool_]
     residual: Real
+    rounding: Real
     mass: Real
     damping: Real
     stiffness: Real
@@ -134,23 +138,6 @@ class Modes:
         """Whether a mode grows: whether the real part is positive by more than its `rounding`, (m,)."""
         growing: NDArray[np.bool_] = (self.eigenvalues.real > 0.0) & ~self.marginal
         return growing
-
-    @cached_property
-    def rounding(self) -> Real:
-        """How far rounding of M_s, C_s and K_s moves each eigenvalue, (m,), 1/s; nan where it is defective.
-
-        To first order, entries that change by a relative ``epsilon`` each change lambda by at most
-        ``epsilon |v|' (|lambda|^2 |M_s| + |lambda| |C_s| + |K_s|) |xi| / |a|``; an entry of K_s is the sum of
-        few products, so epsilon is `ROUNDINGS` times that of a float.
-        """
-        modulus = np.abs(self.eigenvalues)
-        right, left = np.abs(self.right_displacement), np.abs(self.left_displacement)
-        matrices = (abs(scipy.sparse.csr_array(m)) for m in (self.mass, self.damping, self.stiffness))
-        parts = zip((modulus**2, modulus, 1.0), matrices, strict=True)
-        change = sum(factor * (left * (matrix @ right)).sum(axis=0) for factor, matrix in parts)
-        with np.errstate(invalid="ignore", divide="ignore"):
-            bound: Real = ROUNDINGS * np.finfo(float).eps * change / np.abs(self.a)
-        return bound
 
     @property
     def marginal(self) -> NDArray[np.bool_]:

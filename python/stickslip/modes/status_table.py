@@ -95,11 +95,13 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
             raise InputError(f"combinations: expected a sequence of them, got {combinations!r}")
     upper = []
     for combination in chosen:
-        values = complex_modes(scene, combination).eigenvalues
-        upper.append(values[values.imag >= 0.0])
-    eigenvalue = np.full((len(chosen), max(map(len, upper))), complex(np.nan, np.nan))
-    for row, values in zip(eigenvalue, upper, strict=True):
-        row[: values.size] = values
+        modes = complex_modes(scene, combination)
+        listed = modes.eigenvalues.imag >= 0.0
+        upper.append((modes.eigenvalues[listed], modes.unstable[listed]))
+    eigenvalue = np.full((len(chosen), max(len(values) for values, _ in upper)), complex(np.nan, np.nan))
+    unstable = np.zeros(eigenvalue.shape, dtype=bool)
+    for row, (values, grows) in enumerate(upper):
+        eigenvalue[row, : values.size], unstable[row, : values.size] = values, grows
     modulus = np.abs(eigenvalue)
     with np.errstate(invalid="ignore"):
         ratio = -eigenvalue.real / modulus
@@ -110,7 +112,7 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
                 "eigenvalue": (dims, eigenvalue, {"units": "1/s"}),
                 "frequency": (dims, modulus / (2.0 * np.pi), {"units": "Hz"}),
                 "damping_ratio": (dims, ratio, {"units": "1"}),
-                "unstable": (dims, eigenvalue.real > 0.0),
+                "unstable": (dims, unstable),
             },
             coords={"combination": chosen},
         )

@@ -96,6 +96,7 @@ pub fn modes<'py>(
     dict.set_item("shapes", columns(py, dofs, count, modes.shapes)?)?;
     dict.set_item("condition", modes.condition.into_pyarray(py))?;
     dict.set_item("defective", modes.defective.into_pyarray(py))?;
+    dict.set_item("rounding", modes.rounding.into_pyarray(py))?;
     dict.set_item("residual", modes.residual.into_pyarray(py))?;
     dict.set_item("mass", square(modes.reduced.mass)?)?;
     dict.set_item("damping", square(modes.reduced.damping)?)?;

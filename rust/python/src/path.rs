@@ -148,6 +148,7 @@ impl Path {
         dict.set_item("a", table(sweep.a)?)?;
         dict.set_item("condition", matrix(py, rows, branches, sweep.condition)?)?;
         dict.set_item("defective", sweep.defective.into_pyarray(py).reshape([rows, branches])?)?;
+        dict.set_item("unstable", sweep.unstable.into_pyarray(py).reshape([rows, branches])?)?;
         dict.set_item("stable", sweep.stable.into_pyarray(py))?;
         dict.set_item("meetings", sweep.meetings.into_pyarray(py))?;
         set_steady(py, &dict, &self.inner.combination, self.inner.steady(&values))?;

@@ -129,7 +129,9 @@ def _show(out: Console, made: ss.Study, results: xr.Dataset) -> None:
         found = ss.study.probability(results)
         band = f"{found.lower.item():.4f} to {found.upper.item():.4f} at {found.attrs['confidence']:.0%}"
         line = f"Sliding is unstable with probability {found.probability.item():.4f} ({band})"
-        if found.without_value.item():
+        if not found.samples.item():
+            line = "Whether sliding is unstable is not known: no sample has a verdict"
+        elif found.without_value.item():
             line += f" of {found.samples.item()} samples; {found.without_value.item()} have no verdict"
         out.print(line)
     rows = [

@@ -155,7 +155,7 @@ fn enumerate(contacts: &[Closed], w: &[f64], a0: &[f64]) -> Result<Solution, Uns
             found.push(solution);
         }
         let Some(position) = (0..counter.len()).find(|&k| counter[k] + 1 < choices[k].len()) else {
-            return only(found);
+            return only(contacts, found);
         };
         counter[..position].fill(0);
         counter[position] += 1;
@@ -164,9 +164,11 @@ fn enumerate(contacts: &[Closed], w: &[f64], a0: &[f64]) -> Result<Solution, Uns
 
 /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
 /// smaller force: it slips only where static friction can't hold it, so a solution gives way to one in which the same
-/// contacts stick, and more.
-fn only(mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
-    let sticks = |solution: &Solution, i: usize| solution.statuses[i] == Status::Sticking;
+/// of these contacts stick, and more.
+fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
+    let excess: Vec<bool> = contacts.iter().map(|c| c.static_friction > c.friction).collect();
+    let sticks =
+        |solution: &Solution, i: usize| excess[i] && solution.statuses[i] == Status::Sticking;
     let closed = |solution: &Solution, i: usize| solution.statuses[i].is_closed();
     let gives_way = |one: &Solution, other: &Solution| {
         let mut contacts = 0..one.statuses.len();

@@ -165,8 +165,8 @@ impl Coupled<'_> {
     ///
     /// An impact may press another contact into its slider. Where that one's gap is below its error in `gaps`, it
     /// strikes at the same instant, and may press the first again: the impacts follow each other as they would across
-    /// a gap that vanishes, and a contact that has come to rest on the way takes part in the next. A series that has
-    /// no end is cut after [`ROUNDS`]: its velocities are then taken together.
+    /// a gap that vanishes, and a contact that has come to rest on the way, and is pressed on by the forces, takes part
+    /// in the next. A series that has no end is cut after [`ROUNDS`]: its velocities are then taken together.
     pub fn strike_in_turn(
         &self,
         statuses: &[Status],
@@ -177,11 +177,22 @@ impl Coupled<'_> {
     ) -> Result<(), RunFailure> {
         let contacts = &self.scene.contacts;
         for round in 0.. {
+            let at_rest: Vec<usize> = (0..contacts.len())
+                .filter(|&i| statuses[i].is_closed() || struck.contains(&i))
+                .filter(|&i| u[contacts[i].normal] == 0.0)
+                .collect();
+            let pressed_on = match round == 0 || at_rest.is_empty() {
+                true => Vec::new(),
+                false => self.rest(&at_rest, q, u)?.solution.statuses,
+            };
+            let rests = |i: usize| {
+                at_rest.iter().zip(&pressed_on).any(|(&j, status)| i == j && status.is_closed())
+            };
+            // The first are those that the event says, however slowly they come.
+            let turn = round == 0 || round >= ROUNDS;
+            let strikes = |i: usize| turn || u[contacts[i].normal] < 0.0 || rests(i);
             let touching: Vec<usize> = (0..contacts.len())
-                .filter(|&i| {
-                    let stays = u[contacts[i].normal] <= 0.0 || round >= ROUNDS;
-                    statuses[i].is_closed() || struck.contains(&i) && stays
-                })
+                .filter(|&i| statuses[i].is_closed() || struck.contains(&i) && strikes(i))
                 .collect();
             self.strike(&touching, q, u)?;
             let pressed: Vec<usize> = (0..contacts.len())

@@ -104,6 +104,13 @@ pub(crate) fn close_jointly(
         let mut touching: Vec<usize> = closed.iter().chain(&joined).copied().collect();
         touching.sort_unstable();
         touching.dedup();
+        // What would fly for less than the clock resolves then is at rest as well.
+        for &i in &touching {
+            let velocity = &mut held[contacts[i].normal];
+            if *velocity < 0.0 && -*velocity <= series.ulp * w(i, i) * load {
+                *velocity = 0.0;
+            }
+        }
         if touching.iter().any(|&i| held[contacts[i].normal] < 0.0) {
             coupled.strike(&touching, &position, &mut held)?;
         }

@@ -36,6 +36,8 @@ pub(crate) struct Series {
     pub rests: Vec<(f64, f64)>,
     /// The rest that may be left out, s.
     pub negligible: f64,
+    /// The resolution of the clock, s.
+    pub ulp: f64,
 }
 
 impl Settlement {

@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::linalg::eigenpair::turned;
 use crate::locus::parameter_path::Path;
+use crate::modes::columns::Columns;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::{Damping, DoubledRows};
@@ -43,6 +44,8 @@ pub(crate) struct Node {
     pub modes: Vec<Mode>,
     /// `d lambda / d p` of each mode.
     pub slopes: Vec<Complex64>,
+    /// Whether each mode grows by more than rounding.
+    pub unstable: Vec<bool>,
     /// `|a|` of each mode.
     sizes: Vec<f64>,
     /// `M xi` and `C xi`, one mode after the other.
@@ -95,6 +98,11 @@ impl Node {
         Ok(Self {
             value,
             slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
+            unstable: modes
+                .iter()
+                // Most decay, which needs no bound.
+                .map(|m| m.eigenvalue.re > 0.0 && m.growth_sign(m.rounding(&pencil)) > 0.0)
+                .collect(),
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
             real: modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect(),
             mass,
@@ -133,6 +141,11 @@ impl Node {
         members
     }
 
+    /// Of each member that it is not joined to any other.
+    pub fn apart(&self) -> Vec<usize> {
+        vec![usize::MAX; self.members().len()]
+    }
+
     pub fn eigenvalue(&self, member: Member) -> Complex64 {
         turned(self.modes[member.mode].eigenvalue, member.conjugate)
     }
@@ -149,24 +162,27 @@ impl Node {
         (1..self.modes.len()).any(|s| self.are_twins(s - 1, s))
     }
 
-    /// Square of the correlation of mode r here with mode s there.
-    fn correlation(&self, r: usize, other: &Node, s: usize) -> f64 {
-        let (here, there) = (&self.modes[r], &other.modes[s]);
-        let sum = here.eigenvalue + there.eigenvalue;
-        let column = s * there.right.len()..(s + 1) * there.right.len();
-        let (mass, damping) = (&other.mass[column.clone()], &other.damping[column]);
-        let terms = here.left.iter().zip(mass.iter().zip(damping));
-        let product = if self.real[r] && other.real[s] {
-            let (mut by_mass, mut by_damping) = (0.0, 0.0);
-            terms.for_each(|(v, (m, c))| {
-                by_mass += v.re * m.re;
-                by_damping += v.re * c.re;
-            });
-            sum * by_mass + by_damping
-        } else {
-            terms.map(|(v, (m, c))| v * (sum * m + c)).sum::<Complex64>()
+    /// Squares of the correlations of the modes `rows` here with all modes there, row by row.
+    fn correlations(&self, rows: &[usize], other: &Node) -> Vec<f64> {
+        let size = other.modes.first().map_or(0, |mode| mode.right.len());
+        let lefts = rows.iter().map(|&r| (&self.modes[r].left[..], !self.real[r]));
+        let lefts = Columns::new(size, lefts);
+        let products = |all: &[Complex64]| {
+            let columns = all.chunks_exact(size.max(1)).zip(&other.real);
+            lefts.products(&Columns::new(size, columns.map(|(column, &real)| (column, !real))))
         };
-        product.norm_sqr() / (self.sizes[r] * other.sizes[s])
+        let (mass, damping) = (products(&other.mass), products(&other.damping));
+        let correlation = |row: usize, s: usize| {
+            let r = rows[row];
+            let sum = self.modes[r].eigenvalue + other.modes[s].eigenvalue;
+            let product = sum * mass.get(row, false, s) + damping.get(row, false, s);
+            product.norm_sqr() / (self.sizes[r] * other.sizes[s])
+        };
+        let every = 0..rows.len();
+        every
+            .flat_map(|row| (0..other.modes.len()).map(move |s| (row, s)))
+            .map(|(row, s)| correlation(row, s))
+            .collect()
     }
 
     /// The decisive continuation of all modes, if there is one, and the correlations, row by row.
@@ -181,14 +197,17 @@ impl Node {
     /// The decisive continuation of the modes `rows` among all modes of the other node, if there is one, and their
     /// correlations with all of them, row by row.
     pub fn continued_modes(&self, rows: &[usize], other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
+        let (next, correlations) = self.decided_modes(rows, other);
+        (next.into_iter().collect(), correlations)
+    }
+
+    /// For each of the modes `rows` the mode of the other node that continues it, None where that is not decisive, and
+    /// their correlations with all of them, row by row.
+    pub fn decided_modes(&self, rows: &[usize], other: &Node) -> (Vec<Option<usize>>, Vec<f64>) {
         let count = other.modes.len();
-        let correlations: Vec<f64> = rows
-            .iter()
-            .flat_map(|&r| (0..count).map(move |s| self.correlation(r, other, s)))
-            .collect();
-        let mut next = Vec::with_capacity(rows.len());
+        let correlations = self.correlations(rows, other);
         let mut taken = vec![false; count];
-        for (row, &r) in correlations.chunks_exact(count.max(1)).zip(rows) {
+        let decided = correlations.chunks_exact(count.max(1)).zip(rows).map(|(row, &r)| {
             let best = (0..count).fold(0, |best, s| if row[s] > row[best] { s } else { best });
             let same = |s: usize| s == best || other.are_twins(best, s);
             let kept: f64 = (0..count).filter(|&s| same(s)).map(|s| row[s]).sum();
@@ -197,13 +216,11 @@ impl Node {
                 && self.modes[r].is_real() == other.modes[best].is_real();
             let free =
                 if taken[best] { (0..count).find(|&s| !taken[s] && same(s)) } else { Some(best) };
-            let (true, Some(free)) = (decisive, free) else {
-                return (None, correlations);
-            };
+            let free = free.filter(|_| decisive)?;
             taken[free] = true;
-            next.push(free);
-        }
-        (Some(next), correlations)
+            Some(free)
+        });
+        (decided.collect(), correlations)
     }
 
     /// Whether every pair of coupled eigenvalues among the modes `rows` keeps its distance to within half of it.
@@ -265,22 +282,27 @@ impl Node {
     }
 
     /// Eigenvalues here, moved on along their slopes, joined to the nearest ones there, conjugates alike, from the pairs of
-    /// members that are `wanted`; `usize::MAX` for those left over.
-    pub fn nearest(&self, other: &Node, wanted: impl Fn(usize, usize) -> bool) -> Vec<usize> {
+    /// members that are `wanted` and not joined in `next`; `usize::MAX` for those left over.
+    pub fn nearest(
+        &self,
+        other: &Node,
+        mut next: Vec<usize>,
+        wanted: impl Fn(usize, usize) -> bool,
+    ) -> Vec<usize> {
         let (here, there) = (self.members(), other.members());
+        let mut taken = vec![false; there.len()];
+        next.iter().filter(|&&j| j != usize::MAX).for_each(|&j| taken[j] = true);
         let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
-        for (i, &r) in here.iter().enumerate() {
+        for (i, &r) in here.iter().enumerate().filter(|(i, _)| next[*i] == usize::MAX) {
             let shift = self.slopes[r.mode] * (other.value - self.value);
             let shift = turned(shift, r.conjugate);
             // A defective mode has no slope.
             let predicted = self.eigenvalue(r) + if shift.is_finite() { shift } else { 0.0.into() };
-            for (j, &s) in there.iter().enumerate().filter(|&(j, _)| wanted(i, j)) {
+            for (j, &s) in there.iter().enumerate().filter(|&(j, _)| !taken[j] && wanted(i, j)) {
                 candidates.push(((predicted - other.eigenvalue(s)).norm(), i, j));
             }
         }
         candidates.sort_by(|p, q| p.0.total_cmp(&q.0));
-        let mut next = vec![usize::MAX; here.len()];
-        let mut taken = vec![false; there.len()];
         let mirror = |node: &Node, members: &[Member], k: usize| {
             if node.modes[members[k].mode].is_real() {
                 k
@@ -361,7 +383,9 @@ impl Mesh {
     /// Through all `values` (ascending, at least one) and as many points between them as it takes.
     pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
         let (nodes, crossings) = regular_nodes(path, values)?;
-        let resolution = RESOLUTION * (values[values.len() - 1] - values[0]);
+        // Of the path, so that a part of the values has the same mesh as all of them.
+        let (lower, upper) = path.range();
+        let resolution = RESOLUTION * (upper - lower);
         let parts = nodes
             .par_windows(2)
             .map(|pair| {
@@ -370,7 +394,12 @@ impl Mesh {
                 Ok(part)
             })
             .collect::<Result<Vec<_>, Error>>()?;
-        let mut mesh = Mesh { crossings, ..Mesh::default() };
+        Ok(Mesh { crossings, ..Mesh::joined(nodes, parts) })
+    }
+
+    /// The nodes with the parts between each two of them.
+    pub fn joined(nodes: Vec<Node>, parts: Vec<Mesh>) -> Self {
+        let mut mesh = Mesh::default();
         let mut nodes = nodes.into_iter();
         mesh.nodes.extend(nodes.next());
         for (part, node) in parts.into_iter().zip(nodes) {
@@ -378,7 +407,7 @@ impl Mesh {
             mesh.links.extend(part.links);
             mesh.nodes.push(node);
         }
-        Ok(mesh)
+        mesh
     }
 
     fn refine(
@@ -413,7 +442,7 @@ impl Mesh {
         let link = match continued {
             // A crossing of modes whose coupling is lost in rounding.
             Some(next) => Link { next: from.members_of(to, &next), meeting: false },
-            None => Link { next: from.nearest(to, |_, _| true), meeting: true },
+            None => Link { next: from.nearest(to, from.apart(), |_, _| true), meeting: true },
         };
         self.links.push(link);
         Ok(())

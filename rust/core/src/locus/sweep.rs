@@ -17,7 +17,9 @@ pub struct Sweep {
     pub values: Vec<f64>,
     pub branches: usize,
     pub eigenvalues: Vec<Complex64>,
-    /// Whether no mode at a value grows, followed or not.
+    /// Whether a mode grows by more than rounding.
+    pub unstable: Vec<bool>,
+    /// Whether no mode at a value does, followed or not.
     pub stable: Vec<bool>,
     /// `d lambda / d p`
     pub slopes: Vec<Complex64>,
@@ -61,6 +63,7 @@ impl Sweep {
             values: values.to_vec(),
             branches,
             eigenvalues: table(),
+            unstable: vec![false; values.len() * branches],
             stable: rows.iter().map(Row::is_stable).collect(),
             slopes: table(),
             condition: vec![0.0; values.len() * branches],
@@ -81,13 +84,15 @@ impl Sweep {
         let mut chunks: Vec<Chunk<'_>> = rows
             .into_iter()
             .zip(sweep.eigenvalues.chunks_mut(branches))
+            .zip(sweep.unstable.chunks_mut(branches))
             .zip(sweep.slopes.chunks_mut(branches))
             .zip(sweep.condition.chunks_mut(branches))
             .zip(sweep.defective.chunks_mut(branches))
             .zip(sweep.a.chunks_mut(branches))
-            .map(|(((((row, eigenvalues), slopes), condition), defective), a)| Chunk {
+            .map(|((((((row, eigenvalues), unstable), slopes), condition), defective), a)| Chunk {
                 row,
                 eigenvalues,
+                unstable,
                 slopes,
                 condition,
                 defective,
@@ -114,7 +119,7 @@ struct Row<'a> {
 
 impl Row<'_> {
     fn is_stable(&self) -> bool {
-        !self.node.modes.iter().any(|mode| mode.eigenvalue.re > 0.0)
+        !self.node.unstable.contains(&true)
     }
 }
 
@@ -143,21 +148,22 @@ fn keep_largest(rows: &mut [Row<'_>], modes: usize) {
 fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>> {
     let mut carriers = branches;
     let mut rows = Vec::with_capacity(values.len());
-    let mut wanted = values.iter().peekable();
+    let mut values = values.iter().peekable();
     let mut crossings = mesh.crossings.iter().peekable();
     for (k, node) in mesh.nodes.iter().enumerate() {
         if k > 0 {
             let previous = &mesh.nodes[k - 1];
             while let Some(crossing) = crossings.next_if(|crossing| crossing.value < node.value) {
                 // The eigenvalues that cross here are equal, so the nearest ones are right.
-                let next = previous.nearest(crossing, |carrier, _| carriers.contains(&carrier));
-                wanted.next();
+                let wanted = |carrier: usize, _| carriers.contains(&carrier);
+                let next = previous.nearest(crossing, previous.apart(), wanted);
+                values.next();
                 let carriers = carriers.iter().map(|&carrier| next[carrier]).collect();
                 rows.push(Row { node: crossing, carriers });
             }
             carriers.iter_mut().for_each(|branch| *branch = mesh.links[k - 1].next[*branch]);
         }
-        if wanted.next_if(|&&value| value == node.value).is_some() {
+        if values.next_if(|&&value| value == node.value).is_some() {
             rows.push(Row { node, carriers: carriers.clone() });
         }
     }
@@ -168,6 +174,7 @@ fn rows<'a>(mesh: &'a Mesh, values: &[f64], branches: Vec<usize>) -> Vec<Row<'a>
 struct Chunk<'a> {
     row: Row<'a>,
     eigenvalues: &'a mut [Complex64],
+    unstable: &'a mut [bool],
     slopes: &'a mut [Complex64],
     condition: &'a mut [f64],
     defective: &'a mut [bool],
@@ -187,6 +194,7 @@ impl Chunk<'_> {
             let mode = &node.modes[member.mode];
             let oriented = |z| turned(z, member.conjugate);
             self.eigenvalues[branch] = node.eigenvalue(member);
+            self.unstable[branch] = node.unstable[member.mode];
             self.slopes[branch] = oriented(node.slopes[member.mode]);
             let defective = mode.is_defective();
             let undefined = Complex64::new(f64::NAN, f64::NAN);

@@ -36,12 +36,15 @@ pub struct Modes {
     pub condition: Vec<f64>,
     pub defective: Vec<bool>,
     pub residual: Vec<f64>,
+    /// How far rounding of the matrices moves each eigenvalue.
+    pub rounding: Vec<f64>,
 }
 
 impl Modes {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let mut half = spectrum(&Pencil::new(scene, &reduced), Vectors::Refined)?;
+        let pencil = Pencil::new(scene, &reduced);
+        let mut half = spectrum(&pencil, Vectors::Refined)?;
         half.sort_by(|p, q| {
             let key =
                 |mode: &Mode| (mode.eigenvalue.norm(), mode.eigenvalue.im, mode.eigenvalue.re);
@@ -50,6 +53,7 @@ impl Modes {
         });
         let (m, n) = (reduced.size(), scene.size);
         let half = each(m, half, normalised);
+        let roundings = each(m, half.iter().collect(), |mode: &Mode| mode.rounding(&pencil));
         let whole: Vec<(&Mode, bool)> = half
             .iter()
             .flat_map(|mode| {
@@ -96,6 +100,11 @@ impl Modes {
             condition: whole.iter().map(|(mode, _)| mode.condition).collect(),
             defective: whole.iter().map(|(mode, _)| mode.is_defective()).collect(),
             residual: whole.iter().map(|(mode, _)| mode.residual).collect(),
+            rounding: half
+                .iter()
+                .zip(roundings)
+                .flat_map(|(mode, moved)| vec![moved; if mode.is_real() { 1 } else { 2 }])
+                .collect(),
             reduced,
         })
     }

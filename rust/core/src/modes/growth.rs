@@ -1,22 +1,31 @@
 //! The stability verdict alone: the largest real part of all eigenvalues, without vectors.
 //!
 //! With `C = alpha M + beta K` the eigenvalues kappa of the mass-normalised stiffness suffice:
-//! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`.
+//! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`. Where a real part is so small that rounding
+//! may have given it its sign, the vectors are computed too and say whether the mode grows, decays or neither.
 
 use num_complex::Complex64;
 
 use crate::error::Error;
 use crate::linalg::eigen::{self, solve_in_place};
 use crate::linalg::schur::SMALL;
-use crate::modes::quadratic_pencil::{Damping, Pencil};
-use crate::modes::spectrum::{MassFactor, roots_of_mode};
+use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+use crate::modes::spectrum::{MassFactor, Vectors, roots_of_mode, spectrum, state_matrix};
+use crate::numerics::double_double::Doubled;
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
 use crate::scene::statics::Steady;
-use crate::scene::status::Combination;
+use crate::scene::status::{Combination, Status};
 
-/// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed.
+/// Part of its modulus below which the sign of a real part is looked at closely: a defective pair splits by the square
+/// root of rounding.
+const DOUBTFUL: f64 = 1e-7;
+/// The same of the largest modulus of all: what the solver leaves of a real part that is zero.
+const NOISE: f64 = 1e3 * f64::EPSILON;
+
+/// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed. A real part that is
+/// zero within rounding is zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
     pub eigenvalue: Complex64,
@@ -38,6 +47,36 @@ impl Growth {
         if !(lambda.re <= self.eigenvalue.re) {
             self.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());
         }
+    }
+
+    /// Of all eigenvalues; None where a real part is doubtful.
+    fn of_values(values: impl Iterator<Item = Complex64> + Clone) -> Option<Self> {
+        let largest = values.clone().map(|lambda| lambda.norm()).fold(0.0, f64::max);
+        let mut growth = Self::NONE;
+        for lambda in values {
+            let doubt = DOUBTFUL * lambda.norm() + NOISE * largest;
+            if lambda.re != 0.0 && lambda.re.abs() <= doubt {
+                return None;
+            }
+            growth.include(lambda);
+        }
+        Some(growth)
+    }
+
+    /// By the modes with their vectors.
+    fn of_modes(pencil: &Pencil) -> Result<Self, Error> {
+        let mut growth = Self::NONE;
+        for mode in spectrum(pencil, Vectors::Solved)? {
+            let mut lambda = mode.eigenvalue;
+            if mode.growth_sign(mode.rounding(pencil)) == 0.0 {
+                lambda.re = 0.0;
+            }
+            growth.include(lambda);
+            if !mode.is_real() {
+                growth.include(lambda.conj());
+            }
+        }
+        Ok(growth)
     }
 
     /// The verdict on one combination of a scene.
@@ -105,7 +144,30 @@ pub(crate) fn chain_growth(
         (0..count).map(|part| if regular { normal_force(part) } else { f64::NAN }).collect();
     values.resize(m, Complex64::default());
     kappas(m, reduced, values);
-    (proportional_growth(values, 0.0, beta), normal_forces)
+    let growth = Growth::of_values(proportional_values(values, 0.0, beta)).unwrap_or_else(|| {
+        let mass = |i: usize| {
+            let Subsystem { upper_mass, contact_mass, .. } = subsystems[i / 3];
+            if i % 3 == 2 { contact_mass } else { upper_mass }
+        };
+        let entry = |i: usize, j: usize| {
+            let full = |role: usize| full[(DOFS * (i / 3) + role) * size + column(j)];
+            let own = Doubled::from(full(i % 3));
+            match i % 3 {
+                2 => own.add(Doubled::product(-friction(i / 3), full(3))),
+                _ => own,
+            }
+        };
+        let pencil = Pencil {
+            combination: Combination::new(vec![Status::Positive; count]),
+            size: m,
+            mass: DoubledRows::new(m, |i, j| Doubled::from(if i == j { mass(i) } else { 0.0 })),
+            damping: Damping::Proportional { alpha: 0.0, beta },
+            stiffness: DoubledRows::new(m, entry),
+        };
+        let unknown = Complex64::new(f64::NAN, f64::NAN);
+        Growth::of_modes(&pencil).unwrap_or(Growth { eigenvalue: unknown, ..Growth::NONE })
+    });
+    (growth, normal_forces)
 }
 
 /// Eigenvalues of `matrix`, which is overwritten; NaN where the iteration failed.
@@ -119,14 +181,15 @@ fn kappas(m: usize, matrix: &mut [f64], values: &mut [Complex64]) {
     }
 }
 
-fn proportional_growth(kappas: &[Complex64], alpha: f64, beta: f64) -> Growth {
-    let mut growth = Growth::NONE;
-    for &kappa in kappas {
+fn proportional_values(
+    kappas: &[Complex64],
+    alpha: f64,
+    beta: f64,
+) -> impl Iterator<Item = Complex64> + Clone {
+    kappas.iter().flat_map(move |&kappa| {
         let (larger, smaller) = roots_of_mode(kappa, beta * kappa + alpha);
-        growth.include(larger);
-        growth.include(smaller);
-    }
-    growth
+        [larger, smaller]
+    })
 }
 
 pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
@@ -137,17 +200,15 @@ pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
         &Damping::Proportional { alpha, beta } => {
             let mut values = vec![Complex64::default(); m];
             kappas(m, &mut stiffness, &mut values);
-            proportional_growth(&values, alpha, beta)
+            Growth::of_values(proportional_values(&values, alpha, beta))
         }
         Damping::General(rows) => {
             let damping = factor.normalised(m, &rows.to_dense());
-            let mut growth = Growth::NONE;
-            eigen::values(2 * m, &crate::modes::spectrum::state_matrix(m, &stiffness, &damping))
-                .into_iter()
-                .for_each(|lambda| growth.include(lambda));
-            growth
+            let values = eigen::values(2 * m, &state_matrix(m, &stiffness, &damping));
+            Growth::of_values(values.into_iter())
         }
     };
+    let growth = growth.map_or_else(|| Growth::of_modes(pencil), Ok)?;
     if growth.eigenvalue.re.is_nan() {
         return Err(Error::Eigenvalues {
             combination: pencil.combination.to_string(),

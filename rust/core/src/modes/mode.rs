@@ -2,9 +2,14 @@
 
 use num_complex::Complex64;
 
+use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+
 /// Condition number above which an eigenvalue counts as defective: a defective pair splits by about
 /// the square root of rounding, which leaves a condition number of about its inverse, 7e7; less a margin of 20.
 const DEFECTIVE: f64 = 3.4e6;
+
+/// Roundings of an entry of a reduced matrix, which is the sum of few products.
+const ROUNDINGS: f64 = 4.0;
 
 /// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
 pub(crate) const BACKWARD_STABLE: f64 = 3e-14;
@@ -35,6 +40,31 @@ impl Mode {
     pub fn is_defective(&self) -> bool {
         // A comparison that takes NaN as well.
         !(self.condition < DEFECTIVE)
+    }
+
+    /// How far rounding of the entries of M, C and K moves the eigenvalue: entries that change by a relative epsilon
+    /// each change a simple one, to first order, by at most `epsilon s / |a|` with
+    /// `s = |v|' (|lambda|^2 |M| + |lambda| |C| + |K|) |xi|`, a double one, whose a vanishes, by about the root of
+    /// `epsilon s / (|v|' |M| |xi|)`; the smaller one counts.
+    pub fn rounding(&self, pencil: &Pencil) -> f64 {
+        let sizes = |vector: &[Complex64]| vector.iter().map(|z| z.norm()).collect::<Vec<f64>>();
+        let (right, left) = (sizes(&self.right), sizes(&self.left));
+        let form = |rows: &DoubledRows| rows.form_of_sizes(&left, &right);
+        let (mass, stiffness) = (form(&pencil.mass), form(&pencil.stiffness));
+        let damping = match &pencil.damping {
+            Damping::Proportional { alpha, beta } => alpha.abs() * mass + beta.abs() * stiffness,
+            Damping::General(rows) => form(rows),
+        };
+        let size = self.eigenvalue.norm();
+        let change = ROUNDINGS * f64::EPSILON * (size * size * mass + size * damping + stiffness);
+        // The minimum of a number and NaN is the number.
+        let moved = (change / self.a.norm()).min((change / mass).sqrt());
+        if moved.is_nan() { 0.0 } else { moved }
+    }
+
+    /// The sign of its growth, 0 where that is zero within rounding: the one meaning of unstable, stable and marginal.
+    pub fn growth_sign(&self, rounding: f64) -> f64 {
+        if self.eigenvalue.re.abs() > rounding { self.eigenvalue.re.signum() } else { 0.0 }
     }
 
     /// Turns it into the mode of the conjugate eigenvalue.

@@ -106,6 +106,12 @@ impl DoubledRows {
         (0..self.size()).map(|i| self.row(i).map(|(j, value)| value.high * vector[j]).sum())
     }
 
+    /// `left' |matrix| right`
+    pub fn form_of_sizes(&self, left: &[f64], right: &[f64]) -> f64 {
+        let row = |i: usize| self.row(i).map(|(j, value)| value.high.abs() * right[j]).sum::<f64>();
+        left.iter().enumerate().map(|(i, v)| v * row(i)).sum()
+    }
+
     pub fn transposed(&self) -> Self {
         let mut start = vec![0; self.size() + 1];
         self.columns.iter().for_each(|&j| start[j + 1] += 1);

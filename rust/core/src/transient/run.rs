@@ -217,16 +217,21 @@ impl<'a> Run<'a> {
         reason
     }
 
+    /// The resolution of the clock, s.
+    fn ulp(&self) -> f64 {
+        self.state.time.seconds.next_up() - self.state.time.seconds
+    }
+
     /// How far a series of impacts over several contacts has come.
     fn series(&self, search: &PhaseSearch) -> Series {
-        let time = self.state.time.seconds;
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
         Series {
             gaps: search.gaps.clone(),
             rests: (0..self.state.scene.contacts.len())
                 .map(|contact| self.rest(contact, struck(contact)))
                 .collect(),
-            negligible: self.state.controls.accumulation_tolerance.max(time.next_up() - time),
+            negligible: self.state.controls.accumulation_tolerance.max(self.ulp()),
+            ulp: self.ulp(),
         }
     }
 
@@ -251,6 +256,10 @@ impl<'a> Run<'a> {
             return (f64::INFINITY, 0.0);
         }
         let (last, before) = (times[0] - times[step], times[step] - times[2 * step]);
+        // Impacts that the clock can't tell apart leave no rest.
+        if last <= self.ulp() {
+            return (0.0, 0.0);
+        }
         match last / before {
             ratio if ratio < 1.0 => (last * ratio / (1.0 - ratio), ratio.powf(1.0 / step as f64)),
             _ => (f64::INFINITY, 0.0),
@@ -271,10 +280,9 @@ impl<'a> Run<'a> {
             }
             return;
         };
-        let time = self.state.time.seconds;
         for (k, &(contact, _)) in limits {
             let ratio = series.rests[contact].1;
-            let bounces = (rest / (time.next_up() - time)).ln() / -ratio.ln();
+            let bounces = (rest / series.ulp).ln() / -ratio.ln();
             self.state.trajectory.accumulations.push(Accumulation {
                 event: first + k,
                 bounces: bounces.clamp(1.0, f64::MAX).ceil() as usize,
