@@ -78,6 +78,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/studies.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
+	$(BIN)/python benchmarks/large_scenes.py
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py
 	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)

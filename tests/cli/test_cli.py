@@ -4,6 +4,7 @@ import csv
 import io
 import json
 import os
+import re
 import signal
 import struct
 import subprocess
@@ -117,6 +118,20 @@ def test_sweep(brake, tmp_path):
     rows = list(csv.DictReader(io.StringIO(two)))
     assert len(rows) == 2 * 3 * 12
     assert {row["inclination"] for row in rows} == {"0.2", "0.4"}
+
+
+def test_a_sweep_of_chosen_modes_says_where_stability_changes(brake):
+    options = ["sweep", brake, "--over", "friction=0:3:31", "--modes", 2]
+    printed = run(*options).stdout
+    assert "31 scenes over friction: 8 stable, 23 unstable" in printed
+    assert re.search(r"0\.7 +. +0\.8 +. +lost", printed)
+    rows = list(csv.DictReader(io.StringIO(run(*options, "--csv").stdout)))
+    assert len(rows) == 31 * 4
+    assert (
+        "--modes follows modes over one parameter"
+        in run(*options, "--over", "slider_speed=[0.01,0.02]", code=2).stderr
+    )
+    assert "is not a valid integer." in run("sweep", brake, "--modes", "x", code=2).stderr
 
 
 def test_a_sweep_over_two_parameters_draws_where_sliding_is_stable(brake, tmp_path):

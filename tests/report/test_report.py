@@ -253,6 +253,9 @@ def test_the_verb_writes_the_page(tmp_path):
     assert "Steady sliding is marginal" in result.output
     outline = check((tmp_path / "belt.html").read_text(encoding="utf-8"))
     assert (1, "belt") in outline.headings
+    nowhere = CliRunner().invoke(main, ["report", str(file), "-o", str(tmp_path / "none" / "a.html")])
+    assert nowhere.exit_code == 2
+    assert f"no such folder: {tmp_path / 'none'}" in nowhere.output
     refused = CliRunner().invoke(main, ["report", str(tmp_path / "none.toml")])
     assert refused.exit_code == 2
     assert "none.toml" in refused.output

@@ -199,7 +199,7 @@ def naming(path: Path) -> Iterator[None]:
 
 dpi_option = click.option(
     "--dpi",
-    type=click.IntRange(50, 2400),
+    type=Number(50, 2400),
     default=300,
     show_default=True,
     help="Points per inch of a .png.",

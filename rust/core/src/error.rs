@@ -1,6 +1,7 @@
 //! What can be wrong with a question, and what can stop a run.
 
 use std::any::Any;
+use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -132,6 +133,24 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
+/// What the unknown forces of a contact problem change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Forces, with static friction as the bound of what sticks.
+    Accelerations,
+    /// The impulses of an impact, with kinetic friction alone.
+    Impulses,
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Level::Accelerations => "accelerations",
+            Level::Impulses => "impulses",
+        })
+    }
+}
+
 /// Why a motion could not be continued; the part computed so far is kept beside it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunFailure {
@@ -149,8 +168,7 @@ pub enum RunFailure {
     ContactProblem {
         contacts: Vec<usize>,
         time: f64,
-        /// "accelerations" or "impulses".
-        level: &'static str,
+        level: Level,
         /// "no solution" or "several solutions".
         count: &'static str,
         slip: Vec<f64>,

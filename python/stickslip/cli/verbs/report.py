@@ -34,6 +34,9 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
     from stickslip.report import write_report
     from stickslip.report.page import verdict
 
+    path = file.with_suffix(".html") if out is None else out
+    if not path.parent.is_dir():
+        raise click.BadParameter(f"no such folder: {path.parent}", param_hint="-o / --output")
     case = load_case(file)
     settings = dict(case.run) if duration is None else {**case.run, "duration": duration}
     try:
@@ -45,7 +48,6 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
     if len(over) > 1:
         click.echo(f"[sweep] has {len(over)} parameters: the report follows friction instead", err=True)
         over = {}
-    path = file.with_suffix(".html") if out is None else out
     with waiting("reading the scene") as status:
         found = write_report(
             case.scene,

@@ -9,7 +9,16 @@ import click
 import numpy as np
 
 import stickslip as ss
-from stickslip.cli.options import Answer, answer_options, loaded, named, parameter, scene_argument, table
+from stickslip.cli.options import (
+    Answer,
+    Number,
+    answer_options,
+    loaded,
+    named,
+    parameter,
+    scene_argument,
+    table,
+)
 from stickslip.files.case import parameter_values
 
 if TYPE_CHECKING:
@@ -34,7 +43,7 @@ RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
 )
 @click.option(
     "--modes",
-    type=click.IntRange(min=1),
+    type=Number(min=1),
     metavar="COUNT",
     help="Follow only so many modes, those of the largest real part; default: all.",
 )

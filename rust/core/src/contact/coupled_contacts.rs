@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::contact::contact_problem::{self, Closed, Solution, Unsolved};
 use crate::contact::settlement::sliding_status;
-use crate::error::RunFailure;
+use crate::error::{Level, RunFailure};
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -41,7 +41,7 @@ impl Coupled<'_> {
         let size = reactions.len();
         let acceleration =
             |row: usize| -(0..size).map(|k| self.w[(row, k)] * reactions[k]).sum::<f64>();
-        self.solve(problem, "accelerations", acceleration, q, u)
+        self.solve(problem, Level::Accelerations, acceleration, q, u)
     }
 
     /// What `contacts` do once all of them touch and rest in their normal directions.
@@ -73,7 +73,7 @@ impl Coupled<'_> {
     /// The velocities when the impulses that the statuses of contacts allow have taken their normal ones away; `None`
     /// where these impulses are not determined.
     pub fn held(&self, problem: &[Touching], statuses: &[Status], u: &[f64]) -> Option<Vec<f64>> {
-        let (laws, w, velocities) = self.gathered(problem, "impulses", |row| {
+        let (laws, w, velocities) = self.gathered(problem, Level::Impulses, |row| {
             let law = &self.scene.contacts[row / 2];
             match row.is_multiple_of(2) {
                 true => u[law.tangential] - law.slider_speed,
@@ -114,7 +114,7 @@ impl Coupled<'_> {
     fn gathered(
         &self,
         problem: &[Touching],
-        level: &'static str,
+        level: Level,
         a0: impl Fn(usize) -> f64,
     ) -> (Vec<Closed>, Vec<f64>, Vec<f64>) {
         let contacts = &self.scene.contacts;
@@ -122,7 +122,7 @@ impl Coupled<'_> {
             .iter()
             .map(|&(i, sliding)| Closed {
                 friction: contacts[i].friction,
-                static_friction: if level == "impulses" {
+                static_friction: if level == Level::Impulses {
                     contacts[i].friction
                 } else {
                     contacts[i].static_friction
@@ -141,7 +141,7 @@ impl Coupled<'_> {
     fn solve(
         &self,
         problem: &[Touching],
-        level: &'static str,
+        level: Level,
         a0: impl Fn(usize) -> f64,
         q: &[f64],
         u: &[f64],
@@ -188,7 +188,9 @@ impl Coupled<'_> {
             let rests = |i: usize| {
                 at_rest.iter().zip(&pressed_on).any(|(&j, status)| i == j && status.is_closed())
             };
-            let strikes = |i: usize| u[contacts[i].normal] < 0.0 || round >= ROUNDS || rests(i);
+            // The first are those that the event says, however slowly they come.
+            let turn = round == 0 || round >= ROUNDS;
+            let strikes = |i: usize| turn || u[contacts[i].normal] < 0.0 || rests(i);
             let touching: Vec<usize> = (0..contacts.len())
                 .filter(|&i| statuses[i].is_closed() || struck.contains(&i) && strikes(i))
                 .collect();
@@ -224,7 +226,7 @@ impl Coupled<'_> {
                 false => before[law.normal] - rebound(row / 2),
             }
         };
-        let solution = self.solve(&problem, "impulses", velocity, q, &before)?;
+        let solution = self.solve(&problem, Level::Impulses, velocity, q, &before)?;
         self.push(touching, &solution.forces, u);
         // What the impulses hold at zero is zero exactly.
         for (&i, &status) in touching.iter().zip(&solution.statuses) {
