@@ -86,9 +86,15 @@ pub(crate) fn close_jointly(
         let ends = |&(i, n): &(usize, f64)| {
             energy <= n * rounding || series.rests[i].0.max(flight(i, n)) <= series.negligible
         };
-        let open = pressed.iter().filter(|entry| moving.contains(&entry.0) && !ends(entry));
-        if let Some(&(loosest, _)) = open.min_by(|a, b| a.1.total_cmp(&b.1)) {
-            moving.retain(|&i| i != loosest);
+        let moved = pressed.iter().filter(|entry| moving.contains(&entry.0));
+        if !moved.clone().all(ends) {
+            // What would rise highest alone is left out first: it may hold all of the energy.
+            let height = |&(i, n): &(usize, f64)| {
+                let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal]);
+                gap.max(0.0) + 0.5 * speed * speed / (w(i, i) * n)
+            };
+            let highest = moved.clone().max_by(|a, b| height(a).total_cmp(&height(b)));
+            moving.retain(|&i| highest.is_none_or(|entry| entry.0 != i));
             continue;
         }
         let Some(mut held) = coupled.held(&problem, &solution.statuses, u) else {
