@@ -15,8 +15,8 @@ CASES = [
 ]
 #: Rounding of the works, some hundred ulp.
 ROUNDING = 256 * np.finfo(float).eps
-#: Of the works of 0.1 J, for each flight of long series: it rounds a gap by up to 64 ulp of the static displacement
-#: of 0.1 m, and the loads of 10 N work on the sum of those roundings.
+#: Of the works of 0.1 J, for each flight of long series: it rounds a gap by up to 64 ulp of the static
+#: displacement of 0.1 m, and the loads of 10 N work on the sum of those roundings.
 FLIGHT = 640 * np.finfo(float).eps
 
 
@@ -62,7 +62,7 @@ def test_masses_on_a_belt_come_to_rest(count, coupling, restitution):
 def test_impacts_too_near_for_the_clock_end(count, coupling, restitution, height, method):
     """Some bounce below the rounding of their gaps while one that is as near still has all of the energy.
 
-    They were taken for unfinished one after the other, by forces equal but for rounding, and struck without end.
+    They were taken for unfinished one after the other, by forces equal but for rounding, and struck on.
     """
     scene, start = masses_on_a_belt(count, coupling, restitution, height)
     run = ss.simulate(scene, start, 0.5, method=method)

@@ -10,23 +10,21 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
+from fuzz_checks import EventList, Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
 from fuzz_scenes import fuzz_scene
 
 pytestmark = pytest.mark.slow
 
 SCENES = 400
+#: Scenes of seed 5 whose two methods part at a nested series of impacts of contacts that mass couples.
+KNOWN = (62, 473, 629, 1225, 1347, 1381)
 
 
 def test_the_first_scenes():
     outcomes = fuzz_campaign.campaign(SCENES, 1, None, os.cpu_count() or 1)
     report = fuzz_campaign.summary(outcomes)
     verdicts = [outcome.verdict for outcome in outcomes]
-    failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
-    coupled = [index for index in failed if fuzz_scene(1, index)[0].mass.ndim == 2]
-    assert failed == coupled, report
-    # Of the contacts that mass couples, the two methods part at the end of some nested series of impacts.
-    assert len(coupled) <= 0.01 * SCENES, report
+    assert set(verdicts) <= set(fuzz_campaign.PASSED), report
     # Near ties are where a difference could hide.
     assert verdicts.count("near tie") <= 0.01 * SCENES, report
     assert verdicts.count("ok") >= 0.95 * SCENES, report
@@ -34,6 +32,19 @@ def test_the_first_scenes():
     assert sum(outcome.events for outcome in outcomes) > 100 * SCENES, report
     assert sum(outcome.accumulations > 0 for outcome in outcomes) > 0.2 * SCENES, report
     assert np.isfinite([outcome.energy_residual for outcome in outcomes]).all(), report
+
+
+@pytest.mark.parametrize("index", KNOWN)
+def test_the_known_failures(index):
+    """A scene that passes here is to be taken off the list, and out of docs/certification.md."""
+    scene, start = fuzz_scene(5, index)
+    modal, taylor = (
+        ss.simulate(scene, start, fuzz_campaign.DURATION, method, max_events=fuzz_campaign.MAX_EVENTS)
+        for method in ("modal", "taylor")
+    )
+    # No nudge excuses anything.
+    unmoved = tuple(np.zeros(len(EventList.of(run))) for run in (modal, taylor))
+    assert compare(modal, taylor, lambda directions: unmoved).verdict in ("times", "events")
 
 
 def recorded(outcomes):
