@@ -126,12 +126,17 @@ CALLS = {
     "dofs a text": (lambda: masses(2, dofs="ab"), "dofs: expected 2 names, got 'ab'"),
     # physics
     "negative beta": (
-        lambda: masses(damping=ss.Proportional(stiffness=-1.0)),
+        lambda: ss.Proportional(stiffness=-1.0),
         "damping.stiffness: must be >= 0, got -1",
     ),
     "negative alpha": (
-        lambda: masses(damping=ss.Proportional(mass=-1.0)),
+        lambda: ss.Proportional(mass=-1.0),
         "damping.mass: must be >= 0, got -1",
+    ),
+    "alpha nan": (lambda: ss.Proportional(mass=np.nan), "damping.mass: must be finite, got nan"),
+    "beta a word": (
+        lambda: ss.Proportional(stiffness="much"),
+        "damping.stiffness: expected a real number, got 'much'",
     ),
     "chain mass": (
         lambda: MODEL(upper_mass=(0.3, -0.7)),

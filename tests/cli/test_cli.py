@@ -50,6 +50,24 @@ def test_help_has_an_example_of_every_verb():
     assert "130  interrupted" in listed
 
 
+def test_an_undamped_scene_is_marginal_in_a_sweep_as_in_its_modes(tmp_path):
+    path = tmp_path / "undamped.toml"
+    contact = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=0.1)
+    scene = ss.Scene([1.0, 1.0], np.diag([100.0, 1e4]), force=[0.0, -10.0], contacts=[contact])
+    ss.save(scene, path)
+    assert "marginal" in run("modes", path).stdout
+    assert ": 0 stable, 0 unstable, 5 marginal" in run("sweep", path, "--over", "friction=0:1:5").stdout
+    damping = np.diag([1e-9, 0.0])
+    ss.save(scene.replace(damping=damping), path)
+    assert ": 5 stable, 0 unstable\n" in run("sweep", path, "--over", "friction=0:1:5").stdout
+
+
+def test_a_motion_that_was_followed_too_short_has_no_answer(brake):
+    told = run("cycle", brake, "--set", "friction=2.2", "--duration", "0.05", "--further", "0", code=3)
+    assert "no limit cycle" not in told.stderr
+    assert run("cycle", brake, "--set", "friction=0.3", code=1).stderr.startswith("no limit cycle (equil")
+
+
 def test_init_writes_the_published_model_with_comments(brake):
     case = ss.load_case(brake)
     defaults = ss.models.two_subsystems()

@@ -2,6 +2,8 @@
 
 import re
 from functools import partial
+from hashlib import sha256
+from html import unescape
 from html.parser import HTMLParser
 
 import numpy as np
@@ -262,3 +264,44 @@ def test_the_verb_writes_the_page(tmp_path):
     negative = CliRunner().invoke(main, ["report", str(file), "--duration", "-1"])
     assert negative.exit_code == 2
     assert "duration" in negative.output
+
+
+def test_the_page_holds_date_command_and_scene_file(tmp_path):
+    file = tmp_path / "belt.toml"
+    ss.save(belt(static_friction=0.4), file)
+    file.write_text(file.read_text() + "# <as it stands> & nothing else\n")
+    options = ["--duration", "0.5", "--set", "friction=[0.2]"]
+    told = CliRunner().invoke(main, ["report", str(file), *options], env={"SOURCE_DATE_EPOCH": "86400"})
+    assert told.exit_code == 0, told.output
+    text = (tmp_path / "belt.html").read_text(encoding="utf-8")
+    check(text)
+    assert "1970-01-02 00:00 UTC" in text
+    assert f"stickslip report {file} --set &#x27;friction=[0.2]&#x27; --duration 0.5" in text
+    copies = re.findall("<pre>(.*?)</pre>", text, flags=re.DOTALL)
+    assert [unescape(copy) for copy in copies] == [file.read_text()]
+    wrong = CliRunner().invoke(main, ["report", str(file)], env={"SOURCE_DATE_EPOCH": "today"})
+    assert wrong.exit_code == 2
+    assert "SOURCE_DATE_EPOCH: expected seconds since 1970, got 'today'" in wrong.output
+
+
+def test_a_scene_file_too_long_for_the_page_is_told_by_its_digest():
+    text = page(findings(belt(), "x", settings={"duration": 0.1}), source="#" * 300_000)
+    assert "<pre>" not in text
+    assert sha256(b"#" * 300_000).hexdigest() in text
+
+
+def test_many_dofs_are_drawn_at_fewer_instants_and_told_from_the_last_quarter():
+    size = 60
+    stiffness = np.diag(np.linspace(1e2, 1e4, size))
+    contact = ss.Contact(tangential=0, normal=1, friction=0.3, slider_speed=0.1)
+    force = np.zeros(size)
+    force[1] = -10.0
+    scene = ss.Scene(np.ones(size), stiffness, force=force, contacts=[contact])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x3": 1e-3})
+    found = findings(scene, "x", start=start, settings={"duration": 1.0})
+    assert found.since == 0.75
+    assert float(found.balance.contacts.time.sum()) == pytest.approx(0.25)
+    assert found.lines.attrs["begin"] == 0.75
+    # As many samples a second as of the whole.
+    assert found.lines.frequency.to_numpy()[-1] == pytest.approx(2**13)
+    assert "transform of the last 0.25 s" in page(found)

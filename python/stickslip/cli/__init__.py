@@ -22,7 +22,7 @@ Exit codes:
   0    done
   1    done, and the answer is no: a published number differs, no limit cycle
   2    wrong usage, ill-posed input, or output that cannot be written
-  3    a run could not go on; what it has is written
+  3    no answer: a run could not go on, and what it has is written, or was followed too short to tell
   4    a defect of stickslip itself
   130  interrupted; what it has is written
 """

@@ -20,6 +20,7 @@ DONE = 0
 #: Computed, and the answer is no.
 NEGATIVE = 1
 REFUSED = 2
+#: Without an answer: a run could not go on, or was followed too short to tell.
 STOPPED = 3
 FAULT = 4
 INTERRUPTED = 130
@@ -40,7 +41,7 @@ class Refused(click.ClickException):
 
 
 class Stopped(click.ClickException):
-    """A run that could not go on."""
+    """A run without an answer."""
 
     exit_code = STOPPED
 

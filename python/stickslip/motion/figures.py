@@ -300,12 +300,15 @@ def status_spans(run: Moving, contact: int) -> dict[str, list[tuple[float, float
     return {status: found for status, found in spans.items() if found}
 
 
-def instants(run: Moving, samples: int) -> Real:
+def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None) -> Real:
     """Return equidistant times, and the instants just before and after every event, s.
 
-    A curve through them shows each status from its first to its last instant.
+    A curve through them shows each status from its first to its last instant; of some contacts their own
+    events are enough.
     """
     events = run.events.time
+    if contacts is not None:
+        events = events[np.isin(run.events.contact, list(contacts))]
     return np.unique(
         np.concatenate([np.linspace(0.0, run.duration, samples), events, np.nextafter(events, 0.0)])
     )
@@ -343,7 +346,7 @@ def tangential(
     run: Moving, contacts: Sequence[int], samples: int = SAMPLES
 ) -> list[tuple[Names, Real, Real]]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of each contact."""
-    motion = run.sample(instants(run, samples))
+    motion = run.sample(instants(run, samples, contacts))
     position, velocity, status = (motion[name].to_numpy() for name in ("position", "velocity", "status"))
     directions = [run.scene.tangential_direction(contact) for contact in contacts]
     return [

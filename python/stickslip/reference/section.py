@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from stickslip.errors import InputError
-from stickslip.reference import figures as paper
-from stickslip.reference.comparison import Row, rows
 from stickslip.reference.numbers import published
 from stickslip.scene.known import Column, Known
 from stickslip.scene.models import two_subsystems
@@ -17,6 +16,9 @@ from stickslip.scene.state import sliding_equilibrium
 from stickslip.scene.structure import dense
 from stickslip.show import svg as drawing
 from stickslip.show.html import columns, figure, note, paragraph, section, subsection, table
+
+if TYPE_CHECKING:
+    from stickslip.reference.comparison import Row
 
 #: Name of the section of a report, and its heading.
 NAMED = ("published", "Published and computed")
@@ -86,6 +88,9 @@ def _is_as(scene: Scene, other: Scene) -> bool:
 
 def comparison_section() -> str:
     """Return the section; everything in it is computed at the published parameters."""
+    # Most scenes are not the paper's and need neither its numbers nor its figures.
+    from stickslip.reference.comparison import rows
+
     found = rows()
     counts = Counter(row.verdict for row in found)
     summary = ", ".join(f"{count} {PLURAL.get(verdict, verdict)}" for verdict, count in counts.items())
@@ -131,6 +136,8 @@ def _figures(numbers: tuple[int, ...]) -> str:
 
 
 def _figure(number: int) -> str:
+    from stickslip.reference import figures as paper
+
     draw = paper.FIGURES[number]
     caption = f"Fig. {number}. {(draw.__doc__ or '').strip()}"
     return figure(drawing.svg(draw(), f"p{number}", caption), caption)

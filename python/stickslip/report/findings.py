@@ -33,14 +33,16 @@ GROWTH = 30.0
 SHORTEST, LONGEST = 20.0, 400.0
 #: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
 VALUES, LARGE = 301, 120
-#: Dofs beyond which energy is left out and motion is sampled at fewer instants.
+#: Dofs beyond which energy is left out.
 BIG = 400
+#: Dofs beyond which energy and spectrum are those of the last quarter, at as many samples a second.
+MANY = 48
 #: Range of a displacement, relative to the largest, at which a dof is at rest.
 REST = 1e-12
 #: Kinds of motion of which nothing is left, or will be.
 AT_REST = ("equilibrium", "decaying")
-#: Samples of the spectrum.
-SAMPLES, COARSE = 2**14, 2**12
+#: Samples of the spectrum of the whole stretch.
+SAMPLES = 2**14
 #: Wall-clock limit of the transient, s, and how much further a limit cycle is looked for, s of motion.
 PATIENCE, FURTHER = 2.0, 3.0
 
@@ -70,9 +72,12 @@ class Findings:
     last
         The motion to look at closely: one period of the cycle, or the last stretch of the run.
     balance
-        Its energy.
+        Its energy, from `since` on.
+    since
+        Where the stretch of it begins whose energy and spectrum are told, s: at its last quarter where there
+        are many dofs, and no cycle.
     lines
-        Its spectrum, of all dofs.
+        Its spectrum from `since` on, of all dofs.
     """
 
     scene: Scene
@@ -88,13 +93,14 @@ class Findings:
     settled: str
     last: Motion | None
     balance: Balance | None
+    since: float
     lines: xr.Dataset | None
     reasons: dict[str, str]
     known: Known
 
     @property
     def is_large(self) -> bool:
-        """Whether the scene has so many dofs that energy is left out and motion is sampled more coarsely."""
+        """Whether the scene has so many dofs that energy is left out."""
         return self.scene.size > BIG
 
     @cached_property
@@ -166,11 +172,12 @@ def findings(
     if run is not None:
         told("looking for what the motion settles to")
         cycle, settled, last = _settled(run, modes, reasons)
+    since = 0.75 * last.duration if last is not None and cycle is None and scene.size > MANY else 0.0
     lines = None
     if cycle is not None and last is not None:
         lines = cycle.harmonics().swap_dims(harmonic="frequency").assign_attrs(method="exact")
     elif last is not None and last.duration > 0.0 and settled not in AT_REST:
-        lines = last.spectrum(begin=0.0, samples=COARSE if scene.size > BIG else SAMPLES)
+        lines = last.spectrum(begin=since, samples=SAMPLES if since == 0.0 else SAMPLES // 4)
     return Findings(
         scene=scene,
         title=title,
@@ -184,7 +191,8 @@ def findings(
         cycle=cycle,
         settled=settled,
         last=last,
-        balance=None if last is None or scene.size > BIG else last.balance(),
+        balance=None if last is None or scene.size > BIG else last.balance(since),
+        since=since,
         lines=lines,
         reasons=reasons,
         known=known,

@@ -19,6 +19,10 @@ LETTER, LETTERS = 5.6, 12
 #: Length of the largest displacement in the drawing of all dofs, and in the plane.
 LONG, SHORT = 44.0, 24.0
 HEIGHT = 150.0
+#: Least scale of a drawing, at which its names can be read; what is wider than its card scrolls.
+READABLE = 0.9
+#: Width from which a drawing has a row of its own.
+BROAD = 480.0
 
 
 def drawing(scene: Scene, modes: Modes, mode: int, columns: Sequence[Column]) -> str:
@@ -38,8 +42,11 @@ def drawing(scene: Scene, modes: Modes, mode: int, columns: Sequence[Column]) ->
     shape = modes.shapes[:, mode]
     bars, width = _all_dofs(modes.dofs, shape)
     plane, extra = _masses(shape, width, columns) if columns else _contacts(scene, shape, width)
+    full = width + extra
+    kind = "motion broad" if full > BROAD else "motion"
     return (
-        f'<svg role="img" class="motion" viewBox="0 0 {width + extra:.0f} {HEIGHT:.0f}" '
+        f'<svg role="img" class="{kind}" viewBox="0 0 {full:.0f} {HEIGHT:.0f}" '
+        f'style="min-width: {READABLE * full:.0f}px" '
         f'aria-label="{escape(described(modes, mode))}">{bars}{plane}</svg>'
     )
 
@@ -120,9 +127,9 @@ def _masses(shape: Complex, left: float, columns: Sequence[Column]) -> tuple[str
         _, x2, y2, h2, v2 = points[second]
         ends = _ends(1, x1, y1, h1, v1) + _ends(2, x2, y2, h2, v2)
         parts.append(f'<line class="link"{ends}/>')
-    for name, x, y, h, v in points:
-        parts.append(_moving(x, y, h, v))
-        parts.append(f'<text x="{x + 22:.1f}" y="{y - 14:.1f}">{name}</text>')
+    parts += [_moving(x, y, h, v) for _, x, y, h, v in points]
+    # Names stand on top of what moves.
+    parts += [f'<text x="{x + 22:.1f}" y="{y - 14:.1f}">{name}</text>' for name, x, y, _, _ in points]
     return "".join(parts), 15.0 + 100.0 * len(columns)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 
 import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
 from stickslip import plot
@@ -18,8 +19,9 @@ from stickslip.show.style import NAMES
 
 #: Events and lines of tables, contacts of phase portraits.
 EVENTS, LINES, PORTRAITS = 24, 12, 4
-#: Instants at which the motion of a large scene is drawn.
-COARSE = 1201
+#: Fewest instants at which a motion is drawn, and displacements that are computed for one figure: each
+#: instant costs as much as there are dofs.
+COARSE, DISPLACEMENTS = 1201, 240_000
 #: Contacts whose status is drawn, and roundings of the turnover up to which a work is zero.
 STATUSES_SHOWN, ROUNDINGS = 12, 64
 
@@ -192,7 +194,7 @@ def spectrum_section(found: Findings) -> str:
     text = (
         "Lines of the limit cycle, integrated in closed form phase by phase: no window, no leakage."
         if exact
-        else "Discrete Fourier transform of the last stretch, Hann window."
+        else f"Discrete Fourier transform of the last {number(_stretch(found.lines), 4)} s, Hann window."
     )
     return section(
         "spectrum",
@@ -220,9 +222,9 @@ def energy_section(found: Findings) -> str:
         return section("energy", "Energy", note(left_out))
     if balance is None or last is None or last.duration == 0.0:
         return section("energy", "Energy", note("There is no motion.", "warning"))
-    over = "one period" if found.cycle is not None else f"the last {number(last.duration, 4)} s"
+    over = "one period" if found.cycle is not None else f"the last {number(last.duration - found.since, 4)} s"
     with drawing.style():
-        history = plot.energy_history(last)
+        history = plot.energy_history(last, found.since)
         history.set_size_inches(7.2, 6.0)
         flow = plot.energy_flow(balance)
         flow.set_size_inches(7.2, 4.0)
@@ -286,8 +288,13 @@ def energy_section(found: Findings) -> str:
 
 
 def _samples(found: Findings) -> int:
-    """Return at how many instants motion is drawn; of many dofs each costs as much as the drawing."""
-    return COARSE if found.is_large else SAMPLES
+    """Return at how many instants motion is drawn."""
+    return min(SAMPLES, max(COARSE, DISPLACEMENTS // found.scene.size))
+
+
+def _stretch(lines: xr.Dataset) -> float:
+    """Return the length of what a spectrum is of, s."""
+    return float(lines.attrs["end"] - lines.attrs["begin"])
 
 
 def _panels(count: int, height: float) -> Figure:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import time
 from collections.abc import Callable, Mapping
 from html import escape
@@ -19,10 +20,12 @@ from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
-from stickslip.show.html import facts, number, section
+from stickslip.show.html import details, facts, number, section
 
 #: The page may load nothing at all.
 POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+#: Letters of a scene file up to which the page holds a copy.
+COPIED = 200_000
 CONTENTS = {
     "scene": "Scene",
     "equilibrium": "Steady sliding",
@@ -46,6 +49,8 @@ def write_report(
     model: Model | None = None,
     over: Mapping[str, Any] | None = None,
     known: Known = Known(),  # noqa: B008
+    origin: Mapping[str, str] | None = None,
+    source: str | None = None,
     told: Callable[[str], None] = lambda _: None,
 ) -> Findings:
     """Write everything about a scene as one HTML page that needs no network.
@@ -71,6 +76,10 @@ def write_report(
         which its eigenvalues are followed; None: friction.
     known
         What is known of the scene beyond its numbers: `stickslip.reference.known` of the published model.
+    origin
+        What the page says of where it comes from: names and texts, such as a date and a command.
+    source
+        The scene as the text of a scene file, which the page holds folded; None: it does not.
     told
         Called with what begins to be computed.
 
@@ -99,11 +108,16 @@ def write_report(
         told=told,
     )
     told("drawing the page")
-    replace_file(file, page(found, begun).encode())
+    replace_file(file, page(found, begun, origin, source).encode())
     return found
 
 
-def page(found: Findings, begun: float | None = None) -> str:
+def page(
+    found: Findings,
+    begun: float | None = None,
+    origin: Mapping[str, str] | None = None,
+    source: str | None = None,
+) -> str:
     """Return the page.
 
     Parameters
@@ -113,6 +127,8 @@ def page(found: Findings, begun: float | None = None) -> str:
     begun
         When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
         not say.
+    origin, source
+        As for `write_report`.
     """
     sections = {
         "scene": scene_section(found),
@@ -128,7 +144,7 @@ def page(found: Findings, begun: float | None = None) -> str:
     if found.known.section is not None:
         name, heading, made = found.known.section
         headings[name], sections[name] = heading, made()
-    sections["computation"] = _computation(found, begun)
+    sections["computation"] = _computation(found, begun, origin or {}, source)
     links = "\n".join(f'<li><a href="#{name}">{escape(headings[name])}</a></li>' for name in sections)
     data = files("stickslip.report")
     style, script = (data.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
@@ -209,10 +225,10 @@ def verdict(found: Findings) -> str:
     return f"{first} {second}"
 
 
-def _computation(found: Findings, begun: float | None) -> str:
+def _computation(found: Findings, begun: float | None, origin: Mapping[str, str], source: str | None) -> str:
     from stickslip import __version__
 
-    rows = [("stickslip", __version__)]
+    rows = [*origin.items(), ("stickslip", __version__)]
     if found.run is not None:
         rows.append(("touches within rounding", str(len(found.run.grazings))))
     if found.balance is not None and found.balance.turnover > 0.0:
@@ -222,4 +238,11 @@ def _computation(found: Findings, begun: float | None) -> str:
     rows.append(("largest residual of a mode", number(float(found.modes.residual.max(initial=0.0)), 2)))
     if begun is not None:
         rows.append(("computed in", f"{time.perf_counter() - begun:.1f} s"))
-    return section("computation", CONTENTS["computation"], facts(rows))
+    copy = ""
+    if source is not None:
+        if len(source) <= COPIED:
+            copy = details("The scene file", f"<pre>{escape(source)}</pre>")
+        else:
+            digest = hashlib.sha256(source.encode()).hexdigest()
+            rows.append((f"SHA-256 of the scene file, {len(source.encode())} bytes", digest))
+    return section("computation", CONTENTS["computation"], facts(rows), copy)

@@ -65,6 +65,15 @@ class Proportional:
     mass: float = 0.0
     stiffness: float = 0.0
 
+    def __post_init__(self) -> None:
+        for name in ("mass", "stiffness"):
+            value = real_number(f"damping.{name}", getattr(self, name))
+            if not np.isfinite(value):
+                raise InputError(f"damping.{name}: must be finite, got {value}")
+            if value < 0.0:
+                raise InputError(f"damping.{name}: must be >= 0, got {value:g}")
+            object.__setattr__(self, name, value)
+
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene:
@@ -373,13 +382,8 @@ def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_Co
 
 
 def _damping(damping: Any) -> Proportional | Matrix | None:
-    if damping is None:
-        return None
-    if isinstance(damping, Proportional):
-        return Proportional(
-            mass=real_number("damping.mass", damping.mass),
-            stiffness=real_number("damping.stiffness", damping.stiffness),
-        )
+    if damping is None or isinstance(damping, Proportional):
+        return damping
     if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
         raise InputError(
             f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K "

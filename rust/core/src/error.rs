@@ -8,108 +8,254 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
+    /// An argument has the wrong shape, length or size.
     #[error("{argument}: expected {expected}, got {got}")]
     Shape {
+        /// Name of the argument.
         argument: String,
         /// With its noun: `shape (2, 2)`, `at least one dof`.
         expected: String,
+        /// What was given, in the form of `expected`.
         got: String,
     },
+    /// An entry of an argument is NaN or infinite.
     #[error("{argument}: must be finite, got {value} at {place}")]
-    NotFinite { argument: String, place: String, value: f64 },
+    NotFinite {
+        /// Name of the argument.
+        argument: String,
+        /// Where the entry stands: `index 3`.
+        place: String,
+        /// The entry, NaN or infinite.
+        value: f64,
+    },
+    /// A number lies outside the values allowed.
     #[error("{argument}: must be {requirement}, got {value}")]
-    Range { argument: String, requirement: &'static str, value: f64 },
+    Range {
+        /// Name of the argument.
+        argument: String,
+        /// What the number must be: `>= 0`.
+        requirement: &'static str,
+        /// The number given, in the unit of the argument.
+        value: f64,
+    },
+    /// A matrix that must be symmetric is not.
     #[error(
         "{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})"
     )]
-    NotSymmetric { argument: String, row: usize, column: usize, value: f64, mirrored: f64 },
+    NotSymmetric {
+        /// Name of the matrix.
+        argument: String,
+        /// Row of one entry of the unequal pair.
+        row: usize,
+        /// Column of that entry.
+        column: usize,
+        /// The entry at (row, column).
+        value: f64,
+        /// The entry at (column, row).
+        mirrored: f64,
+    },
+    /// The mass matrix is not positive definite.
     #[error("mass: must be positive definite, got {value} as pivot of dof {dof}")]
-    IndefiniteMass { dof: usize, value: f64 },
+    IndefiniteMass {
+        /// Dof whose pivot is not positive.
+        dof: usize,
+        /// That pivot, or the lumped mass itself, kg.
+        value: f64,
+    },
+    /// A column index of a sparse matrix is out of range, repeated or not ascending in its row.
     #[error("{argument}: column index {index} in row {row} is outside 0..{size} or out of order")]
-    SparseIndex { argument: String, row: usize, index: i64, size: usize },
+    SparseIndex {
+        /// Name of the matrix.
+        argument: String,
+        /// Row of the index.
+        row: usize,
+        /// The column index given.
+        index: i64,
+        /// Number of rows and columns of the matrix.
+        size: usize,
+    },
+    /// A direction of a contact has no entry but zero.
     #[error("contact {contact}: {direction}: must not be zero")]
-    ZeroDirection { contact: usize, direction: &'static str },
+    ZeroDirection {
+        /// Index of the contact.
+        contact: usize,
+        /// `tangential` or `normal`.
+        direction: &'static str,
+    },
+    /// The two directions of a contact are multiples of each other.
     #[error(
         "contact {contact}: normal: must differ from the tangential direction, got a multiple of it"
     )]
-    NormalIsTangential { contact: usize },
+    NormalIsTangential {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// The contacts need more independent directions than there are dofs.
     #[error(
         "contacts: {} for {} independent directions, {}; give each contact a small mass of its own, tied to the body by stiff springs",
         counted(*contacts, "contact asks", "contacts ask"),
         2 * contacts,
         counted(*dofs, "dof has 1", &format!("dofs have {dofs}"))
     )]
-    TooManyDirections { contacts: usize, dofs: usize },
+    TooManyDirections {
+        /// Number of contacts; each needs two directions.
+        contacts: usize,
+        /// Number of dofs.
+        dofs: usize,
+    },
+    /// A direction of a contact is a linear combination of the directions of the other contacts.
     #[error(
         "contacts: the {direction} direction of contact {contact} depends on the directions of the other contacts; give each contact a small mass of its own, tied to the body by stiff springs"
     )]
-    DependentDirection { contact: usize, direction: &'static str },
+    DependentDirection {
+        /// Index of the contact.
+        contact: usize,
+        /// `tangential` or `normal`.
+        direction: &'static str,
+    },
+    /// A status combination has an unknown letter or the wrong length.
     #[error(
         "combination: expected one letter of '+', '-', 's', 'd' per contact ({contacts} in all), got {got:?}"
     )]
-    Combination { got: String, contacts: usize },
+    Combination {
+        /// The text given.
+        got: String,
+        /// Number of contacts, so of letters expected.
+        contacts: usize,
+    },
+    /// A combination lets a contact without friction stick.
     #[error(
         "combination: contact {contact} has friction 0 and can't stick, got 's' in {combination:?}"
     )]
-    FrictionlessStick { contact: usize, combination: String },
+    FrictionlessStick {
+        /// Index of the contact.
+        contact: usize,
+        /// The combination, one letter per contact.
+        combination: String,
+    },
+    /// Steady sliding is asked for, but the slider of a contact rests.
     #[error(
         "contact {contact}: slider_speed is 0, so steady sliding has no direction; give the slider a speed, or the contact a status by combination"
     )]
-    NoSlidingDirection { contact: usize },
+    NoSlidingDirection {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// At the sliding equilibrium a closed contact would have to pull.
     #[error(
         "sliding equilibrium: contact {contact} would pull, normal force {} N; the static load opens it",
         rounded(*normal_force)
     )]
-    TensileEquilibrium { contact: usize, normal_force: f64 },
+    TensileEquilibrium {
+        /// Index of the contact.
+        contact: usize,
+        /// Its normal force, N, negative: compression is positive.
+        normal_force: f64,
+    },
+    /// The combination given has no steady sliding, because a closed contact would have to pull.
     #[error(
         "combination: no steady sliding in {combination:?}, where contact {contact} would pull, normal force {} N; {}",
         rounded(*normal_force),
         advice(combination, admissible.as_deref())
     )]
     NoSteadySliding {
+        /// Index of the contact.
         contact: usize,
+        /// Its normal force, N, negative: compression is positive.
         normal_force: f64,
+        /// The combination, one letter per contact.
         combination: String,
         /// The one with open contacts in which the static load finds its equilibrium, where there is one.
         admissible: Option<String>,
     },
+    /// The reduced stiffness is singular, so the sliding equilibrium is not unique.
     #[error(
         "sliding equilibrium: the stiffness of combination {combination:?} is singular (reciprocal condition {reciprocal_condition:e}), so there is no unique one"
     )]
-    SingularStiffness { combination: String, reciprocal_condition: f64 },
+    SingularStiffness {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// Smallest relative pivot of the equilibrated stiffness, -; 0 where it is exactly singular.
+        reciprocal_condition: f64,
+    },
+    /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
-    Penetration { contact: usize, gap: f64 },
+    Penetration {
+        /// Index of the contact.
+        contact: usize,
+        /// Its gap, m, negative: an open contact has a positive one.
+        gap: f64,
+    },
+    /// The state given contradicts the status of a contact in the combination.
     #[error(
         "{argument}: contact {contact} is {status:?} in the combination, but its {quantity} is {}",
         rounded(*value)
     )]
     ViolatedStatus {
+        /// Name of the argument that contradicts it.
         argument: &'static str,
+        /// Index of the contact.
         contact: usize,
+        /// Letter of its status.
         status: char,
+        /// Name of the quantity that contradicts the status: `gap`, `slip velocity`, ...
         quantity: &'static str,
+        /// Value of that quantity, SI.
         value: f64,
     },
+    /// Modal propagation is asked for, but the modes of a combination are too close to defective for it.
     #[error(
         "method: {method:?} can't propagate combination {combination:?}, whose modes are defective (condition {condition:e}); use \"taylor\" or \"auto\""
     )]
-    DefectiveModes { method: &'static str, combination: String, condition: f64 },
+    DefectiveModes {
+        /// Name of the method asked for.
+        method: &'static str,
+        /// The combination, one letter per contact.
+        combination: String,
+        /// Largest condition number of its eigenvalues, -.
+        condition: f64,
+    },
+    /// The reduced mass matrix of a combination is singular, so its acceleration is not unique.
     #[error(
         "the reduced mass matrix of combination {combination:?} is singular (pivot {pivot:e}): with this friction and mass coupling the contact problem has no unique acceleration"
     )]
-    SingularMass { combination: String, pivot: f64 },
+    SingularMass {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// Smallest relative pivot of that matrix, -.
+        pivot: f64,
+    },
+    /// The eigenvalue iteration of a combination did not converge.
     #[error(
         "the eigenvalues of combination {combination:?} did not converge: relative residual {residual:e}"
     )]
-    Eigenvalues { combination: String, residual: f64 },
+    Eigenvalues {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// Relative residual of the first mode that did not converge, -; NaN where the iteration gave no eigenvalue.
+        residual: f64,
+    },
+    /// `impact_friction` is false though mass couples the contacts of the scene.
     #[error(
         "impact_friction: must be true where mass couples contacts, as here; an impulse on one contact moves the others, so their tangential velocities can't stay unchanged"
     )]
     CoupledImpacts,
+    /// A time asked for lies outside the computed motion.
     #[error("{argument}: {value} s lies outside the computed motion, 0 to {end} s")]
-    TimeOutside { argument: &'static str, value: f64, end: f64 },
+    TimeOutside {
+        /// Name of the argument.
+        argument: &'static str,
+        /// The time given, s.
+        value: f64,
+        /// End of the computed motion, s; it begins at 0.
+        end: f64,
+    },
+    /// A record read back does not describe a possible motion or orbit of the scene.
     #[error("record: {reason}")]
-    Record { reason: &'static str },
+    Record {
+        /// What does not fit, in words.
+        reason: &'static str,
+    },
 }
 
 /// A number of things with the noun and verb that go with it.
@@ -154,23 +300,39 @@ impl fmt::Display for Level {
 /// Why a motion could not be continued; the part computed so far is kept beside it.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RunFailure {
+    /// The question itself is ill-posed.
     #[error(transparent)]
     Input(#[from] Error),
+    /// After an event a closed contact can neither stick nor slide.
     #[error(
         "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",
         rounded(*normal_force),
         rounded(*required_friction)
     )]
-    NoConsistentStatus { contact: usize, time: f64, normal_force: f64, required_friction: f64 },
+    NoConsistentStatus {
+        /// Index of the contact.
+        contact: usize,
+        /// Time of the event, s.
+        time: f64,
+        /// Normal force after the event, N; compression is positive.
+        normal_force: f64,
+        /// Friction force that sticking would need, N, along the tangential direction.
+        required_friction: f64,
+    },
+    /// The joint contact problem of coupled contacts has no solution, or several.
     #[error(
         "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count} (Painleve); state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
     )]
     ContactProblem {
+        /// Indices of the contacts of the problem.
         contacts: Vec<usize>,
+        /// Time of the event, s.
         time: f64,
+        /// Whether forces or impulses are unknown.
         level: Level,
         /// "no solution" or "several solutions".
         count: &'static str,
+        /// Slip velocity after the event of every contact of the block of the scene that moves with them, m/s.
         slip: Vec<f64>,
         /// (tangential, normal) of each contact.
         reactions: Vec<f64>,

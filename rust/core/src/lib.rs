@@ -93,6 +93,8 @@
 //! - *attractor*: what a motion settles to: equilibrium, cycle, or aperiodic with a *Lyapunov exponent*.
 //! - *study*: questions to many scenes of one *family*.
 
+#![deny(missing_docs)]
+
 pub mod contact;
 pub mod cycles;
 pub mod energy;

@@ -41,7 +41,8 @@ def cycle(
 ) -> None:
     """Find the limit cycle: period, phases, stability, spectrum.
 
-    Exits with 1 if the motion settles to none; it says what it is instead.
+    Exits with 1 if the motion settles to none; it says what it is instead. Exits with 3 if it was followed
+    too short to tell.
 
     \b
     Example:
@@ -51,7 +52,8 @@ def cycle(
         with waiting("looking for the limit cycle"):
             found = case.simulate(**settings).limit_cycle(further)
     except ss.errors.NotPeriodicError as error:
-        if error.kind == "stopped":
+        if error.kind in ("stopped", "undecided"):
+            # There is no answer, so the answer is not no.
             raise
         click.echo(f"no limit cycle ({error.kind}): {error}", err=True)
         raise SystemExit(NEGATIVE) from None

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import os
+import shlex
+import time
 from pathlib import Path
 
 import click
 
-from stickslip.cli.options import waiting
+from stickslip.cli.options import loaded, scene_argument, waiting
 
 
 @click.command(epilog="\b\nExample:\n  stickslip report scene.toml -o report.html")
-@click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@scene_argument
 @click.option(
     "-o",
     "--output",
@@ -20,24 +23,26 @@ from stickslip.cli.options import waiting
 )
 @click.option("--title", help="What to call the scene; by default the name of its file.")
 @click.option("--duration", type=float, help="Of the motion, s; by default that of the file.")
-def report(file: Path, out: Path | None, title: str | None, duration: float | None) -> None:
-    """Write one HTML page about a scene: FILE is a scene file.
+def report(
+    scene: Path, changes: tuple[str, ...], out: Path | None, title: str | None, duration: float | None
+) -> None:
+    """Write one HTML page about the scene of a scene file.
 
     The page needs no network and prints: scene, steady sliding, complex modes in motion, eigenvalues over
     the parameter of [sweep] or friction, transient, limit cycle, spectrum, energy. For the published
     two-subsystem model at published parameters also every published number and figure beside the
-    computed one.
+    computed one. The last section holds date, command and scene file; the date is that of
+    SOURCE_DATE_EPOCH where this is set.
     """
     from stickslip.errors import InputError
-    from stickslip.files.case import load_case
     from stickslip.reference.section import known
     from stickslip.report import write_report
     from stickslip.report.page import verdict
 
-    path = file.with_suffix(".html") if out is None else out
+    path = scene.with_suffix(".html") if out is None else out
     if not path.parent.is_dir():
         raise click.BadParameter(f"no such folder: {path.parent}", param_hint="-o / --output")
-    case = load_case(file)
+    case = loaded(scene, changes)
     settings = dict(case.run) if duration is None else {**case.run, "duration": duration}
     try:
         start = case.initial_state() if case.start else None
@@ -48,17 +53,32 @@ def report(file: Path, out: Path | None, title: str | None, duration: float | No
     if len(over) > 1:
         click.echo(f"[sweep] has {len(over)} parameters: the report follows friction instead", err=True)
         over = {}
+    words = ["stickslip", "report", str(scene), *(part for text in changes for part in ("--set", text))]
+    for option, value in (("--output", out), ("--title", title), ("--duration", duration)):
+        words += [] if value is None else [option, str(value)]
     with waiting("reading the scene") as status:
         found = write_report(
             case.scene,
             path,
-            title=file.stem if title is None else title,
+            title=scene.stem if title is None else title,
             start=start,
             settings=settings,
             model=case.model,
             over=over,
             known=known(case.scene),
+            origin={"date": _date(), "command": shlex.join(words)},
+            source=scene.read_text(encoding="utf-8"),
             told=status.update,
         )
     click.echo(verdict(found))
     click.echo(f"wrote {path}")
+
+
+def _date() -> str:
+    """Return the date, or the one that reproducible-builds.org has a build use instead."""
+    told = os.environ.get("SOURCE_DATE_EPOCH")
+    try:
+        seconds = time.time() if told is None else int(told)
+        return time.strftime("%Y-%m-%d %H:%M UTC", time.gmtime(seconds))
+    except (ValueError, OverflowError, OSError):
+        raise click.UsageError(f"SOURCE_DATE_EPOCH: expected seconds since 1970, got {told!r}") from None

@@ -25,7 +25,8 @@ if TYPE_CHECKING:
     import xarray as xr
     from rich.console import Console
 
-
+#: Decay of an eigenvalue, of its modulus, up to which its rounding is asked for.
+NEARLY = 1e-6
 #: What an axis is given as.
 RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
 
@@ -112,7 +113,10 @@ def _show(
     if combination is not None:
         # Whoever names the statuses asks for their modes, whether or not the load keeps them.
         exists = np.ones_like(exists)
-    counts = f"{int((stable & exists).sum())} stable, {int((~stable & exists).sum())} unstable"
+    marginal = _marginal(case, combination, values, branches, stable & exists)
+    counts = f"{int((stable & exists & ~marginal).sum())} stable, {int((~stable & exists).sum())} unstable"
+    if marginal.any():
+        counts += f", {int(marginal.sum())} marginal (a mode neither grows nor decays)"
     if not exists.all():
         counts += f", {int((~exists).sum())} without steady sliding (a contact would pull)"
     out.print(f"{stable.size} scenes over {' and '.join(values)}: {counts}")
@@ -135,6 +139,21 @@ def _show(
         for point in points
     ]
     out.print(table("Critical points", ("kind", name, "frequency, Hz", ""), rows))
+
+
+def _marginal(
+    case: ss.Case, combination: str | None, values: dict[str, Any], branches: xr.Dataset, asked: Any
+) -> Any:
+    """Return which of the scenes asked for have a mode whose growth is zero within its rounding."""
+    found = np.zeros_like(asked)
+    eigenvalue = branches.eigenvalue.to_numpy()
+    # Most scenes are told by their eigenvalues alone; of the others the modes know their rounding.
+    near = (eigenvalue.real >= -NEARLY * np.abs(eigenvalue)).any(axis=-1)
+    axes = [np.asarray(axis) for axis in values.values()]
+    for place in np.argwhere(asked & near):
+        changes = {name: float(axis[k]) for name, axis, k in zip(values, axes, place, strict=True)}
+        found[tuple(place)] = ss.complex_modes(case.replace(**changes).scene, combination).marginal.any()
+    return found
 
 
 def _changes(axis: Any, stable: Any) -> list[tuple[str, ...]]:

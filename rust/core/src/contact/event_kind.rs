@@ -21,6 +21,7 @@ pub enum EventKind {
 }
 
 impl EventKind {
+    /// The name that events carry in records and in Python: `slip+`.
     pub const fn name(self) -> &'static str {
         match self {
             EventKind::Velocity => "velocity",
@@ -51,6 +52,7 @@ impl EventKind {
         }
     }
 
+    /// The kind of that name; refuses any other name as a broken record.
     pub fn named(name: &str) -> Result<Self, Error> {
         let found = Self::ALL.into_iter().find(|kind| kind.name() == name);
         found.ok_or(Error::Record { reason: "unknown kind of event" })

@@ -22,10 +22,13 @@ use crate::transient::trajectory::{Cursor, Trajectory};
 /// Energies, J, and powers, W, at a series of instants; row-major.
 #[derive(Debug, Clone, Default)]
 pub struct EnergySample {
+    /// Kinetic energy `1/2 u' M u` of each instant, with u the velocities, J.
     pub kinetic: Vec<f64>,
+    /// Elastic energy `1/2 x' K x` of each instant, J.
     pub elastic: Vec<f64>,
     /// dE/dt from the state equation.
     pub rate: Vec<f64>,
+    /// Power of the constant force F at each instant, W; positive where it feeds the motion.
     pub external: Vec<f64>,
     /// Dissipated power, one column per damper group.
     pub damping: Vec<f64>,

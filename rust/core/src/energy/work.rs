@@ -28,13 +28,17 @@ use crate::transient::trajectory::{Cursor, Trajectory};
 /// Works over the part of one phase inside the interval, J.
 #[derive(Debug, Clone)]
 pub struct PhaseWork {
+    /// Start of that part, s.
     pub start: f64,
+    /// Length of that part, s.
     pub duration: f64,
+    /// Status of every contact in the phase.
     pub combination: Combination,
     /// On the structure through each contact: `slider` less friction heat.
     pub contact: Vec<f64>,
     /// `integral of T_i v_i dt` for each contact.
     pub slider: Vec<f64>,
+    /// Of the constant force F on the structure.
     pub external: f64,
     /// Dissipated, by damper group; see [`Scene::damper_groups`].
     pub damping: Vec<f64>,
@@ -43,7 +47,9 @@ pub struct PhaseWork {
 /// What one contact takes from the motion at an impact or at the limit of its bounces, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpactWork {
+    /// Time of the impact, s.
     pub time: f64,
+    /// Index of the contact.
     pub contact: usize,
     /// Lost in the normal direction.
     pub normal: f64,
@@ -56,10 +62,13 @@ pub struct ImpactWork {
 /// Everything that changes the energy between two times.
 #[derive(Debug, Clone, Default)]
 pub struct Works {
+    /// One entry for each phase that the interval touches, in order of time.
     pub phases: Vec<PhaseWork>,
+    /// What impacts, and the limits of bounces, take inside the interval.
     pub impacts: Vec<ImpactWork>,
     /// Changes of kinetic and elastic energy.
     pub kinetic: f64,
+    /// Change of elastic energy, J; positive where it grows.
     pub elastic: f64,
     /// States evaluated for it.
     pub states: usize,

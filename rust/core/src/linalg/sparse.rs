@@ -91,6 +91,7 @@ impl SparseMatrix {
         Ok(matrix)
     }
 
+    /// The diagonal matrix with these entries.
     pub fn diagonal(entries: &[f64]) -> Self {
         Self {
             size: entries.len(),
@@ -111,10 +112,12 @@ impl SparseMatrix {
         }
     }
 
+    /// Number of rows, which is that of columns.
     pub fn size(&self) -> usize {
         self.size
     }
 
+    /// Number of stored entries.
     pub fn entries(&self) -> usize {
         self.values.len()
     }
@@ -130,6 +133,7 @@ impl SparseMatrix {
         self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
+    /// The entry at (row, column), 0 where none is stored.
     pub fn get(&self, row: usize, column: usize) -> f64 {
         let range = self.row_start[row]..self.row_start[row + 1];
         match self.columns[range.clone()].binary_search(&column) {
@@ -165,6 +169,7 @@ impl SparseMatrix {
         part
     }
 
+    /// The matrix times a factor.
     pub fn scaled(&self, factor: f64) -> Self {
         let mut scaled = self.clone();
         scaled.values.iter_mut().for_each(|value| *value *= factor);
@@ -302,6 +307,7 @@ impl SparseMatrix {
         Self { size: self.size, row_start, columns, values }
     }
 
+    /// The same matrix with all its zeros, n by n.
     pub fn to_dense(&self) -> DMatrix<f64> {
         let mut dense = DMatrix::zeros(self.size, self.size);
         for row in 0..self.size {

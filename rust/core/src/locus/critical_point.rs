@@ -6,6 +6,7 @@ use num_complex::Complex64;
 /// this, or a touch, are not told apart. Meeting branches are resolved further.
 pub(crate) const RESOLUTION: f64 = 1e-7;
 
+/// What happens to the eigenvalues, or to steady sliding, at a parameter value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CriticalKind {
     /// A complex pair crosses the imaginary axis.
@@ -17,10 +18,14 @@ pub enum CriticalKind {
     /// The largest real part passes from one branch to another.
     Crossing,
     /// Steady sliding ends, or begins, because the normal force or the gap of a contact vanishes.
-    Separation { contact: usize },
+    Separation {
+        /// Index of that contact.
+        contact: usize,
+    },
 }
 
 impl CriticalKind {
+    /// The name of the kind in Python: `lock_in`.
     pub const fn name(self) -> &'static str {
         match self {
             CriticalKind::Hopf => "hopf",
@@ -32,11 +37,14 @@ impl CriticalKind {
     }
 }
 
+/// A parameter value at which stability, or steady sliding, changes.
 #[derive(Debug, Clone)]
 pub struct CriticalPoint {
+    /// What happens there.
     pub kind: CriticalKind,
     /// The parameter, or its real part at a complex exceptional point.
     pub value: f64,
+    /// The parameter in its own unit; its imaginary part is zero except at a complex exceptional point.
     pub complex_value: Complex64,
     /// At a crossing that of the branch that has the largest real part beyond it; NaN at a separation.
     pub eigenvalue: Complex64,

@@ -24,7 +24,9 @@ const MARGIN: f64 = 2.0;
 /// Hopf points in ascending order, and at how many parameter values the eigenproblem was solved for the mesh.
 #[derive(Debug)]
 pub struct HopfSearch {
+    /// Hopf points, ascending in the parameter.
     pub points: Vec<CriticalPoint>,
+    /// Number of parameter values of the mesh.
     pub nodes: usize,
     /// Modes continued from one node to the next, all intervals together.
     pub followed: usize,

@@ -22,30 +22,42 @@ use crate::scene::status::Combination;
 pub enum PathDamping {
     /// `C = alpha M + beta K`; series of one entry.
     Proportional {
+        /// alpha, 1/s, as a 1 by 1 series.
         alpha: Series,
+        /// beta, s, as a 1 by 1 series.
         beta: Series,
     },
+    /// Any damping matrix, N s/m, m by m.
     General(Series),
 }
 
 /// The problem on `lower <= p <= upper`, in `t = (p - centre) / half_width`.
 #[derive(Debug, Clone)]
 pub struct Piece {
+    /// Lower end of the piece, in the unit of the parameter.
     pub lower: f64,
+    /// Upper end of the piece, in the unit of the parameter.
     pub upper: f64,
+    /// Parameter at t = 0.
     pub centre: f64,
+    /// Change of the parameter from t = 0 to t = 1.
     pub half_width: f64,
     /// m by m, row-major.
     pub mass: Series,
+    /// Reduced stiffness, N/m, m by m; not symmetric with friction.
     pub stiffness: Series,
+    /// Reduced damping, N s/m.
     pub damping: PathDamping,
+    /// What the sliding equilibrium depends on.
     pub statics: StaticSeries,
 }
 
 /// One status combination along one parameter.
 #[derive(Debug, Clone)]
 pub struct Path {
+    /// Status of every contact all along the path.
     pub combination: Combination,
+    /// m, the number of coordinates left free.
     pub size: usize,
     pieces: Vec<Piece>,
 }
@@ -151,6 +163,7 @@ impl Path {
         Ok(Self { combination: combination.clone(), size: m, pieces: vec![piece] })
     }
 
+    /// Smallest and largest parameter of the path; NaN where it has no piece.
     pub fn range(&self) -> (f64, f64) {
         match (self.pieces.first(), self.pieces.last()) {
             (Some(first), Some(last)) => (first.lower, last.upper),

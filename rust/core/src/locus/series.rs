@@ -72,9 +72,13 @@ impl Series {
 /// [`Statics`] along a path, as series of its entries.
 #[derive(Debug, Clone)]
 pub struct StaticSeries {
+    /// Load, N, a column of m entries.
     pub load: Series,
+    /// Rows of the margins, one of m entries per contact; N/m of closed contacts, - of open ones.
     pub rows: Series,
+    /// Offsets of the margins, a column with one entry per contact; N of closed contacts, 0 of open ones.
     pub offsets: Series,
+    /// Slider speeds, m/s, a column with one entry per contact.
     pub speeds: Series,
 }
 

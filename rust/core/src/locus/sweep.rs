@@ -14,8 +14,11 @@ use crate::modes::growth::{Verdict, pencil_growth};
 /// the branches are sorted at the first value: by modulus, conjugates adjacent, positive imaginary part first.
 #[derive(Debug, Clone)]
 pub struct Sweep {
+    /// Parameter values, ascending.
     pub values: Vec<f64>,
+    /// Number of branches followed.
     pub branches: usize,
+    /// lambda, 1/s; a positive real part grows.
     pub eigenvalues: Vec<Complex64>,
     /// Whether a mode grows by more than rounding.
     pub unstable: Vec<bool>,
@@ -23,12 +26,15 @@ pub struct Sweep {
     pub stable: Vec<bool>,
     /// `d lambda / d p`
     pub slopes: Vec<Complex64>,
+    /// Condition number of each eigenvalue, -.
     pub condition: Vec<f64>,
+    /// Whether the condition number is so large that the mode has no left vector.
     pub defective: Vec<bool>,
     /// NaN, as the left vectors, where a mode is defective.
     pub a: Vec<Complex64>,
     /// Displacement parts xi and v of the right and left state vectors (xi, lambda xi), (v, lambda v).
     pub right: Vec<Complex64>,
+    /// Displacement parts v of the left vectors; empty, as `right`, where vectors were not asked for.
     pub left: Vec<Complex64>,
     /// Parameter values at which branches meet, so that their continuation is a convention.
     pub meetings: Vec<f64>,

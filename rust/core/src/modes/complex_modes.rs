@@ -24,24 +24,32 @@ const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 /// Matrices are column-major: one mode after the other. Of the vectors the displacement parts are kept.
 #[derive(Debug, Clone)]
 pub struct Modes {
+    /// The reduced system that the modes solve.
     pub reduced: Reduced,
+    /// lambda, 1/s; a positive real part grows, the imaginary part is in rad/s.
     pub eigenvalues: Vec<Complex64>,
     /// xi, m entries per mode; the largest one is 1.
     pub right: Vec<Complex64>,
     /// v, m entries per mode, NaN where the mode is defective.
     pub left: Vec<Complex64>,
+    /// `a = l' A r` of each mode, NaN where it is defective.
     pub a: Vec<Complex64>,
+    /// `b = l' B r = -lambda a` of each mode, NaN where it is defective.
     pub b: Vec<Complex64>,
     /// xi over all dofs of the scene, n entries per mode.
     pub shapes: Vec<Complex64>,
+    /// Condition number of each eigenvalue in mass-normalised, scaled state space, -.
     pub condition: Vec<f64>,
+    /// Whether the condition number is so large that the mode has no left vector.
     pub defective: Vec<bool>,
+    /// `|P(lambda) xi| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |xi|)` of each mode, -.
     pub residual: Vec<f64>,
     /// How far rounding of the matrices moves each eigenvalue.
     pub rounding: Vec<f64>,
 }
 
 impl Modes {
+    /// Modes of one combination; fails where the reduced mass is singular or an eigenvalue does not converge.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
         let pencil = Pencil::new(scene, combination, &reduced.reduction);

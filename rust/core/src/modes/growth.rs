@@ -30,6 +30,7 @@ const NOISE: f64 = 1e3 * f64::EPSILON;
 /// zero within rounding is zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Growth {
+    /// lambda of the largest real part, 1/s; -infinity where there is no mode.
     pub eigenvalue: Complex64,
     /// How many eigenvalues have a positive real part, conjugates counted.
     pub unstable: usize,
@@ -208,7 +209,9 @@ pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
 /// The verdict on one combination, and whether it is steady sliding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Verdict {
+    /// Its least stable eigenvalue, and how many grow.
     pub growth: Growth,
+    /// Whether its steady sliding exists, with the margins of its contacts.
     pub steady: Steady,
 }
 

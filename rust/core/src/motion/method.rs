@@ -5,11 +5,14 @@
 pub enum Method {
     /// Modes where they are well conditioned and worth their cost (see `cost.rs`), Taylor series elsewhere.
     Auto,
+    /// Modes alone; a combination whose modes are nearly defective is refused.
     Modal,
+    /// Taylor series alone.
     Taylor,
 }
 
 impl Method {
+    /// The name of the method in Python: `modal`.
     pub const fn name(self) -> &'static str {
         match self {
             Method::Auto => "auto",

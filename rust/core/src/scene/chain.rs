@@ -6,7 +6,9 @@ use crate::linalg::sparse::SparseMatrix;
 /// normal to a slider inclined by `inclination`). SI units.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Subsystem {
+    /// Mass of the upper body in both its directions, kg.
     pub upper_mass: f64,
+    /// Mass of the contact body in both its directions, kg.
     pub contact_mass: f64,
     /// rad; horizontal of the contact mass is `cos x_t - sin x_n`, vertical `sin x_t + cos x_n`.
     pub inclination: f64,
@@ -32,7 +34,9 @@ impl Subsystem {
 /// The springs between the upper masses of two neighbours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Link {
+    /// Between the horizontals of the two upper masses, N/m.
     pub horizontal_stiffness: f64,
+    /// Between the verticals of the two upper masses, N/m.
     pub vertical_stiffness: f64,
 }
 

@@ -52,10 +52,15 @@ pub struct ContactInput {
     pub tangential: Direction,
     /// n: the gap is `n . x + gap`.
     pub normal: Direction,
+    /// mu, the coefficient of kinetic friction, -, not negative: |T| = mu N while the contact slides.
     pub friction: f64,
+    /// Coefficient up to which a sticking contact holds, -, at least `friction`.
     pub static_friction: f64,
+    /// Speed of the slider along t, m/s, of either sign.
     pub slider_speed: f64,
+    /// Normal velocity after an impact over that before it, -, in [0, 1].
     pub restitution: f64,
+    /// Clearance at x = 0, m; negative where the contact is pressed in at x = 0.
     pub gap: f64,
 }
 
@@ -66,9 +71,13 @@ pub struct Contact {
     pub tangential: usize,
     /// Index of the normal coordinate, which *is* the gap.
     pub normal: usize,
+    /// mu, the coefficient of kinetic friction, -: |T| = mu N while the contact slides.
     pub friction: f64,
+    /// Coefficient up to which a sticking contact holds, -, at least `friction`.
     pub static_friction: f64,
+    /// Speed of the slider along the tangential coordinate, m/s, of either sign.
     pub slider_speed: f64,
+    /// Normal velocity after an impact over that before it, -, in [0, 1].
     pub restitution: f64,
     /// Initial clearance, m.
     pub gap: f64,

@@ -22,7 +22,12 @@ pub enum Mass {
 #[derive(Debug, Clone)]
 pub enum Damping {
     /// `C = mass M + stiffness K`.
-    Proportional { mass: f64, stiffness: f64 },
+    Proportional {
+        /// alpha, 1/s, not negative.
+        mass: f64,
+        /// beta, s, not negative.
+        stiffness: f64,
+    },
     /// Any symmetric matrix, N s/m.
     General(SparseMatrix),
 }
@@ -30,11 +35,17 @@ pub enum Damping {
 /// Everything a scene is made of.
 #[derive(Debug, Clone)]
 pub struct SceneInput {
+    /// M, n by n, kg.
     pub mass: Mass,
+    /// K, n by n, symmetric, N/m.
     pub stiffness: SparseMatrix,
+    /// C, n by n, N s/m.
     pub damping: Damping,
+    /// F, n entries, N, constant in time.
     pub force: Vec<f64>,
+    /// The contacts, in the order of the letters of a combination.
     pub contacts: Vec<ContactInput>,
+    /// Whether an impact has a Coulomb impulse too, at most friction times the normal one; else it leaves tangential velocities.
     pub impact_friction: bool,
 }
 
@@ -62,12 +73,16 @@ pub struct Scene {
 /// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
+    /// x, n entries, m.
     pub position: Vec<f64>,
+    /// x', n entries, m/s.
     pub velocity: Vec<f64>,
+    /// Status of every contact.
     pub combination: Combination,
 }
 
 impl Scene {
+    /// Validates the input and takes it to contact coordinates.
     pub fn new(input: SceneInput) -> Result<Self, Error> {
         let size = match &input.mass {
             Mass::Lumped(mass) => mass.len(),
@@ -166,6 +181,7 @@ impl Scene {
         self.size
     }
 
+    /// The contacts in contact coordinates, in the order in which they were given.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
     }

@@ -39,6 +39,7 @@ pub struct RowMerge {
 }
 
 impl Reduction {
+    /// Bases R and L with the kinetic friction of every contact.
     pub fn new(scene: &Scene, combination: &Combination) -> Self {
         Self::with_friction(scene, combination, |_, law| law.friction)
     }
@@ -147,13 +148,19 @@ impl Reduction {
 /// `M q'' + C q' + K q = F0 + F1 t` of one status combination; matrices are m by m.
 #[derive(Debug, Clone)]
 pub struct Reduced {
+    /// Status of every contact.
     pub combination: Combination,
+    /// R and L of the combination.
     pub reduction: Reduction,
+    /// `L' M R`, kg.
     pub mass: DMatrix<f64>,
+    /// `L' C R`, N s/m.
     pub damping: DMatrix<f64>,
+    /// `L' K R`, N/m; not symmetric with friction.
     pub stiffness: DMatrix<f64>,
     /// F0 with every sticking contact at q_t0 = 0.
     pub force_constant: Vec<f64>,
+    /// F1, m entries, N/s: what the drift of sticking contacts adds to the load per second.
     pub force_linear: Vec<f64>,
     /// What each sticking contact adds to F0 per unit of its q_t0.
     pub sticking_loads: Vec<Vec<f64>>,

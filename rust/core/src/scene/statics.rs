@@ -25,6 +25,7 @@ pub struct Statics {
     pub load: Vec<f64>,
     /// One row of m entries for each contact.
     pub rows: DMatrix<f64>,
+    /// One entry per contact: the normal entry of F, N, of closed contacts, 0 of open ones.
     pub offsets: Vec<f64>,
     /// Of the sliders, m/s.
     pub speeds: Vec<f64>,
@@ -34,7 +35,9 @@ pub struct Statics {
 /// NaN where a contact sticks (its place is free) or the stiffness is singular.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Steady {
+    /// Whether no margin is negative and every sliding contact slips as its slider drives it.
     pub exists: bool,
+    /// One margin per contact, N or m.
     pub margins: Vec<f64>,
 }
 

@@ -19,6 +19,7 @@ pub enum Status {
 }
 
 impl Status {
+    /// The letter of the status in a combination: `+`, `-`, `s` or `d`.
     pub const fn letter(self) -> char {
         match self {
             Status::Positive => '+',
@@ -37,10 +38,12 @@ impl Status {
         }
     }
 
+    /// Whether the contact touches its slider: it sticks or slides.
     pub const fn is_closed(self) -> bool {
         !matches!(self, Status::Detached)
     }
 
+    /// Whether the contact slides in either direction.
     pub const fn is_sliding(self) -> bool {
         matches!(self, Status::Positive | Status::Negative)
     }
@@ -60,6 +63,7 @@ impl Status {
 pub struct Combination(Box<[Status]>);
 
 impl Combination {
+    /// The combination of these statuses, one per contact.
     pub fn new(statuses: Vec<Status>) -> Self {
         Self(statuses.into_boxed_slice())
     }
@@ -82,10 +86,12 @@ impl Combination {
         }
     }
 
+    /// The statuses, one per contact.
     pub fn statuses(&self) -> &[Status] {
         &self.0
     }
 
+    /// The same combination with another status of one contact.
     pub fn with(&self, contact: usize, status: Status) -> Self {
         let mut next = self.clone();
         next.0[contact] = status;

@@ -14,27 +14,44 @@ use crate::scene::status::Status;
 /// What a parameter can set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Field {
+    /// [`Subsystem::upper_mass`], kg.
     UpperMass,
+    /// [`Subsystem::contact_mass`], kg.
     ContactMass,
+    /// [`Subsystem::inclination`], rad.
     Inclination,
+    /// [`Subsystem::vertical_stiffness`], N/m.
     VerticalStiffness,
+    /// [`Subsystem::horizontal_stiffness`], N/m.
     HorizontalStiffness,
+    /// [`Subsystem::ceiling_stiffness`], N/m.
     CeilingStiffness,
+    /// [`Subsystem::preload_displacement`], m.
     PreloadDisplacement,
+    /// [`Subsystem::external_force`], N.
     ExternalForce,
+    /// [`Link::horizontal_stiffness`], N/m.
     LinkHorizontalStiffness,
+    /// [`Link::vertical_stiffness`], N/m.
     LinkVerticalStiffness,
+    /// [`Chain::wall_stiffness`], N/m.
     WallStiffness,
     /// beta of `C = beta K`.
     Damping,
+    /// [`ContactInput::friction`], -.
     Friction,
+    /// [`ContactInput::static_friction`], -.
     StaticFriction,
+    /// [`ContactInput::slider_speed`], m/s.
     SliderSpeed,
+    /// [`ContactInput::restitution`], -.
     Restitution,
+    /// [`ContactInput::gap`], m.
     Gap,
 }
 
 impl Field {
+    /// The field of that name in Python, None where there is none.
     pub fn named(name: &str) -> Option<Self> {
         Some(match name {
             "upper_mass" => Field::UpperMass,
@@ -62,23 +79,31 @@ impl Field {
 /// A field at one place (subsystem, link or contact), or at all of them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Slot {
+    /// The field that is set.
     pub field: Field,
+    /// Index of the subsystem, link or contact; None: all of them, or the chain itself.
     pub place: Option<usize>,
 }
 
 /// A chain of subsystems with its contacts.
 #[derive(Debug, Clone)]
 pub struct Chain {
+    /// The subsystems from the wall on.
     pub subsystems: Vec<Subsystem>,
+    /// The springs between neighbours, link i between subsystems i and i + 1.
     pub links: Vec<Link>,
+    /// Between the wall and the horizontal of the first upper mass, N/m.
     pub wall_stiffness: f64,
     /// beta of `C = beta K`.
     pub damping: f64,
+    /// The contacts; their dofs are those of the chain, four per subsystem.
     pub contacts: Vec<ContactInput>,
+    /// Whether an impact has a Coulomb impulse too; see [`SceneInput::impact_friction`].
     pub impact_friction: bool,
 }
 
 impl Chain {
+    /// The matrices, force and contacts of the chain, not yet validated.
     pub fn input(&self) -> SceneInput {
         let (mass, stiffness, force) = chain(&self.subsystems, &self.links, self.wall_stiffness);
         SceneInput {
@@ -130,9 +155,12 @@ impl Chain {
     }
 }
 
+/// The scene in which parameters set numbers.
 #[derive(Debug, Clone)]
 pub enum Template {
+    /// A chain: all its fields can be set.
     Chain(Chain),
+    /// Any scene: the fields of its contacts can be set.
     Scene(SceneInput),
 }
 
@@ -171,6 +199,7 @@ impl Family {
         self.slots.len()
     }
 
+    /// A copy of the template, to be filled row by row.
     pub fn template(&self) -> Template {
         self.template.clone()
     }
@@ -191,6 +220,7 @@ impl Family {
 }
 
 impl Template {
+    /// The validated scene of the numbers now in the template.
     pub fn scene(&self) -> Result<Arc<Scene>, Error> {
         let input = match self {
             Template::Chain(chain) => chain.input(),

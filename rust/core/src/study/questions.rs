@@ -40,28 +40,39 @@ const START_SPEED: f64 = 1e-3;
 pub struct Questions {
     /// Status combination for everything about stability; None: that of steady sliding, where it exists.
     pub combination: Option<Combination>,
+    /// Whether to compute the least stable eigenvalue.
     pub growth: bool,
+    /// Whether to hand out all eigenvalues.
     pub eigenvalues: bool,
+    /// Whether to compute the normal forces at the sliding equilibrium.
     pub normal_force: bool,
+    /// Where to look for a Hopf point; None: nowhere.
     pub hopf: Option<HopfRange>,
+    /// What to ask of the motion; None: it is not computed.
     pub motion: Option<MotionQuestions>,
 }
 
 /// The friction that is moved for a Hopf point.
 #[derive(Debug, Clone)]
 pub struct HopfRange {
+    /// Indices of the contacts whose friction is moved.
     pub contacts: Vec<usize>,
+    /// Lower end of the search, -.
     pub lower: f64,
+    /// Upper end of the search, -.
     pub upper: f64,
 }
 
+/// What is asked of the motion of every sample.
 #[derive(Debug, Clone)]
 pub struct MotionQuestions {
     /// s
     pub duration: f64,
     /// How much longer to follow a motion that has not settled, s.
     pub further: f64,
+    /// How phases are propagated.
     pub method: Method,
+    /// Number of events after which the motion stops; None: no limit.
     pub max_events: Option<usize>,
     /// Added to the sliding equilibrium, over dofs; None: its fastest growing mode, see [`disturbed_sliding`].
     pub added: Option<(Vec<f64>, Vec<f64>)>,
@@ -107,6 +118,7 @@ impl FailureKind {
 /// Why a question was not answered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Failure {
+    /// What kind of failure it is.
     pub kind: FailureKind,
     /// In words.
     pub reason: String,
@@ -129,22 +141,28 @@ impl From<Error> for Failure {
 /// The answers to one sample; what was not asked or could not be answered is absent.
 #[derive(Debug, Default)]
 pub struct Answer {
+    /// The least stable eigenvalue.
     pub growth: Option<Growth>,
+    /// All eigenvalues, 1/s, sorted by modulus, conjugates adjacent.
     pub eigenvalues: Vec<Complex64>,
     /// Of every contact at the sliding equilibrium, N.
     pub normal_force: Vec<f64>,
     /// Lowest parameter at which a mode becomes unstable, and its |lambda| in 1/s; NaN where there is none.
     pub hopf: Option<(f64, f64)>,
+    /// What the motion does.
     pub motion: Option<MotionAnswer>,
+    /// The start of the motion and the motion, where it is to be kept.
     pub run: Option<(State, Trajectory)>,
     /// The first of them.
     pub failure: Option<Failure>,
 }
 
+/// What a computed motion does.
 #[derive(Debug)]
 pub struct MotionAnswer {
     /// Events within the duration asked for.
     pub events: usize,
+    /// What it settles to, where that was asked for and found.
     pub settled: Option<Settled>,
 }
 
@@ -173,6 +191,7 @@ impl SettledKind {
 /// What a motion has settled to.
 #[derive(Debug)]
 pub struct Settled {
+    /// Rest, cycle or aperiodic motion.
     pub kind: SettledKind,
     /// Of an aperiodic motion.
     pub growth: Option<Lyapunov>,
@@ -186,6 +205,7 @@ pub struct Settled {
     pub multiplier: f64,
     /// Of a cycle.
     pub stability: Option<Stability>,
+    /// Works of one period of a cycle, where asked for.
     pub energy: Option<CycleEnergy>,
 }
 
@@ -205,6 +225,7 @@ pub struct CycleEnergy {
 pub enum Samples<'a> {
     /// One row of `width` numbers per sample.
     Family(&'a Family, &'a [f64]),
+    /// One scene per sample.
     Scenes(&'a [Arc<Scene>]),
 }
 

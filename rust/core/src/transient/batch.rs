@@ -23,6 +23,7 @@ use crate::transient::trajectory::Trajectory;
 pub struct RunSettings {
     /// s
     pub duration: f64,
+    /// How phases are propagated.
     pub method: Method,
     /// Of each run; all of them stop with the batch.
     pub controls: Controls<'static>,
@@ -31,11 +32,13 @@ pub struct RunSettings {
 /// One run: a scene and where it starts.
 #[derive(Debug, Clone)]
 pub struct Job {
+    /// The scene that moves; successive jobs of one scene share its decompositions.
     pub scene: Arc<Scene>,
     /// None: the sliding equilibrium of the scene.
     pub start: Option<State>,
     /// Added to the start, over dofs.
     pub added_position: Vec<f64>,
+    /// Added to the velocity of the start, over dofs, m/s.
     pub added_velocity: Vec<f64>,
 }
 
@@ -68,6 +71,7 @@ impl Batch {
         })
     }
 
+    /// Number of threads of the batch.
     pub fn threads(&self) -> usize {
         self.pool.current_num_threads()
     }
@@ -77,6 +81,7 @@ impl Batch {
         self.pending.len()
     }
 
+    /// Puts a run at the end of the queue; it begins as soon as a thread is free.
     pub fn submit(&mut self, job: Job) {
         let propagators = match &self.shared {
             Some(shared) if Arc::ptr_eq(shared.scene(), &job.scene) => Arc::clone(shared),

@@ -22,20 +22,29 @@ pub struct TrajectoryRecord {
     pub bases: Vec<(String, Vec<Method>)>,
     /// Index into `bases` of every phase.
     pub phase_basis: Vec<usize>,
+    /// Start of every phase, s.
     pub phase_start: Vec<f64>,
     /// What rounding takes from `phase_start`.
     pub phase_rest: Vec<f64>,
     /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
     pub states: Vec<f64>,
+    /// Time of every event, s.
     pub event_time: Vec<f64>,
+    /// Index of the contact of every event.
     pub event_contact: Vec<usize>,
+    /// Kind of every event.
     pub event_kind: Vec<EventKind>,
     /// Index of the phase that begins with each event.
     pub event_phase: Vec<usize>,
+    /// Touches that rounding could not decide.
     pub grazings: Vec<Grazing>,
+    /// Limits of series of bounces.
     pub accumulations: Vec<Accumulation>,
+    /// How much work the run took.
     pub counters: Counters,
+    /// Why the motion ends at `end`.
     pub stop_reason: StopReason,
+    /// End of the motion, s.
     pub end: f64,
 }
 

@@ -71,7 +71,10 @@ pub enum StopReason {
     /// The motion grew beyond the range of numbers.
     Unbounded,
     /// More events at one instant than the contacts can explain.
-    Chattering { contact: usize },
+    Chattering {
+        /// Index of that contact.
+        contact: usize,
+    },
     /// The caller interrupted the run.
     Interrupted,
     /// The motion can't be continued.
@@ -79,6 +82,7 @@ pub enum StopReason {
 }
 
 impl StopReason {
+    /// The name of the reason in Python: `max_events`.
     pub const fn name(&self) -> &'static str {
         match self {
             StopReason::Duration => "duration",
@@ -108,6 +112,7 @@ impl fmt::Display for StopReason {
 /// How much work a run took; exact, so that tests can hold them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
+    /// Phases of the motion.
     pub phases: usize,
     /// Stretches on which the event functions were expanded.
     pub panels: usize,
@@ -137,10 +142,15 @@ pub struct Trajectory {
     pub(crate) phases: Vec<Phase>,
     /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
     pub(crate) states: Vec<f64>,
+    /// All events, in order of time.
     pub events: Vec<Event>,
+    /// Touches that rounding could not decide, in order of time.
     pub grazings: Vec<Grazing>,
+    /// Limits of series of bounces, in order of time.
     pub accumulations: Vec<Accumulation>,
+    /// How much work the run took.
     pub counters: Counters,
+    /// Why the motion ends at `end`.
     pub stop_reason: StopReason,
     /// s
     pub end: f64,
@@ -297,10 +307,12 @@ impl Trajectory {
         Ok(runs)
     }
 
+    /// Number of dofs.
     pub fn size(&self) -> usize {
         self.scene().size
     }
 
+    /// Number of contacts.
     pub fn contact_count(&self) -> usize {
         self.scene().contacts.len()
     }
@@ -336,6 +348,7 @@ impl Trajectory {
 /// Modal coordinates at successive instants within one combination.
 #[derive(Debug, Clone)]
 pub struct ModalRun {
+    /// Status of every contact at these instants.
     pub combination: Combination,
     /// Into the times asked for.
     pub indices: Vec<usize>,

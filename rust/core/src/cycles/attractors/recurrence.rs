@@ -34,6 +34,7 @@ const SAME: f64 = 1e-6;
 /// A periodic motion that a run has settled to.
 #[derive(Debug)]
 pub struct Recurrence {
+    /// The orbit that the run has settled to, with its stability.
     pub cycle: Cycle,
     /// Distance of the end of the run from the orbit, relative to its range.
     pub distance: f64,

@@ -10,7 +10,9 @@ pub struct Search<'a> {
     pub stretch: f64,
     /// Motion in all, s.
     pub limit: f64,
+    /// How the phases of the motion are propagated.
     pub method: Method,
+    /// The token that stops the search, where it can be stopped.
     pub cancel: Option<&'a Cancel>,
 }
 

@@ -22,8 +22,11 @@ use crate::motion::propagators::Propagators;
 /// Two scenes on either side of that of an orbit, `width` units of the parameter apart.
 #[derive(Debug, Clone, Copy)]
 pub struct Sides<'s> {
+    /// The scene at the smaller parameter.
     pub below: &'s Arc<Propagators>,
+    /// The scene at the larger parameter.
     pub above: &'s Arc<Propagators>,
+    /// Distance of the two in the unit of the parameter, positive.
     pub width: f64,
 }
 
@@ -31,13 +34,16 @@ pub struct Sides<'s> {
 /// parameter in its own.
 #[derive(Debug, Clone)]
 pub struct Tangent {
+    /// Part of the direction in the admissible coordinates at the section, in units of the size of the orbit, -.
     pub state: Vec<f64>,
+    /// Part of the direction along the parameter, -.
     pub parameter: f64,
 }
 
 /// One step of Newton's method on an orbit and its parameter.
 #[derive(Debug)]
 pub struct Correction {
+    /// The orbit after the step.
     pub orbit: Orbit,
     /// Change of the parameter, in its unit.
     pub parameter: f64,

@@ -22,9 +22,13 @@ const LEAVING: f64 = 1e-10;
 /// A periodic orbit and what it is asked for most.
 #[derive(Debug, Clone)]
 pub struct Cycle {
+    /// The closed orbit itself.
     pub orbit: Orbit,
+    /// Its Floquet multipliers.
     pub multipliers: Multipliers,
+    /// Whether it attracts its neighbours.
     pub stability: Stability,
+    /// Smallest and largest displacement of every dof, m.
     pub extremes: Extremes,
 }
 
@@ -36,7 +40,10 @@ pub enum Stability {
     /// One of them lies outside.
     Unstable,
     /// Events of these contacts coincide, and the order in which a neighbour meets them matters to it.
-    Corner { contacts: (usize, usize) },
+    Corner {
+        /// Indices of the two contacts whose events coincide.
+        contacts: (usize, usize),
+    },
     /// The largest multiplier is 1 in modulus to rounding.
     Marginal,
     /// The return map has no derivative: an event function only touches zero.
@@ -86,6 +93,7 @@ impl fmt::Display for Stability {
 }
 
 impl Cycle {
+    /// Computes multipliers, stability and extremes of an orbit.
     pub fn new(orbit: Orbit) -> Result<Self, OrbitFailure> {
         let multipliers = orbit.multipliers()?;
         let stability = Stability::of(&orbit, &multipliers);
@@ -96,14 +104,18 @@ impl Cycle {
 /// Smallest and largest displacement of every dof over a period, m.
 #[derive(Debug, Clone)]
 pub struct Extremes {
+    /// Smallest displacement of every dof, m.
     pub minimum: Vec<f64>,
+    /// Largest displacement of every dof, m.
     pub maximum: Vec<f64>,
 }
 
 /// How close an event function that ends no phase comes to its zero: what would change the sequence.
 #[derive(Debug, Clone, Copy)]
 pub struct Margin {
+    /// Index of the phase in the period.
     pub step: usize,
+    /// Index of the contact.
     pub contact: usize,
     /// The event that would happen.
     pub kind: EventKind,

@@ -26,6 +26,7 @@ pub struct Multipliers {
     /// Those of the return map: without the one of the phase of the orbit, which is 1. At a fold, where that one
     /// is defective, they keep their digits.
     pub transverse: Vec<Complex64>,
+    /// How many of `values` are zero because contact and sticking leave fewer coordinates free.
     pub structural_zeros: usize,
     /// Dimension of the admissible space of every phase.
     pub dimensions: Vec<usize>,

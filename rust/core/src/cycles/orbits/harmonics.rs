@@ -31,7 +31,9 @@ const CONDITION: f64 = 1e4;
 
 /// Coefficients c_0 .. c_count of every dof, harmonic by harmonic, m.
 pub struct Harmonics {
+    /// Order of the highest harmonic.
     pub count: usize,
+    /// c_k of dof i at `k n + i`, with n dofs and k = 0 .. count, m.
     pub displacement: Vec<Complex64>,
 }
 

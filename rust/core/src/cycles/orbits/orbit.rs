@@ -26,11 +26,14 @@ pub(crate) const INSTANT: f64 = 1e-11;
 /// One phase of a cycle and the event that ends it.
 #[derive(Debug, Clone)]
 pub struct Step {
+    /// Status of every contact during the phase.
     pub combination: Combination,
     /// (q, q') at its start, contact coordinates.
     pub(crate) state: Vec<f64>,
+    /// Length of the phase, s.
     pub duration: f64,
     pub(crate) passage: Passage,
+    /// Kind of the event that ends it.
     pub kind: EventKind,
 }
 
@@ -59,12 +62,20 @@ impl Step {
 /// Why no orbit was found.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum OrbitFailure {
+    /// Newton's method used all its steps without convergence.
     #[error(
         "Newton's method did not converge: the last of {steps} steps changed the orbit by {change:e} of its size"
     )]
-    Diverged { steps: usize, change: f64 },
+    Diverged {
+        /// Number of steps taken.
+        steps: usize,
+        /// Change by the last step, relative to the orbit, -.
+        change: f64,
+    },
+    /// Newton's method has no unique step, because a second multiplier is 1 (a fold, or a family of orbits).
     #[error("the return map has a multiplier 1 besides the one of its phase")]
     Singular,
+    /// The motion along the guess can't be computed.
     #[error(transparent)]
     Failed(#[from] RunFailure),
 }
@@ -80,7 +91,9 @@ impl From<Error> for OrbitFailure {
 pub struct Orbit {
     pub(crate) propagators: Arc<Propagators>,
     pub(crate) method: Method,
+    /// The phases of one period, in order of time.
     pub steps: Vec<Step>,
+    /// Duration of one period, s.
     pub period: f64,
     /// Largest mismatch of a phase's end and the next one's start, relative to the range of the orbit.
     pub residual: f64,

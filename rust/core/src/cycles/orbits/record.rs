@@ -18,17 +18,23 @@ use crate::transient::record::refused;
 /// A [`Cycle`] without its scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleRecord {
+    /// How the phases are propagated.
     pub method: Method,
+    /// Combination of each phase, one letter per contact.
     pub combinations: Vec<String>,
     /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
     pub states: Vec<f64>,
+    /// Length of each phase, s.
     pub durations: Vec<f64>,
     /// The contact and the kind of the event that ends each phase.
     pub contacts: Vec<usize>,
+    /// Kind of the event that ends each phase.
     pub kinds: Vec<EventKind>,
     /// The contacts that close with it, where it ends a series of impacts over several contacts; else empty.
     pub series: Vec<Vec<usize>>,
+    /// Duration of one period, s.
     pub period: f64,
+    /// Largest mismatch between phases, relative to the range of the orbit, -.
     pub residual: f64,
 }
 
