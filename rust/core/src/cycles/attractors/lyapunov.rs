@@ -11,6 +11,7 @@
 //! is small, in weak chaos it is not.
 
 use std::num::NonZeroUsize;
+use std::sync::Arc;
 
 use lru::LruCache;
 
@@ -105,7 +106,10 @@ impl Neighbour {
                 return Ok(());
             }
             let basis = &run.phases[phase].basis;
-            let flow = known(&mut flows, run, &basis.combination, method)?;
+            // A motion that meets ever new combinations repays no eigenproblem for each of them: what carried the run
+            // carries its neighbour.
+            let new = || Flow::by(&run.propagators, Arc::clone(basis));
+            let flow = flows.try_get_or_insert_ref(&basis.combination, new)?;
             let start = &run.states[size * phase..size * (phase + 1)];
             let duration = run.phase_duration(phase);
             let end = flow.end(start, duration);

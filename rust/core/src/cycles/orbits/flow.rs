@@ -49,9 +49,14 @@ impl<'a> Flow<'a> {
         combination: &Combination,
         method: Method,
     ) -> Result<Self, Error> {
-        let scene = &propagators.scene;
         let (basis, _) = propagators.basis(combination, method.for_repeated_use())?;
-        let equation = EquationOfMotion::new(scene, combination)?;
+        Self::by(propagators, basis)
+    }
+
+    /// The flow of a combination that is propagated already.
+    pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
+        let scene = &propagators.scene;
+        let equation = EquationOfMotion::new(scene, &basis.combination)?;
         let Reduction { kept, sticking, .. } = &equation.reduction;
         let mut free: Vec<usize> = kept
             .iter()
