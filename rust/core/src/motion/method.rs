@@ -3,7 +3,7 @@
 /// How phases are propagated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Method {
-    /// Modes where they are well conditioned and worth their cost (see `cost.rs`), Taylor series elsewhere.
+    /// Modes where they are well conditioned and worth their cost (see `method_cost.rs`), Taylor series elsewhere.
     Auto,
     /// Modes alone; a combination whose modes are nearly defective is refused.
     Modal,
