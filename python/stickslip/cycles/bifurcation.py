@@ -33,16 +33,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Bifurcation:
-    """What motions settle to over a parameter.
-
-    Attributes
-    ----------
-    data
-        The numbers, see `bifurcation`.
-    cycles
-        The `Cycle` at every value of the parameter; None where there is none.
-    """
+class Diagram:
+    """Cycles over a parameter: the numbers and, at every value, the `Cycle` or None."""
 
     data: xr.Dataset
     cycles: tuple[Cycle | None, ...]
@@ -64,6 +56,19 @@ class Bifurcation:
         from stickslip.cycles import figures
 
         return figures.bifurcation(self, dof, ax)
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Bifurcation(Diagram):
+    """What motions settle to over a parameter.
+
+    Attributes
+    ----------
+    data
+        The numbers, see `bifurcation`.
+    cycles
+        The `Cycle` at every value of the parameter; None where there is none.
+    """
 
     def __repr__(self) -> str:
         found = sum(cycle is not None for cycle in self.cycles)

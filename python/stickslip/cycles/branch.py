@@ -4,20 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-import xarray as xr
-
-from stickslip.cycles.bifurcation import table
+from stickslip.cycles.bifurcation import Diagram, table
 from stickslip.cycles.cycle import Cycle
 from stickslip.errors import InputError, OrbitError
 from stickslip.locus.asked import SceneAt, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
 from stickslip.scene.family import Model
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
@@ -64,7 +59,7 @@ class BranchPoint:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Branch:
+class Branch(Diagram):
     """A branch of periodic orbits over a parameter.
 
     Attributes
@@ -78,30 +73,12 @@ class Branch:
     end
         Why it ends: ``range`` (the last value was reached), ``points``, ``sequence`` (the sequence of events
         has no orbit any more) or, of `follow_branch` alone, ``lost``: Newton's method finds no further orbit.
+
+    The dataset holds neither `folds` nor `end`.
     """
 
-    data: xr.Dataset
-    cycles: tuple[Cycle | None, ...]
     folds: tuple[BranchPoint, ...]
     end: Literal["range", "points", "sequence", "lost"]
-
-    def to_dataset(self) -> xr.Dataset:
-        """Return the numbers; folds and end are not among them."""
-        return self.data
-
-    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
-        """Draw the amplitude of a dof over the parameter, see `plot.bifurcation`.
-
-        Parameters
-        ----------
-        dof
-            Name of the dof; None: the one with the largest amplitude.
-        ax
-            Where to draw; None: on axes of its own.
-        """
-        from stickslip.cycles import figures
-
-        return figures.bifurcation(self, dof, ax)
 
     def __repr__(self) -> str:
         found = sum(cycle is not None for cycle in self.cycles)
