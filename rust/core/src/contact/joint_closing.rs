@@ -45,7 +45,7 @@ pub(crate) fn close_jointly(
 ) -> Result<Option<JointClosing>, RunFailure> {
     let contacts = &coupled.scene.contacts;
     let w = |i: usize, j: usize| coupled.w[(2 * i + 1, 2 * j + 1)];
-    let rounding = struck.iter().fold(0.0, |size: f64, &i| size.max(series.gaps[i]));
+    let rounding = series.resolution;
     let resting = |i: usize, u: &[f64]| closed.contains(&i) && u[contacts[i].normal] == 0.0;
     let near = |i: usize, load: f64| {
         let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal].abs());
