@@ -16,8 +16,8 @@ from fuzz_scenes import fuzz_scene
 pytestmark = pytest.mark.slow
 
 SCENES = 400
-#: Scenes of seed 5 with series of impacts inside each other; where gaps hold the rounding of the motion, modes and
-#: Taylor series leave them on different ways.
+#: Scenes of seed 5 with series of impacts inside each other: where gaps hold the rounding of the motion,
+#: modes and Taylor series leave them on different ways.
 NESTED = [62, 473, 629, 1225, 1347, 1381]
 
 
