@@ -287,7 +287,10 @@ class Orbit:
 
 #: Follows the motion for at most `limit` s more.
 def attractor(
-    trajectory: Trajectory, limit: float, method: Literal["auto", "modal", "taylor"]
+    trajectory: Trajectory,
+    limit: float,
+    method: Literal["auto", "modal", "taylor"],
+    time_limit: float | None,  # wall-clock seconds of the search, > 0
 ) -> _Settled: ...
 def settle_all(
     scenes: Sequence[Scene],
