@@ -84,10 +84,10 @@ def test_in_the_growth_phase_the_unstable_mode_holds_the_energy(standard):
     run = ss.simulate(standard.scene, standard.start, 0.3)
     onset = float(run.events.time[0])
     modes = ss.modal_energy(run, np.linspace(0.05, 0.999 * onset, 40))
-    unstable = modes.growth.values[0] > 0.0
+    unstable = modes.growth_rate.values[0] > 0.0
     assert unstable.sum() == 1
     energy = modes.energy.values[:, unstable][:, 0]
-    growth = modes.growth.values[0, unstable][0]
+    growth = modes.growth_rate.values[0, unstable][0]
     # Its energy grows by e^{2 Re(lambda) t} but for a ripple that is the same after half a period.
     frequency = modes.frequency.values[0, unstable][0]
     zeta = growth / (2.0 * np.pi * frequency)

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.scene.checks import Real, real_array
@@ -45,10 +45,10 @@ def stability(
     -------
     xarray.Dataset
         Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
-        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many
-        eigenvalues have a positive real part, conjugates counted; ``steady_sliding``, whether steady sliding
-        of the combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the
-        closed contacts in equilibrium, N, also over ``contact``.
+        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, how
+        many modes grow, a conjugate pair being one; ``steady_sliding``, whether steady sliding of the
+        combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the closed
+        contacts in equilibrium, N, also over ``contact``.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def stability(
             "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
             "growth_rate": ("sample", eigenvalue.real, {"units": "1/s"}),
             "frequency": ("sample", np.abs(eigenvalue) / (2.0 * np.pi), {"units": "Hz"}),
-            "unstable": ("sample", found["unstable"]),
+            "unstable_modes": ("sample", found["unstable_modes"]),
             "steady_sliding": ("sample", found["steady_sliding"]),
             "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
         },

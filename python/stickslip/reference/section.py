@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.reference.numbers import published
 from stickslip.scene.known import Column, Known
 from stickslip.scene.models import two_subsystems

@@ -13,7 +13,7 @@ import xarray as xr
 
 from stickslip.cycles.attractors import set_in_motion
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint, critical_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.modes import Modes, complex_modes

@@ -185,7 +185,7 @@ def modes_section(found: Findings) -> str:
         verdict = "unstable" if modes.unstable[k] else "stable"
         moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
         growth = number(modes.eigenvalues[k].real, 4)
-        caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
+        caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth rate {growth} 1/s"
         cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
     omitted = chosen.size - len(shown)
     lead = (

@@ -24,7 +24,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import described, real_number
 from stickslip.scene.contact import LAW, core_contact, law_entry, nearest, per_contact
