@@ -85,6 +85,8 @@ class Scene:
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
+    def matrices(self) -> list[_SparseData]: ...  # M, C, K (n, n)
+    def contact_directions(self) -> _Real: ...  # (2c, n)
     def contact_basis(self) -> _Real: ...  # (2c, n)
 
 @final

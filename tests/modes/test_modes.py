@@ -376,9 +376,9 @@ def lone_dashpot():
     ("scene", "growing"),
     [
         (ss.models.two_subsystems(friction=0.3, damping=0.0), 0),
-        (ss.models.two_subsystems(friction=0.7, damping=0.0), 2),
+        (ss.models.two_subsystems(friction=0.7, damping=0.0), 1),
         (ss.models.two_subsystems(friction=0.7), 0),
-        (ss.models.two_subsystems(friction=0.8), 2),
+        (ss.models.two_subsystems(friction=0.8), 1),
         # Where two undamped modes have just met: a defective pair, which rounding splits.
         (ss.models.two_subsystems(friction=0.61248415284867, damping=0.0), 0),
         (lone_dashpot(), 0),

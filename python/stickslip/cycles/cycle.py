@@ -269,7 +269,8 @@ class Cycle:
         -------
         xarray.Dataset
             ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, and ``growth_rate`` (phase, pair), 1/s,
-            one of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination`` (phase).
+            one of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination``
+            (phase).
         """
         upper = {name: modes.eigenvalues[modes.eigenvalues.imag >= 0.0] for name, modes in self.modes.items()}
         width = max(values.size for values in upper.values())

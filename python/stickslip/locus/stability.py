@@ -14,7 +14,6 @@ from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.scene.checks import Real, real_array
 from stickslip.scene.family import Family, Model
-from stickslip.scene.models import radians
 from stickslip.scene.scene import Scene
 
 
@@ -112,9 +111,7 @@ def _verdicts(
     if family.compiled:
         for sample, place in np.argwhere(~np.isfinite(rows)):
             raise InputError(f"{names[place]}: must be finite, got {rows[sample, place]} in sample {sample}")
-        for place, name in enumerate(names):
-            if rows.size and family.slot(name).entry == "inclination":
-                radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
+        family.check_angles(names, rows)
         labels = family.template.contact_labels()
         samples: Any = family.compile(names), np.ascontiguousarray(rows)
     else:

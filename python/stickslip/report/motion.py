@@ -106,7 +106,7 @@ def cycle_section(found: Findings) -> str:
     if found.last is None:
         return section("cycle", "Limit cycle", note("There is no motion to settle.", "warning"))
     if found.cycle is None:
-        parts = [note(f"No limit cycle: {found.reasons['cycle']}")]
+        parts = [note(f"{found.reasons['cycle']}.")]
         if found.settled not in AT_REST and found.scene.contacts and found.last.duration > 0.0:
             parts.append(
                 _portraits(found, f"Phase portraits of the last {number(found.last.duration, 4)} s.")

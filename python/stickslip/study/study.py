@@ -135,6 +135,7 @@ class Study:
         else:
             self.sampler = "points"
             self.design = self._points(sampler, samples)
+        self.family.check_angles(self.parameters.names, self.design)
         self.settings = self._settings(
             combination, hopf, duration, further, position, velocity, method, max_events
         )

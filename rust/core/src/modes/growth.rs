@@ -37,7 +37,8 @@ pub struct Growth {
 }
 
 impl Growth {
-    const NONE: Self = Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable_modes: 0 };
+    const NONE: Self =
+        Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable_modes: 0 };
 
     fn include(&mut self, lambda: Complex64) {
         self.unstable_modes += usize::from(lambda.re > 0.0 && lambda.im >= 0.0);
