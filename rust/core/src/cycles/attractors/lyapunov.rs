@@ -17,9 +17,9 @@ use lru::LruCache;
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
-use crate::cycles::orbits::flow::Flow;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::passages;
 use crate::cycles::orbits::orbit::Scales;
-use crate::cycles::orbits::saltation::passages;
 use crate::error::Error;
 use crate::motion::method::Method;
 use crate::scene::status::Combination;
