@@ -69,6 +69,8 @@ class Scene:
         mass: _Real,  # (n,) or (n, n)
         stiffness: _Real | _SparseData,  # (n, n)
         damping: tuple[float, float] | _Real | _SparseData,  # (mass factor, stiffness factor) or (n, n)
+        gyroscopic: _Real | _SparseData | None,  # (n, n)
+        circulatory: _Real | _SparseData | None,  # (n, n)
         force: _Real,  # (n,)
         contacts: Sequence[_ContactData],
         impact_friction: bool,
@@ -222,6 +224,7 @@ class Works:
     contact: _Real  # (p, c) on the structure
     slider: _Real  # (p, c)
     external: _Real  # (p,)
+    circulatory: _Real  # (p,)
     damping: _Real  # (p, g)
     impact_time: _Real  # (m,) s
     impact_contact: _Index  # (m,)
@@ -232,7 +235,7 @@ class Works:
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
-    # kinetic, elastic, rate, external (k,), damping (k, g), contact, slider (k, c), combination, groups
+    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c), combination, groups
 
 @final
 class Cycle:

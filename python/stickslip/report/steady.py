@@ -77,6 +77,10 @@ def scene_section(found: Findings) -> str:
             named.append(("Mass matrix, kg", scene.mass))
         if damping is not None and not isinstance(damping, Proportional):
             named.append(("Damping matrix, N s/m", damping))
+        if scene.gyroscopic is not None:
+            named.append(("Gyroscopic matrix, N s/m", scene.gyroscopic))
+        if scene.circulatory is not None:
+            named.append(("Circulatory matrix, N/m", scene.circulatory))
         for caption, matrix in named:
             entries = dense(matrix)
             rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]

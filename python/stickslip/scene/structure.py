@@ -14,12 +14,15 @@ from stickslip.scene.scene import Proportional, Scene
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """``M x'' + C x' + K x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...).
+    """``M x'' + (C + G) x' + (K + H) x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...).
 
     Attributes
     ----------
     mass, damping, stiffness
-        M, C, K, (n, n), sparse where they are given so, or dense.
+        M, C + G, K + H, (n, n), sparse where they are given so, or dense.
+    elastic, circulatory
+        ``K + (H + H') / 2``, the matrix of the elastic energy, and ``H_a = (H - H') / 2``, whose power on the
+        structure is ``-x'' H_a x`` (transposed velocity); G does no work.
     force
         F, (n,).
     directions
@@ -32,6 +35,8 @@ class Structure:
     mass: Any
     damping: Any
     stiffness: Any
+    elastic: Any
+    circulatory: Any
     force: Real
     directions: Any
     impulse_response: Any
@@ -41,10 +46,19 @@ class Structure:
         """Return the matrices of a scene."""
         mass = scipy.sparse.diags_array(scene.mass).tocsr() if scene.mass.ndim == 1 else scene.mass
         damping = scene.damping
+        none = scipy.sparse.csr_array((scene.size, scene.size))
         if damping is None:
-            damping = scipy.sparse.csr_array((scene.size, scene.size))
+            damping = none
         elif isinstance(damping, Proportional):
             damping = damping.mass * mass + damping.stiffness * scene.stiffness
+        if scene.gyroscopic is not None:
+            damping = damping + scene.gyroscopic
+        stiffness = elastic = scene.stiffness
+        circulatory: Any = none
+        if scene.circulatory is not None:
+            stiffness = stiffness + scene.circulatory
+            elastic = elastic + 0.5 * (scene.circulatory + scene.circulatory.T)
+            circulatory = 0.5 * (scene.circulatory - scene.circulatory.T)
         columns = [
             direction(i)
             for i in range(len(scene.contacts))
@@ -52,7 +66,7 @@ class Structure:
         ]
         directions = scipy.sparse.csr_array(np.reshape(columns, (len(columns), scene.size)).T)
         basis = scipy.sparse.csr_array(scene.core.contact_basis().T)
-        return cls(mass, damping, scene.stiffness, scene.force, directions, basis)
+        return cls(mass, damping, stiffness, elastic, circulatory, scene.force, directions, basis)
 
     @classmethod
     def dense(cls, scene: Scene) -> Structure:

@@ -94,6 +94,8 @@ impl Scene {
         mass: PyReadonlyArrayDyn<'_, f64>,
         stiffness: MatrixInput<'_>,
         damping: DampingInput<'_>,
+        gyroscopic: Option<MatrixInput<'_>>,
+        circulatory: Option<MatrixInput<'_>>,
         force: PyReadonlyArray1<'_, f64>,
         contacts: Vec<ContactData<'_>>,
         impact_friction: bool,
@@ -120,10 +122,15 @@ impl Scene {
                 core::scene::Damping::General(matrix.to_matrix(py, "damping")?)
             }
         };
+        let optional = |given: Option<MatrixInput<'_>>, argument: &str| {
+            given.map(|matrix| matrix.to_matrix(py, argument)).transpose()
+        };
         let input = core::SceneInput {
             mass,
             stiffness: stiffness.to_matrix(py, "stiffness")?,
             damping,
+            gyroscopic: optional(gyroscopic, "gyroscopic")?,
+            circulatory: optional(circulatory, "circulatory")?,
             force: vector(&force),
             contacts: contact_inputs(&contacts),
             impact_friction,
