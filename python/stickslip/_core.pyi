@@ -67,10 +67,9 @@ class Scene:
     def __new__(
         cls,
         mass: _Real,  # (n,) or (n, n)
-        stiffness: _Real | _SparseData,  # (n, n)
-        damping: tuple[float, float] | _Real | _SparseData,  # (mass factor, stiffness factor) or (n, n)
-        gyroscopic: _Real | _SparseData | None,  # (n, n)
-        circulatory: _Real | _SparseData | None,  # (n, n)
+        stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
+        # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
+        damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
         force: _Real,  # (n,)
         contacts: Sequence[_ContactData],
         impact_friction: bool,

@@ -42,14 +42,16 @@ def eigenvalues(friction, loss):
     first, second = 2 * mp.pi * decimal(FIRST), 2 * mp.pi * decimal(SECOND)
     eta, mu = decimal(loss), decimal(friction)
     both = first * second
-    coefficients = [
-        1,
-        eta * (first + second),
-        first**2 + second**2 + eta**2 * both,
-        eta * both * (first + second),
-        both**2 * (1 + mu**2),
-    ]
-    roots = mp.polyroots(coefficients, maxsteps=200, extraprec=200)
+    # In units of the geometric mean of both; the last row of the companion matrix.
+    unit = mp.sqrt(both)
+    companion = mp.matrix(4)
+    for k in range(3):
+        companion[k, k + 1] = 1
+    middle = eta * (first + second) / unit
+    squares = (first**2 + second**2) / both + eta**2
+    for k, coefficient in enumerate((1 + mu**2, middle, squares, middle)):
+        companion[3, k] = -coefficient
+    roots = [unit * root for root in mp.eig(companion, left=False, right=False)]
     return sorted((root for root in roots if root.imag > 0), key=lambda root: root.imag)
 
 

@@ -158,10 +158,8 @@ class Scene:
         listed = tuple(contacts)
         core = _core.Scene(
             m,
-            core_matrix(k),
-            _core_damping(c),
-            None if g is None else core_matrix(g),
-            None if h is None else core_matrix(h),
+            (core_matrix(k), None if h is None else core_matrix(h)),
+            (_core_damping(c), None if g is None else core_matrix(g)),
             f,
             _core_contacts(listed, names),
             bool(impact_friction),

@@ -92,14 +92,13 @@ impl Scene {
     fn new(
         py: Python<'_>,
         mass: PyReadonlyArrayDyn<'_, f64>,
-        stiffness: MatrixInput<'_>,
-        damping: DampingInput<'_>,
-        gyroscopic: Option<MatrixInput<'_>>,
-        circulatory: Option<MatrixInput<'_>>,
+        stiffness: (MatrixInput<'_>, Option<MatrixInput<'_>>),
+        damping: (DampingInput<'_>, Option<MatrixInput<'_>>),
         force: PyReadonlyArray1<'_, f64>,
         contacts: Vec<ContactData<'_>>,
         impact_friction: bool,
     ) -> PyResult<Self> {
+        let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
         let mass = match *mass.shape() {
             [_] => core::scene::Mass::Lumped(entries(mass.as_array()).collect()),
             [rows, columns] if rows == columns => {
