@@ -10,7 +10,7 @@ from typing import Any, Literal, TypedDict, final
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import StickslipError
+from stickslip.faults import StickslipError
 
 __all__ = [
     "Batch",
@@ -86,6 +86,9 @@ class Scene:
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
+    # M, C + G, K + H, and the symmetric and the skew part of K + H, (n, n)
+    def matrices(self) -> list[_SparseData]: ...
+    def contact_directions(self) -> _Real: ...  # (2c, n)
     def contact_basis(self) -> _Real: ...  # (2c, n)
 
 @final
@@ -167,7 +170,7 @@ class Path:
     def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
     def growth(self, values: _Real) -> dict[str, Any]: ...
 
-# eigenvalue: least stable, unstable: number, steady_sliding: (k,); normal_force: (k, c)
+# eigenvalue: least stable, unstable_modes: number, steady_sliding: (k,); normal_force: (k, c)
 
 @final
 class Trajectory:
@@ -234,7 +237,8 @@ class Works:
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
-    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c), combination, groups
+    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c),
+    # combination, groups
 
 @final
 class Cycle:

@@ -121,7 +121,7 @@ def test_the_rotor_sticks_and_slips_as_an_independent_integrator_says():
 
 @given(drawn_scenes(restitution=(0.0, 0.5), unsymmetric=True), st.data())
 def test_energy_closes(drawn, data):
-    """`stored = contact + external + circulatory - damping - impact`, with the work of H from its own formula."""
+    """`stored = contact + external + circulatory - damping - impact`, each from its own formula."""
     scene = drawn.scene
     lifted = data.draw(st.booleans(), label="lifted")
     start = drawn.lifted(3.0) if lifted else drawn.kicked(2.0)
@@ -238,7 +238,10 @@ def test_energy_of_modes_in_a_motion():
 
 @pytest.mark.parametrize("loss", [0.0, 0.02, 0.1])
 def test_hopf_point_of_a_model_that_fills_the_circulatory_matrix(loss):
-    """`mu^2 = (w1 - w2)^2 / (w1 w2) + loss^2` at `w^2 = w1 w2`; without damping they meet at `(w1^2 - w2^2) / (2 w1 w2)`."""
+    """`mu^2 = (w1 - w2)^2 / (w1 w2) + loss^2` at `w^2 = w1 w2`.
+
+    Without damping the modes meet at `(w1^2 - w2^2) / (2 w1 w2)`.
+    """
     model = partial(drum_brake, loss=loss)
     points = ss.critical_points(model, friction=(0.0, 0.5))
     if loss == 0.0:

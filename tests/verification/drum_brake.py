@@ -1,6 +1,6 @@
 """A drum brake of two modes that friction couples: damping of the modes destabilises.
 
-Two modes of 100 and 75 Hz, with the friction of the shoes as an unsymmetric stiffness and the loss factor eta:
+Modes of 100 and 75 Hz, with the friction of the shoes as an unsymmetric stiffness, and a loss factor eta:
 
     x1'' + eta w1 x1' + w1^2 x1 - mu w2^2 x2 = 0,   x2'' + eta w2 x2' + mu w1^2 x1 + w2^2 x2 = 0.
 
@@ -9,9 +9,9 @@ The determinant of ``lambda^2 + lambda C + K + H`` is
     lambda^4 + eta (w1 + w2) lambda^3 + (w1^2 + w2^2 + eta^2 w1 w2) lambda^2 + eta w1 w2 (w1 + w2) lambda
         + w1^2 w2^2 (1 + mu^2).
 
-At ``lambda = i w`` its imaginary part asks ``w^2 = w1 w2``, whatever the loss factor, and its real part then ``mu^2 =
-(w1 - w2)^2 / (w1 w2) + eta^2``. Without damping ``lambda^2`` are the roots of a quadratic equation, which meet at ``mu =
-(w1^2 - w2^2) / (2 w1 w2)`` = 7/24: later than with a little damping.
+At ``lambda = i w`` its imaginary part asks ``w^2 = w1 w2``, whatever the loss factor, and its real part then
+``mu^2 = (w1 - w2)^2 / (w1 w2) + eta^2``. Without damping ``lambda^2`` are the roots of a quadratic equation,
+which meet at ``mu = (w1^2 - w2^2) / (2 w1 w2)`` = 7/24: later than with a little damping.
 
 The unsymmetric matrix is given as `circulatory`, by a function of friction.
 """
@@ -104,15 +104,15 @@ CASES = [
         title="Drum brake with two modes",
         source=(
             "The two-mode brake in which modal damping destabilises: Hultén, *Brake squeal - a self-exciting "
-            "mechanism with constant friction*, SAE 932965, 1993; with these equations and frequencies Sinou, "
-            "Jézéquel, *Mode coupling instability in friction-induced vibrations and its dependency on system "
-            "parameters including damping*, European Journal of Mechanics A 26, 2007; closed form."
+            "mechanism with constant friction*, SAE 932965, 1993; with these equations and frequencies "
+            "Sinou, Jézéquel, *Mode coupling instability in friction-induced vibrations and its dependency "
+            "on system parameters including damping*, European Journal of Mechanics A 26, 2007; closed form."
         ),
         model=(
-            "Unit modal masses, w1 = 2 pi 100 1/s, w2 = 2 pi 75 1/s, eta = 0.02: `x1'' + eta w1 x1' + w1^2 x1 - "
-            "mu w2^2 x2 = 0`, `x2'' + eta w2 x2' + mu w1^2 x1 + w2^2 x2 = 0`. Friction is the circulatory matrix. "
-            "Steady sliding loses stability at `mu^2 = (w1 - w2)^2 / (w1 w2) + eta^2` with `w^2 = w1 w2`, before "
-            "the undamped modes meet at 7/24."
+            "Unit modal masses, w1 = 2 pi 100 1/s, w2 = 2 pi 75 1/s, eta = 0.02: `x1'' + eta w1 x1' + w1^2 x1 "
+            "- mu w2^2 x2 = 0`, `x2'' + eta w2 x2' + mu w1^2 x1 + w2^2 x2 = 0`. Friction is the circulatory "
+            "matrix. Steady sliding loses stability at `mu^2 = (w1 - w2)^2 / (w1 w2) + eta^2` with "
+            "`w^2 = w1 w2`, before the undamped modes meet at 7/24."
         ),
         tolerance="Closed form: 1e-12.",
         quantities=stability,

@@ -1,8 +1,8 @@
 """Energy of a motion by complex modes: what each holds, and what it takes from the contacts.
 
 A mode of a status combination feels, besides its dampers, the part of the contact forces that is linear in
-the state, and moves by itself: its energy changes by its own contact and circulatory power less its own damping power
-(Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the mean).
+the state, and moves by itself: its energy changes by its own contact and circulatory power less its own
+damping power (Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the mean).
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
         (time, pair), one of each conjugate pair in the order of `Modes`, nan beyond those of a combination
         that has fewer: ``energy`` J of the mode alone, ``share`` J (adds up to ``total`` (time); may be
         negative), ``contact_power`` and ``circulatory_power`` W into the mode, ``damping_power`` W out of it:
-        contact plus circulatory less damping power is the rate of ``energy``; ``frequency`` Hz, ``growth`` 1/s. ``combination`` (time). Defective modes and those with
-        lambda = 0 are nan.
+        contact plus circulatory less damping power is the rate of ``energy``; ``frequency`` Hz,
+        ``growth_rate`` 1/s. ``combination`` (time). Defective modes and those with lambda = 0 are nan.
 
     Raises
     ------
@@ -85,7 +85,7 @@ MODAL_TERMS = {
     "circulatory_power": "W",
     "damping_power": "W",
     "frequency": "Hz",
-    "growth": "1/s",
+    "growth_rate": "1/s",
 }
 
 

@@ -26,9 +26,9 @@ STATUSES = ("+", "-", "s", "d")
 class Balance:
     """Where the energy of the structure came from and went over (start, end]; J.
 
-    ``stored = contact + external + circulatory - damping - impact + residual``, every term but the residual from its own
-    formula, integrated in every phase to rounding. Impacts at `end` are in, those at `start` are not, so
-    balances of adjoining intervals add up.
+    ``stored = contact + external + circulatory - damping - impact + residual``, every term but the residual
+    from its own formula, integrated in every phase to rounding. Impacts at `end` are in, those at `start` are
+    not, so balances of adjoining intervals add up.
 
     Attributes
     ----------

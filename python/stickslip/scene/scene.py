@@ -15,7 +15,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import (
     Real,
     core_matrix,
@@ -77,7 +77,7 @@ class Proportional:
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene:
-    """``M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`` with its contacts; immutable, validated.
+    """``M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)``; immutable and validated.
 
     Parameters
     ----------

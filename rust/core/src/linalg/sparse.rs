@@ -324,6 +324,12 @@ impl SparseMatrix {
         Ok(self.combined(0.5, &self.transposed(), -0.5))
     }
 
+    /// `(A + A') / 2` and `(A - A') / 2`, without zeros.
+    pub(crate) fn parts(&self) -> [Self; 2] {
+        let mirrored = self.transposed();
+        [0.5, -0.5].map(|sign| self.combined(0.5, &mirrored, sign).filtered(|_, _| true))
+    }
+
     pub(crate) fn transposed(&self) -> Self {
         let mut place = vec![0; self.size + 1];
         self.columns.iter().for_each(|&column| place[column + 1] += 1);

@@ -54,6 +54,46 @@ pub struct SceneInput {
     pub impact_friction: bool,
 }
 
+impl SceneInput {
+    /// M, C + G, K + H, `K + (H + H') / 2` and `(H - H') / 2` over the dofs.
+    pub fn matrices(&self) -> [SparseMatrix; 5] {
+        let mass = match &self.mass {
+            Mass::Lumped(entries) => SparseMatrix::diagonal(entries),
+            Mass::Full(dense) => SparseMatrix::from_dense(dense),
+        };
+        let damping = match &self.damping {
+            Damping::Proportional { mass: alpha, stiffness: beta } => {
+                mass.combined(*alpha, &self.stiffness, *beta)
+            }
+            Damping::General(damping) => damping.clone(),
+        };
+        let damping = match &self.gyroscopic {
+            Some(gyroscopic) => damping.combined(1.0, gyroscopic, 1.0),
+            None => damping,
+        };
+        let stiffness = self.stiffness.clone();
+        let Some(h) = &self.circulatory else {
+            let none = SparseMatrix::from_rows(mass.size(), |_, _| ());
+            return [mass, damping, stiffness.clone(), stiffness, none];
+        };
+        let [symmetric, skew] = h.parts();
+        let elastic = stiffness.combined(1.0, &symmetric, 1.0);
+        [mass, damping, stiffness.combined(1.0, h, 1.0), elastic, skew]
+    }
+
+    /// D by columns: the tangential and the normal direction of every contact.
+    pub fn directions(&self) -> Vec<Vec<f64>> {
+        let directions = self.contacts.iter().flat_map(|law| [&law.tangential, &law.normal]);
+        directions
+            .map(|direction| {
+                let mut column = vec![0.0; self.force.len()];
+                direction.nonzero().into_iter().for_each(|(dof, entry)| column[dof] = entry);
+                column
+            })
+            .collect()
+    }
+}
+
 /// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
 /// `contacts[i].tangential` less the slider speed.
@@ -188,10 +228,10 @@ impl Scene {
                 Some(matrix) => coordinates.transformed(matrix),
                 None => SparseMatrix::from_rows(size, |_, _| ()),
             });
-            let mirrored = h.transposed();
+            let [symmetric, antisymmetric] = h.parts();
             let parts = EnergyParts {
-                elastic: symmetric_stiffness.combined(1.0, &h.combined(0.5, &mirrored, 0.5), 1.0),
-                antisymmetric: h.combined(0.5, &mirrored, -0.5).filtered(|_, _| true),
+                elastic: symmetric_stiffness.combined(1.0, &symmetric, 1.0),
+                antisymmetric,
                 dissipative: symmetric_damping,
             };
             let damping = parts.dissipative.combined(1.0, &g, 1.0);
