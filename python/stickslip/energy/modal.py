@@ -2,7 +2,8 @@
 
 A mode of a status combination feels, besides its dampers, the part of the contact forces that is linear in
 the state, and moves by itself: its energy changes by its own contact and circulatory power less its own
-damping power (Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the mean).
+damping power (Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the
+mean).
 """
 
 from __future__ import annotations

@@ -201,9 +201,10 @@ class Motion:
             ``T_i v_i`` less ``friction_heat`` ``-T_i s_i >= 0``. (time) W: ``external_power`` ``F . x'``,
             into the structure positive; ``circulatory_power`` ``-x'^T H_a x``, the same sign, 0 without
             circulatory forces (their symmetric part counts in K); ``damping_power`` ``x'^T C x'``,
-            dissipated, also by ``damper_power`` (time, damper) for the mass and stiffness part of proportional damping; ``energy_rate`` dE/dt =
-            ``x'^T (M x'' + K x)`` with x'' from the state equation of the combination, in which no contact
-            force appears. ``combination`` (time). At an event time: just after the event.
+            dissipated, also by ``damper_power`` (time, damper) for the mass and stiffness part of
+            proportional damping; ``energy_rate`` dE/dt = ``x'^T (M x'' + K x)`` with x'' from the state
+            equation of the combination, in which no contact force appears. ``combination`` (time). At an
+            event time: just after the event.
 
         Raises
         ------

@@ -46,11 +46,13 @@ class Structure:
     def of(cls, scene: Scene) -> Structure:
         """Return the sparse matrices of a scene."""
         core, shape = scene.core, (scene.size, scene.size)
-        matrices = (scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices())
+        mass, damping, stiffness, elastic, circulatory = (
+            scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()
+        )
         directions, basis = (
             scipy.sparse.csr_array(rows.T) for rows in (core.contact_directions(), core.contact_basis())
         )
-        return cls(*matrices, directions, basis, scene.force)
+        return cls(mass, damping, stiffness, elastic, circulatory, directions, basis, scene.force)
 
     @classmethod
     def dense(cls, scene: Scene) -> Structure:
