@@ -157,15 +157,17 @@ class Path:
     ) -> Path: ...
     @property
     def size(self) -> int: ...  # m
+    @property
+    def eigenproblems(self) -> int: ...  # begun along the path by now
     # M, C, K and their derivatives to the parameter, (m, m) each
     def matrices(self, value: float) -> list[_Real]: ...
     # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
     # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, 2m)
     def sweep(self, values: _Real, vectors: bool, modes: int | None = None) -> dict[str, Any]: ...
     # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
-    # point, and
-    # whether steady sliding exists there
-    def critical_points(self, imaginary: float) -> _CriticalArrays: ...
+    # point, and whether steady sliding exists there; number of eigenproblems of the mesh, of starts for
+    # lock-ins
+    def critical_points(self, imaginary: float) -> tuple[_CriticalArrays, int, int]: ...
     # the same of the Hopf points alone, number of eigenproblems, number of modes followed between them
     def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
     def growth(self, values: _Real) -> dict[str, Any]: ...
@@ -293,7 +295,10 @@ class Orbit:
 
 #: Follows the motion for at most `limit` s more.
 def attractor(
-    trajectory: Trajectory, limit: float, method: Literal["auto", "modal", "taylor"]
+    trajectory: Trajectory,
+    limit: float,
+    method: Literal["auto", "modal", "taylor"],
+    time_limit: float | None,  # wall-clock seconds of the search, > 0
 ) -> _Settled: ...
 def settle_all(
     scenes: Sequence[Scene],

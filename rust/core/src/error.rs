@@ -8,6 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
+    /// Work that was cancelled before it had an answer.
+    #[error("cancelled")]
+    Cancelled,
     /// An argument has the wrong shape, length or size.
     #[error("{argument}: expected {expected}, got {got}")]
     Shape {

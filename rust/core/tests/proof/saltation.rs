@@ -15,7 +15,13 @@ use stickslip_core::{Attractor, Cycle, Method, Propagators, SceneInput, State, T
 use crate::models::{belt, block, propagators, run, state, two_subsystems};
 
 fn cycle(propagators: &Arc<Propagators>, start: &State, stretch: f64) -> Cycle {
-    let search = Search { stretch, limit: 40.0 * stretch, method: Method::Auto, cancel: None };
+    let search = Search {
+        stretch,
+        limit: 40.0 * stretch,
+        method: Method::Auto,
+        cancel: None,
+        deadline: None,
+    };
     match settle(propagators, start, search).expect("a well-posed start") {
         (Attractor::Cycle(found), _) => found.cycle,
         (other, _) => panic!("no cycle but {other:?}"),
