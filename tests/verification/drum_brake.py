@@ -111,8 +111,8 @@ CASES = [
         model=(
             "Unit modal masses, w1 = 2 pi 100 1/s, w2 = 2 pi 75 1/s, eta = 0.02: `x1'' + eta w1 x1' + "
             "w1^2 x1 - mu w2^2 x2 = 0`, `x2'' + eta w2 x2' + mu w1^2 x1 + w2^2 x2 = 0`. Friction is the "
-            "circulatory matrix. Steady sliding loses stability at `mu^2 = (w1 - w2)^2 / (w1 w2) + eta^2` with "
-            "`w^2 = w1 w2`, before the undamped modes meet at 7/24."
+            "circulatory matrix. Steady sliding loses stability at `mu^2 = (w1 - w2)^2 / (w1 w2) + eta^2` "
+            "with `w^2 = w1 w2`, before the undamped modes meet at 7/24."
         ),
         tolerance="Closed form: 1e-12.",
         quantities=stability,
