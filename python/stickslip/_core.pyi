@@ -67,8 +67,9 @@ class Scene:
     def __new__(
         cls,
         mass: _Real,  # (n,) or (n, n)
-        stiffness: _Real | _SparseData,  # (n, n)
-        damping: tuple[float, float] | _Real | _SparseData,  # (mass factor, stiffness factor) or (n, n)
+        stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
+        # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
+        damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
         force: _Real,  # (n,)
         contacts: Sequence[_ContactData],
         impact_friction: bool,
@@ -85,7 +86,8 @@ class Scene:
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
-    def matrices(self) -> list[_SparseData]: ...  # M, C, K (n, n)
+    # M, C + G, K + H, and the symmetric and the skew part of K + H, (n, n)
+    def matrices(self) -> list[_SparseData]: ...
     def contact_directions(self) -> _Real: ...  # (2c, n)
     def contact_basis(self) -> _Real: ...  # (2c, n)
 
@@ -226,6 +228,7 @@ class Works:
     contact: _Real  # (p, c) on the structure
     slider: _Real  # (p, c)
     external: _Real  # (p,)
+    circulatory: _Real  # (p,)
     damping: _Real  # (p, g)
     impact_time: _Real  # (m,) s
     impact_contact: _Index  # (m,)
@@ -236,7 +239,8 @@ class Works:
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
-    # kinetic, elastic, rate, external (k,), damping (k, g), contact, slider (k, c), combination, groups
+    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c),
+    # combination, groups
 
 @final
 class Cycle:

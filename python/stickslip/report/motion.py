@@ -238,6 +238,7 @@ def energy_section(found: Findings) -> str:
         ("friction heat", -balance.friction_heat),
         ("impacts, normal loss", -balance.impact_loss),
         ("constant forces", balance.external),
+        *([("circulatory forces", balance.circulatory)] if balance.circulatory else []),
         ("dampers", -balance.damping),
         ("stored", balance.stored),
     ]

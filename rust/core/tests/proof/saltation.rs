@@ -118,6 +118,8 @@ fn slip_and_stick_of_a_block_that_is_tied_to_another() {
         mass: Mass::Lumped(vec![1.0, 1.0, 1.0]),
         stiffness: SparseMatrix::from_dense(&DMatrix::from_row_slice(3, 3, &stiffness)),
         damping: Damping::Proportional { mass: 0.02, stiffness: 0.01 },
+        gyroscopic: None,
+        circulatory: None,
         force: vec![0.0, -1.0, 0.0],
         ..block(belt())
     });

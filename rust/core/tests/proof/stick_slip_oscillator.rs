@@ -98,6 +98,8 @@ fn multipliers_of_a_part_that_rests() {
         mass: Mass::Lumped(vec![1.0, 1.0, 1.0]),
         stiffness: SparseMatrix::diagonal(&[1.0, 1.0, stiffness]),
         damping: Damping::General(SparseMatrix::diagonal(&[0.0, 0.0, 2.0 * damping])),
+        gyroscopic: None,
+        circulatory: None,
         force: vec![0.0, -1.0, 0.0],
         ..block(belt())
     };
