@@ -168,7 +168,7 @@ def test_a_shape_in_motion_is_the_mode(standard):
     [
         (
             ss.models.two_subsystems(friction=0.3, damping=2e-4),
-            ["Steady sliding is stable", "no contact changes its status", "no limit cycle was looked for"],
+            ["Steady sliding is stable", "No limit cycle was looked for: no contact changed its status"],
         ),
         (belt(), ["Steady sliding is marginal", "neither grows nor dies out"]),
         (belt(slider_speed=0.0), ["There is no steady sliding", "slider_speed is 0"]),
@@ -206,6 +206,20 @@ def test_a_run_that_its_limit_stops_is_shown_up_to_there():
     text = page(found)
     check(text)
     assert f"the time limit of computing, 0.001 s, was reached at {found.run.duration:g} s" in text
+
+
+def test_the_search_gets_what_the_motion_leaves_of_the_time_limit(monkeypatch):
+    limits = []
+    search = ss.Trajectory.limit_cycle
+
+    def watched(run, **options):
+        limits.append(options["time_limit"])
+        return search(run, **options)
+
+    monkeypatch.setattr(ss.Trajectory, "limit_cycle", watched)
+    findings(ss.models.two_subsystems(), "x", settings={"duration": 0.1, "time_limit": 60.0})
+    assert len(limits) == 1
+    assert 0.0 < limits[0] < 60.0
 
 
 def test_only_the_published_matrices_are_the_published_model():

@@ -10,10 +10,10 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::{Passage, passages};
 use crate::cycles::orbits::cycle::{Cycle, Stability};
-use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
-use crate::cycles::orbits::saltation::{Passage, passages};
 use crate::motion::method::Method;
 use crate::scene::status::Combination;
 use crate::transient::run_state::Controls;
@@ -82,7 +82,7 @@ fn recurring(
         .map(|period| (period, repeats(sequence, period)))
         .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
         .take(CANDIDATES)
-        .take_while(|_| !search.is_cancelled())
+        .take_while(|_| !search.is_over())
         .filter_map(|(period, returns)| {
             let compared = &sequence[last - returns..];
             let phases: Vec<usize> = compared.iter().map(|entry| entry.phase).collect();
