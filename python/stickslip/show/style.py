@@ -16,6 +16,8 @@ HATCHES = {"+": "", "-": "\\\\\\\\", "s": "....", "d": "////"}
 #: From dark to light, each with a line style of its own.
 OVERLAY = (("#222255", "-"), ("#cc3311", "--"), ("#228833", "-."), ("#ddaa33", ":"), ("#77aadd", "-"))
 MARKERS = "osD^v<>P"
+#: One colour per contact, or per mode; they differ in lightness too, for print without colour.
+CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
 #: Stable and unstable.
 STABLE, UNSTABLE = "#4477aa", "#cc3311"
 MICROMETRES = 1e6
