@@ -76,7 +76,7 @@ class ModeSelection(Shown):
         return None if np.isnan(energy).all() else int(np.nanargmax(energy))
 
     def to_dataset(self) -> xr.Dataset:
-        """Return `gains` and `modes`, whose amplitude and energy are ``closed_amplitude`` and ``closed_energy``."""
+        """Return `gains` and `modes`; of these ``closed_amplitude`` and ``closed_energy``."""
         closed = self.modes.rename(amplitude="closed_amplitude", energy="closed_energy")
         return self.gains.merge(closed).assign_attrs(combination=self.combination)
 
