@@ -14,6 +14,7 @@ from matplotlib.path import Path
 from stickslip.energy.modal import modal_energy
 from stickslip.energy.selection import ModeSelection
 from stickslip.motion.energy import Balance
+from stickslip.motion.figures import contact_status
 from stickslip.motion.motion import Motion
 from stickslip.show.style import COLOURS, CONTACT
 
@@ -51,8 +52,7 @@ def energy_history(run: Motion, t0: float = 0.0, t1: float | None = None) -> Fig
     stored_energy(stored, flow)
     energy_rate(rate, flow)
     power_terms(powers, flow)
-    status_strip(status, flow)
-    status.set_xlabel("time, s")
+    contact_status(status, run, leading_contacts(flow))
     stored.set_xlim(t0, end)
     return figure
 
@@ -102,29 +102,6 @@ def power_terms(axes: Axes, flow: xr.Dataset) -> Axes:
     axes.axhline(0.0, color="black", linewidth=0.4)
     axes.set_ylabel("power, W")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    return axes
-
-
-def status_strip(axes: Axes, flow: xr.Dataset) -> Axes:
-    """Draw the status of contacts as strips, those of `power_terms`; returns the axes."""
-    time, shown = flow.time.to_numpy(), leading_contacts(flow)
-    labels = flow.contact.to_numpy()[shown]
-    for place, contact in enumerate(shown):
-        letters = np.array([str(combination)[contact] for combination in flow.combination.to_numpy()])
-        changes = np.flatnonzero(letters[1:] != letters[:-1]) + 1
-        spans: dict[str, list[tuple[float, float]]] = {}
-        for first, last in itertools.pairwise([0, *changes, time.size - 1]):
-            width = time[last] - time[first]
-            if width == 0.0:
-                continue
-            letter = letters[first]
-            spans.setdefault(letter, []).append((time[first], width))
-            if width > 0.02 * (time[-1] - time[0]):
-                axes.text(time[first] + 0.5 * width, place, letter, ha="center", va="center", fontsize=8)
-        for letter, stretches in spans.items():
-            axes.broken_barh(stretches, (place - 0.4, 0.8), facecolors=COLOURS[letter])
-    axes.set(yticks=range(labels.size), yticklabels=[f"contact {label}" for label in labels])
-    axes.invert_yaxis()
     return axes
 
 

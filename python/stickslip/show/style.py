@@ -25,6 +25,12 @@ MICROMETRES = 1e6
 DPI = 300
 
 
+def quantity(name: object, units: str = "1") -> str:
+    """Return the name of a quantity as figures write it, with its unit."""
+    words = "friction coefficient" if name == "friction" else str(name).replace("_", " ")
+    return words if units in ("", "1") else f"{words}, {units}"
+
+
 def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
@@ -43,13 +49,6 @@ def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
     metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
         figure.savefig(path, dpi=dpi, metadata=metadata.get(Path(path).suffix))
-
-
-def status_legend(axes: Axes, present: str) -> None:
-    """Explain the colours of statuses beside the axes."""
-    for status in present:
-        axes.plot([], [], color=COLOURS[status], linewidth=4, label=f"{status}  {NAMES[status]}")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
 def axes_of(ax: Axes | None) -> Axes:
