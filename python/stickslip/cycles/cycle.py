@@ -185,7 +185,8 @@ class Cycle(Shown):
     def balance(self) -> Balance:
         """Return where the energy of one period comes from and goes: `Motion.balance` over the orbit.
 
-        On a limit cycle nothing is stored: contact and external work equal damping and impact losses.
+        On a limit cycle nothing is stored: contact, external and circulatory work equal damping and impact
+        losses.
         """
         return self.run.balance()
 

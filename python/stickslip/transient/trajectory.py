@@ -28,7 +28,11 @@ class Trajectory(Motion):
     """
 
     def limit_cycle(
-        self, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+        self,
+        further: float = 10.0,
+        method: Literal["auto", "modal", "taylor"] = "auto",
+        *,
+        time_limit: float | None = None,
     ) -> Cycle:
         """Return the periodic orbit that the motion settles to, refined to rounding.
 
@@ -42,27 +46,35 @@ class Trajectory(Motion):
             run only.
         method
             How phases are propagated, see `simulate`.
+        time_limit
+            Wall-clock limit of the search, s, > 0; what is known by then is told. None: no limit.
 
         Raises
         ------
         NotPeriodicError
-            If the motion settles to no cycle; it says what it is instead, with the largest Lyapunov exponent
-            where there is one.
+            If the motion settles to no cycle, or none is found in time; it says what it is instead, with the
+            largest Lyapunov exponent where there is one.
         InputError
-            If `further` is negative or not finite, or `method` is no known word.
+            If `further` is negative or not finite, `time_limit` not positive and finite, or `method` no known
+            word.
         RunInterrupted
             On Ctrl-C; a `KeyboardInterrupt` that holds the last stretch of the motion.
         """
         from stickslip.cycles.attractors import described
         from stickslip.cycles.cycle import Cycle
 
-        kind, core, growth, last = _core.attractor(self.core, finite_time("further", further, 0.0), method)
+        patience = None if time_limit is None else finite_time("time_limit", time_limit)
+        kind, core, growth, last = _core.attractor(
+            self.core, finite_time("further", further, 0.0), method, patience
+        )
         if core is not None:
             return Cycle(self.scene, core)
         ended = self if last is None else replace(self, start=self.state(self.duration), core=last)
         if ended.stop_reason == "interrupted":
             raise RunInterrupted(ended)
         label, message = described(kind, growth, ended.core.stop_message)
+        if last is not None and ended.stop_reason == "time_limit":
+            message += f" (the time limit of computing, {time_limit:g} s, was reached)"
         raise NotPeriodicError(message, ended, label, growth[0], growth[1])
 
     def spectrum(
