@@ -52,7 +52,9 @@ def energy_history(run: Motion, t0: float = 0.0, t1: float | None = None) -> Fig
     stored_energy(stored, flow)
     energy_rate(rate, flow)
     power_terms(powers, flow)
-    contact_status(status, run, leading_contacts(flow))
+    if run.scene.contacts:
+        contact_status(status, run, leading_contacts(flow))
+    status.set_xlabel("time, s")
     stored.set_xlim(t0, end)
     return figure
 

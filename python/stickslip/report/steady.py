@@ -209,7 +209,7 @@ def modes_section(found: Findings) -> Markup:
             "alone would make that energy grow."
         ),
         listed,
-        template("report/cards.html").render(cards=cards),
+        Markup(template("report/cards.html").render(cards=cards)),
         note(f"{omitted} more modes are in the table.") if omitted else "",
     )
 
