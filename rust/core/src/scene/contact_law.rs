@@ -135,7 +135,9 @@ impl ContactInput {
         }
         // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
         let at = |entries: &[(usize, f64)], dof: usize| {
-            entries.binary_search_by_key(&dof, |entry| entry.0).map_or(0.0, |place| entries[place].1)
+            entries
+                .binary_search_by_key(&dof, |entry| entry.0)
+                .map_or(0.0, |place| entries[place].1)
         };
         let parallel = |sign: f64| {
             t.iter().chain(&n).all(|&(dof, _)| {
