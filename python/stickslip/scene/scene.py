@@ -36,7 +36,7 @@ from stickslip.scene.contact import (
     nearest,
     per_contact,
 )
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
@@ -76,7 +76,7 @@ class Proportional:
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Scene:
+class Scene(Shown):
     """``M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)``; immutable and validated.
 
     Parameters
@@ -248,12 +248,13 @@ class Scene:
         return self._direction(contact, 1)
 
     def _direction(self, contact: int, which: int) -> Real:
-        core: int | Real = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
+        core = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
         if isinstance(core, np.ndarray):
             return core
-        unit = np.zeros(self.size)
-        unit[core] = 1.0
-        return unit
+        direction = np.zeros(self.size)
+        for dof, entry in core if isinstance(core, list) else [(core, 1.0)]:
+            direction[dof] = entry
+        return direction
 
     def __reduce__(self) -> tuple[Any, ...]:
         arguments = (
@@ -287,9 +288,6 @@ class Scene:
             )
             lines.append(f"  contact {label} ({place}): {law}")
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""
