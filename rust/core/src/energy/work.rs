@@ -1,6 +1,6 @@
 //! Works over an interval, phase by phase and impact by impact.
 //!
-//! The powers of `energy.rs` are integrated by the rule of `quadrature.rs` on panels as short as the motion of
+//! The powers of `power.rs` are integrated by the rule of `gauss.rs` on panels as short as the motion of
 //! the moment needs; a constant force works `F . (x1 - x0)`. At an impact the velocities jump and the impulses
 //! `p = M (u+ - u-)` of the contacts change the kinetic energy by exactly
 //! `sum p_n (g'+ + g'-) / 2 + p_t (t.u+ + t.u-) / 2`:
@@ -40,7 +40,7 @@ pub struct PhaseWork {
     pub slider: Vec<f64>,
     /// Of the constant force F on the structure.
     pub external: f64,
-    /// Dissipated, by damper group; see [`Scene::damper_groups`].
+    /// Dissipated, by damper group; see [`damper_groups`].
     pub damping: Vec<f64>,
 }
 
