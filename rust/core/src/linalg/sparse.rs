@@ -246,11 +246,6 @@ impl SparseMatrix {
         (0..self.size).map(|row| self.row_dot(row, x)).collect()
     }
 
-    /// Largest row sum of absolute values.
-    pub fn norm_inf(&self) -> f64 {
-        (0..self.size).map(|row| self.row(row).map(|entry| entry.1.abs()).sum()).fold(0.0, f64::max)
-    }
-
     /// Refuses entries that are not finite and an asymmetry above rounding (1e-12 of the larger
     /// diagonal entries), then returns the symmetric part.
     pub(crate) fn validated_symmetric(self, argument: &str) -> Result<Self, Error> {
