@@ -151,8 +151,8 @@ def test_status_bars():
     assert np.ptp(end.get_xlim()) == pytest.approx(0.0178)
     assert [tick.get_text() for tick in end.get_yticklabels()] == ["m2", "m4"]
     # All bars together are as long as the run, for each contact.
-    spans = sum(np.ptp(path.vertices[:, 0]) for bars in whole.collections for path in bars.get_paths())
-    assert spans == pytest.approx(2 * 0.6)
+    bars = [polygon for drawn in whole.patches for polygon in drawn.get_path().to_polygons()]
+    assert sum(np.ptp(bar[:, 0]) for bar in bars) == pytest.approx(2 * 0.6)
 
 
 def test_spectra():

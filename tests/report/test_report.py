@@ -208,6 +208,20 @@ def test_a_run_that_its_limit_stops_is_shown_up_to_there():
     assert f"the time limit of computing, 0.001 s, was reached at {found.run.duration:g} s" in text
 
 
+def test_the_search_gets_what_the_motion_leaves_of_the_time_limit(monkeypatch):
+    limits = []
+    search = ss.Trajectory.limit_cycle
+
+    def watched(run, **options):
+        limits.append(options["time_limit"])
+        return search(run, **options)
+
+    monkeypatch.setattr(ss.Trajectory, "limit_cycle", watched)
+    findings(ss.models.two_subsystems(), "x", settings={"duration": 0.1, "time_limit": 60.0})
+    assert len(limits) == 1
+    assert 0.0 < limits[0] < 60.0
+
+
 def test_only_the_published_matrices_are_the_published_model():
     assert [
         c.inclination for c in known(ss.models.two_subsystems(friction=2.2, external_force=3.0)).columns

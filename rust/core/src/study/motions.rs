@@ -157,6 +157,7 @@ fn settled(
         limit: questions.further,
         method: questions.method,
         cancel: Some(cancel),
+        deadline: None,
     };
     let (attractor, later) = settled_from(run, search)?;
     let last = later.as_ref().unwrap_or(run);

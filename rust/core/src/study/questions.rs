@@ -4,6 +4,7 @@
 //! that cannot be answered says why, and keeps what could be.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -12,6 +13,7 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 use crate::error::{Cancel, Error, RunFailure};
 use crate::locus::critical::hopf::hopf_points;
 use crate::locus::parameter_path::Path;
+use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::Modes;
 use crate::modes::growth::{ChainMatrices, Growth};
 use crate::motion::propagators::Propagators;
@@ -249,7 +251,9 @@ fn hopf_point(
     let HopfRange { contacts, lower, upper } = range;
     let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
     let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
-    let found = hopf_points(&path)?;
+    let eigenproblems = AtomicUsize::new(0);
+    let found =
+        hopf_points(WatchedPath { path: &path, cancel: None, eigenproblems: &eigenproblems })?;
     let mut destabilising = found.points.iter().filter(|point| point.slope > 0.0).peekable();
     let lost = destabilising.peek().map(|point| point.value);
     let first = destabilising

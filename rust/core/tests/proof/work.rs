@@ -47,7 +47,8 @@ fn phases_panels_and_refinements_of_the_published_runs() {
 fn the_limit_cycle_of_the_standard_run() {
     let scene = propagators(two_subsystems(1.5, 0.025));
     let start = pushed(scene.scene());
-    let search = Search { stretch: 0.6, limit: 1.2, method: Method::Auto, cancel: None };
+    let search =
+        Search { stretch: 0.6, limit: 1.2, method: Method::Auto, cancel: None, deadline: None };
     let (attractor, last) = settle(&scene, &start, search).expect("a well-posed start");
     let Attractor::Cycle(found) = attractor else { panic!("no cycle") };
     assert_eq!(last.counters.combinations, 5);

@@ -10,10 +10,11 @@
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::locus::branches::{self, Node};
+use crate::locus::branches;
 use crate::locus::critical::point::{CriticalPoint, RESOLUTION, significant_sign};
 use crate::locus::critical::search::{axis_crossing, initial_values, real_part, uncertainty};
-use crate::locus::parameter_path::Path;
+use crate::locus::node::Node;
+use crate::locus::watched_path::WatchedPath;
 
 /// Equal intervals that the search starts from. What the modes within reach need beyond is found interval by interval,
 /// so half as many as for the mesh of all modes suffice.
@@ -33,8 +34,8 @@ pub struct HopfSearch {
 }
 
 /// All Hopf points of a path, as `critical_points` finds them among all others.
-pub fn hopf_points(path: &Path) -> Result<HopfSearch, Error> {
-    let nodes = initial_values(path, INTERVALS)
+pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
+    let nodes = initial_values(&path, INTERVALS)
         .into_par_iter()
         .map(|value| Node::new(path, value))
         .collect::<Result<Vec<_>, _>>()?;
@@ -120,7 +121,13 @@ fn link(from: &Node, to: &Node) -> Option<Vec<(usize, usize)>> {
 }
 
 impl Track {
-    fn refine(&mut self, path: &Path, from: &Node, to: &Node, span: f64) -> Result<(), Error> {
+    fn refine(
+        &mut self,
+        path: WatchedPath<'_>,
+        from: &Node,
+        to: &Node,
+        span: f64,
+    ) -> Result<(), Error> {
         let width = to.value - from.value;
         let pairs = link(from, to);
         let settled = pairs.as_ref().is_some_and(|pairs| {
