@@ -319,3 +319,14 @@ def test_many_dofs_are_drawn_at_fewer_instants_and_told_from_the_last_quarter():
     # As many samples a second as of the whole.
     assert found.lines.frequency.to_numpy()[-1] == pytest.approx(2**13)
     assert "transform of the last 0.25 s" in page(found)
+
+
+def test_unsymmetric_matrices_are_shown():
+    scene = belt(friction=0.5, static_friction=0.8)
+    skew = np.zeros((scene.size, scene.size))
+    skew[0, 1], skew[1, 0] = 1.0, -1.0
+    unsymmetric = scene.replace(gyroscopic=0.01 * skew, circulatory=0.01 * skew)
+    text, plain = (page(findings(one, "belt")) for one in (unsymmetric, scene))
+    for caption in ("Gyroscopic matrix, N s/m", "Circulatory matrix, N/m"):
+        assert caption in text
+        assert caption not in plain

@@ -195,7 +195,9 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
 
 
 def _named(direction: Any, dofs: Sequence[str]) -> Any:
-    """Return a direction along one dof as the name of the dof."""
+    """Return a direction along one dof as the name of the dof, and entries by the names of their dofs."""
+    if isinstance(direction, Mapping):
+        return Inline({dof if isinstance(dof, str) else dofs[dof]: entry for dof, entry in direction.items()})
     return (
         dofs[operator.index(direction)]
         if np.ndim(direction) == 0 and not isinstance(direction, str)

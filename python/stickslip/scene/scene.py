@@ -248,12 +248,13 @@ class Scene:
         return self._direction(contact, 1)
 
     def _direction(self, contact: int, which: int) -> Real:
-        core: int | Real = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
+        core = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
         if isinstance(core, np.ndarray):
             return core
-        unit = np.zeros(self.size)
-        unit[core] = 1.0
-        return unit
+        direction = np.zeros(self.size)
+        for dof, entry in core if isinstance(core, list) else [(core, 1.0)]:
+            direction[dof] = entry
+        return direction
 
     def __reduce__(self) -> tuple[Any, ...]:
         arguments = (

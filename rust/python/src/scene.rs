@@ -18,6 +18,7 @@ use crate::modes::{self, Reduced};
 pub enum DirectionInput<'py> {
     Dof(usize),
     Vector(PyReadonlyArray1<'py, f64>),
+    Entries(Vec<(usize, f64)>),
 }
 
 #[derive(FromPyObject)]
@@ -32,6 +33,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
         DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
         DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
+        DirectionInput::Entries(entries) => core::Direction::Entries(entries.clone()),
     };
     contacts
         .iter()

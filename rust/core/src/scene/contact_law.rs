@@ -12,6 +12,8 @@ pub enum Direction {
     Dof(usize),
     /// Any vector, one entry per dof.
     Vector(Vec<f64>),
+    /// Any vector by some of its entries, as (dof, entry), dofs ascending; the others are 0.
+    Entries(Vec<(usize, f64)>),
 }
 
 impl Direction {
@@ -22,25 +24,9 @@ impl Direction {
             Direction::Vector(entries) => {
                 entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0).collect()
             }
-        }
-    }
-
-    /// The dof of a direction along a single one, with its entry there.
-    fn single_dof(&self) -> Option<(usize, f64)> {
-        match self.nonzero()[..] {
-            [entry] => Some(entry),
-            _ => None,
-        }
-    }
-
-    fn entries(&self, size: usize) -> Vec<f64> {
-        match self {
-            Direction::Dof(dof) => {
-                let mut unit = vec![0.0; size];
-                unit[*dof] = 1.0;
-                unit
+            Direction::Entries(entries) => {
+                entries.iter().copied().filter(|entry| entry.1 != 0.0).collect()
             }
-            Direction::Vector(entries) => entries.clone(),
         }
     }
 }
@@ -104,6 +90,7 @@ impl ContactInput {
                     });
                 }
                 Direction::Vector(entries) => check_finite(&named(field), entries)?,
+                Direction::Entries(entries) => check_entries(&named(field), entries, size)?,
             }
         }
         let checks: [(&str, f64, &'static str, bool); 5] = [
@@ -124,21 +111,21 @@ impl ContactInput {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
-        self.check_directions(contact, size)?;
+        self.check_directions(contact)?;
         Ok(())
     }
 }
 
 impl ContactInput {
     /// Refuses a zero direction, and a normal that is a multiple of the tangential direction.
-    fn check_directions(&self, contact: usize, size: usize) -> Result<(), Error> {
-        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.single_dof());
-        if let (Some(t), Some(n)) = (t, n) {
+    fn check_directions(&self, contact: usize) -> Result<(), Error> {
+        let [t, n] = [&self.tangential, &self.normal].map(Direction::nonzero);
+        if let ([t], [n]) = (&t[..], &n[..]) {
             return if t.0 == n.0 { Err(Error::NormalIsTangential { contact }) } else { Ok(()) };
         }
-        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.entries(size));
-        let largest = |entries: &[f64]| {
-            entries.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+        let largest = |entries: &[(usize, f64)]| {
+            let values = entries.iter().map(|entry| entry.1);
+            values.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
         };
         let (t_largest, n_largest) = (largest(&t), largest(&n));
         for (direction, entry) in [("tangential", t_largest), ("normal", n_largest)] {
@@ -147,15 +134,42 @@ impl ContactInput {
             }
         }
         // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
+        let at = |entries: &[(usize, f64)], dof: usize| {
+            entries
+                .binary_search_by_key(&dof, |entry| entry.0)
+                .map_or(0.0, |place| entries[place].1)
+        };
         let parallel = |sign: f64| {
-            t.iter()
-                .zip(&n)
-                .all(|(t, n)| (t / t_largest - sign * n / n_largest).abs() <= INDEPENDENCE)
+            t.iter().chain(&n).all(|&(dof, _)| {
+                let difference = at(&t, dof) / t_largest - sign * at(&n, dof) / n_largest;
+                difference.abs() <= INDEPENDENCE
+            })
         };
         if parallel(1.0) || parallel(-1.0) {
             return Err(Error::NormalIsTangential { contact });
         }
         Ok(())
+    }
+}
+
+/// Refuses entries of a direction that are not finite, of no dof, or not in the order of dofs.
+fn check_entries(argument: &str, entries: &[(usize, f64)], size: usize) -> Result<(), Error> {
+    let ascending = entries.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    let expected = if ascending { "a dof index below" } else { "ascending dof indices below" };
+    match entries.iter().find(|entry| !ascending || entry.0 >= size) {
+        Some(&(dof, _)) => Err(Error::Shape {
+            argument: argument.to_owned(),
+            expected: format!("{expected} {size}"),
+            got: dof.to_string(),
+        }),
+        None => match entries.iter().find(|entry| !entry.1.is_finite()) {
+            Some(&(dof, value)) => Err(Error::NotFinite {
+                argument: argument.to_owned(),
+                place: format!("dof {dof}"),
+                value,
+            }),
+            None => Ok(()),
+        },
     }
 }
 
