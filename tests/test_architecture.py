@@ -20,7 +20,7 @@ def test_every_file_belongs_to_a_part_and_is_read():
         ("stickslip.energy.modal", "stickslip.motion.motion"),
         ("stickslip.scene.contact", "stickslip._core"),
         ("stickslip._core", "stickslip.faults"),
-        ("stickslip.types", "stickslip.cycles.cycle"),
+        ("stickslip.types", "stickslip.cycles.phases"),
         ("stickslip.scene", "stickslip.scene.models"),
     } <= arrows(ROOT)
 
