@@ -88,6 +88,7 @@ def test_sobol_points_have_less_variance_than_random_ones() -> None:
     assert latin < random
 
 
+@pytest.mark.slow
 def test_sobol_indices_of_a_linear_output() -> None:
     results = linear_study("saltelli", 1024, sampler_options={"second_order": True}).run()
     assert results.sizes["sample"] == 1024 * 8

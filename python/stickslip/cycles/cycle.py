@@ -11,7 +11,7 @@ import xarray as xr
 
 from stickslip import _core
 from stickslip.cycles.harmonics import fourier_series, harmonic_energy
-from stickslip.cycles.phases import CyclePhase, Margin
+from stickslip.cycles.phases import CyclePhase, Margin, phases_of
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.motion import Motion
@@ -58,18 +58,7 @@ class Cycle(Shown):
     @cached_property
     def phases(self) -> tuple[CyclePhase, ...]:
         """The phases of one period, in order."""
-        durations = self.core.durations
-        starts = np.concatenate([[0.0], np.cumsum(durations)[:-1]])
-        core = self.core
-        rows = zip(
-            core.combinations, starts, durations, core.events, core.dimensions, core.losses, strict=True
-        )
-        return tuple(
-            CyclePhase(
-                letters, float(start), float(length), contact, kind, dimension, loss, self._name(contact)
-            )
-            for letters, start, length, (contact, kind), dimension, loss in rows
-        )
+        return phases_of(self.core, self.scene.contact_labels())
 
     def _name(self, contact: int) -> str:
         return str(self.scene.contact_labels()[contact])

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
+
+import numpy as np
+
+from stickslip import _core
 
 
 class CyclePhase(NamedTuple):
@@ -23,6 +28,18 @@ class CyclePhase(NamedTuple):
     loss: int
     #: name of the contact, its index where contacts have no names
     name: str
+
+
+def phases_of(core: _core.Cycle, labels: Sequence[int | str]) -> tuple[CyclePhase, ...]:
+    """Return the phases of a cycle, in order; `labels` name the contacts."""
+    starts = np.concatenate([[0.0], np.cumsum(core.durations)[:-1]])
+    rows = zip(
+        core.combinations, starts, core.durations, core.events, core.dimensions, core.losses, strict=True
+    )
+    return tuple(
+        CyclePhase(letters, float(start), float(length), contact, kind, size, loss, str(labels[contact]))
+        for letters, start, length, (contact, kind), size, loss in rows
+    )
 
 
 class Margin(NamedTuple):
