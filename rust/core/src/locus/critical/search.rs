@@ -22,7 +22,11 @@ use crate::numerics::bracket::Bracket;
 
 /// Equal intervals that a search starts from; the mesh refines itself from there.
 const INTERVALS: usize = 64;
-/// Ulp, times condition times modulus, below which a real part has no sign.
+/// Ulp, times condition times modulus, below which a real part has no sign. Verdicts ask [`Mode::rounding`] instead, which
+/// takes products of all matrices for every mode; a search brackets roots, and a sign left open here only moves the end
+/// of a bracket to the next node.
+///
+/// [`Mode::rounding`]: crate::modes::mode::Mode::rounding
 const NEUTRAL: f64 = 64.0 * f64::EPSILON;
 
 /// Critical points, ascending in the parameter, and how much work their search took.
