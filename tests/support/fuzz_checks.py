@@ -72,7 +72,9 @@ class EventList:
             near = np.arange(first, last)
             own = contact[near] == contact[k]
             keep[near[own & (kind[near] == "impact") & (near < k)]] = False
-            stops = near[(kind[near] == "velocity") & (coupled | own & (near > k))]
+            stops = near[(kind[near] == "velocity") & own & (near > k)]
+            if coupled:
+                stops = near[np.isin(kind[near], ["velocity", "slip+", "slip-"])]
             keep[stops] = False
             # What has stopped has done so at the limit.
             for i in np.unique(contact[stops]):

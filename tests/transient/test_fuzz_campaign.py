@@ -19,6 +19,8 @@ SCENES = 400
 #: Scenes of seed 5 with series of impacts inside each other: where gaps hold the rounding of the motion,
 #: modes and Taylor series leave them on different ways.
 NESTED = [62, 473, 629, 1225, 1347, 1381]
+#: Scenes with gyroscopic and circulatory terms.
+UNSYMMETRIC_SCENES = 60
 
 
 def test_the_first_scenes():
@@ -34,6 +36,14 @@ def test_the_first_scenes():
     assert sum(outcome.events for outcome in outcomes) > 100 * SCENES, report
     assert sum(outcome.accumulations > 0 for outcome in outcomes) > 0.2 * SCENES, report
     assert np.isfinite([outcome.energy_residual for outcome in outcomes]).all(), report
+
+
+def test_the_first_scenes_with_gyroscopic_and_circulatory_terms():
+    outcomes = fuzz_campaign.campaign(UNSYMMETRIC_SCENES, 1, None, os.cpu_count() or 1, unsymmetric=True)
+    report = fuzz_campaign.summary(outcomes)
+    failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
+    assert not failed, report
+    assert sum(outcome.events for outcome in outcomes) > 100 * UNSYMMETRIC_SCENES, report
 
 
 @pytest.mark.parametrize("index", NESTED)
