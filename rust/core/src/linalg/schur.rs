@@ -302,7 +302,8 @@ fn sweep(
         let (v1, v2) = (r / p, s / p);
         let (u, v) = ([u0, u1, u2], [1.0, v1, v2]);
         reflect_rows(n, &mut h[k * n..], k..row_end, three, u, v);
-        let reflect_columns = |row: &mut [f64]| {
+        let bottom = last.min(k + 3);
+        for row in h[column_start * n..(bottom + 1) * n].chunks_exact_mut(n) {
             if three && let Some([a, b, c]) = row.get_mut(k..k + 3) {
                 let sum = u0 * *a + u1 * *b + u2 * *c;
                 *a -= sum;
@@ -313,9 +314,7 @@ fn sweep(
                 *a -= sum;
                 *b -= sum * v1;
             }
-        };
-        let bottom = last.min(k + 3);
-        h.chunks_exact_mut(n).take(bottom + 1).skip(column_start).for_each(reflect_columns);
+        }
         if let Some(q) = q.as_deref_mut() {
             reflect_rows(n, &mut q[k * n..], 0..n, three, v, u);
         }

@@ -13,7 +13,7 @@ pub(crate) mod sweep;
 
 pub use critical::critical_points;
 pub use critical_point::{CriticalKind, CriticalPoint};
-pub use hopf::{HopfSearch, hopf_points};
+pub use hopf::{HopfSearch, first_hopf_point, hopf_points};
 pub use parameter_path::{Path, PathDamping, Piece};
 pub use series::{Series, StaticSeries};
 pub use sweep::{Sweep, verdicts_along};

@@ -24,25 +24,6 @@ impl Direction {
             }
         }
     }
-
-    /// The dof of a direction along a single one, with its entry there.
-    fn single_dof(&self) -> Option<(usize, f64)> {
-        match self.nonzero()[..] {
-            [entry] => Some(entry),
-            _ => None,
-        }
-    }
-
-    fn entries(&self, size: usize) -> Vec<f64> {
-        match self {
-            Direction::Dof(dof) => {
-                let mut unit = vec![0.0; size];
-                unit[*dof] = 1.0;
-                unit
-            }
-            Direction::Vector(entries) => entries.clone(),
-        }
-    }
 }
 
 /// A contact as a user states it: two directions in the space of x, and its law.
@@ -124,33 +105,30 @@ impl ContactInput {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
-        self.check_directions(contact, size)?;
-        Ok(())
+        self.check_directions(contact)
     }
 }
 
 impl ContactInput {
     /// Refuses a zero direction, and a normal that is a multiple of the tangential direction.
-    fn check_directions(&self, contact: usize, size: usize) -> Result<(), Error> {
-        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.single_dof());
-        if let (Some(t), Some(n)) = (t, n) {
-            return if t.0 == n.0 { Err(Error::NormalIsTangential { contact }) } else { Ok(()) };
-        }
-        let [t, n] = [&self.tangential, &self.normal].map(|direction| direction.entries(size));
-        let largest = |entries: &[f64]| {
-            entries.iter().copied().max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
+    fn check_directions(&self, contact: usize) -> Result<(), Error> {
+        let [t, n] = [&self.tangential, &self.normal].map(Direction::nonzero);
+        let largest = |entries: &[(usize, f64)]| {
+            let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            largest.map(|entry| entry.1)
         };
-        let (t_largest, n_largest) = (largest(&t), largest(&n));
-        for (direction, entry) in [("tangential", t_largest), ("normal", n_largest)] {
-            if entry == 0.0 {
-                return Err(Error::ZeroDirection { contact, direction });
-            }
-        }
+        let of = |direction| Error::ZeroDirection { contact, direction };
+        let t_largest = largest(&t).ok_or_else(|| of("tangential"))?;
+        let n_largest = largest(&n).ok_or_else(|| of("normal"))?;
         // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
+        let entry = |entries: &[(usize, f64)], dof: usize| {
+            entries.binary_search_by_key(&dof, |entry| entry.0).map_or(0.0, |k| entries[k].1)
+        };
         let parallel = |sign: f64| {
-            t.iter()
-                .zip(&n)
-                .all(|(t, n)| (t / t_largest - sign * n / n_largest).abs() <= INDEPENDENCE)
+            t.iter().chain(&n).all(|&(dof, _)| {
+                let difference = entry(&t, dof) / t_largest - sign * entry(&n, dof) / n_largest;
+                difference.abs() <= INDEPENDENCE
+            })
         };
         if parallel(1.0) || parallel(-1.0) {
             return Err(Error::NormalIsTangential { contact });

@@ -17,7 +17,7 @@ use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::energy::work::Works;
 use crate::energy::work::works;
 use crate::error::{Cancel, Error, RunFailure};
-use crate::locus::hopf::hopf_points;
+use crate::locus::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
 use crate::modes::complex_modes::Modes;
 use crate::modes::growth::{ChainMatrices, Growth};
@@ -394,12 +394,15 @@ fn hopf_point(
     let HopfRange { contacts, lower, upper } = range;
     let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
     let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
-    let found = hopf_points(&path)?;
-    let mut destabilising = found.points.iter().filter(|point| point.slope > 0.0).peekable();
-    let lost = destabilising.peek().map(|point| point.value);
-    let first = destabilising
-        .find(|point| combination.is_some() || path.steady_at(point.value).exists)
-        .map(|point| (point.value, point.eigenvalue.norm()));
+    let mut lost = None;
+    let (first, _) = first_hopf_point(&path, |point| {
+        let destabilising = point.slope > 0.0;
+        if destabilising {
+            lost.get_or_insert(point.value);
+        }
+        destabilising && (combination.is_some() || path.steady_at(point.value).exists)
+    })?;
+    let first = first.map(|point| (point.value, point.eigenvalue.norm()));
     match (first, lost) {
         (None, Some(value)) => Err(Failure {
             kind: FailureKind::NoEquilibrium,

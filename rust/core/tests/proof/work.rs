@@ -2,8 +2,9 @@
 //! events are found updates them here, and says why they became more.
 
 use stickslip_core::cycles::attractors::{Search, settle};
+use stickslip_core::locus::{Path, first_hopf_point, hopf_points};
 use stickslip_core::transient::Counters;
-use stickslip_core::{Attractor, Method, State};
+use stickslip_core::{Attractor, Method, Scene, State};
 
 use crate::models::{propagators, run, two_subsystems};
 
@@ -54,4 +55,26 @@ fn the_limit_cycle_of_the_standard_run() {
     // Newton's method on the return map leaves some roundings of the orbit.
     assert!(found.cycle.orbit.residual <= 1e-12, "{}", found.cycle.orbit.residual);
     assert_eq!(found.cycle.stability.is_stable(), Some(true));
+}
+
+/// At how many parameter values the eigenproblem is solved for the Hopf points of the published model, and how many
+/// modes are followed between them; a study stops at the first point.
+#[test]
+fn eigenproblems_of_a_search_for_hopf_points() {
+    let scene = Scene::new(two_subsystems(0.5, 0.025)).expect("a well-posed scene");
+    let sliding = scene.sliding_combination().expect("sliders that move");
+    let path = Path::contact_law([&scene, &scene], &sliding, &[0, 1], 0.0, 3.0).expect("a path");
+    let all = hopf_points(&path).expect("eigenvalues");
+    assert_eq!((all.nodes, all.followed), (0, 0));
+    let mut offered = 0;
+    let (first, nodes) = first_hopf_point(&path, |point| {
+        offered += 1;
+        point.slope > 0.0
+    })
+    .expect("eigenvalues");
+    assert_eq!(first.expect("a Hopf point").value, all.points[0].value);
+    assert_eq!((nodes, offered), (0, 1));
+    let (none, nodes) = first_hopf_point(&path, |_| false).expect("eigenvalues");
+    assert!(none.is_none());
+    assert_eq!(nodes, all.nodes);
 }
