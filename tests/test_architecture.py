@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import stickslip
-from architecture import MOST, arrows, circles, crowded, modules, strangers, upward
+from architecture import MOST, arrows, circles, crowded, modules, strangers, unread, upward
 
 ROOT = Path(stickslip.__file__).parent
 
@@ -19,12 +19,18 @@ def test_every_file_belongs_to_a_part_and_is_read():
         ("stickslip.transient.trajectory", "stickslip.cycles.cycle"),
         ("stickslip.energy.modal", "stickslip.motion.motion"),
         ("stickslip.scene.contact", "stickslip._core"),
-        ("stickslip._core", "stickslip.errors"),
+        ("stickslip._core", "stickslip.faults"),
+        ("stickslip.types", "stickslip.cycles.cycle"),
+        ("stickslip.scene", "stickslip.scene.models"),
     } <= arrows(ROOT)
 
 
 def test_no_arrow_runs_from_an_earlier_part_to_a_later_one():
     assert upward(ROOT) == []
+
+
+def test_only_packages_of_others_are_imported_by_a_name_that_is_computed():
+    assert unread(ROOT) == ["stickslip.scene.checks"]
 
 
 def test_no_files_form_a_circle():
@@ -70,6 +76,10 @@ def planted(tmp_path):
         "from ..modes import modes\n",
         "def late():\n    from house.modes.modes import Modes\n",
         "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    from house.modes.modes import Modes\n",
+        "from importlib import import_module\nModes = import_module('house.modes.modes').Modes\n",
+        "import importlib\nlate = [importlib.import_module(f'house.modes.modes.{k}') for k in 'ab']\n",
+        "modes = __import__('house.modes.modes')\n",
+        "import lazy_loader as lazy\nmodes = lazy.load('house.modes.modes')\n",
     ],
 )
 def test_an_arrow_that_runs_back_is_found_wherever_it_stands(planted, text):
@@ -77,6 +87,24 @@ def test_an_arrow_that_runs_back_is_found_wherever_it_stands(planted, text):
     root = planted("scene/state.py", text)
     assert upward(root) == ["house.scene.state -> house.modes.modes"]
     assert circles(root) == []
+
+
+def test_what_is_loaded_on_demand_is_an_arrow(planted):
+    planted("scene/__init__.py", "import lazy_loader\nlazy_loader.attach_stub(__name__, __file__)\n")
+    root = planted("scene/__init__.pyi", "from ..modes import modes\nfrom .scene import Scene\n")
+    assert upward(root) == ["house.scene -> house.modes.modes"]
+    assert ("house.scene", "house.scene.scene") in arrows(root)
+    listed = "import lazy_loader\nlazy_loader.attach(__name__, ['scene'], {'state': ['State']})\n"
+    planted("scene/__init__.py", listed)
+    assert {("house.scene", "house.scene.scene"), ("house.scene", "house.scene.state")} <= arrows(
+        planted("scene/state.py", "")
+    )
+
+
+def test_an_import_that_cannot_be_read_is_found(planted):
+    assert unread(planted("scene/state.py", "name = 'math'\nmath = __import__(name)\n")) == [
+        "house.scene.state"
+    ]
 
 
 def test_a_circle_within_a_part_is_found(planted):

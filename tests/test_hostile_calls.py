@@ -57,7 +57,10 @@ CALLS = {
         lambda: ss.simulate(SCENE, START, 1.0, max_events=10**30),
         "max_events: .* <= 9223372036854",
     ),
-    "samples": (lambda: RUN.dataset(10**30), "samples: expected an integer <= 9223372036854775807, got 1000"),
+    "samples": (
+        lambda: RUN.to_dataset(10**30),
+        "samples: expected an integer <= 9223372036854775807, got 1000",
+    ),
     "masked": (
         lambda: masses(mass=np.ma.masked_equal([1.0, 2.0, 3.0, 4.0], 3.0)),
         "mass: expected real numbers, got masked entries",

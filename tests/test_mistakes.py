@@ -27,6 +27,10 @@ def small(**changes):
         (lambda: MODEL(inclination=(17.2, 0.7)), "expected radians, got 17.2"),
         (lambda: ss.sweep(MODEL, inclination=[10.0, 20.0]), "expected radians, got 10"),
         (lambda: ss.stability(MODEL, inclination=[0.1, -43.0]), "expected radians, got -43"),
+        (
+            lambda: ss.Study(MODEL, {"inclination_1": [0.1, -43.0]}),
+            "inclination_1: expected radians, got -43",
+        ),
         # names
         (lambda: START.perturbed(velocity={"X1": 1e-3}), "velocity: unknown dof 'X1'; nearest: x1"),
         (lambda: ss.modes.orbit(ss.complex_modes(SCENE), 0, ["x11"]), "unknown dof 'x11'; nearest: x1"),

@@ -112,9 +112,9 @@ def test_forty_calls(tmp_path):
         "loci": loci,
         "diagram": diagram.to_dataset(),
         "basins": reached.to_dataset(),
-        "cycle": cycle.dataset(),
+        "cycle": cycle.to_dataset(),
         "events": run.events.to_dataset(),
-        "modes": modes.dataset(),
+        "modes": modes.to_dataset(),
     }.items():
         ss.write_dataset(answer, tmp_path / f"{name}.nc")
         assert set(ss.read_dataset(tmp_path / f"{name}.nc").data_vars) == set(answer.data_vars), name

@@ -41,13 +41,21 @@ try:
 except ss.RunError as error:
     assert_type(error.partial, ss.types.Motion | None)
     raise
+except ss.errors.RunInterrupted as stopped:
+    assert_type(stopped.partial, ss.types.Motion)
+    raise
 assert_type(run, ss.Trajectory)
 assert_type(run.events.time, NDArray[np.float64])
 assert_type(run.stop_reason, str)
 assert_type(run.counters, dict[str, int])
 assert_type(run.sample([0.1, 0.2]), xr.Dataset)
 assert_type(run.balance().residual, float)
-cycle = run.limit_cycle()
+try:
+    cycle = run.limit_cycle()
+except ss.errors.NotPeriodicError as other:
+    assert_type(other.kind, str)
+    assert_type(other.exponent, float)
+    raise
 assert_type(cycle.period, float)
 assert_type(cycle.combinations, tuple[str, ...])
 assert_type(cycle.multipliers, NDArray[np.complex128])
@@ -70,7 +78,7 @@ assert_type(modes[0], ss.types.Mode)
 assert_type([mode.frequency for mode in modes.select(band=(0.0, 2e3), unstable=True)], list[float])
 assert_type(ss.modes.mac(modes, modes), xr.DataArray)
 assert_type(ss.modes.pairing(modes, modes), xr.Dataset)
-assert_type(modes.dataset(), xr.Dataset)
+assert_type(modes.to_dataset(), xr.Dataset)
 assert_type(modes.plot(), Axes)
 assert_type(run.events[0], ss.types.Event)
 assert_type([event.name for event in run.events], list[str])

@@ -10,7 +10,7 @@ from .cycles.branch_points import branch_points
 from .cycles.cycle import Cycle
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection
-from .errors import InputError, StickslipError
+from .errors import InputError, RunError, StickslipError
 from .files.case import Case, load_case, load_scene, save
 from .files.dataset_file import read_dataset, write_dataset
 from .files.study_file import study_of
@@ -22,7 +22,6 @@ from .modes.modes import Modes, complex_modes
 from .modes.shape import mode_power
 from .modes.status_table import status_table
 from .motion.energy import Balance
-from .motion.errors import RunError
 from .report import write_report
 from .scene import models
 from .scene.contact import Contact

@@ -10,7 +10,7 @@ from typing import Any, Literal, TypedDict, final
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import StickslipError
+from stickslip.faults import StickslipError
 
 __all__ = [
     "Batch",
@@ -85,6 +85,8 @@ class Scene:
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
+    def matrices(self) -> list[_SparseData]: ...  # M, C, K (n, n)
+    def contact_directions(self) -> _Real: ...  # (2c, n)
     def contact_basis(self) -> _Real: ...  # (2c, n)
 
 @final
@@ -166,7 +168,7 @@ class Path:
     def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
     def growth(self, values: _Real) -> dict[str, Any]: ...
 
-# eigenvalue: least stable, unstable: number, steady_sliding: (k,); normal_force: (k, c)
+# eigenvalue: least stable, unstable_modes: number, steady_sliding: (k,); normal_force: (k, c)
 
 @final
 class Trajectory:

@@ -1,98 +1,31 @@
-"""What a user can get wrong, and what can stop a run."""
+"""What a user can get wrong, and what can stop a run: every error by its name."""
 
-from __future__ import annotations
+from stickslip.faults import (
+    InputError,
+    NoSteadySlidingError,
+    OrbitError,
+    SearchInterrupted,
+    StickslipError,
+    StoreError,
+    StudyError,
+    StudyInterrupted,
+)
+from stickslip.motion.errors import NotPeriodicError, RunError, RunInterrupted
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    import xarray as xr
-
-#: Errors of runs hold the motion computed so far: they are defined beside it, and found here as well.
-OF_RUNS = ("NotPeriodicError", "RunError", "RunInterrupted")
-
-
-def __getattr__(name: str) -> Any:
-    if name in OF_RUNS:
-        return getattr(import_module("stickslip.motion.errors"), name)
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+__all__ = [
+    "InputError",
+    "NoSteadySlidingError",
+    "NotPeriodicError",
+    "OrbitError",
+    "RunError",
+    "RunInterrupted",
+    "SearchInterrupted",
+    "StickslipError",
+    "StoreError",
+    "StudyError",
+    "StudyInterrupted",
+]
 
 
 def __dir__() -> list[str]:
-    named = [name for name, value in globals().items() if getattr(value, "__module__", "") == __name__]
-    return sorted({*named, *OF_RUNS} - {"__getattr__", "__dir__"})
-
-
-class StickslipError(Exception):
-    """Base of every error this package raises on purpose."""
-
-
-class InputError(StickslipError, ValueError):
-    """Ill-posed input; the message names the argument and its value."""
-
-
-class NoSteadySlidingError(InputError):
-    """A scene without steady sliding: a contact would pull, and the static load opens it.
-
-    The message names the contact, its normal force and, where one is found, the combination with open
-    contacts
-    in which the structure is in equilibrium.
-    """
-
-
-class SearchInterrupted(KeyboardInterrupt):
-    """A search over many motions that the user interrupted.
-
-    Attributes
-    ----------
-    partial
-        What was found by then: a `Bifurcation` of the values done, or `Basins` with -2 where nothing was
-        computed.
-    done, of
-        How many motions were followed to their end, of how many.
-    """
-
-    def __init__(self, partial: Any, done: int, of: int) -> None:
-        super().__init__(f"interrupted after {done} of {of} motions")
-        self.partial = partial
-        self.done = done
-        self.of = of
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.partial, self.done, self.of)
-
-
-class OrbitError(StickslipError, RuntimeError):
-    """A periodic orbit that Newton's method does not find."""
-
-
-class StoreError(StickslipError, RuntimeError):
-    """A store of results that holds another study, or that another process writes to."""
-
-
-class StudyError(StickslipError, RuntimeError):
-    """A study that could not go on.
-
-    Attributes
-    ----------
-    partial
-        Everything computed so far, an `xarray.Dataset`; the status of other samples is ``pending``.
-    """
-
-    def __init__(self, message: str, partial: xr.Dataset) -> None:
-        super().__init__(message)
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)
-
-
-class StudyInterrupted(KeyboardInterrupt):
-    """A study that the user interrupted; `partial` is everything computed so far, an `xarray.Dataset`."""
-
-    def __init__(self, message: str, partial: xr.Dataset) -> None:
-        super().__init__(message)
-        self.partial = partial
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (str(self), self.partial)
+    return __all__

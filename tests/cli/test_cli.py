@@ -175,7 +175,7 @@ def test_a_run_starts_and_is_computed_as_the_options_say(brake, tmp_path):
     start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 2e-3, "x2": 1e-3})
     for method in ("modal", "taylor"):
         run("simulate", brake, *given[2:], "--duration", 0.05, "--method", method, "-o", target)
-        expected = ss.simulate(scene, start, 0.05, method=method).dataset()
+        expected = ss.simulate(scene, start, 0.05, method=method).to_dataset()
         xr.testing.assert_identical(ss.read_dataset(target), expected)
     # With a combination, position and velocity are the start itself: with the belt, from rest of the spring.
     stuck = ("-c", "s", "--start", "velocity.along=0.1", "--start", "position.along=0.01")
@@ -227,7 +227,7 @@ def test_simulate(brake, tmp_path):
     assert "Events 301 to 312" in printed
     motion = ss.load_case(brake).simulate()
     found = ss.read_dataset(tmp_path / "run.nc")
-    xr.testing.assert_identical(found, motion.dataset())
+    xr.testing.assert_identical(found, motion.to_dataset())
     assert (tmp_path / "run.pdf").read_bytes().startswith(b"%PDF")
     rows = list(csv.DictReader(io.StringIO(run("simulate", brake, "--samples", "11", "--csv").stdout)))
     assert [float(row["time"]) for row in rows] == np.linspace(0.0, 0.6, 11).tolist()

@@ -103,8 +103,8 @@ def test_stability_that_is_not_known_is_a_third_answer(symmetric):
         assert reason in shown
         assert "unstable" not in shown
         assert "nan" not in shown
-    assert symmetric.dataset().attrs["stability"] == reason
-    assert symmetric.dataset().attrs["stable"] == -1
+    assert symmetric.to_dataset().attrs["stability"] == reason
+    assert symmetric.to_dataset().attrs["stable"] == -1
 
 
 def test_stability_that_is_not_known_in_diagrams(symmetric):

@@ -16,6 +16,25 @@ EPS = np.finfo(float).eps
 COMBINATIONS = ["".join(pair) for pair in itertools.product("+-sd", repeat=2)]
 
 
+@pytest.mark.parametrize("damping", [None, ss.Proportional(0.3, 2e-4), np.diag([1.0, 2.0, 3.0])])
+@pytest.mark.parametrize("mass", [[1.0, 2.0, 3.0], [[2.0, 0.1, 0.0], [0.1, 3.0, 0.0], [0.0, 0.0, 1.0]]])
+def test_the_matrices_of_a_scene_come_back_from_the_core(mass, damping):
+    stiffness = np.array([[4.0, -1.0, 0.0], [-1.0, 3.0, 0.5], [0.0, 0.5, 2.0]])
+    sideways = ss.Contact(tangential=[0.6, 0.0, -0.8], normal=1, friction=0.1)
+    scene = ss.Scene(mass, stiffness, damping, [1.0, 2.0, 3.0], [sideways])
+    full = np.array(mass) if np.ndim(mass) == 2 else np.diag(mass)
+    given = np.zeros((3, 3)) if damping is None else damping
+    viscous = 0.3 * full + 2e-4 * stiffness if isinstance(damping, ss.Proportional) else given
+    for structure in (Structure.dense(scene), Structure.of(scene)):
+        for name, expected in {"mass": full, "damping": viscous, "stiffness": stiffness}.items():
+            entries = getattr(structure, name)
+            assert np.array_equal(entries if isinstance(entries, np.ndarray) else entries.toarray(), expected)
+    directions = Structure.dense(scene).directions
+    assert directions.tolist() == [[0.6, 0.0], [0.0, 1.0], [-0.8, 0.0]]
+    # P' D = 1: the forces that balance D f are f.
+    assert Structure.dense(scene).impulse_response.T @ directions == pytest.approx(np.eye(2), abs=1e-15)
+
+
 def check_growth(scene, combination):
     """contact - damping = 2 Re(lambda) energy for every mode, to rounding of powers and eigenvalue.
 
@@ -84,10 +103,10 @@ def test_in_the_growth_phase_the_unstable_mode_holds_the_energy(standard):
     run = ss.simulate(standard.scene, standard.start, 0.3)
     onset = float(run.events.time[0])
     modes = ss.modal_energy(run, np.linspace(0.05, 0.999 * onset, 40))
-    unstable = modes.growth.values[0] > 0.0
+    unstable = modes.growth_rate.values[0] > 0.0
     assert unstable.sum() == 1
     energy = modes.energy.values[:, unstable][:, 0]
-    growth = modes.growth.values[0, unstable][0]
+    growth = modes.growth_rate.values[0, unstable][0]
     # Its energy grows by e^{2 Re(lambda) t} but for a ripple that is the same after half a period.
     frequency = modes.frequency.values[0, unstable][0]
     zeta = growth / (2.0 * np.pi * frequency)

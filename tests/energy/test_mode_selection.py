@@ -56,7 +56,7 @@ def test_the_transient_selects_the_mode_that_closes_at_the_larger_energy(selecti
     assert result.dominant == 0
     assert float(result.modes.energy[0]) > 10.0 * float(result.modes.energy[1])
     if friction == 3.0:
-        assert float(result.modes.growth[1]) > 1.5 * float(result.modes.growth[0])
+        assert float(result.modes.growth_rate[1]) > 1.5 * float(result.modes.growth_rate[0])
     model = scene(friction)
     equilibrium, modes = ss.sliding_equilibrium(model), ss.complex_modes(model)
     unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag > 0.0))
@@ -70,7 +70,7 @@ def test_the_transient_selects_the_mode_that_closes_at_the_larger_energy(selecti
         energy = ss.modal_energy(cycle.run, cycle.period * np.arange(128) / 128)
         sliding = energy.isel(time=energy.combination.values == "++")
         held = sliding.energy.mean("time").values
-        growing = np.flatnonzero(sliding.growth.values[0] > 0.0)
+        growing = np.flatnonzero(sliding.growth_rate.values[0] > 0.0)
         assert growing.size == 2
         assert held[growing[0]] > 3.0 * held[growing[1]]
     assert periods[0] == pytest.approx(periods[1], rel=1e-9)

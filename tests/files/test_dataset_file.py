@@ -50,10 +50,10 @@ def test_a_run_without_events_comes_back(tmp_path, suffix):
     scene = ss.models.two_subsystems(friction=0.3)
     run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.1)
     assert len(run.events) == 0
-    ss.write_dataset(run.dataset(5), tmp_path / f"run{suffix}")
+    ss.write_dataset(run.to_dataset(5), tmp_path / f"run{suffix}")
     found = ss.read_dataset(tmp_path / f"run{suffix}")
     assert found.sizes["event"] == 0
-    assert found.position.values.tobytes() == run.dataset(5).position.values.tobytes()
+    assert found.position.values.tobytes() == run.to_dataset(5).position.values.tobytes()
 
 
 def test_csv_has_a_column_per_label():
@@ -209,7 +209,7 @@ def test_modes_of_a_scene_without_freedom_make_a_table_of_no_rows():
         stiffness=[1.0, 1.0] * np.eye(2),
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, slider_speed=1.0)],
     )
-    text = csv_text(ss.complex_modes(scene, "s").dataset(), ("mode",))
+    text = csv_text(ss.complex_modes(scene, "s").to_dataset(), ("mode",))
     assert text.startswith("mode,")
     assert len(text.splitlines()) == 1
 

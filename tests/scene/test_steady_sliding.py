@@ -53,7 +53,7 @@ def test_verdicts_of_samples_follow_each_slider():
 
     compiled = ss.stability(ss.models.two_subsystems, friction=0.9, slider_speed=speeds)
     for found in (compiled, ss.stability(model, speed=speeds)):
-        assert found.unstable.to_numpy().tolist() == [2, 0]
+        assert found.unstable_modes.to_numpy().tolist() == [1, 0]
         assert found.steady_sliding.all()
     study = ss.Study(
         ss.models.two_subsystems,

@@ -5,13 +5,14 @@ import ast
 #: The parts, in the order in which data flows: a part imports only what stands before it, and itself.
 PARTS = [
     "version",
-    "errors",
+    "faults",
     "_core",
     "show",
     "scene",
     "modes",
     "locus",
     "motion",
+    "errors",
     "cycles",
     "transient",
     "energy",
@@ -25,6 +26,8 @@ PARTS = [
 ]
 #: Files in a folder.
 MOST = 10
+#: Functions that import a module by its name.
+IMPORTERS = ("import_module", "__import__", "lazy.load", "lazy_loader.load")
 
 
 def modules(root):
@@ -37,11 +40,21 @@ def modules(root):
     return found
 
 
+def _nodes(file):
+    """Return the nodes of a file, and of the stub beside it where that is a list of lazy imports."""
+    files = [file]
+    if file.suffix == ".py" and "attach_stub" in file.read_text(encoding="utf-8"):
+        files.append(file.with_suffix(".pyi"))
+    for one in files:
+        yield from ast.walk(ast.parse(one.read_text(encoding="utf-8")))
+
+
 def arrows(root):
     """Return (from, to) for every import anywhere in a file: at the top, in a function, for types only.
 
-    The package itself is left out: it names what users see, and everything of it is loaded on demand. The
-    command line, which uses these names, stands last and may.
+    Calls of `import_module` and `__import__` count, and what a `lazy_loader` brings on demand. The package
+    itself is left out: it names what users see, and everything of it is loaded on demand. The command line,
+    which uses these names, stands last and may.
     """
     names = modules(root)
     top = root.name
@@ -49,7 +62,7 @@ def arrows(root):
     for name, file in names.items():
         if name == top:
             continue
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+        for node in _nodes(file):
             for target in _targets(node, name, file.name == "__init__.py"):
                 while target and target not in names:
                     target = target.rpartition(".")[0]
@@ -62,6 +75,16 @@ def _targets(node, name, is_package):
     """Return what a node imports, each as long as it is written."""
     if isinstance(node, ast.Import):
         return [alias.name for alias in node.names]
+    if _called(node) in IMPORTERS:
+        return [_told(node) or ""]
+    if _called(node) == "attach":
+        # lazy_loader.attach(package, submodules, {submodule: names})
+        return [
+            f"{name}.{one.value}"
+            for argument in [*node.args[1:], *(keyword.value for keyword in node.keywords)]
+            for one in ast.walk(argument)
+            if isinstance(one, ast.Constant) and isinstance(one.value, str)
+        ]
     if not isinstance(node, ast.ImportFrom):
         return []
     base = node.module or ""
@@ -69,6 +92,33 @@ def _targets(node, name, is_package):
         parents = name.split(".")[: len(name.split(".")) - node.level + is_package]
         base = ".".join([*parents, *([node.module] if node.module else [])])
     return [f"{base}.{alias.name}" for alias in node.names]
+
+
+def _called(node):
+    """Return the function that a node calls, without its module unless this is part of the name."""
+    if not isinstance(node, ast.Call):
+        return ""
+    name = ast.unparse(node.func)
+    last = name.rpartition(".")[2]
+    return last if last != "load" else name
+
+
+def _told(node):
+    """Return the module that a call names, of an f-string its beginning; None where that is computed."""
+    given = [*node.args, *(keyword.value for keyword in node.keywords if keyword.arg == "name")][:1]
+    if given and isinstance(given[0], ast.JoinedStr):
+        given = given[0].values[:1]
+    known = given and isinstance(given[0], ast.Constant) and isinstance(given[0].value, str)
+    return given[0].value if known else None
+
+
+def unread(root):
+    """Return the files that import what only a run of them tells."""
+    return sorted(
+        name
+        for name, file in modules(root).items()
+        if any(_called(node) in IMPORTERS and _told(node) is None for node in _nodes(file))
+    )
 
 
 def part(module):

@@ -13,7 +13,7 @@ from typing import Any
 
 import click
 
-from stickslip.errors import InputError, StoreError, StudyError
+from stickslip.faults import InputError, StoreError, StudyError
 from stickslip.motion.errors import RunError
 
 DONE = 0

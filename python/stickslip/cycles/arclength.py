@@ -13,7 +13,7 @@ from stickslip import _core
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.branch import Branch, BranchPoint, Placed, checked_cycle
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import InputError, OrbitError
+from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import SceneAt, between
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real, real_number, whole_number

@@ -8,7 +8,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.scene.checks import real_number
 from stickslip.scene.scene import Scene

@@ -22,7 +22,7 @@ from stickslip.cycles.attractors import (
 )
 from stickslip.cycles.bifurcation import table
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import InputError, SearchInterrupted
+from stickslip.faults import InputError, SearchInterrupted
 from stickslip.locus.asked import asked, axis, divided
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Real

@@ -20,7 +20,7 @@ from stickslip.cycles.attractors import (
     stretch_of,
 )
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import SearchInterrupted
+from stickslip.faults import SearchInterrupted
 from stickslip.locus.asked import along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import Index, Real

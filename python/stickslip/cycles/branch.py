@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 from stickslip.cycles.bifurcation import Diagram, table
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import InputError, OrbitError
+from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import SceneAt, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described

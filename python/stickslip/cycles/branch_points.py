@@ -11,7 +11,7 @@ import scipy.optimize
 from stickslip.cycles.arclength import fold_near
 from stickslip.cycles.branch import BranchPoint, Kind, Placed, checked_cycle, continued
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import OrbitError
+from stickslip.faults import OrbitError
 from stickslip.locus.asked import SceneAt, between
 from stickslip.scene.checks import whole_number
 from stickslip.scene.family import Model

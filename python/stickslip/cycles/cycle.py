@@ -268,8 +268,9 @@ class Cycle:
         Returns
         -------
         xarray.Dataset
-            ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, and ``growth`` (phase, pair), 1/s, one
-            of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination`` (phase).
+            ``duration`` (phase), s; ``frequency`` (phase, pair), Hz, and ``growth_rate`` (phase, pair), 1/s,
+            one of each conjugate pair, nan beyond the modes of a combination; coordinate ``combination``
+            (phase).
         """
         upper = {name: modes.eigenvalues[modes.eigenvalues.imag >= 0.0] for name, modes in self.modes.items()}
         width = max(values.size for values in upper.values())
@@ -280,7 +281,7 @@ class Cycle:
             {
                 "duration": ("phase", self.durations, {"units": "s"}),
                 "frequency": (("phase", "pair"), np.abs(rows) / (2.0 * np.pi), {"units": "Hz"}),
-                "growth": (("phase", "pair"), rows.real, {"units": "1/s"}),
+                "growth_rate": (("phase", "pair"), rows.real, {"units": "1/s"}),
             },
             coords={"combination": ("phase", list(self.combinations))},
         )
@@ -309,7 +310,7 @@ class Cycle:
         """
         return fourier_series(self.scene, self.period, self.core.harmonics(whole_number("count", count, 1)))
 
-    def dataset(self, samples: int = 513) -> xr.Dataset:
+    def to_dataset(self, samples: int = 513) -> xr.Dataset:
         """Return what a file of the cycle holds.
 
         Parameters
@@ -320,7 +321,7 @@ class Cycle:
         Returns
         -------
         xarray.Dataset
-            ``duration`` (phase), ``mode_frequency`` and ``mode_growth`` (phase, pair) of `table`;
+            ``duration`` (phase), ``mode_frequency`` and ``growth_rate`` (phase, pair) of `table`;
             ``multiplier`` (order), complex; ``coefficient`` and ``amplitude`` (harmonic, dof) of
             `harmonics`; one period as `Motion.sample` gives it (time). The attributes
             ``period`` s, ``stable`` (-1: not known), ``stability``, ``structural_zeros``.
@@ -330,8 +331,8 @@ class Cycle:
         InputError
             If `samples` is no integer >= 2.
         """
-        motion = self.run.dataset(samples)
-        modes = self.table().rename(frequency="mode_frequency", growth="mode_growth")
+        motion = self.run.to_dataset(samples)
+        modes = self.table().rename(frequency="mode_frequency")
         motion = motion.drop_vars([str(name) for name in motion.data_vars if "event" in motion[name].dims])
         motion.attrs = {
             "period": self.period,

@@ -234,7 +234,7 @@ def gain_over_amplitude(selection: ModeSelection) -> Figure:
         colour = CONTACT[j % len(CONTACT)]
         mode, gain, style = selection.modes.isel(mode=j), selection.gains.isel(mode=j), next(styles)
         ratio = gain.net / gain.energy
-        name = f"{float(mode.frequency):.1f} Hz, growth {float(mode.growth):.1f} 1/s"
+        name = f"{float(mode.frequency):.1f} Hz, growth rate {float(mode.growth_rate):.1f} 1/s"
         over_amplitude.plot(1e6 * gain.amplitude, ratio, color=colour, linestyle=style, label=name)
         over_energy.semilogx(1e3 * gain.energy, ratio, color=colour, linestyle=style)
         over_amplitude.plot(1e6 * float(mode.amplitude), 0.0, "o", color=colour)

@@ -46,8 +46,8 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
         (time, pair), one of each conjugate pair in the order of `Modes`, nan beyond those of a combination
         that has fewer: ``energy`` J of the mode alone, ``share`` J (adds up to ``total`` (time); may be
         negative), ``contact_power`` W into the mode, ``damping_power`` W, whose difference is the rate of
-        ``energy``; ``frequency`` Hz, ``growth`` 1/s. ``combination`` (time). Defective modes and those with
-        lambda = 0 are nan.
+        ``energy``; ``frequency`` Hz, ``growth_rate`` 1/s. ``combination`` (time). Defective modes and
+        those with lambda = 0 are nan.
 
     Raises
     ------
@@ -84,7 +84,7 @@ MODAL_TERMS = {
     "contact_power": "W",
     "damping_power": "W",
     "frequency": "Hz",
-    "growth": "1/s",
+    "growth_rate": "1/s",
 }
 
 

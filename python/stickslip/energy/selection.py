@@ -23,7 +23,7 @@ import scipy.optimize
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.modes.modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.scene import Scene
@@ -51,8 +51,8 @@ class ModeSelection:
     combination
         Status combination of steady sliding.
     modes
-        Dims (mode,): ``frequency`` Hz, ``growth`` Re(lambda) 1/s, ``amplitude`` at which the balance closes,
-        nan if it does not, and mean ``energy`` of a motion in the shape of the mode there, J.
+        Dims (mode,): ``frequency`` Hz, ``growth_rate`` Re(lambda) 1/s, ``amplitude`` at which the balance
+        closes, nan if it does not, and mean ``energy`` of a motion in the shape of the mode there, J.
     gains
         Dims (mode, amplitude): ``energy`` at the start; ``contact``, what the fluctuating contact forces
         bring in; ``damping`` and ``impact``, what is lost; ``net``, the energy gained, from the states:
@@ -73,7 +73,7 @@ class ModeSelection:
         lines = [f"ModeSelection({self.combination!r})", "        Hz       1/s  closes at, m  with, J"]
         for j in range(self.modes.sizes["mode"]):
             frequency, growth, amplitude, energy = (
-                float(self.modes[name][j]) for name in ("frequency", "growth", "amplitude", "energy")
+                float(self.modes[name][j]) for name in ("frequency", "growth_rate", "amplitude", "energy")
             )
             note = "  dominant" if j == self.dominant else ""
             lines.append(f"  {frequency:8.3f}  {growth:8.3f}    {amplitude:.4e}  {energy:.3e}{note}")
@@ -125,7 +125,7 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
         xr.Dataset(
             {
                 "frequency": ("mode", modes.frequencies[chosen], {"units": "Hz"}),
-                "growth": ("mode", modes.eigenvalues[chosen].real, {"units": "1/s"}),
+                "growth_rate": ("mode", modes.eigenvalues[chosen].real, {"units": "1/s"}),
                 "amplitude": ("mode", closed, {"units": "m"}),
                 "energy": ("mode", energy, {"units": "J"}),
             },

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.files.scene_file import (
     MODELS,
     Matrices,

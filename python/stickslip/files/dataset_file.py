@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import package
 
 if TYPE_CHECKING:

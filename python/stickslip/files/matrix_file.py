@@ -13,7 +13,7 @@ import numpy as np
 import scipy.io
 import scipy.sparse
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.contact import nearest
 
 #: What a file is named by.

@@ -20,7 +20,7 @@ from typing import Any, Literal
 import numpy as np
 import scipy.sparse
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.files.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models

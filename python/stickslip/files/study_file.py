@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.files.case import RANGE_KEYS, Case, parameter_values
 from stickslip.files.scene_file import known, located
 from stickslip.scene.checks import real_number

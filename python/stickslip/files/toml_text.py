@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 
 BARE = re.compile(r"[A-Za-z0-9_-]+")
 #: Longest line of an array of numbers; longer ones are wrapped.

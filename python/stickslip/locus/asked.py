@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene

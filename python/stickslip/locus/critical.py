@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.asked import asked, divided, interval
 from stickslip.locus.path import Sliding
 from stickslip.scene.checks import Complex, Real, real_number

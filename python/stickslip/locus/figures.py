@@ -10,7 +10,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.show.style import STABLE, UNSTABLE
 
 #: Shades of growth, and as many of decay, in a map of stability.

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.fft
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import law_entry
 from stickslip.scene.family import Family

@@ -18,7 +18,7 @@ import scipy.linalg
 import xarray as xr
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.locus.units import parameter_units

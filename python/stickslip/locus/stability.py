@@ -9,12 +9,11 @@ import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.scene.checks import Real, real_array
 from stickslip.scene.family import Family, Model
-from stickslip.scene.models import radians
 from stickslip.scene.scene import Scene
 
 
@@ -45,10 +44,10 @@ def stability(
     -------
     xarray.Dataset
         Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
-        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable``, how many
-        eigenvalues have a positive real part, conjugates counted; ``steady_sliding``, whether steady sliding
-        of the combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the
-        closed contacts in equilibrium, N, also over ``contact``.
+        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, how
+        many modes grow, a conjugate pair being one; ``steady_sliding``, whether steady sliding of the
+        combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the closed
+        contacts in equilibrium, N, also over ``contact``.
 
     Raises
     ------
@@ -67,7 +66,7 @@ def stability(
             "eigenvalue": ("sample", eigenvalue, {"units": "1/s"}),
             "growth_rate": ("sample", eigenvalue.real, {"units": "1/s"}),
             "frequency": ("sample", np.abs(eigenvalue) / (2.0 * np.pi), {"units": "Hz"}),
-            "unstable": ("sample", found["unstable"]),
+            "unstable_modes": ("sample", found["unstable_modes"]),
             "steady_sliding": ("sample", found["steady_sliding"]),
             "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
         },
@@ -112,9 +111,7 @@ def _verdicts(
     if family.compiled:
         for sample, place in np.argwhere(~np.isfinite(rows)):
             raise InputError(f"{names[place]}: must be finite, got {rows[sample, place]} in sample {sample}")
-        for place, name in enumerate(names):
-            if rows.size and family.slot(name).entry == "inclination":
-                radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
+        family.check_angles(names, rows)
         labels = family.template.contact_labels()
         samples: Any = family.compile(names), np.ascontiguousarray(rows)
     else:

@@ -11,7 +11,7 @@ import scipy.optimize
 import xarray as xr
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.asked import asked, axis, divided
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined

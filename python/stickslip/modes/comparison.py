@@ -8,7 +8,7 @@ import numpy as np
 import scipy.optimize
 import xarray as xr
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Index, described
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.modes.shape import orbit
 from stickslip.scene.checks import Complex

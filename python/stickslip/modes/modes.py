@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.scene import Scene, checked_combination
 from stickslip.show.summary import Summary, Table
@@ -233,7 +233,7 @@ class Modes:
         axes.legend(frameon=False, fontsize="small")
         return axes
 
-    def dataset(self) -> xr.Dataset:
+    def to_dataset(self) -> xr.Dataset:
         """Return what a table or a file of the modes holds.
 
         Returns

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index

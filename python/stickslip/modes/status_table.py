@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.modes.modes import complex_modes
 from stickslip.scene.scene import Scene, checked
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from stickslip.errors import StickslipError
-from stickslip.motion.motion import Motion
+from stickslip.faults import StickslipError
+
+if TYPE_CHECKING:
+    from stickslip.motion.motion import Motion
 
 
 class RunError(StickslipError, RuntimeError):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.motion import energy as energetics
 from stickslip.motion.events import Accumulation, Events, Grazing
 from stickslip.scene.checks import Names, Real, real_array, real_number, whole_number
@@ -286,7 +286,7 @@ class Motion:
             held[name] = held.get(name, 0.0) + float(time)
         return held
 
-    def dataset(self, samples: int = 2001) -> xr.Dataset:
+    def to_dataset(self, samples: int = 2001) -> xr.Dataset:
         """Return what a file of the run holds: equidistant samples, and every event.
 
         Parameters

@@ -9,7 +9,7 @@ import scipy.signal
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import real_number, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.reference.numbers import published
 from stickslip.scene.known import Column, Known
 from stickslip.scene.models import two_subsystems
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import sliding_equilibrium
-from stickslip.scene.structure import dense
+from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
 from stickslip.show.html import columns, figure, note, paragraph, section, subsection, table
 
@@ -68,12 +68,9 @@ def _is_published(scene: Scene) -> bool:
     reference = two_subsystems()
     if scene.dofs != reference.dofs or len(scene.contacts) != 2 or scene.damping != reference.damping:
         return False
-    same = np.array_equal(scene.mass, reference.mass)
-    same = same and np.array_equal(dense(scene.stiffness), dense(reference.stiffness))
-    for i in range(len(scene.contacts)):
-        same = same and np.array_equal(scene.tangential_direction(i), reference.tangential_direction(i))
-        same = same and np.array_equal(scene.normal_direction(i), reference.normal_direction(i))
-    return same
+    ours, theirs = (Structure.dense(one) for one in (scene, reference))
+    names = ("mass", "stiffness", "directions")
+    return all(np.array_equal(getattr(ours, name), getattr(theirs, name)) for name in names)
 
 
 def _is_as(scene: Scene, other: Scene) -> bool:

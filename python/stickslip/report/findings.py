@@ -13,7 +13,7 @@ import xarray as xr
 
 from stickslip.cycles.attractors import set_in_motion
 from stickslip.cycles.cycle import Cycle
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint, critical_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.modes import Modes, complex_modes
@@ -304,20 +304,18 @@ def _settled(
     # What decays and meets no event needs no search, which would take minutes for a thousand dofs.
     resting = len(run.events) == 0 and run.start.combination == modes.combination
     if resting and not (modes.unstable | modes.marginal).any():
-        reasons["cycle"] = (
-            f"none was looked for: no contact changed its status in {run.duration:g} s, and every mode decays"
-        )
+        quiet = f"no contact changed its status in {run.duration:g} s, and every mode decays"
+        reasons["cycle"] = f"No limit cycle was looked for: {quiet}"
         return None, "decaying", run
     if "stopped" in reasons:
-        reasons["cycle"] = f"no limit cycle was looked for: {reasons['stopped']}"
+        reasons["cycle"] = f"No limit cycle was looked for: {reasons['stopped']}"
         return None, run.stop_reason, run
     try:
         cycle = run.limit_cycle(further=max(FURTHER, run.duration))
     except NotPeriodicError as error:
-        reasons["cycle"] = str(error)
         # Without an exponent there is nothing that parts or meets.
         neutral = error.kind == "unsettled" or (error.kind == "undecided" and math.isnan(error.exponent))
-        if neutral and len(run.events) == 0:
-            reasons["cycle"] = "no contact changes its status, and the motion neither grows nor dies out"
+        quiet = "no contact changes its status, and the motion neither grows nor dies out"
+        reasons["cycle"] = f"No limit cycle: {quiet if neutral and len(run.events) == 0 else error}"
         return None, error.kind, error.partial if error.partial is not None else run
     return cycle, "cycle", cycle.run

@@ -106,7 +106,7 @@ def cycle_section(found: Findings) -> str:
     if found.last is None:
         return section("cycle", "Limit cycle", note("There is no motion to settle.", "warning"))
     if found.cycle is None:
-        parts = [note(f"No limit cycle: {found.reasons['cycle']}")]
+        parts = [note(f"{found.reasons['cycle']}.")]
         if found.settled not in AT_REST and found.scene.contacts and found.last.duration > 0.0:
             parts.append(
                 _portraits(found, f"Phase portraits of the last {number(found.last.duration, 4)} s.")
@@ -124,7 +124,7 @@ def cycle_section(found: Findings) -> str:
                 1e3 * float(row.duration),
                 *(
                     "" if np.isnan(f) else number(f, 5) + (" u" if g > 0.0 else "")
-                    for f, g in zip(row.frequency.to_numpy(), row.growth.to_numpy(), strict=True)
+                    for f, g in zip(row.frequency.to_numpy(), row.growth_rate.to_numpy(), strict=True)
                 ),
             ]
             for row in (times.isel(phase=k) for k in range(times.sizes["phase"]))

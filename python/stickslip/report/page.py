@@ -210,13 +210,8 @@ def verdict(found: Findings) -> str:
         )
     elif found.settled == "equilibrium":
         second = "Disturbed, the motion comes to rest again."
-    elif found.settled == "decaying":
-        second = (
-            f"Disturbed, no contact changes its status in the {number(found.run.duration)} s "
-            "that were computed, and every mode decays: no limit cycle was looked for."
-        )
     else:
-        second = f"Disturbed, it finds no limit cycle: {found.reasons['cycle']}."
+        second = f"{found.reasons['cycle']}."
     if found.balance is not None and found.cycle is not None:
         second += (
             f" Per period the sliders bring {number(1e3 * found.balance.slider, 4)} mJ, of which "

@@ -11,7 +11,7 @@ from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
 from stickslip.scene.scene import Proportional
-from stickslip.scene.structure import dense
+from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
 
@@ -72,13 +72,13 @@ def scene_section(found: Findings) -> str:
     )
     matrices = []
     if scene.size <= PRINTED:
-        named = [("Stiffness matrix, N/m", scene.stiffness)]
+        structure = Structure.dense(scene)
+        named = [("Stiffness matrix, N/m", structure.stiffness)]
         if scene.mass.ndim == 2:
-            named.append(("Mass matrix, kg", scene.mass))
+            named.append(("Mass matrix, kg", structure.mass))
         if damping is not None and not isinstance(damping, Proportional):
-            named.append(("Damping matrix, N s/m", damping))
-        for caption, matrix in named:
-            entries = dense(matrix)
+            named.append(("Damping matrix, N s/m", structure.damping))
+        for caption, entries in named:
             rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]
             matrices.append(table(caption, ["", *scene.dofs], rows))
     return section(
@@ -185,7 +185,7 @@ def modes_section(found: Findings) -> str:
         verdict = "unstable" if modes.unstable[k] else "stable"
         moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
         growth = number(modes.eigenvalues[k].real, 4)
-        caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth {growth} 1/s"
+        caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth rate {growth} 1/s"
         cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
     omitted = chosen.size - len(shown)
     lead = (

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 
 if TYPE_CHECKING:
     from stickslip._core import _SparseData

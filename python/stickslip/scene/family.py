@@ -24,9 +24,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene import models
-from stickslip.scene.checks import described, real_number
+from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import LAW, core_contact, law_entry, nearest, per_contact
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
@@ -190,6 +190,18 @@ class Family:
                 if (entry, k) in seen:
                     raise InputError(f"parameters: {name!r} and {seen[entry, k]!r} set the same number")
                 seen[entry, k] = name
+
+    def check_angles(self, names: Sequence[str], rows: Real) -> None:
+        """Refuse samples (k, names) with an inclination beyond a full turn: it must be meant in degrees.
+
+        Raises
+        ------
+        InputError
+            Naming the parameter and the largest angle.
+        """
+        for place, name in enumerate(names):
+            if self.is_chain and rows.size and self.slot(name).entry == "inclination":
+                models.radians(name, float(rows[np.abs(rows[:, place]).argmax(), place]))
 
     def scene(self, values: Mapping[str, Any]) -> Scene:
         """Return the scene for some parameter values; those not given stay as they are.

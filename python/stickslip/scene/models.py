@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import Contact, per_contact
 from stickslip.scene.scene import Proportional, Scene

@@ -15,7 +15,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import (
     Real,
     core_matrix,

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real, default_dofs, described, real_array, real_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked

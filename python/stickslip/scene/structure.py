@@ -5,65 +5,52 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import scipy.sparse
 
 from stickslip.scene.checks import Complex, Real
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.scene import Scene
 
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """``M x'' + C x' + K x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...).
+    """``M x'' + C x' + K x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...); all from the core.
 
     Attributes
     ----------
     mass, damping, stiffness
-        M, C, K, (n, n), sparse where they are given so, or dense.
+        M, C, K, (n, n), sparse or dense.
+    directions
+        D, (n, 2c), the same: tangential and normal direction of every contact.
+    impulse_response
+        ``P = M^-1 D (D' M^-1 D)^-1``, (n, 2c), the same: ``P' r`` are the contact forces that balance
+        r = D f.
     force
         F, (n,).
-    directions
-        D, (n, 2c): tangential and normal direction of every contact.
-    impulse_response
-        ``P = M^-1 D (D' M^-1 D)^-1``, (n, 2c), from the core: ``P' r`` are the contact forces that balance
-        r = D f.
     """
 
     mass: Any
     damping: Any
     stiffness: Any
-    force: Real
     directions: Any
     impulse_response: Any
+    force: Real
 
     @classmethod
     def of(cls, scene: Scene) -> Structure:
-        """Return the matrices of a scene."""
-        mass = scipy.sparse.diags_array(scene.mass).tocsr() if scene.mass.ndim == 1 else scene.mass
-        damping = scene.damping
-        if damping is None:
-            damping = scipy.sparse.csr_array((scene.size, scene.size))
-        elif isinstance(damping, Proportional):
-            damping = damping.mass * mass + damping.stiffness * scene.stiffness
-        columns = [
-            direction(i)
-            for i in range(len(scene.contacts))
-            for direction in (scene.tangential_direction, scene.normal_direction)
-        ]
-        directions = scipy.sparse.csr_array(np.reshape(columns, (len(columns), scene.size)).T)
-        basis = scipy.sparse.csr_array(scene.core.contact_basis().T)
-        return cls(mass, damping, scene.stiffness, scene.force, directions, basis)
+        """Return the sparse matrices of a scene."""
+        core, shape = scene.core, (scene.size, scene.size)
+        mass, damping, stiffness = (scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices())
+        directions, basis = (
+            scipy.sparse.csr_array(rows.T) for rows in (core.contact_directions(), core.contact_basis())
+        )
+        return cls(mass, damping, stiffness, directions, basis, scene.force)
 
     @classmethod
     def dense(cls, scene: Scene) -> Structure:
-        """Return the matrices of a scene as dense arrays."""
-        return cls(*(dense(part) for part in vars(cls.of(scene)).values()))
-
-
-def dense(matrix: Any) -> Real:
-    """Return a matrix of a scene, dense or sparse, as an array."""
-    dense: Real = matrix.toarray() if scipy.sparse.issparse(matrix) else np.asarray(matrix)
-    return dense
+        """Return the matrices of a scene as arrays."""
+        sparse = cls.of(scene)
+        matrices = {name: part.toarray() for name, part in vars(sparse).items() if name != "force"}
+        return cls(**matrices, force=sparse.force)
 
 
 def times(matrix: Any, vectors: Complex) -> Complex:

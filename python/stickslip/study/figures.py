@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.study.statistics import BINS, sample_values
 from stickslip.study.statistics import probability as chance
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real
 from stickslip.study.samplers import LEVELS, problem, salib, unit_design
 from stickslip.study.statistics import Condition, sample_values, units_of

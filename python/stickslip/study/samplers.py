@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real
 
 #: Samplers of the unit cube by name, with the options each takes.

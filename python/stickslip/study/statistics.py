@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.checks import Real, real_number
 from stickslip.scene.contact import nearest
 

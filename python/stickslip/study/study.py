@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.errors import InputError, StudyError, StudyInterrupted
+from stickslip.faults import InputError, StudyError, StudyInterrupted
 from stickslip.locus.asked import interval
 from stickslip.scene.checks import Real, real_array, real_number, whole_number
 from stickslip.scene.family import Family, Model
@@ -135,6 +135,7 @@ class Study:
         else:
             self.sampler = "points"
             self.design = self._points(sampler, samples)
+        self.family.check_angles(self.parameters.names, self.design)
         self.settings = self._settings(
             combination, hopf, duration, further, position, velocity, method, max_events
         )

@@ -11,7 +11,7 @@ from typing import Any, Literal
 from rich.progress import Progress
 
 from stickslip import _core
-from stickslip.errors import InputError, StickslipError
+from stickslip.faults import InputError, StickslipError
 from stickslip.motion.errors import RunError
 from stickslip.scene.checks import Real, whole_number
 from stickslip.scene.scene import Scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Literal
 
 from stickslip import _core
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.motion.errors import RunError, RunInterrupted
 from stickslip.scene.checks import real_number, whole_number
 from stickslip.scene.scene import Scene, checked

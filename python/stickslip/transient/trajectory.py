@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import real_number
 from stickslip.scene.contact import dof_index

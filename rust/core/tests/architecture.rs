@@ -20,7 +20,7 @@ const PARTS: [&str; 12] = [
     "study",
 ];
 
-/// Most source files of one folder, beside its `mod.rs`.
+/// Most source files of one folder, its `mod.rs` among them.
 const LARGEST_FOLDER: usize = 10;
 
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
@@ -151,10 +151,16 @@ fn no_files_form_a_circle() {
     assert_eq!(circle(&imports), None);
 }
 
-/// No glob and no `super::` outside of tests hides an import from the tests above.
+/// No glob, no `super::` and no re-export outside of tests hides an import from the tests above.
 #[test]
 fn imports_name_what_they_use() {
-    for (file, code) in core() {
+    let modules = core();
+    for (file, code) in &modules {
+        for path in paths(code) {
+            let known = |(name, _): (usize, &str)| modules.contains_key(&path[..name]);
+            let named = path.match_indices("::").any(known) || modules.contains_key(&path);
+            assert!(named, "{file} imports crate::{path}, which names no file");
+        }
         assert!(!code.contains("use super::"), "{file} imports by `super`");
         let crate_glob = code.lines().any(|line| line.contains("crate::") && line.contains("::*"));
         assert!(!crate_glob, "{file} imports by a glob");
@@ -163,10 +169,11 @@ fn imports_name_what_they_use() {
 
 #[test]
 fn folders_stay_small() {
-    let mut folders: BTreeMap<String, usize> = BTreeMap::new();
-    for file in core().keys() {
-        let folder = file.rsplit_once("::").map_or("", |(folder, _)| folder);
-        *folders.entry(folder.to_owned()).or_default() += 1;
+    let mut files = Vec::new();
+    sources(&Path::new(env!("CARGO_MANIFEST_DIR")).join("src"), &mut files);
+    let mut folders: BTreeMap<&Path, usize> = BTreeMap::new();
+    for folder in files.iter().filter_map(|file| file.parent()) {
+        *folders.entry(folder).or_default() += 1;
     }
     folders.retain(|_, count| *count > LARGEST_FOLDER);
     assert!(folders.is_empty(), "{folders:?}");

@@ -207,6 +207,18 @@ impl Scene {
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 
+    /// M, C and K over the dofs, as compressed rows.
+    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<[SparseParts<'py>; 3]> {
+        let matrices = detached(py, || self.input.matrices())?;
+        Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
+    }
+
+    /// By row: the tangential and the normal direction of every contact.
+    fn contact_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let rows = self.input.directions();
+        matrix(py, rows.len(), self.size(), rows.concat())
+    }
+
     /// By row: how contact forces along each direction are told from a load on the dofs.
     fn contact_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let columns = detached(py, || self.core().contact_basis())?;

@@ -60,7 +60,10 @@ def cycle(
     from stickslip.plot import limit_cycle
 
     answer.give(
-        lambda: found.dataset(samples), ("phase",), lambda out: _show(out, found), lambda: limit_cycle(found)
+        lambda: found.to_dataset(samples),
+        ("phase",),
+        lambda out: _show(out, found),
+        lambda: limit_cycle(found),
     )
 
 

@@ -72,7 +72,7 @@ def modes(
         wrong = [number for number in numbers if number >= len(found)]
         if wrong:
             raise click.BadParameter(f"--modes: the scene has the modes 0 to {len(found) - 1}, got {wrong}")
-    answer.give(found.dataset, ("mode",), lambda out: _show(out, found), drawn)
+    answer.give(found.to_dataset, ("mode",), lambda out: _show(out, found), drawn)
 
 
 def _numbers(text: str | None) -> list[int] | None:

@@ -34,7 +34,7 @@ def report(
     computed one. The last section holds date, command and scene file; the date is that of
     SOURCE_DATE_EPOCH where this is set.
     """
-    from stickslip.errors import InputError
+    from stickslip.faults import InputError
     from stickslip.reference.section import known
     from stickslip.report import write_report
     from stickslip.report.page import verdict

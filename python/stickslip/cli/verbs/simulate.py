@@ -75,7 +75,7 @@ def simulate(
 
     def give(run: ss.types.Motion) -> None:
         answer.give(
-            lambda: run.dataset(samples),
+            lambda: run.to_dataset(samples),
             ("event",) if events else ("time",),
             lambda out: _show(out, run),
             lambda: _figure(run, dofs),

@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterable, Iterator
 from importlib import import_module
 from typing import Any, TypeAlias
 
-from stickslip.errors import InputError, StickslipError
+from stickslip.faults import InputError, StickslipError
 from stickslip.scene.checks import Real
 from stickslip.study.sample.evaluation import Columns, Evaluation
 

@@ -21,7 +21,7 @@ import xarray as xr
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
-from stickslip.errors import InputError, StoreError
+from stickslip.faults import InputError, StoreError
 from stickslip.scene.checks import package
 from stickslip.study.run.identity import differences
 from stickslip.study.sample.evaluation import Columns

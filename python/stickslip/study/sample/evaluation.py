@@ -14,7 +14,7 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.cycles.attractors import described
-from stickslip.errors import InputError, StickslipError
+from stickslip.faults import InputError, StickslipError
 from stickslip.locus.path import moved_friction
 from stickslip.scene.checks import Real
 from stickslip.scene.family import Family

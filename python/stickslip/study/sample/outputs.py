@@ -8,7 +8,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from stickslip.errors import InputError
+from stickslip.faults import InputError
 from stickslip.scene.contact import nearest
 from stickslip.study.sample.fingerprint import described_function
 

@@ -1,13 +1,9 @@
 //! What a status means: event functions, kinds of events, transitions, admissible starts.
 
 pub(crate) mod admissible_start;
-pub(crate) mod contact_problem;
-pub(crate) mod coupled_contacts;
-pub(crate) mod coupled_transition;
-pub(crate) mod elimination;
+pub(crate) mod coupled;
 pub(crate) mod event_function;
 pub(crate) mod event_kind;
-pub(crate) mod joint_closing;
 pub(crate) mod settlement;
 pub(crate) mod transition;
 

@@ -1,7 +1,7 @@
 //! What the contacts do after an event: the one place where statuses change.
 
-use crate::contact::coupled_contacts::Coupled;
-use crate::contact::coupled_transition;
+use crate::contact::coupled::contacts::Coupled;
+use crate::contact::coupled::transition::settle_coupled;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
@@ -49,7 +49,7 @@ pub(crate) fn settle(
     settlement.events.clear();
     if let Some(w) = &scene.coordinates.delassus {
         let coupled = Coupled { scene, time, w };
-        coupled_transition::settle(&coupled, triggers, settlement, series, q, u)?;
+        settle_coupled(&coupled, triggers, settlement, series, q, u)?;
         settlement.depart(scene, q, u);
         return Ok(());
     }

@@ -15,10 +15,10 @@ use rayon::prelude::*;
 use crate::error::Error;
 use crate::linalg::eigenpair::turned;
 use crate::locus::parameter_path::Path;
-use crate::modes::columns::Columns;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::{Damping, DoubledRows};
+use crate::modes::refinement::columns::Columns;
 use crate::modes::spectrum::{Vectors, spectrum};
 
 /// Smallest interval, of the whole range; below it two branches count as meeting. Rounding splits a meeting pair by

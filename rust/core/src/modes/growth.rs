@@ -32,20 +32,16 @@ const NOISE: f64 = 1e3 * f64::EPSILON;
 pub struct Growth {
     /// lambda of the largest real part, 1/s; -infinity where there is no mode.
     pub eigenvalue: Complex64,
-    /// How many eigenvalues have a positive real part, conjugates counted.
-    pub unstable: usize,
-    /// How many modes do: a conjugate pair is one.
+    /// How many modes have a positive real part: a conjugate pair is one.
     pub unstable_modes: usize,
 }
 
 impl Growth {
     const NONE: Self =
-        Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable: 0, unstable_modes: 0 };
+        Self { eigenvalue: Complex64::new(f64::NEG_INFINITY, 0.0), unstable_modes: 0 };
 
     fn include(&mut self, lambda: Complex64) {
-        let unstable = lambda.re > 0.0;
-        self.unstable += usize::from(unstable);
-        self.unstable_modes += usize::from(unstable && lambda.im >= 0.0);
+        self.unstable_modes += usize::from(lambda.re > 0.0 && lambda.im >= 0.0);
         // Not so for NaN, which has to stay.
         if !(lambda.re <= self.eigenvalue.re) {
             self.eigenvalue = Complex64::new(lambda.re, lambda.im.abs());

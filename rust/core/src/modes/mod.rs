@@ -1,14 +1,11 @@
 //! Complex modes and growth of one status combination.
 
-pub(crate) mod columns;
 pub(crate) mod complex_modes;
 pub(crate) mod growth;
-pub(crate) mod inverse_iteration;
 pub(crate) mod mass_factor;
 pub(crate) mod mode;
 pub(crate) mod quadratic_pencil;
 pub(crate) mod refinement;
-pub(crate) mod slow_modes;
 pub(crate) mod spectrum;
 
 pub use complex_modes::Modes;

@@ -14,13 +14,13 @@ use crate::error::Error;
 use crate::linalg::eigen;
 use crate::linalg::eigenpair::{EigenPair, norm};
 use crate::linalg::parallel::each;
-use crate::modes::columns::Columns;
-use crate::modes::inverse_iteration::InverseIteration;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
 use crate::modes::quadratic_pencil::{Damping, DoubledRows, Norms, Pencil, Products};
-use crate::modes::refinement::Eigenvectors;
-use crate::modes::slow_modes;
+use crate::modes::refinement::columns::Columns;
+use crate::modes::refinement::inverse_iteration::InverseIteration;
+use crate::modes::refinement::slow_modes;
+use crate::modes::refinement::vectors::Eigenvectors;
 use crate::numerics::double_double::DoubledComplex;
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.

@@ -11,7 +11,7 @@
 //! the larger is the part that is waited for.
 
 use crate::modes::spectrum::REFINED_SIZE;
-use crate::motion::dense_rows::DenseRows;
+use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::COEFFICIENTS;
 use crate::scene::model::Scene;
 

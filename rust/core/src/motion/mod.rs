@@ -1,11 +1,9 @@
 //! The motion of one phase as polynomials with error bounds, by modes or by Taylor series.
 
 pub(crate) mod combination_basis;
-pub(crate) mod dense_rows;
 pub(crate) mod method;
 pub(crate) mod method_cost;
 pub(crate) mod modal;
-pub(crate) mod modal_basis;
 pub(crate) mod panel;
 pub(crate) mod phase_motion;
 pub(crate) mod propagators;

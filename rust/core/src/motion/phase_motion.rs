@@ -4,9 +4,9 @@
 use std::sync::Arc;
 
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
-use crate::motion::modal::ModalMotion;
+use crate::motion::modal::motion::ModalMotion;
 use crate::motion::panel::Panel;
-use crate::motion::taylor::TaylorMotion;
+use crate::motion::taylor::motion::TaylorMotion;
 use crate::scene::model::Scene;
 
 /// A phase in progress, with buffers that serve one phase after the other.

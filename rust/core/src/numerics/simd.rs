@@ -140,6 +140,30 @@ pub(crate) fn in_groups(numbers: &[f64]) -> Vec<Group> {
     whole.collect()
 }
 
+/// Complex numbers in groups.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct ComplexVector(pub Vec<ComplexGroup>);
+
+impl ComplexVector {
+    pub fn of(values: &[Complex64]) -> Self {
+        Self(complex_groups(values).collect())
+    }
+
+    #[inline(always)]
+    pub fn get(&self, r: usize) -> Complex64 {
+        self.0[r / GROUP].get(r % GROUP)
+    }
+}
+
+/// Complex numbers in groups, the last filled up with zeros.
+pub(crate) fn complex_groups(values: &[Complex64]) -> impl Iterator<Item = ComplexGroup> {
+    values.chunks(GROUP).map(|chunk| {
+        let mut lanes = [Complex64::default(); GROUP];
+        lanes[..chunk.len()].copy_from_slice(chunk);
+        ComplexGroup::of(lanes)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -7,7 +7,6 @@ pub(crate) mod equation_of_motion;
 pub(crate) mod model;
 pub(crate) mod partition;
 pub(crate) mod reduction;
-pub(crate) mod sliding_equilibrium;
 pub(crate) mod statics;
 pub(crate) mod status;
 

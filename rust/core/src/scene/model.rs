@@ -49,6 +49,35 @@ pub struct SceneInput {
     pub impact_friction: bool,
 }
 
+impl SceneInput {
+    /// M, C and K over the dofs.
+    pub fn matrices(&self) -> [SparseMatrix; 3] {
+        let mass = match &self.mass {
+            Mass::Lumped(entries) => SparseMatrix::diagonal(entries),
+            Mass::Full(dense) => SparseMatrix::from_dense(dense),
+        };
+        let damping = match &self.damping {
+            Damping::Proportional { mass: alpha, stiffness: beta } => {
+                mass.combined(*alpha, &self.stiffness, *beta)
+            }
+            Damping::General(damping) => damping.clone(),
+        };
+        [mass, damping, self.stiffness.clone()]
+    }
+
+    /// D by columns: the tangential and the normal direction of every contact.
+    pub fn directions(&self) -> Vec<Vec<f64>> {
+        let directions = self.contacts.iter().flat_map(|law| [&law.tangential, &law.normal]);
+        directions
+            .map(|direction| {
+                let mut column = vec![0.0; self.force.len()];
+                direction.nonzero().into_iter().for_each(|(dof, entry)| column[dof] = entry);
+                column
+            })
+            .collect()
+    }
+}
+
 /// `M x'' + C x' + K x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
 /// `contacts[i].tangential` less the slider speed.

@@ -17,7 +17,7 @@ use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::energy::work::Works;
 use crate::energy::work::works;
 use crate::error::{Cancel, Error, RunFailure};
-use crate::locus::hopf::first_hopf_point;
+use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
 use crate::modes::complex_modes::Modes;
 use crate::modes::growth::{ChainMatrices, Growth};

@@ -16,9 +16,9 @@ use std::sync::Arc;
 use lru::LruCache;
 
 use crate::contact::event_kind::EventKind;
-use crate::cycles::orbits::flow::Flow;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::passages;
 use crate::cycles::orbits::orbit::Scales;
-use crate::cycles::orbits::saltation::passages;
 use crate::error::{Cancel, Error};
 use crate::motion::method::Method;
 use crate::scene::status::Combination;

@@ -10,10 +10,10 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::{Passage, passages};
 use crate::cycles::orbits::cycle::{Cycle, Stability};
-use crate::cycles::orbits::flow::Flow;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
-use crate::cycles::orbits::saltation::{Passage, passages};
 use crate::motion::method::Method;
 use crate::scene::status::Combination;
 use crate::transient::run_state::Controls;

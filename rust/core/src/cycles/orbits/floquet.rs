@@ -8,9 +8,9 @@ use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::contact::event_kind::EventKind;
-use crate::cycles::orbits::flow::Flow;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::{Linearised, Passage};
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
-use crate::cycles::orbits::saltation::{Linearised, Passage};
 use crate::cycles::orbits::shooting::Pass;
 use crate::linalg::eigen;
 

@@ -16,7 +16,7 @@
 
 use num_complex::Complex64;
 
-use crate::cycles::orbits::flow::Flow;
+use crate::cycles::linearization::flow::Flow;
 use crate::cycles::orbits::orbit::{Orbit, Step};
 use crate::error::Error;
 use crate::modes::complex_modes::Modes;

@@ -3,13 +3,9 @@
 pub(crate) mod arclength;
 pub(crate) mod cycle;
 pub(crate) mod floquet;
-pub(crate) mod flow;
 pub(crate) mod harmonics;
-pub(crate) mod joint;
 pub(crate) mod orbit;
 pub(crate) mod record;
-pub(crate) mod saltation;
-
 pub(crate) mod shooting;
 
 pub use arclength::{Correction, Sides, Tangent};

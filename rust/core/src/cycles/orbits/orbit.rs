@@ -11,8 +11,8 @@
 use std::sync::Arc;
 
 use crate::contact::event_kind::EventKind;
-use crate::cycles::orbits::flow::Flow;
-use crate::cycles::orbits::saltation::Passage;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::Passage;
 use crate::error::{Error, RunFailure};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;

@@ -5,9 +5,9 @@
 use std::sync::Arc;
 
 use crate::contact::event_kind::EventKind;
+use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, Step};
-use crate::cycles::orbits::saltation::Passage;
 use crate::error::Error;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;

@@ -13,9 +13,9 @@ use nalgebra::DMatrix;
 use std::sync::Arc;
 
 use crate::contact::event_kind::EventKind;
-use crate::cycles::orbits::flow::Flow;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::Linearised;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows};
-use crate::cycles::orbits::saltation::Linearised;
 use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;

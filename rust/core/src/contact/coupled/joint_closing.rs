@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::contact::coupled_contacts::{Coupled, Rest};
+use crate::contact::coupled::contacts::{Coupled, Rest};
 use crate::contact::settlement::Series;
 use crate::error::RunFailure;
 use crate::linalg::dense::solve;

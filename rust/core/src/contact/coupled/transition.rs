@@ -1,8 +1,8 @@
 //! What contacts that mass couples do after an event: an impulse or a force on one moves all of them.
 
-use crate::contact::coupled_contacts::{Coupled, Touching};
+use crate::contact::coupled::contacts::{Coupled, Touching};
+use crate::contact::coupled::joint_closing::close_jointly;
 use crate::contact::event_kind::EventKind;
-use crate::contact::joint_closing::close_jointly;
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
 };
@@ -10,7 +10,7 @@ use crate::error::RunFailure;
 use crate::scene::status::Status;
 
 /// Settles all contacts at the event of `triggers`; see [`crate::contact::transition::settle`].
-pub(crate) fn settle(
+pub(crate) fn settle_coupled(
     coupled: &Coupled<'_>,
     triggers: &[(usize, EventKind)],
     settlement: &mut Settlement,

@@ -26,7 +26,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::contact::joint_closing::at_rest;
+use crate::contact::coupled::joint_closing::at_rest;
 use crate::error::{Error, RunFailure};
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, apply};

@@ -1,182 +1,25 @@
-//! Modal propagation: every mode of the combination moves on its own.
+//! Panels of a modal phase: each event function as a polynomial with its error bound.
 //!
-//! The modes move about a reference, where it can be the equilibrium of the phase: rounding of the projection, which
-//! grows with the square of the condition of the modes, is then a part of the motion and not of the static
-//! displacement. `z' = lambda z + p0 + p1 t` for each mode, p0 and p1 what the reference leaves unbalanced. With `w = z''`, which is a pure exponential,
-//!
-//! ```text
-//! z(t + h) = z + h z' + h^2 phi2(lambda h) w,   z'(t + h) = z' + h phi1(lambda h) w,   w(t + h) = e^{lambda h} w
-//! ```
-//!
-//! holds for every lambda, zero included, without cancellation; an event function `Re sum h_r z_r + ..`
-//! is then a polynomial with coefficients `Re sum h_r w_r lambda_r^j / (j + 2)!` from the second power on.
-//! Before a polynomial is formed, an envelope is tried: the quadratic part against the sum of what the
-//! modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer
-//! stretch.
+//! An event function `Re sum h_r z_r + ..` is a polynomial with coefficients `Re sum h_r w_r lambda_r^j / (j + 2)!` from
+//! the second power on. Before a polynomial is formed, an envelope is tried: the quadratic part against the sum of what
+//! the modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer stretch.
 
-use num_complex::Complex64;
 use pulp::cast;
 
-use crate::motion::modal_basis::{LEVELS, Level, LevelModes, ModalBasis, Step, TAIL_GROUPS};
+use crate::motion::modal::basis::ModalBasis;
+use crate::motion::modal::level::{LEVELS, Level, LevelModes, TAIL_GROUPS};
+use crate::motion::modal::motion::{Bounds, FIRST_LEAP, ModalMotion, Modes, with_groups};
 use crate::motion::panel::Panel;
 use crate::numerics::first_root::DEGREE;
-use crate::numerics::phi::exponential_and_phi;
-use crate::numerics::simd::{
-    ComplexGroup, GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, add_real_part, group,
-};
+use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part};
 
-/// Quiet panels before a leap is tried, and the first leap in powers of two panels.
+/// Quiet panels before a leap is tried.
 const QUIET: u32 = 2;
-const FIRST_LEAP: usize = 3;
-
-/// The reference is at most so many times as far from the origin as the state.
-const FARTHEST: f64 = 16.0;
 
 /// Panels between two questions whether the fast modes have decayed.
 const PANELS_PER_LEVEL: u32 = 4;
 
-/// A group of modes at one time.
-#[derive(Debug, Clone, Copy)]
-struct Modes {
-    z: ComplexGroup,
-    dz: ComplexGroup,
-    /// z''
-    w: ComplexGroup,
-}
-
-/// Bounds, of a group of modes per unit weight, on a panel.
-#[derive(Debug, Clone, Copy)]
-struct Bounds {
-    /// Of the affine part, and of what the mode adds to it.
-    affine: Group,
-    curvature: Group,
-    /// Of what the mode adds to its quadratic part about the middle, rounding included.
-    rest: Group,
-    /// Of what a mode that has no polynomial adds to its affine part.
-    fast: Group,
-}
-
-/// One phase in modal coordinates; its buffers serve every phase of a run.
-#[derive(Debug, Default)]
-pub(crate) struct ModalMotion {
-    unit: VectorUnit,
-    start: f64,
-    panels: u32,
-    level: usize,
-    quiet: u32,
-    leap: usize,
-    /// At the start of the panel.
-    modes: Vec<Modes>,
-    middle: Vec<Modes>,
-    bounds: Vec<Bounds>,
-    /// Weight times w of one event function.
-    gains: Vec<ComplexGroup>,
-    /// t^2 phi2, and z and z' at a time within the panel.
-    phi2: Vec<ComplexGroup>,
-    at: Vec<[ComplexGroup; 2]>,
-    /// Of the basis: the one about which the modes move.
-    reference: usize,
-    /// (q, q') of the kept coordinates along the reference at local time 0.
-    about: Vec<[f64; 2]>,
-    /// Constant part of each event function at local time 0.
-    constants: Vec<f64>,
-    /// (q, q') of the kept coordinates at local time 0, from the reference.
-    gathered: Vec<[f64; 2]>,
-    /// q at local time 0 of the coordinates that stick, in the order of the basis.
-    stuck: Vec<f64>,
-}
-
 impl ModalMotion {
-    /// Starts a phase at local time 0 from (q, q').
-    pub fn restart(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        self.start = 0.0;
-        self.panels = 0;
-        self.level = 0;
-        self.quiet = 0;
-        self.leap = FIRST_LEAP;
-        self.stuck.clear();
-        self.stuck.extend(basis.sticking.iter().map(|&(k, _)| q[k]));
-        self.refer(basis, q, u);
-        let stuck = &self.stuck;
-        self.constants.clear();
-        self.constants.extend(basis.references[self.reference].functions.iter().map(|function| {
-            let stuck = function.sticking.iter().zip(stuck).map(|(weight, at)| weight * at);
-            function.constant + stuck.sum::<f64>()
-        }));
-        if self.modes.len() < basis.groups {
-            self.grow(basis.groups);
-        }
-        self.unit.run(Project { motion: self, basis, q, u });
-    }
-
-    /// Chooses the equilibrium as the reference, unless it is so far away that the difference would cost digits.
-    fn refer(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        for (index, reference) in basis.references.iter().enumerate().rev() {
-            self.about.clear();
-            self.about.extend_from_slice(&reference.at);
-            for (sticking, &at) in reference.sticking.iter().zip(&self.stuck) {
-                for (about, of) in self.about.iter_mut().zip(sticking) {
-                    about[0] += of * at;
-                }
-            }
-            let largest = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-            let part = |k: usize| self.about.iter().fold(0.0, |size: f64, x| size.max(x[k].abs()));
-            if part(0) <= FARTHEST * largest(q) && part(1) <= FARTHEST * largest(u) {
-                self.reference = index;
-                return;
-            }
-        }
-        self.reference = 0;
-    }
-
-    #[cold]
-    fn grow(&mut self, groups: usize) {
-        let zero = ComplexGroup::ZERO;
-        let modes = Modes { z: zero, dz: zero, w: zero };
-        self.modes.resize(groups, modes);
-        self.middle.resize(groups, modes);
-        let bounds = Bounds { affine: ZEROS, curvature: ZEROS, rest: ZEROS, fast: ZEROS };
-        self.bounds.resize(groups, bounds);
-        self.gains.resize(groups, zero);
-        self.phi2.resize(groups, zero);
-        self.at.resize(groups, [zero; 2]);
-    }
-
-    #[inline(always)]
-    fn project<S: Lanes>(
-        &mut self,
-        groups: usize,
-        simd: S,
-        basis: &ModalBasis,
-        q: &[f64],
-        u: &[f64],
-    ) {
-        let gathered = &mut self.gathered;
-        gathered.clear();
-        let kept = basis.kept.iter().zip(&self.about);
-        gathered.extend(kept.map(|(&k, about)| [q[k] - about[0], u[k] - about[1]]));
-        let force = &basis.references[self.reference].force[..groups];
-        for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
-            let mut z = ComplexGroup::ZERO;
-            let rows = basis.projection[g..].iter().step_by(groups);
-            for (&[q, u], row) in gathered.iter().zip(rows) {
-                z = z.add_scaled(simd, simd.splat_f64s(q), row.position);
-                z = z.add_scaled(simd, simd.splat_f64s(u), row.velocity);
-            }
-            let (force, lambda) = (&force[g], basis.lambda.0[g]);
-            let mut constant = force.constant;
-            for (&stick, &at) in force.sticking.iter().zip(&self.stuck) {
-                constant = constant.add_scaled(simd, simd.splat_f64s(at), stick);
-            }
-            let dz = constant.add_product(simd, lambda, z);
-            *modes = Modes { z, dz, w: force.linear.add_product(simd, lambda, dz) };
-        }
-    }
-
-    pub fn start(&self) -> f64 {
-        self.start
-    }
-
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
     fn allows(&self, basis: &ModalBasis, level: &Level) -> bool {
         basis.functions.iter().zip(&self.constants).all(|(weights, constant)| {
@@ -385,221 +228,6 @@ impl ModalMotion {
             }
         }
     }
-
-    fn advance_by(&mut self, basis: &ModalBasis, level: &Level) {
-        self.unit.run(Advance { motion: self, basis, level });
-        self.start += level.width;
-        self.panels += 1;
-    }
-
-    #[inline(always)]
-    fn shift<S: Lanes>(&mut self, groups: usize, simd: S, level: &Level) {
-        for (modes, at) in self.modes[..groups].iter_mut().zip(&level.modes[..groups]) {
-            *modes = modes.after(simd, &at.whole, level.width);
-        }
-    }
-
-    pub fn advance(&mut self, basis: &ModalBasis) {
-        self.advance_by(basis, basis.level(self.level));
-    }
-
-    /// (q, q') at `offset` after the start of the panel.
-    pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        self.unit.run(StateAt { motion: self, basis, offset, q, u });
-        for (&(k, speed), &at) in basis.sticking.iter().zip(&self.stuck) {
-            q[k] = at + speed * (self.start + offset);
-            u[k] = speed;
-        }
-    }
-
-    /// z and z' at `offset` after the start of the panel, for the first modes by `z + t z' + t^2 phi2 w` and
-    /// `z' + t phi1 w`: on the panel `t^2 phi2(lambda t)` of slow modes is their polynomial, `phi1 = 1 + lambda t phi2`.
-    #[inline(always)]
-    fn modes_at<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, offset: f64) {
-        let level = basis.level(self.level);
-        let s = offset / level.width;
-        let slow = if (0.0..=1.0).contains(&s) { level.slow } else { 0 };
-        let square = s * s;
-        let fourth = simd.splat_f64s(square * square);
-        let mut power = group([square, square * s, square * square, square * square * s]);
-        let mut place = [ZEROS; TAIL_GROUPS];
-        for powers in &mut place {
-            *powers = power;
-            power = simd.mul_f64s(power, fourth);
-        }
-        let phi2 = &mut self.phi2[..groups];
-        for (phi2, powers) in phi2.iter_mut().zip(level.powers[..slow].chunks(GROUP)) {
-            for (lane, powers) in powers.iter().enumerate() {
-                let mut sum = ComplexGroup::ZERO;
-                for (&place, &powers) in place.iter().zip(&powers.0) {
-                    sum = sum.add_scaled(simd, place, powers);
-                }
-                let (re, im) = (simd.reduce_sum_f64s(sum.re), simd.reduce_sum_f64s(sum.im));
-                phi2.set(lane, Complex64::new(re, im));
-            }
-        }
-        let t = simd.splat_f64s(offset);
-        let (modes, lambda, at) =
-            (&self.modes[..groups], &basis.lambda.0[..groups], &mut self.at[..groups]);
-        for g in 0..groups {
-            let Modes { z, dz, w } = modes[g];
-            let phi1 = ComplexGroup { re: t, im: ZEROS }.add_product(simd, lambda[g], phi2[g]);
-            at[g] = [
-                z.add_scaled(simd, t, dz).add_product(simd, phi2[g], w),
-                dz.add_product(simd, phi1, w),
-            ];
-        }
-        for r in slow..basis.count {
-            let (z, dz) = self.mode_at(basis, r, offset);
-            self.at[r / GROUP][0].set(r % GROUP, z);
-            self.at[r / GROUP][1].set(r % GROUP, dz);
-        }
-    }
-
-    /// z and z' of one mode at `offset` after the start of the panel, for every lambda.
-    fn mode_at(&self, basis: &ModalBasis, r: usize, offset: f64) -> (Complex64, Complex64) {
-        let lambda = basis.lambda.get(r);
-        let Modes { z, dz, w } = self.modes[r / GROUP];
-        let [z, dz, w] = [z, dz, w].map(|group| group.get(r % GROUP));
-        let linear = basis.references[self.reference].force[r / GROUP].linear.get(r % GROUP);
-        // The force at the start of the panel.
-        let force = dz - lambda * z;
-        // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
-        // the static part, is larger than what moves.
-        if force.norm_sqr() <= 64.0 * (lambda * z).norm_sqr()
-            && linear.norm_sqr() <= 64.0 * (lambda * dz).norm_sqr()
-        {
-            let inverse = basis.inverse.get(r);
-            let dz = ((lambda * offset).exp() * w - linear) * inverse;
-            ((dz - force - linear * offset) * inverse, dz)
-        } else {
-            let (_, phi1, phi2) = exponential_and_phi(lambda * offset);
-            (z + offset * (dz + offset * phi2 * w), dz + offset * phi1 * w)
-        }
-    }
-
-    #[inline(always)]
-    fn superpose<S: Lanes>(
-        &mut self,
-        groups: usize,
-        simd: S,
-        basis: &ModalBasis,
-        offset: f64,
-        q: &mut [f64],
-        u: &mut [f64],
-    ) {
-        self.modes_at(groups, simd, basis, offset);
-        let at = &self.at[..groups];
-        let time = self.start + offset;
-        let kept = basis.kept.chunks(GROUP).zip(self.about.chunks(GROUP));
-        for ((kept, about), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
-            let (mut position, mut velocity) = (ZEROS, ZEROS);
-            for (at, shape) in at.iter().zip(shape.chunks(GROUP)) {
-                let [z, dz] =
-                    at.each_ref().map(|at| -> [[f64; GROUP]; 2] { [cast(at.re), cast(at.im)] });
-                for (lane, &shape) in shape.iter().enumerate() {
-                    let [z, dz] = [z, dz].map(|[re, im]| ComplexGroup {
-                        re: simd.splat_f64s(re[lane]),
-                        im: simd.splat_f64s(im[lane]),
-                    });
-                    position = add_real_part(simd, position, shape, z);
-                    velocity = add_real_part(simd, velocity, shape, dz);
-                }
-            }
-            let [position, velocity]: [[f64; GROUP]; 2] = [cast(position), cast(velocity)];
-            for (lane, (&k, about)) in kept.iter().zip(about).enumerate() {
-                q[k] = about[0] + (about[1] * time + position[lane]);
-                u[k] = about[1] + velocity[lane];
-            }
-        }
-    }
-
-    /// Largest |lambda| of the modes whose transient velocity `w / lambda` at `offset` is not yet rounding of the
-    /// velocities of all.
-    pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
-        let shape = |k: usize, r: usize| basis.shape[k / GROUP * basis.count + r].get(k % GROUP);
-        let largest =
-            |r: usize| (0..basis.kept.len()).map(|k| shape(k, r).norm()).fold(0.0, f64::max);
-        let of = |r: usize, part: fn(&Modes) -> ComplexGroup| {
-            part(&self.modes[r / GROUP]).get(r % GROUP).norm()
-        };
-        let transient: Vec<f64> = (0..basis.count)
-            .map(|r| {
-                let lambda = basis.lambda.get(r);
-                let decay = (lambda.re * offset).exp();
-                largest(r) * of(r, |modes| modes.w) * decay / lambda.norm().max(f64::MIN_POSITIVE)
-            })
-            .collect();
-        let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz));
-        let steady = self.about.iter().map(|about| about[1].abs()).chain(steady).sum::<f64>();
-        let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
-        // One that grows may rise from below rounding.
-        (0..basis.count)
-            .filter(|&r| {
-                !(transient[r] <= floor) || (basis.lambda.get(r).re > 0.0 && transient[r] > 0.0)
-            })
-            .map(|r| basis.lambda.get(r).norm())
-            .fold(0.0, f64::max)
-    }
-}
-
-impl Modes {
-    /// A step of `h` later.
-    #[inline(always)]
-    fn after<S: Lanes>(&self, simd: S, step: &Step, h: f64) -> Self {
-        let Self { z, dz, w } = *self;
-        Self {
-            z: z.add_scaled(simd, simd.splat_f64s(h), dz).add_product(simd, step.phi2, w),
-            dz: dz.add_product(simd, step.phi1, w),
-            w: ComplexGroup::ZERO.add_product(simd, step.exponential, w),
-        }
-    }
-}
-
-/// Calls a method with the number of groups as a constant where it is small, so that its loops are unrolled.
-macro_rules! with_groups {
-    ($groups:expr, $motion:ident.$method:ident($($argument:expr),*)) => {
-        match $groups {
-            1 => $motion.$method(1, $($argument),*),
-            2 => $motion.$method(2, $($argument),*),
-            groups => $motion.$method(groups, $($argument),*),
-        }
-    };
-}
-
-struct Project<'a> {
-    motion: &'a mut ModalMotion,
-    basis: &'a ModalBasis,
-    q: &'a [f64],
-    u: &'a [f64],
-}
-
-impl Kernel for Project<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
-        let Self { motion, basis, q, u } = self;
-        with_groups!(basis.groups, motion.project(simd, basis, q, u));
-    }
-}
-
-struct StateAt<'a> {
-    motion: &'a mut ModalMotion,
-    basis: &'a ModalBasis,
-    offset: f64,
-    q: &'a mut [f64],
-    u: &'a mut [f64],
-}
-
-impl Kernel for StateAt<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
-        let Self { motion, basis, offset, q, u } = self;
-        with_groups!(basis.groups, motion.superpose(simd, basis, offset, q, u));
-    }
 }
 
 struct IsQuiet<'a> {
@@ -635,22 +263,6 @@ impl Kernel for Fill<'_> {
     }
 }
 
-struct Advance<'a> {
-    motion: &'a mut ModalMotion,
-    basis: &'a ModalBasis,
-    level: &'a Level,
-}
-
-impl Kernel for Advance<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
-        let Self { motion, basis, level } = self;
-        with_groups!(basis.groups, motion.shift(simd, level));
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;
@@ -663,7 +275,8 @@ mod tests {
     use crate::modes::complex_modes;
     use crate::motion::combination_basis::{CombinationBasis, Propagator};
     use crate::motion::method::Wanted;
-    use crate::motion::taylor::TaylorMotion;
+    use crate::motion::taylor::motion::TaylorMotion;
+    use crate::numerics::simd::VectorUnit;
     use crate::scene::contact_law::{ContactInput, Direction};
     use crate::scene::model::{Damping, Mass, Scene, SceneInput};
     use crate::scene::status::Combination;

@@ -9,12 +9,14 @@ use num_complex::Complex64;
 use crate::error::Error;
 use crate::linalg::dense::determinant_sign;
 use crate::locus::branches::{Member, Mesh, Node};
-use crate::locus::critical_point::{
+use crate::locus::critical::exceptional_point::{
+    ExceptionalPoint, ImplicitDeterminant, exceptional_point,
+};
+use crate::locus::critical::point::{
     CriticalKind, CriticalPoint, RESOLUTION, Stretch, significant_sign,
 };
-use crate::locus::exceptional_point::{ExceptionalPoint, ImplicitDeterminant, exceptional_point};
+use crate::locus::critical::separation::separations;
 use crate::locus::parameter_path::Path;
-use crate::locus::separation::separations;
 use crate::numerics::bracket::Bracket;
 
 /// Equal intervals that a search starts from; the mesh refines itself from there.

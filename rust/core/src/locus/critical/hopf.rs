@@ -13,8 +13,8 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::locus::branches::{self, Node};
-use crate::locus::critical::{axis_crossing, initial_values, real_part, uncertainty};
-use crate::locus::critical_point::{CriticalPoint, RESOLUTION, significant_sign};
+use crate::locus::critical::point::{CriticalPoint, RESOLUTION, significant_sign};
+use crate::locus::critical::search::{axis_crossing, initial_values, real_part, uncertainty};
 use crate::locus::parameter_path::Path;
 
 /// Equal intervals that the search starts from. What the modes within reach need beyond is found interval by interval,

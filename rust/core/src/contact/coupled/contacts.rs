@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::contact::contact_problem::{self, Closed, Solution, Unsolved};
+use crate::contact::coupled::contact_problem::{self, Closed, Solution, Unsolved};
 use crate::contact::settlement::sliding_status;
 use crate::error::{Level, RunFailure};
 use crate::scene::model::Scene;

@@ -13,7 +13,7 @@
 //! (Painleve): up to [`ENUMERATED`] contacts every combination of statuses is tried as well, so that a
 //! second solution is seen.
 
-use crate::contact::elimination::Elimination;
+use crate::contact::coupled::elimination::Elimination;
 use crate::numerics::lemke::lemke;
 use crate::scene::status::Status;
 
@@ -413,7 +413,7 @@ mod tests {
     /// Approaches of 1e-8 to 1e-16 beside slips of 1, against all combinations in 50 digits.
     #[test]
     fn slow_approaches_beside_fast_slips() {
-        let mut lines = include_str!("../../../../tests/reference/impulse_problems.txt").lines();
+        let mut lines = include_str!("../../../../../tests/reference/impulse_problems.txt").lines();
         for (count, problems) in [(2, 4000), (3, 3000), (4, 3000), (6, 100)] {
             for seed in 0..problems {
                 let expected = lines.next().expect("a line for each problem");

@@ -9,7 +9,7 @@
 use num_complex::Complex64;
 
 use crate::linalg::dense::regular_solution;
-use crate::locus::critical_point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
+use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Stretch};
 use crate::locus::parameter_path::Path;
 use crate::locus::series::{Series, StaticSeries};
 use crate::numerics::bracket::Bracket;

@@ -13,7 +13,7 @@
 use num_complex::Complex64;
 
 use crate::linalg::eigenpair::{norm, turned};
-use crate::modes::columns::{Columns, Factors};
+use crate::modes::refinement::columns::{Columns, Factors};
 
 /// Corrections larger than this, relative to the vector, are no refinement: the pair is nearly defective.
 const LARGEST: f64 = 1e-4;

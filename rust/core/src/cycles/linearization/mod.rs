@@ -1,0 +1,5 @@
+//! How a motion depends on its start: through its phases, and through the events that end them.
+
+pub(crate) mod flow;
+pub(crate) mod joint;
+pub(crate) mod saltation;

@@ -1,0 +1,7 @@
+//! Parameter values at which stability, or steady sliding, changes.
+
+pub(crate) mod exceptional_point;
+pub(crate) mod hopf;
+pub(crate) mod point;
+pub(crate) mod search;
+pub(crate) mod separation;

@@ -1,0 +1,162 @@
+//! The modes of one combination, laid out for propagation: everything that does not depend on the state.
+
+use std::sync::OnceLock;
+
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+
+use crate::contact::event_function::EventFunction;
+use crate::modes::mode::Mode;
+use crate::motion::modal::level::{LEVELS, Level};
+use crate::motion::modal::reference::{At, Reference};
+use crate::motion::panel::REACH;
+use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, complex_groups, in_groups};
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
+
+/// Modes ascending in modulus, one of each conjugate pair, in groups filled up with zeros.
+#[derive(Debug)]
+pub(crate) struct ModalBasis {
+    pub(super) kept: Vec<usize>,
+    pub(super) count: usize,
+    pub(super) groups: usize,
+    pub(super) lambda: ComplexVector,
+    /// 1 / lambda, 0 where lambda is.
+    pub(super) inverse: ComplexVector,
+    /// Right vectors with the weight of the conjugate, `q_k = Re sum_r shape_r[k] z_r`: for each group of kept
+    /// coordinates, of all modes.
+    pub(super) shape: Vec<ComplexGroup>,
+    /// For each kept coordinate, of all groups of modes.
+    pub(super) projection: Vec<Projection>,
+    /// (coordinate, speed) of the contacts that stick.
+    pub(super) sticking: Vec<(usize, f64)>,
+    /// Weights of the modes in each event function.
+    pub(super) functions: Vec<Vec<Weight>>,
+    /// The motions about which the modes may move: the origin, and the equilibrium where there is one.
+    pub(super) references: Vec<Reference>,
+    base_width: f64,
+    levels: [OnceLock<Box<Level>>; LEVELS],
+}
+
+/// `z_r = sum_k position_rk q_k + velocity_rk q'_k`.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Projection {
+    pub position: ComplexGroup,
+    pub velocity: ComplexGroup,
+}
+
+/// Of a group of modes in an event function.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Weight {
+    pub of: ComplexGroup,
+    /// |of|
+    pub magnitude: Group,
+}
+
+impl ModalBasis {
+    pub fn new(
+        scene: &Scene,
+        reduced: &Reduced,
+        functions: &[EventFunction],
+        mut modes: Vec<Mode>,
+    ) -> Self {
+        modes.sort_by(|p, q| p.eigenvalue.norm_sqr().total_cmp(&q.eigenvalue.norm_sqr()));
+        let m = reduced.size();
+        let count = modes.len();
+        let groups = count.div_ceil(GROUP);
+        let stride = groups * GROUP;
+        let mut lambda = vec![Complex64::default(); stride];
+        let mut shape = vec![Complex64::default(); m * stride];
+        let mut from_position = shape.clone();
+        let mut from_velocity = shape.clone();
+        for (r, mode) in modes.iter().enumerate() {
+            lambda[r] = mode.eigenvalue;
+            let weight = if mode.is_real() { 1.0 } else { 2.0 };
+            for k in 0..m {
+                shape[k * stride + r] = weight * mode.right[k];
+                // left' ((C + lambda M) q + M q') / a
+                let product = |matrix: &DMatrix<f64>| -> Complex64 {
+                    let column = matrix.column(k);
+                    let terms = mode.left.iter().zip(&column);
+                    terms.map(|(v, a)| v * a).sum::<Complex64>() / mode.a
+                };
+                from_velocity[k * stride + r] = product(&reduced.mass);
+                from_position[k * stride + r] =
+                    product(&reduced.damping) + mode.eigenvalue * from_velocity[k * stride + r];
+            }
+        }
+        let references: Vec<Reference> = [Some(At::origin(reduced)), At::equilibrium(reduced)]
+            .into_iter()
+            .flatten()
+            .map(|at| at.reference(scene, reduced, functions, &modes))
+            .collect();
+        let reduction = &reduced.reduction;
+        let kept = |&(k, weight): &(usize, f64)| Some((reduction.place(k)?, weight));
+        let functions = functions
+            .iter()
+            .map(|function| {
+                let functional = &function.functional;
+                let mut weights = vec![Complex64::default(); stride];
+                for (j, weight) in functional.position.iter().filter_map(kept) {
+                    for r in 0..count {
+                        weights[r] += weight * shape[j * stride + r];
+                    }
+                }
+                for (j, weight) in functional.velocity.iter().filter_map(kept) {
+                    for r in 0..count {
+                        weights[r] += weight * lambda[r] * shape[j * stride + r];
+                    }
+                }
+                let magnitudes: Vec<f64> = weights.iter().map(|weight| weight.norm()).collect();
+                let weights = complex_groups(&weights).zip(in_groups(&magnitudes));
+                weights.map(|(of, magnitude)| Weight { of, magnitude }).collect()
+            })
+            .collect();
+        let fastest = modes.last().map_or(0.0, |mode| mode.eigenvalue.norm());
+        let inverse: Vec<Complex64> = lambda
+            .iter()
+            .map(|lambda| if lambda.norm_sqr() > 0.0 { lambda.inv() } else { Complex64::default() })
+            .collect();
+        let by_coordinate = (0..m.div_ceil(GROUP)).flat_map(|first| {
+            let shape = &shape;
+            (0..count).map(move |r| {
+                let mut lanes = [Complex64::default(); GROUP];
+                for (lane, value) in lanes.iter_mut().enumerate() {
+                    *value =
+                        shape.get((first * GROUP + lane) * stride + r).copied().unwrap_or_default();
+                }
+                ComplexGroup::of(lanes)
+            })
+        });
+        let lambda = ComplexVector::of(&lambda);
+        Self {
+            kept: reduction.kept.clone(),
+            count,
+            groups,
+            shape: by_coordinate.collect(),
+            projection: complex_groups(&from_position)
+                .zip(complex_groups(&from_velocity))
+                .map(|(position, velocity)| Projection { position, velocity })
+                .collect(),
+            sticking: reduction.sticking.clone(),
+            functions,
+            references,
+            // Without modes every motion is prescribed and linear: the width grows to that of the phase.
+            base_width: if fastest > 0.0 { REACH / fastest } else { 1e-12 },
+            levels: [const { OnceLock::new() }; LEVELS],
+            lambda,
+            inverse: ComplexVector::of(&inverse),
+        }
+    }
+
+    /// About how many numbers it holds: shapes and projections of every mode over every coordinate.
+    pub fn numbers(&self) -> usize {
+        6 * self.groups * GROUP * self.kept.len()
+    }
+
+    pub(super) fn level(&self, level: usize) -> &Level {
+        self.levels[level].get_or_init(|| {
+            Box::new(Level::new(&self.lambda, self.count, self.base_width * (level as f64).exp2()))
+        })
+    }
+}

@@ -1,0 +1,177 @@
+//! What moves modes over a panel of one width, and bounds what its polynomials leave out.
+
+use num_complex::Complex64;
+
+use crate::motion::panel::REACH;
+use crate::numerics::first_root::COEFFICIENTS;
+use crate::numerics::phi::{exponential_and_phi, inverse, phi2_bound};
+use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, group};
+
+/// Widths grow by powers of two from the one that the fastest mode allows: enough for forty orders
+/// of magnitude between the fastest mode and the duration.
+pub(super) const LEVELS: usize = 128;
+/// The coefficients from the second power on come in groups.
+pub(super) const TAIL_GROUPS: usize = (COEFFICIENTS - 2) / GROUP;
+const _: () = assert!(TAIL_GROUPS * GROUP == COEFFICIENTS - 2);
+
+/// What depends on the width of a panel alone.
+#[derive(Debug)]
+pub(super) struct Level {
+    pub width: f64,
+    /// Modes slow enough for the polynomials: a prefix.
+    pub slow: usize,
+    /// Of each slow mode.
+    pub powers: Vec<Powers>,
+    /// What the polynomials leave out, relative to `reach` of the slow modes.
+    pub truncation: f64,
+    pub modes: Vec<LevelModes>,
+}
+
+/// A group of modes on a panel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LevelModes {
+    /// From the start to the middle of the panel; zero for fast modes, which stay affine there.
+    pub half: Step,
+    /// From the start to the end of the panel.
+    pub whole: Step,
+    /// Bound of `|t^2 phi2(lambda t)|` on the panel: by the series, for decaying modes also by
+    /// `min(h^2 / 2, (2 + |x|) / |lambda|^2)`; infinite for growing modes too fast for the series.
+    pub reach: Group,
+    /// The same for fast modes alone, zero for slow ones.
+    pub fast_reach: Group,
+    /// Bound of what a mode adds, per w at the start, to its quadratic part about the middle:
+    /// `|x|^3 / 48 |lambda|^2` for slow modes that decay, `reach` for fast ones.
+    pub middle_reach: Group,
+    /// 1 / lambda of the modes that turn within the width, `|lambda| h > 1`, else zero; and the bound of
+    /// `|e^{lambda t} / lambda^2|` of these, of `|t^2 phi2|` of the others.
+    pub turning: ComplexGroup,
+    pub envelope: Group,
+}
+
+/// What moves a group of modes by a step h.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Step {
+    pub exponential: ComplexGroup,
+    /// `h phi1`, `h^2 phi2`
+    pub phi1: ComplexGroup,
+    pub phi2: ComplexGroup,
+}
+
+/// `x^j h^2 / (j + 2)!` for x = lambda h; zero where below rounding of the first.
+#[derive(Debug, Clone)]
+pub(super) struct Powers(pub [ComplexGroup; TAIL_GROUPS]);
+
+impl Level {
+    pub fn new(lambda: &ComplexVector, count: usize, width: f64) -> Self {
+        // Ulps above the reach, so that the fastest mode itself belongs to level 0.
+        let longest = REACH * (1.0 + 1e-12);
+        let is_slow = |lambda: Complex64| (lambda * width).norm_sqr() <= longest * longest;
+        let slow = (0..count).take_while(|&r| is_slow(lambda.get(r))).count();
+        let leading = 0.5 * width * width;
+        let modes = (0..count.div_ceil(GROUP)).map(|g| {
+            let mut modes = [Mover::default(); GROUP];
+            for (lane, mode) in modes.iter_mut().enumerate() {
+                let r = g * GROUP + lane;
+                if r < count {
+                    *mode = Mover::new(lambda.get(r), width, r < slow);
+                }
+            }
+            LevelModes::of(&modes)
+        });
+        Self {
+            width,
+            slow,
+            powers: (0..slow).map(|r| Powers::new(lambda.get(r) * width, leading)).collect(),
+            truncation: truncation(),
+            modes: modes.collect(),
+        }
+    }
+}
+
+/// One mode on a panel: a lane of `LevelModes`.
+#[derive(Clone, Copy, Default)]
+struct Mover {
+    /// e^x, h phi1 and h^2 phi2
+    half: [Complex64; 3],
+    whole: [Complex64; 3],
+    reach: f64,
+    fast_reach: f64,
+    middle_reach: f64,
+    turning: Complex64,
+    envelope: f64,
+}
+
+impl Mover {
+    fn new(lambda: Complex64, width: f64, slow: bool) -> Self {
+        let x = lambda * width;
+        let modulus = x.norm_sqr().sqrt();
+        let reach = if slow {
+            width * width * phi2_bound(modulus)
+        } else if lambda.re <= 0.0 {
+            (0.5 * width * width).min((2.0 + modulus) / lambda.norm_sqr())
+        } else {
+            f64::INFINITY
+        };
+        let turns = modulus > 1.0;
+        let growth = x.re.max(0.0).exp();
+        let step = |h: f64| {
+            let (exponential, phi1, phi2) = exponential_and_phi(lambda * h);
+            [exponential, h * phi1, h * h * phi2]
+        };
+        Self {
+            half: if slow { step(0.5 * width) } else { Default::default() },
+            whole: step(width),
+            reach,
+            fast_reach: if slow { 0.0 } else { reach },
+            // Taylor's remainder, with |w| at the middle and the growth from there in terms of the start.
+            middle_reach: if slow { width * width * modulus * growth / 48.0 } else { reach },
+            turning: if turns { lambda.inv() } else { Complex64::default() },
+            envelope: if turns { growth / lambda.norm_sqr() } else { reach },
+        }
+    }
+}
+
+impl LevelModes {
+    fn of(modes: &[Mover; GROUP]) -> Self {
+        let real = |of: fn(&Mover) -> f64| group(modes.each_ref().map(of));
+        let complex = |of: fn(&Mover) -> Complex64| ComplexGroup::of(modes.each_ref().map(of));
+        let step = |of: fn(&Mover) -> &[Complex64; 3]| {
+            let part = |k: usize| ComplexGroup::of(modes.each_ref().map(|mode| of(mode)[k]));
+            Step { exponential: part(0), phi1: part(1), phi2: part(2) }
+        };
+        Self {
+            half: step(|mode| &mode.half),
+            whole: step(|mode| &mode.whole),
+            reach: real(|mode| mode.reach),
+            fast_reach: real(|mode| mode.fast_reach),
+            middle_reach: real(|mode| mode.middle_reach),
+            turning: complex(|mode| mode.turning),
+            envelope: real(|mode| mode.envelope),
+        }
+    }
+}
+
+impl Powers {
+    fn new(x: Complex64, leading: f64) -> Self {
+        let mut groups = [ComplexGroup::ZERO; TAIL_GROUPS];
+        let mut power = Complex64::from(leading);
+        for (g, group) in groups.iter_mut().enumerate() {
+            let mut lanes = [Complex64::default(); GROUP];
+            for (lane, value) in lanes.iter_mut().enumerate() {
+                if power.l1_norm() > 1e-20 * leading {
+                    *value = power;
+                }
+                power *= x * inverse(g * GROUP + lane + 3);
+            }
+            *group = ComplexGroup::of(lanes);
+        }
+        Self(groups)
+    }
+}
+
+/// The sum of the terms that the polynomials of a mode leave out, over its whole series, at |x| = REACH;
+/// less for slower modes.
+fn truncation() -> f64 {
+    let first: f64 = (3..=COEFFICIENTS).map(|j| REACH / j as f64).product::<f64>() * 0.5;
+    first / (1.0 - REACH / (COEFFICIENTS + 1) as f64) / phi2_bound(REACH)
+}

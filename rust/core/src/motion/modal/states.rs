@@ -1,0 +1,169 @@
+//! The state of a modal phase at a time within its panel.
+
+use num_complex::Complex64;
+use pulp::cast;
+
+use crate::motion::modal::basis::ModalBasis;
+use crate::motion::modal::level::TAIL_GROUPS;
+use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
+use crate::numerics::phi::exponential_and_phi;
+use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part, group};
+
+impl ModalMotion {
+    /// (q, q') at `offset` after the start of the panel.
+    pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        self.unit.run(StateAt { motion: self, basis, offset, q, u });
+        for (&(k, speed), &at) in basis.sticking.iter().zip(&self.stuck) {
+            q[k] = at + speed * (self.start + offset);
+            u[k] = speed;
+        }
+    }
+
+    /// z and z' at `offset` after the start of the panel, for the first modes by `z + t z' + t^2 phi2 w` and
+    /// `z' + t phi1 w`: on the panel `t^2 phi2(lambda t)` of slow modes is their polynomial, `phi1 = 1 + lambda t phi2`.
+    #[inline(always)]
+    fn modes_at<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, offset: f64) {
+        let level = basis.level(self.level);
+        let s = offset / level.width;
+        let slow = if (0.0..=1.0).contains(&s) { level.slow } else { 0 };
+        let square = s * s;
+        let fourth = simd.splat_f64s(square * square);
+        let mut power = group([square, square * s, square * square, square * square * s]);
+        let mut place = [ZEROS; TAIL_GROUPS];
+        for powers in &mut place {
+            *powers = power;
+            power = simd.mul_f64s(power, fourth);
+        }
+        let phi2 = &mut self.phi2[..groups];
+        for (phi2, powers) in phi2.iter_mut().zip(level.powers[..slow].chunks(GROUP)) {
+            for (lane, powers) in powers.iter().enumerate() {
+                let mut sum = ComplexGroup::ZERO;
+                for (&place, &powers) in place.iter().zip(&powers.0) {
+                    sum = sum.add_scaled(simd, place, powers);
+                }
+                let (re, im) = (simd.reduce_sum_f64s(sum.re), simd.reduce_sum_f64s(sum.im));
+                phi2.set(lane, Complex64::new(re, im));
+            }
+        }
+        let t = simd.splat_f64s(offset);
+        let (modes, lambda, at) =
+            (&self.modes[..groups], &basis.lambda.0[..groups], &mut self.at[..groups]);
+        for g in 0..groups {
+            let Modes { z, dz, w } = modes[g];
+            let phi1 = ComplexGroup { re: t, im: ZEROS }.add_product(simd, lambda[g], phi2[g]);
+            at[g] = [
+                z.add_scaled(simd, t, dz).add_product(simd, phi2[g], w),
+                dz.add_product(simd, phi1, w),
+            ];
+        }
+        for r in slow..basis.count {
+            let (z, dz) = self.mode_at(basis, r, offset);
+            self.at[r / GROUP][0].set(r % GROUP, z);
+            self.at[r / GROUP][1].set(r % GROUP, dz);
+        }
+    }
+
+    /// z and z' of one mode at `offset` after the start of the panel, for every lambda.
+    fn mode_at(&self, basis: &ModalBasis, r: usize, offset: f64) -> (Complex64, Complex64) {
+        let lambda = basis.lambda.get(r);
+        let Modes { z, dz, w } = self.modes[r / GROUP];
+        let [z, dz, w] = [z, dz, w].map(|group| group.get(r % GROUP));
+        let linear = basis.references[self.reference].force[r / GROUP].linear.get(r % GROUP);
+        // The force at the start of the panel.
+        let force = dz - lambda * z;
+        // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
+        // the static part, is larger than what moves.
+        if force.norm_sqr() <= 64.0 * (lambda * z).norm_sqr()
+            && linear.norm_sqr() <= 64.0 * (lambda * dz).norm_sqr()
+        {
+            let inverse = basis.inverse.get(r);
+            let dz = ((lambda * offset).exp() * w - linear) * inverse;
+            ((dz - force - linear * offset) * inverse, dz)
+        } else {
+            let (_, phi1, phi2) = exponential_and_phi(lambda * offset);
+            (z + offset * (dz + offset * phi2 * w), dz + offset * phi1 * w)
+        }
+    }
+
+    #[inline(always)]
+    fn superpose<S: Lanes>(
+        &mut self,
+        groups: usize,
+        simd: S,
+        basis: &ModalBasis,
+        offset: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+    ) {
+        self.modes_at(groups, simd, basis, offset);
+        let at = &self.at[..groups];
+        let time = self.start + offset;
+        let kept = basis.kept.chunks(GROUP).zip(self.about.chunks(GROUP));
+        for ((kept, about), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
+            let (mut position, mut velocity) = (ZEROS, ZEROS);
+            for (at, shape) in at.iter().zip(shape.chunks(GROUP)) {
+                let [z, dz] =
+                    at.each_ref().map(|at| -> [[f64; GROUP]; 2] { [cast(at.re), cast(at.im)] });
+                for (lane, &shape) in shape.iter().enumerate() {
+                    let [z, dz] = [z, dz].map(|[re, im]| ComplexGroup {
+                        re: simd.splat_f64s(re[lane]),
+                        im: simd.splat_f64s(im[lane]),
+                    });
+                    position = add_real_part(simd, position, shape, z);
+                    velocity = add_real_part(simd, velocity, shape, dz);
+                }
+            }
+            let [position, velocity]: [[f64; GROUP]; 2] = [cast(position), cast(velocity)];
+            for (lane, (&k, about)) in kept.iter().zip(about).enumerate() {
+                q[k] = about[0] + (about[1] * time + position[lane]);
+                u[k] = about[1] + velocity[lane];
+            }
+        }
+    }
+
+    /// Largest |lambda| of the modes whose transient velocity `w / lambda` at `offset` is not yet rounding of the
+    /// velocities of all.
+    pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
+        let shape = |k: usize, r: usize| basis.shape[k / GROUP * basis.count + r].get(k % GROUP);
+        let largest =
+            |r: usize| (0..basis.kept.len()).map(|k| shape(k, r).norm()).fold(0.0, f64::max);
+        let of = |r: usize, part: fn(&Modes) -> ComplexGroup| {
+            part(&self.modes[r / GROUP]).get(r % GROUP).norm()
+        };
+        let transient: Vec<f64> = (0..basis.count)
+            .map(|r| {
+                let lambda = basis.lambda.get(r);
+                let decay = (lambda.re * offset).exp();
+                largest(r) * of(r, |modes| modes.w) * decay / lambda.norm().max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz));
+        let steady = self.about.iter().map(|about| about[1].abs()).chain(steady).sum::<f64>();
+        let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
+        // One that grows may rise from below rounding.
+        (0..basis.count)
+            .filter(|&r| {
+                !(transient[r] <= floor) || (basis.lambda.get(r).re > 0.0 && transient[r] > 0.0)
+            })
+            .map(|r| basis.lambda.get(r).norm())
+            .fold(0.0, f64::max)
+    }
+}
+
+struct StateAt<'a> {
+    motion: &'a mut ModalMotion,
+    basis: &'a ModalBasis,
+    offset: f64,
+    q: &'a mut [f64],
+    u: &'a mut [f64],
+}
+
+impl Kernel for StateAt<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        let Self { motion, basis, offset, q, u } = self;
+        with_groups!(basis.groups, motion.superpose(simd, basis, offset, q, u));
+    }
+}

@@ -1,0 +1,5 @@
+//! A phase as Taylor series, from its equation of motion alone.
+
+pub(crate) mod dense_rows;
+pub(crate) mod motion;
+pub(crate) mod operator;
