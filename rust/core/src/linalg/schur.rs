@@ -4,9 +4,10 @@
 //! section 7.5), on matrices as row-major slices of `n * n`.
 //!
 //! It is here beside those of the libraries for two reasons. faer's spends more on its set-up than a matrix of a dozen
-//! rows costs altogether, and sweeps and studies solve millions of those. nalgebra's takes longer (6 rows: 3.0 to 2.2 us, 8:
-//! 5.2 to 3.8, 12: 12 to 10), and it has no exceptional shifts: on 2 % of companion matrices of four rows with small
-//! integers it never converges, where this one always does. `cargo bench --bench small_schur` measures both.
+//! rows costs altogether, and sweeps and studies solve millions of those. nalgebra's takes about half as long again (4 rows:
+//! 1.41 to 0.90 us, 6 rows: 3.29 to 2.25 us), and it has no exceptional shifts: of 1000 companion matrices with integers up
+//! to 2 it never converges on 23 of four rows, 11 of six and 7 of eight, where this one always does.
+//! `cargo bench --bench small_schur` measures both.
 
 use std::ops::Range;
 

@@ -4,7 +4,7 @@
 use stickslip_core::cycles::attractors::{Search, settle};
 use stickslip_core::locus::{Path, first_hopf_point, hopf_points};
 use stickslip_core::transient::Counters;
-use stickslip_core::{Attractor, Method, Scene, State};
+use stickslip_core::{Attractor, Controls, Method, Scene, State, StopReason, simulate};
 
 use crate::models::{propagators, run, two_subsystems};
 
@@ -65,7 +65,7 @@ fn eigenproblems_of_a_search_for_hopf_points() {
     let sliding = scene.sliding_combination().expect("sliders that move");
     let path = Path::contact_law([&scene, &scene], &sliding, &[0, 1], 0.0, 3.0).expect("a path");
     let all = hopf_points(&path).expect("eigenvalues");
-    assert_eq!((all.nodes, all.followed), (0, 0));
+    assert_eq!((all.nodes, all.followed), (52, 34));
     let mut offered = 0;
     let (first, nodes) = first_hopf_point(&path, |point| {
         offered += 1;
@@ -73,8 +73,20 @@ fn eigenproblems_of_a_search_for_hopf_points() {
     })
     .expect("eigenvalues");
     assert_eq!(first.expect("a Hopf point").value, all.points[0].value);
-    assert_eq!((nodes, offered), (0, 1));
+    assert_eq!((nodes, offered), (19, 1));
     let (none, nodes) = first_hopf_point(&path, |_| false).expect("eigenvalues");
     assert!(none.is_none());
     assert_eq!(nodes, all.nodes);
+}
+
+/// A motion that has come to rest is passed over without end; whoever stops it is heard.
+#[test]
+fn a_settled_motion_of_any_length_can_be_stopped() {
+    let scene = propagators(two_subsystems(0.2, 0.025));
+    let start = scene.scene().sliding_equilibrium().expect("steady sliding");
+    // Some hundred million of the longest leaps.
+    let controls = Controls { time_limit: Some(1e-3), ..Controls::default() };
+    let run = simulate(&scene, &start, 1e20, Method::Auto, controls).expect("a run");
+    assert_eq!(run.stop_reason, StopReason::TimeLimit);
+    assert!(run.events.is_empty() && run.end < 1e20);
 }
