@@ -37,9 +37,10 @@ _Complex = NDArray[np.complex128]
 _Index = NDArray[np.int64]
 #: A matrix in compressed rows: data, column indices, row pointers.
 _SparseData = tuple[_Real, _Index, _Index]
-#: A contact: tangential and normal (dof index or (n,) vector), friction, static_friction, slider_speed,
-#: restitution, gap.
-_ContactData = tuple[int | _Real, int | _Real, float, float, float, float, float]
+#: A direction: dof index, (n,) vector, or its (dof index, entry) pairs, ascending.
+_Along = int | _Real | list[tuple[int, float]]
+#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap.
+_ContactData = tuple[_Along, _Along, float, float, float, float, float]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 _Growth = tuple[float, float, float]
 #: What a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
@@ -67,8 +68,9 @@ class Scene:
     def __new__(
         cls,
         mass: _Real,  # (n,) or (n, n)
-        stiffness: _Real | _SparseData,  # (n, n)
-        damping: tuple[float, float] | _Real | _SparseData,  # (mass factor, stiffness factor) or (n, n)
+        stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
+        # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
+        damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
         force: _Real,  # (n,)
         contacts: Sequence[_ContactData],
         impact_friction: bool,
@@ -85,7 +87,8 @@ class Scene:
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
-    def matrices(self) -> list[_SparseData]: ...  # M, C, K (n, n)
+    # M, C + G, K + H, and the symmetric and the skew part of K + H, (n, n)
+    def matrices(self) -> list[_SparseData]: ...
     def contact_directions(self) -> _Real: ...  # (2c, n)
     def contact_basis(self) -> _Real: ...  # (2c, n)
 
@@ -155,15 +158,17 @@ class Path:
     ) -> Path: ...
     @property
     def size(self) -> int: ...  # m
+    @property
+    def eigenproblems(self) -> int: ...  # begun along the path by now
     # M, C, K and their derivatives to the parameter, (m, m) each
     def matrices(self, value: float) -> list[_Real]: ...
     # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
     # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, 2m)
     def sweep(self, values: _Real, vectors: bool, modes: int | None = None) -> dict[str, Any]: ...
     # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
-    # point, and
-    # whether steady sliding exists there
-    def critical_points(self, imaginary: float) -> _CriticalArrays: ...
+    # point, and whether steady sliding exists there; number of eigenproblems of the mesh, of starts for
+    # lock-ins
+    def critical_points(self, imaginary: float) -> tuple[_CriticalArrays, int, int]: ...
     # the same of the Hopf points alone, number of eigenproblems, number of modes followed between them
     def hopf_points(self) -> tuple[_CriticalArrays, int, int]: ...
     def growth(self, values: _Real) -> dict[str, Any]: ...
@@ -224,6 +229,7 @@ class Works:
     contact: _Real  # (p, c) on the structure
     slider: _Real  # (p, c)
     external: _Real  # (p,)
+    circulatory: _Real  # (p,)
     damping: _Real  # (p, g)
     impact_time: _Real  # (m,) s
     impact_contact: _Index  # (m,)
@@ -234,7 +240,8 @@ class Works:
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
-    # kinetic, elastic, rate, external (k,), damping (k, g), contact, slider (k, c), combination, groups
+    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c),
+    # combination, groups
 
 @final
 class Cycle:
@@ -289,7 +296,10 @@ class Orbit:
 
 #: Follows the motion for at most `limit` s more.
 def attractor(
-    trajectory: Trajectory, limit: float, method: Literal["auto", "modal", "taylor"]
+    trajectory: Trajectory,
+    limit: float,
+    method: Literal["auto", "modal", "taylor"],
+    time_limit: float | None,  # wall-clock seconds of the search, > 0
 ) -> _Settled: ...
 def settle_all(
     scenes: Sequence[Scene],

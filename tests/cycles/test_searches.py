@@ -133,3 +133,22 @@ def test_a_scene_without_contacts_says_so():
     with pytest.raises(ss.errors.NotPeriodicError, match="followed too short") as caught:
         run.limit_cycle(further=2.0)
     assert "nan" not in str(caught.value)
+
+
+def test_a_search_ends_with_its_time_limit_and_tells_what_it_knows(pad):
+    run = ss.simulate(pad, disturbed_sliding(pad), 0.02)
+    with pytest.raises(
+        ss.errors.NotPeriodicError, match=r"the time limit of computing, 1e-09 s, was reached"
+    ) as stopped:
+        run.limit_cycle(further=1e9, time_limit=1e-9)
+    assert stopped.value.kind == "undecided"
+    assert stopped.value.partial.stop_reason == "time_limit"
+    # In time it is the cycle.
+    assert run.limit_cycle(further=1.0, time_limit=1e9).stable is True
+
+
+@pytest.mark.parametrize("limit", [0.0, -1.0, np.inf, np.nan])
+def test_an_ill_posed_time_limit_of_a_search(pad, limit):
+    run = ss.simulate(pad, disturbed_sliding(pad), 1e-3)
+    with pytest.raises(ss.InputError, match=r"^time_limit: "):
+        run.limit_cycle(time_limit=limit)

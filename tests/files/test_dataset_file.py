@@ -119,9 +119,11 @@ def public(datasets):
         samples=4,
         sampler="morris",
     )
+    grid = ss.Study(ss.models.two_subsystems, {"friction": [0.5, 1.5], "slider_speed": [0.02, 0.05]})
     results = study.run()
     return {
         **datasets,
+        "unstacked": ss.study.unstacked(grid.run()),
         "study": results,
         "probability": ss.study.probability(results),
         "probability over a parameter": ss.study.probability(results, "friction", bins=2),

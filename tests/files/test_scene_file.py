@@ -92,7 +92,15 @@ def scenes(draw):
     dofs = draw(st.none() | st.lists(LABELS, min_size=size, max_size=size, unique=True))
     names = dofs or [f"x{i + 1}" for i in range(size)]
     friction = draw(st.floats(0.0, 3.0))
-    direction = draw(st.sampled_from([0, names[0], np.eye(size)[0] * 1.7, [0.6] + [0.0] * (size - 1)]))
+    directions = [
+        0,
+        names[0],
+        np.eye(size)[0] * 1.7,
+        [0.6] + [0.0] * (size - 1),
+        {names[0]: 0.1 / 3.0},
+        {0: 1.7},
+    ]
+    direction = draw(st.sampled_from(directions))
     contact = ss.Contact(
         tangential=direction,
         normal=draw(st.sampled_from([1, names[1]])),
@@ -105,8 +113,17 @@ def scenes(draw):
     )
     force = draw(arrays(float, size, elements=NUMBERS))
     contacts = draw(st.sampled_from([(), (contact,)]))
+    half = draw(arrays(float, (size, size), elements=entry))
     return ss.Scene(
-        mass, stiffness, damping, force, contacts, dofs, draw(st.booleans()) if contacts else False
+        mass,
+        stiffness,
+        damping,
+        force,
+        contacts,
+        dofs,
+        draw(st.booleans()) if contacts else False,
+        gyroscopic=draw(st.sampled_from([None, scale * (half - half.T)])),
+        circulatory=draw(st.sampled_from([None, scale * half, scipy.sparse.csr_array(half)])),
     )
 
 

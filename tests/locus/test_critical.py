@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+import scipy.linalg
+import scipy.optimize
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -201,3 +203,41 @@ def test_only_modes_near_the_axis_are_followed():
     # One eigenproblem for each interval and a few halvings; one mode in a hundred in each.
     assert nodes <= 100
     assert followed <= 2 * nodes
+
+
+def largest_growths(scene):
+    """Real parts of all eigenvalues by LAPACK, largest first; damping is proportional to stiffness."""
+    reduced = ss.reduce(scene, "+" * len(scene.contacts))
+    squares = scipy.linalg.eigvals(reduced.stiffness, np.asarray(reduced.mass)).astype(complex)
+    half = 0.5 * scene.damping.stiffness * squares
+    root = np.sqrt(half**2 - squares)
+    return np.sort(np.concatenate([-half + root, -half - root]).real)[::-1]
+
+
+def test_hopf_points_are_the_zeros_of_lapacks_real_parts():
+    """On a grid the number of growing eigenvalues tells how many pairs cross in each of its intervals."""
+    scene = quad_block(10, 5, 2)
+    grid = np.linspace(0.0, 0.3, 31)
+    growing = [int((largest_growths(scene.replace(friction=p)) > 0.0).sum()) for p in grid]
+    expected = [
+        scipy.optimize.brentq(lambda p, k=k: largest_growths(scene.replace(friction=p))[k], a, b, xtol=1e-13)
+        for a, b, before, after in zip(grid, grid[1:], growing, growing[1:], strict=False)
+        for k in range(min(before, after), max(before, after), 2)
+    ]
+    points = ss.hopf_points(scene, friction=(0.0, 0.3))
+    assert len(expected) == 3
+    # LAPACK's eigenvalues err by some ulp of the largest one.
+    largest = scipy.linalg.norm(np.diag(1.0 / scene.mass) @ scene.stiffness, 2) ** 0.5
+    for value, point in zip(sorted(expected), points, strict=True):
+        assert abs(value - point.value) <= 100.0 * EPS * largest / abs(point.slope)
+
+
+def test_newtons_method_starts_where_no_point_found_explains_the_prediction():
+    """Every node near a lock-in predicts it: hundreds of predictions, two points."""
+    path = Sliding(Family(ss.models.two_subsystems())).path("friction", 0.0, 3.0, {})
+    (found, *_), nodes, starts = path.critical_points(0.3)
+    assert found.count("lock_in") == 2
+    assert nodes <= 300
+    assert starts <= 10
+    # Of the mesh, and of the other critical points.
+    assert nodes < path.eigenproblems <= nodes + 40

@@ -1,9 +1,12 @@
+import time
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import stickslip as ss
+from stickslip.show.progress import watched
 
 EPS = np.finfo(float).eps
 
@@ -165,6 +168,33 @@ def test_a_map_shows_its_progress_beside_its_output(capsys):
     shown = ss.sweep(ss.models.two_subsystems(), **axes, progress=True)
     assert capsys.readouterr().out == ""
     assert shown.identical(quiet)
+
+
+def test_one_long_call_shows_its_progress_beside_its_output(capsys):
+    scene, values = ss.models.two_subsystems(), np.linspace(0.1, 1.5, 9)
+    quiet = ss.sweep(scene, modes=2, friction=values, progress=False)
+    assert capsys.readouterr() == ("", "")
+    shown = ss.sweep(scene, modes=2, friction=values, progress=True)
+    assert capsys.readouterr().out == ""
+    assert shown.identical(quiet)
+
+
+def test_a_bar_follows_what_another_thread_counts(capsys, monkeypatch):
+    monkeypatch.setenv("FORCE_COLOR", "1")  # as on a terminal
+    counted = []
+
+    def done():
+        counted.append(len(counted))
+        return len(counted)
+
+    with watched(done, 5, "work", True, 60.0):
+        while len(counted) < 3:
+            time.sleep(0.01)
+    assert "work" in capsys.readouterr().err
+    looked = len(counted)
+    with watched(done, 5, "work", False, 0.0):
+        pass
+    assert len(counted) == looked
 
 
 def test_a_defective_point_is_flagged_and_has_no_left_vectors():

@@ -79,6 +79,16 @@ def test_shapes_of_a_long_chain_are_few():
         ss.plot.shapes(modes, [-1])
 
 
+def test_orbits_of_all_masses_have_one_scale():
+    modes = ss.complex_modes(ss.models.two_subsystems())
+    figure = ss.plot.orbits(modes, 0, {"m1": ("x1", "x2"), "m3": ("x5", "x6"), "m4": ("x7", "x8")})
+    figure.draw_without_rendering()
+    widths = [np.ptp(axes.get_xlim()) / axes.bbox.width for axes in figure.axes]
+    heights = [np.ptp(axes.get_ylim()) / axes.bbox.height for axes in figure.axes]
+    assert widths == pytest.approx([widths[0]] * 3, rel=1e-6)
+    assert heights == pytest.approx(widths, rel=1e-6)
+
+
 def test_orbits_show_the_motion():
     modes = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
     mode = int(np.argmax(modes.eigenvalues.real))

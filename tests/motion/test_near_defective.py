@@ -162,7 +162,9 @@ def test_errors_are_a_part_of_the_motion_at_any_distance(point, exponent, side, 
     start = ss.State(position, velocity, rest.combination)
     runs = {method: ss.simulate(scene, start, DURATION, method=method) for method in ("auto", "taylor")}
     # Far above the second point the motion grows until contacts are lost.
-    assume(all(len(run.events) == 0 for run in runs.values()))
+    still = {method: len(run.events) == 0 for method, run in runs.items()}
+    assert still["auto"] == still["taylor"]
+    assume(still["auto"])
     x, v = exact_state(friction, position[moving], velocity[moving])
     ends = {method: run.state(DURATION) for method, run in runs.items()}
     of_position = {method: np.abs(end.position[moving] - x).max() for method, end in ends.items()}

@@ -145,14 +145,22 @@ def test_phase_planes():
     assert "d" not in {line.get_label()[0] for line in curves(drawn(6).axes[0])}
 
 
+def test_loci_name_their_colours_and_mark_the_hopf_points():
+    figure = drawn(3)
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["unstable", "stable", "Hopf point"]
+    (dots,) = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
+    assert dots.get_xdata() == pytest.approx([0.70156717308523, 2.1002056016114], abs=1e-12)
+
+
 def test_status_bars():
     whole, end = drawn(7).axes
     assert whole.get_xlim() == (0.0, 0.6)
     assert np.ptp(end.get_xlim()) == pytest.approx(0.0178)
     assert [tick.get_text() for tick in end.get_yticklabels()] == ["m2", "m4"]
     # All bars together are as long as the run, for each contact.
-    spans = sum(np.ptp(path.vertices[:, 0]) for bars in whole.collections for path in bars.get_paths())
-    assert spans == pytest.approx(2 * 0.6)
+    bars = [polygon for drawn in whole.patches for polygon in drawn.get_path().to_polygons()]
+    assert sum(np.ptp(bar[:, 0]) for bar in bars) == pytest.approx(2 * 0.6)
 
 
 def test_spectra():

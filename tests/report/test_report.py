@@ -208,6 +208,20 @@ def test_a_run_that_its_limit_stops_is_shown_up_to_there():
     assert f"the time limit of computing, 0.001 s, was reached at {found.run.duration:g} s" in text
 
 
+def test_the_search_gets_what_the_motion_leaves_of_the_time_limit(monkeypatch):
+    limits = []
+    search = ss.Trajectory.limit_cycle
+
+    def watched(run, **options):
+        limits.append(options["time_limit"])
+        return search(run, **options)
+
+    monkeypatch.setattr(ss.Trajectory, "limit_cycle", watched)
+    findings(ss.models.two_subsystems(), "x", settings={"duration": 0.1, "time_limit": 60.0})
+    assert len(limits) == 1
+    assert 0.0 < limits[0] < 60.0
+
+
 def test_only_the_published_matrices_are_the_published_model():
     assert [
         c.inclination for c in known(ss.models.two_subsystems(friction=2.2, external_force=3.0)).columns
@@ -305,3 +319,14 @@ def test_many_dofs_are_drawn_at_fewer_instants_and_told_from_the_last_quarter():
     # As many samples a second as of the whole.
     assert found.lines.frequency.to_numpy()[-1] == pytest.approx(2**13)
     assert "transform of the last 0.25 s" in page(found)
+
+
+def test_unsymmetric_matrices_are_shown():
+    scene = belt(friction=0.5, static_friction=0.8)
+    skew = np.zeros((scene.size, scene.size))
+    skew[0, 1], skew[1, 0] = 1.0, -1.0
+    unsymmetric = scene.replace(gyroscopic=0.01 * skew, circulatory=0.01 * skew)
+    text, plain = (page(findings(one, "belt")) for one in (unsymmetric, scene))
+    for caption in ("Gyroscopic matrix, N s/m", "Circulatory matrix, N/m"):
+        assert caption in text
+        assert caption not in plain

@@ -98,6 +98,69 @@ def test_a_direction_is_an_index_a_name_or_a_vector():
     assert np.array_equal(modes(np.int32(2), unit[3]).eigenvalues, by_index.eigenvalues)
 
 
+def test_a_direction_by_some_of_its_entries():
+    model = ss.models.two_subsystems()
+    tangential, normal = np.zeros(8), np.zeros(8)
+    tangential[[2, 6]], normal[[3, 7]] = (1.0, -0.5), (0.6, 1.0)
+
+    def scene(tangential, normal):
+        pad = ss.Contact(tangential=tangential, normal=normal, friction=1.5, slider_speed=0.025)
+        return model.replace(contacts=[pad])
+
+    by_vector = scene(tangential, normal)
+    by_entries = scene({"x7": -0.5, "x3": 1.0}, {np.int32(3): 0.6, 7: 1.0, "x1": 0.0})
+    for letters in "+sd":
+        values = ss.complex_modes(by_entries, letters).eigenvalues
+        assert np.array_equal(values, ss.complex_modes(by_vector, letters).eigenvalues)
+    assert by_entries.tangential_direction(0).tolist() == tangential.tolist()
+    assert by_entries.normal_direction(0).tolist() == normal.tolist()
+    assert "-0.5 x7 + 1 x3 / 0.6 x4 + 1 x8" in repr(by_entries)
+    copy = pickle.loads(pickle.dumps(by_entries))
+    assert copy.contacts[0].tangential == {"x7": -0.5, "x3": 1.0}
+    given = {"x3": 1.0}
+    contact = ss.Contact(tangential=given, normal=3, friction=0.1)
+    given["x5"] = 1.0
+    assert contact.tangential == {"x3": 1.0}
+
+
+def test_entries_of_a_sparse_direction_cost_nothing_elsewhere():
+    """A contact between two nodes mixes their dofs alone."""
+    size = 2000
+    between = ss.Contact(
+        tangential={10: 1.0, 1500: -1.0}, normal={11: 1.0, 1501: -1.0}, friction=0.3, slider_speed=0.1
+    )
+    scene = ss.Scene(np.ones(size), scipy.sparse.diags_array(np.full(size, 1e4)), contacts=[between])
+    assert np.flatnonzero(scene.tangential_direction(0)).tolist() == [10, 1500]
+    _, columns, starts = scene.core.matrices()[2]
+    assert (np.diff(starts) <= 2).all()
+    assert columns.max() < size
+    start = np.zeros(size)
+    start[[11, 1501]] = 1e-3, -1e-3
+    run = ss.simulate(scene, ss.State(start, np.zeros(size), "d"), 0.02)
+    # Both fall towards each other with 100 rad/s and meet after a quarter of a period.
+    assert run.events.time[0] == pytest.approx(np.pi / 200.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("direction", "message"),
+    [
+        ({}, "contact 0: tangential: must not be zero|tangential.*zero"),
+        ({"x3": 0.0}, "zero"),
+        ({"x33": 1.0}, "contact 0: tangential: unknown dof 'x33'"),
+        ({8: 1.0}, r"contact 0: tangential: dof index 8 is outside 0\.\.7"),
+        ({2: 1.0, "x3": 1.0}, "contact 0: tangential: 'x3' names a dof that another key names too"),
+        ({"x3": np.nan}, "contact 0: tangential: must be finite, got NaN at dof 2"),
+        ({"x3": "1"}, "contact 0: tangential: x3: "),
+        ({2.5: 1.0}, "contact 0: tangential: expected dof indices or names as keys, got 2.5"),
+        ({"x4": -2.0}, "contact 0: .*normal"),
+    ],
+)
+def test_sparse_directions_that_are_refused(direction, message):
+    contact = ss.Contact(tangential=direction, normal="x4", friction=0.3, slider_speed=0.1)
+    with pytest.raises(ss.InputError, match=message):
+        ss.models.two_subsystems().replace(contacts=[contact])
+
+
 def test_names_of_dofs_and_contacts_label_results():
     contact = ss.Contact(tangential="slip", normal="lift", friction=0.2, slider_speed=0.1, name="pad")
     scene = ss.Scene(

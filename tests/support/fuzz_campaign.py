@@ -69,11 +69,11 @@ class Outcome:
     defective: bool = False
 
 
-def run_scene(seed: int, index: int) -> Outcome:
+def run_scene(seed: int, unsymmetric: bool, index: int) -> Outcome:
     """Return the outcome of one scene."""
     began = time.perf_counter()
     outcome = Outcome(index, "ok")
-    scene, start = fuzz_scene(seed, index)
+    scene, start = fuzz_scene(seed, index, unsymmetric)
     try:
         examine(outcome, scene, start)
     except Exception as error:
@@ -135,8 +135,8 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
             outcome.verdict, outcome.detail = verdict, detail
 
 
-def finished(store: Path, seed: int) -> dict[int, Outcome]:
-    """Return the outcomes that a store already holds for a seed."""
+def finished(store: Path, seed: int, unsymmetric: bool) -> dict[int, Outcome]:
+    """Return the outcomes that a store already holds for a seed, with or without unsymmetric terms."""
     if not store.exists():
         return {}
     outcomes = {}
@@ -145,14 +145,16 @@ def finished(store: Path, seed: int) -> dict[int, Outcome]:
             record = json.loads(line)
         except json.JSONDecodeError:  # the line that an interruption cut
             continue
-        if record.pop("seed") == seed:
+        if (record.pop("seed"), record.pop("unsymmetric", False)) == (seed, unsymmetric):
             outcomes[record["index"]] = Outcome(**record)
     return outcomes
 
 
-def campaign(scenes: int, seed: int, store: Path | None, workers: int) -> list[Outcome]:
+def campaign(
+    scenes: int, seed: int, store: Path | None, workers: int, unsymmetric: bool = False
+) -> list[Outcome]:
     """Run the scenes that the store does not hold yet; return all outcomes by index."""
-    outcomes = finished(store, seed) if store else {}
+    outcomes = finished(store, seed, unsymmetric) if store else {}
     todo = [index for index in range(scenes) if index not in outcomes]
     with ExitStack() as stack:
         sink = stack.enter_context(store.open("a")) if store else None
@@ -161,10 +163,10 @@ def campaign(scenes: int, seed: int, store: Path | None, workers: int) -> list[O
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=spawn))
-        for outcome in pool.map(partial(run_scene, seed), todo, chunksize=8):
+        for outcome in pool.map(partial(run_scene, seed, unsymmetric), todo, chunksize=8):
             outcomes[outcome.index] = outcome
             if sink:
-                sink.write(json.dumps({"seed": seed, **asdict(outcome)}) + "\n")
+                sink.write(json.dumps({"seed": seed, "unsymmetric": unsymmetric, **asdict(outcome)}) + "\n")
                 sink.flush()
     return [outcomes[index] for index in range(scenes)]
 
@@ -203,10 +205,15 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--store", type=Path)
     parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument(
+        "--unsymmetric", action="store_true", help="the same scenes with gyroscopic and circulatory terms"
+    )
     arguments = parser.parse_args()
     if arguments.store:
         arguments.store.parent.mkdir(parents=True, exist_ok=True)
-    outcomes = campaign(arguments.scenes, arguments.seed, arguments.store, arguments.workers)
+    outcomes = campaign(
+        arguments.scenes, arguments.seed, arguments.store, arguments.workers, arguments.unsymmetric
+    )
     print(summary(outcomes))
     return int(any(outcome.verdict not in PASSED for outcome in outcomes))
 

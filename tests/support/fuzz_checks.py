@@ -327,7 +327,7 @@ def complementarity(sampled: Sampled) -> str:
     data, scene = sampled.between, sampled.run.scene
     position, velocity, normal, friction = data.position, data.velocity, data.normal, data.friction
     _, damping, stiffness = (np.abs(matrix) for matrix in sampled.matrices)
-    load = np.abs(position) @ stiffness + np.abs(velocity) @ damping + np.abs(scene.force)
+    load = np.abs(position) @ stiffness.T + np.abs(velocity) @ damping.T + np.abs(scene.force)
     length = SLACK * np.abs(position).max(initial=0.0)
     contacts = scene.contacts
     static = np.array([contact.static_friction for contact in contacts])
@@ -377,7 +377,7 @@ def impact_law(sampled: Sampled) -> str:
     mass, damping, stiffness = sampled.matrices
     mass = np.diag(mass)
     # What forces change within the two ulp of time between the states compared.
-    load = np.abs(position) @ np.abs(stiffness) + np.abs(velocity) @ np.abs(damping)
+    load = np.abs(position) @ np.abs(stiffness).T + np.abs(velocity) @ np.abs(damping).T
     drift = 2.0 * np.spacing(events.time[instants])[:, None] * (load + np.abs(scene.force)) / mass
     # Rounding of positions moves velocities by what the fastest mode makes of it.
     rate = max(
@@ -420,7 +420,7 @@ def coupled_impact_law(sampled: Sampled) -> str:
     before, after = sampled.before.velocity[single], sampled.after[1][single]
     mass, damping, stiffness = sampled.matrices
     time, position = events.time[sampled.impacts][single], sampled.before.position[single]
-    load = np.abs(position) @ np.abs(stiffness) + np.abs(before) @ np.abs(damping) + np.abs(scene.force)
+    load = np.abs(position) @ np.abs(stiffness).T + np.abs(before) @ np.abs(damping).T + np.abs(scene.force)
     inverse = np.abs(np.linalg.inv(mass))
     rate = np.sqrt((inverse @ np.abs(stiffness)).sum(axis=1).max())
     size = np.abs(before).max(axis=1, initial=0.0) + np.abs(after).max(axis=1, initial=0.0)
@@ -454,15 +454,18 @@ def energy_residual(sampled: Sampled) -> float:
     Or over a part of the energy, `BALANCED` and more of it the more phases there are.
 
     The change of ``1/2 u' M u + 1/2 x' K x``, less what impacts change it by, against the Gauss quadrature of
-    contact, external and damping power.
+    contact, external, circulatory and damping power.
     """
     run, data = sampled.run, sampled.at_nodes
-    mass, damping, stiffness = sampled.matrices
+    mass, damping, restoring = sampled.matrices
+    # Of K + H the symmetric part stores, the other one works.
+    stiffness, following = 0.5 * (restoring + restoring.T), 0.5 * (restoring - restoring.T)
     until, weights, velocity = sampled.powers_until, sampled.weights, data.velocity
     powers = np.column_stack(
         [
             data.friction * velocity[:, 2::4],
             velocity @ run.scene.force,
+            -np.sum((velocity @ following) * data.position, axis=1),
             -np.sum((velocity @ damping) * velocity, axis=1),
         ]
     )

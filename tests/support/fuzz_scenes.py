@@ -13,12 +13,47 @@ COUPLED, DEFECTIVE = 0.2, 0.1
 DEFECTIVE_POINTS = (0.612484152848668518, 1.989108991216879)
 
 
-def fuzz_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+def fuzz_scene(seed: int, index: int, unsymmetric: bool = False) -> tuple[ss.Scene, ss.State]:
     """Return a scene whose contact i has the directions 4 i + 2 and 4 i + 3, and a start state.
 
     Most are chains; others are the reference model at a random distance from a defective point, or chains
-    whose contacts mass couples.
+    whose contacts mass couples. With `unsymmetric` the same scenes get gyroscopic and circulatory terms.
     """
+    scene, start = symmetric_scene(seed, index)
+    return with_unsymmetric_terms(scene, start, seed, index) if unsymmetric else (scene, start)
+
+
+def with_unsymmetric_terms(
+    scene: ss.Scene, start: ss.State, seed: int, index: int
+) -> tuple[ss.Scene, ss.State]:
+    """Return a scene with G, H or both, as large as a part of its other terms, and a start state."""
+    rng = np.random.default_rng([seed, index, 2])
+    mass, _, stiffness = matrices(scene)
+    size = np.sqrt(np.outer(np.diag(stiffness), np.diag(stiffness)))
+    rate = np.sqrt(size * np.sqrt(np.outer(np.diag(mass), np.diag(mass))))
+    kind = rng.integers(3)
+    terms = {}
+    if kind != 1:
+        spinning = np.triu(rng.normal(size=size.shape) * (rng.random(size.shape) < 0.3), 1)
+        spinning *= 10.0 ** rng.uniform(-3.0, 0.0) * rate
+        terms["gyroscopic"] = spinning - spinning.T
+    if kind != 0:
+        following = rng.normal(size=size.shape) * (rng.random(size.shape) < 0.3)
+        terms["circulatory"] = 10.0 ** rng.uniform(-3.0, -1.0) * size * following
+    scene = scene.replace(**terms)
+    try:
+        ss.simulate(scene, start, 1e-9, max_events=0)
+    except ss.InputError:
+        # The terms leave tension at a contact.
+        count = len(scene.contacts)
+        position = np.zeros(4 * count)
+        position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
+        start = ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+    return scene, start
+
+
+def symmetric_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return the scene without these terms."""
     rng = np.random.default_rng([seed, index, 1])
     kind = rng.random()
     if kind < DEFECTIVE:
@@ -153,10 +188,13 @@ def chain(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
 
 
 def matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return dense M, C and K."""
+    """Return dense M, C + G and K + H."""
     stiffness = scene.stiffness.toarray() if sparse.issparse(scene.stiffness) else np.asarray(scene.stiffness)
     mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-    return mass, scene.damping.mass * mass + scene.damping.stiffness * stiffness, stiffness
+    damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
+    if scene.gyroscopic is not None:
+        damping = damping + scene.gyroscopic
+    return mass, damping, stiffness if scene.circulatory is None else stiffness + scene.circulatory
 
 
 #: A motion that has decayed by e to this power is below rounding of what it was.
@@ -169,25 +207,33 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
     Local times, ascending, at which another mode has died out, s, the last of them infinite; and the largest
     modulus of an eigenvalue up to then, 1/s. Coordinates that a combination holds only add zeros.
     """
-    mass, _, stiffness = matrices(scene)
-    reduced = np.empty((len(combinations), *mass.shape))
+    mass, damping, stiffness = matrices(scene)
+    size = scene.size
+    reduced = np.empty((len(combinations), 2, size, size))
     for k, combination in enumerate(combinations):
-        both = np.stack([stiffness, mass])
+        every = np.stack([stiffness, damping, mass])
+        whole = every.copy()
         held = []
         for i, (letter, contact) in enumerate(zip(combination, scene.contacts, strict=True)):
             t, n = 4 * i + 2, 4 * i + 3
             if letter in "+-":
                 factor = contact.friction if letter == "-" else -contact.friction
-                both[:, t] += factor * np.stack([stiffness, mass])[:, n]
+                every[:, t] += factor * whole[:, n]
             held += {"d": [], "s": [t, n]}.get(letter, [n])
-        both[:, held] = 0.0
-        both[:, :, held] = 0.0
-        both[1, held, held] = 1.0
-        reduced[k] = np.linalg.solve(both[1], both[0])
-    kappa = np.linalg.eigvals(reduced).astype(complex)
-    half = 0.5 * (scene.damping.mass + scene.damping.stiffness * kappa)
-    root = np.sqrt(half**2 - kappa)
-    values = np.concatenate([-half + root, -half - root], axis=1)
+        every[:, held] = 0.0
+        every[:, :, held] = 0.0
+        every[2, held, held] = 1.0
+        reduced[k] = np.linalg.solve(every[2], every[:2])
+    if scene.unsymmetric:
+        state = np.zeros((len(combinations), 2 * size, 2 * size))
+        state[:, :size, size:] = np.eye(size)
+        state[:, size:, :size], state[:, size:, size:] = -reduced[:, 0], -reduced[:, 1]
+        values = np.linalg.eigvals(state).astype(complex)
+    else:
+        kappa = np.linalg.eigvals(reduced[:, 0]).astype(complex)
+        half = 0.5 * (scene.damping.mass + scene.damping.stiffness * kappa)
+        root = np.sqrt(half**2 - kappa)
+        values = np.concatenate([-half + root, -half - root], axis=1)
     # A root near zero of a stiff pair is lost in the difference; it only ends stages.
     with np.errstate(divide="ignore"):
         fades = np.where(values.real < 0.0, FADED / -values.real, np.inf)

@@ -58,6 +58,12 @@ class Mechanics:
             self.damping = scene.damping.mass * self.mass + scene.damping.stiffness * self.stiffness
         else:
             self.damping = dense(scene.damping)
+        #: C of what dissipates; the motion feels C + G and K + H.
+        self.dissipative = self.damping
+        if scene.gyroscopic is not None:
+            self.damping = self.damping + dense(scene.gyroscopic)
+        if scene.circulatory is not None:
+            self.stiffness = self.stiffness + dense(scene.circulatory)
         self.force = scene.force
         self.contacts = scene.contacts
         self.normal = [direction(c.normal) for c in scene.contacts]

@@ -51,8 +51,13 @@ class Drawn:
 
 
 @st.composite
-def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max_friction=1.5):
-    """Spring networks of a few masses, some of them on sliders; contact planes rotated or along dofs."""
+def drawn_scenes(
+    draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max_friction=1.5, unsymmetric=False
+):
+    """Spring networks of a few masses, some of them on sliders; contact planes rotated or along dofs.
+
+    With `unsymmetric` they have gyroscopic or circulatory terms, or both.
+    """
     count = draw(st.integers(1, max_contacts), label="contacts")
     free = draw(st.integers(1, 3), label="free dofs")
     rotated = draw(st.booleans(), label="rotated contact planes")
@@ -63,6 +68,7 @@ def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max
         draw(st.floats(0.01, 0.3), label="speed") * draw(st.sampled_from([-1, 1])) for _ in range(count)
     ]
     bounces = [draw(st.sampled_from(restitution), label="restitution") for _ in range(count)]
+    terms = draw(st.sampled_from(["G", "H", "GH"]), label="terms") if unsymmetric else ""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1), label="seed"))
 
     size = 2 * count + free
@@ -82,9 +88,17 @@ def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max
         dashpots = rng.normal(size=(size, size))
         damping = 5.0 * dashpots @ dashpots.T
 
+    gyroscopic = circulatory = None
+    if "G" in terms:
+        spinning = rng.normal(size=(size, size))
+        gyroscopic = 30.0 * (spinning - spinning.T)
+    if "H" in terms:
+        circulatory = 2e4 * rng.normal(size=(size, size)) * (rng.random((size, size)) < 0.5)
+    whole = stiffness if circulatory is None else stiffness + circulatory
+
     equilibrium = rng.uniform(-3e-4, 3e-4, size)
     normal_force = rng.uniform(30.0, 200.0, count)
-    force = stiffness @ equilibrium
+    force = whole @ equilibrium
     contacts = []
     for i in range(count):
         angle = rng.uniform(0.0, 2.0 * np.pi) if rotated else 0.0
@@ -104,7 +118,13 @@ def drawn_scenes(draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max
             )
         )
     scene = ss.Scene(
-        mass if full_matrices else np.diag(mass), stiffness, damping=damping, force=force, contacts=contacts
+        mass if full_matrices else np.diag(mass),
+        stiffness,
+        damping=damping,
+        force=force,
+        contacts=contacts,
+        gyroscopic=gyroscopic,
+        circulatory=circulatory,
     )
     return Drawn(scene, equilibrium, normal_force, rng)
 

@@ -5,6 +5,7 @@ from verification import (
     bounces,
     collision,
     damped_belt,
+    drum_brake,
     inclined_plane,
     mode_coupling,
     resting_slider,
@@ -22,6 +23,7 @@ FAMILIES = (
     bounces,
     collision,
     mode_coupling,
+    drum_brake,
     two_subsystems,
 )
 CASES = [case for family in FAMILIES for case in family.CASES]

@@ -225,7 +225,8 @@ class Cycle:
     def balance(self) -> Balance:
         """Return where the energy of one period comes from and goes: `Motion.balance` over the orbit.
 
-        On a limit cycle nothing is stored: contact and external work equal damping and impact losses.
+        On a limit cycle nothing is stored: contact, external and circulatory work equal damping and impact
+        losses.
         """
         return self.run.balance()
 
@@ -450,7 +451,10 @@ def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
 
 
 def limit_cycle(
-    run: Motion, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+    run: Motion,
+    further: float = 10.0,
+    method: Literal["auto", "modal", "taylor"] = "auto",
+    time_limit: float | None = None,
 ) -> Cycle:
     """Return the periodic orbit that a run settles to; see `Trajectory.limit_cycle`.
 
@@ -461,11 +465,13 @@ def limit_cycle(
     RunInterrupted
         On Ctrl-C.
     """
-    kind, core, growth, last = _core.attractor(run.core, further, method)
+    kind, core, growth, last = _core.attractor(run.core, further, method, time_limit)
     if core is not None:
         return Cycle(run.scene, core)
     ended = run if last is None else replace(run, start=run.state(run.duration), core=last)
     if ended.stop_reason == "interrupted":
         raise RunInterrupted(ended)
     label, message = described(kind, growth, ended.core.stop_message)
+    if last is not None and ended.stop_reason == "time_limit":
+        message += f" (the time limit of computing, {time_limit:g} s, was reached)"
     raise NotPeriodicError(message, ended, label, growth[0], growth[1])

@@ -3,10 +3,11 @@
 With ``x = c_0 + 2 Re sum_k c_k e^{i k omega t}`` and ``u_k = i k omega c_k`` the structure, being linear,
 passes no energy from one harmonic to another: for each of them, over one period T,
 
-    work of the contact forces  2 T Re(u_k* D f_k) = 2 T u_k* C u_k  dissipated,
+    work of the contact forces  2 T Re(u_k* D f_k) = 2 T u_k* C u_k + 2 T Re(u_k* H_a c_k),
 
-with ``D f_k = (K + i k omega C - (k omega)^2 M) c_k`` for k > 0. The contacts turn one into another. The
-impulses of impacts belong to f_k: their normal part carries the impact losses.
+dissipated and given to circulatory forces, with ``D f_k = (K + H + i k omega (C + G) - (k omega)^2 M) c_k``
+for k > 0 and the part ``H_a = (H - H') / 2`` of H that no potential has. The contacts turn one into another.
+The impulses of impacts belong to f_k: their normal part carries the impact losses.
 """
 
 from __future__ import annotations
@@ -68,9 +69,14 @@ def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Datas
     force = structure.impulse_response.T @ unbalanced
     moving = structure.directions.T @ u
     work = 2.0 * period * np.real(force * moving.conj())
-    mass, damping, stiffness = (
-        np.einsum("ik,ij,jk->k", a.conj(), matrix, a).real
-        for a, matrix in ((u, structure.mass), (u, structure.damping), (c, structure.stiffness))
+    mass, damping, stiffness, circulatory = (
+        np.einsum("ik,ij,jk->k", a.conj(), matrix, b).real
+        for a, matrix, b in (
+            (u, structure.mass, u),
+            (u, structure.damping, u),
+            (c, structure.elastic, c),
+            (u, structure.circulatory, c),
+        )
     )
     by_contact, joule = ("harmonic", "contact"), {"units": "J"}
     return xr.Dataset(
@@ -79,6 +85,11 @@ def harmonic_energy(scene: Scene, period: float, series: xr.Dataset) -> xr.Datas
             "elastic": ("harmonic", weight * stiffness, joule),
             "friction_work": (by_contact, work[::2].T, joule | {"sign": "into the structure"}),
             "normal_work": (by_contact, work[1::2].T, joule | {"sign": "into the structure"}),
+            "circulatory": (
+                "harmonic",
+                -2.0 * period * circulatory,
+                joule | {"sign": "into the structure"},
+            ),
             "damping": ("harmonic", 2.0 * period * damping, joule | {"sign": "dissipated"}),
         },
         coords={

@@ -77,6 +77,7 @@ def stored_energy(axes: Axes, flow: xr.Dataset) -> Axes:
 def energy_rate(axes: Axes, flow: xr.Dataset) -> Axes:
     """Draw dE/dt from the state equation and the sum of the powers; returns the axes."""
     total = flow.contact_power.sum("contact") + flow.external_power - flow.damping_power
+    total = total + flow.circulatory_power
     axes.plot(flow.time, flow.energy_rate, color=RATE, linewidth=1.0, label="dE/dt")
     axes.plot(flow.time, total, color=COLOURS["s"], linewidth=1.0, linestyle="--", label="sum of powers")
     axes.axhline(0.0, color="black", linewidth=0.4)
@@ -99,6 +100,8 @@ def power_terms(axes: Axes, flow: xr.Dataset) -> Axes:
     for (name, power), colour in zip(curves, CONTACT, strict=False):
         axes.plot(flow.time, power, color=colour, linewidth=1.2, label=name)
     axes.plot(flow.time, flow.external_power, color=EXTERNAL, linewidth=0.9, linestyle="-.", label="external")
+    if (flow.circulatory_power != 0.0).any():
+        axes.plot(flow.time, flow.circulatory_power, color=KINETIC, linewidth=0.9, label="circulatory")
     axes.plot(flow.time, -flow.damping_power, color=DAMPING, linewidth=0.9, linestyle=":", label="-damping")
     axes.axhline(0.0, color="black", linewidth=0.4)
     axes.set_ylabel("power, W")
@@ -164,6 +167,7 @@ def energy_flow(balance: Balance) -> Figure:
     for label, work, colour in zip(labels, slider, CONTACT, strict=False):
         add(f"slider of {label}", float(work), colour)
     add("constant forces", balance.external, EXTERNAL)
+    add("circulatory forces", balance.circulatory, KINETIC)
     for label, lost, colour in zip(labels, heat, CONTACT, strict=False):
         add(f"friction heat of {label}", float(lost), colour, False)
     add("dampers", balance.damping, DAMPING, False)

@@ -1,8 +1,9 @@
 """Energy of a motion by complex modes: what each holds, and what it takes from the contacts.
 
 A mode of a status combination feels, besides its dampers, the part of the contact forces that is linear in
-the state, and moves by itself: its energy changes by its own contact power less its own damping power
-(Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the mean).
+the state, and moves by itself: its energy changes by its own contact and circulatory power less its own
+damping power (Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the
+mean).
 """
 
 from __future__ import annotations
@@ -45,9 +46,9 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
     xarray.Dataset
         (time, pair), one of each conjugate pair in the order of `Modes`, nan beyond those of a combination
         that has fewer: ``energy`` J of the mode alone, ``share`` J (adds up to ``total`` (time); may be
-        negative), ``contact_power`` W into the mode, ``damping_power`` W, whose difference is the rate of
-        ``energy``; ``frequency`` Hz, ``growth_rate`` 1/s. ``combination`` (time). Defective modes and
-        those with lambda = 0 are nan.
+        negative), ``contact_power`` and ``circulatory_power`` W into the mode, ``damping_power`` W out of it:
+        contact plus circulatory less damping power is the rate of ``energy``; ``frequency`` Hz,
+        ``growth_rate`` 1/s. ``combination`` (time). Defective modes and those with lambda = 0 are nan.
 
     Raises
     ------
@@ -82,6 +83,7 @@ MODAL_TERMS = {
     "energy": "J",
     "share": "J",
     "contact_power": "W",
+    "circulatory_power": "W",
     "damping_power": "W",
     "frequency": "Hz",
     "growth_rate": "1/s",
@@ -157,14 +159,15 @@ class Deviations:
             value: Real = np.einsum("kim,ij,kj->km", part, matrix, all_of_it)
             return value
 
-        energy = 0.5 * (form(structure.mass, moving, moving) + form(structure.stiffness, moved, moved))
-        shares = 0.5 * (share(structure.mass, moving, speed) + share(structure.stiffness, moved, whole))
+        energy = 0.5 * (form(structure.mass, moving, moving) + form(structure.elastic, moved, moved))
+        shares = 0.5 * (share(structure.mass, moving, speed) + share(structure.elastic, moved, whole))
         slip = np.einsum("ic,kim->kcm", structure.directions[:, ::2], moving)
         count = position.shape[0]
         terms = (
             energy,
             shares,
             (friction * slip).sum(axis=1),
+            -form(structure.circulatory, moving, moved),
             form(structure.damping, moving, moving),
             np.broadcast_to(np.abs(self.rates) / (2.0 * np.pi), (count, self.rates.size)),
             np.broadcast_to(self.rates.real, (count, self.rates.size)),

@@ -5,8 +5,9 @@ exactly, with every stick, slip and lift-off, for one period of the mode. Its en
 d from the equilibrium,
 
     e = 1/2 d'^T M d' + 1/2 d^T K d,
-    change of e = integral of (T_i - T_i0) (t_i . d') dt - N_i0 [n_i . d] - damping - impacts,
+    change of e = integral of (T_i - T_i0) (t_i . d') dt - N_i0 [n_i . d] + circulatory - damping - impacts,
 
+(K with the symmetric part of a circulatory H, whose other part H_a works ``-integral of d'^T H_a d dt``),
 where T_i0 and N_i0 are the contact forces of steady sliding, whose work the constant forces take up. A small
 motion gains ``(e^{2 Re(lambda) T} - 1) e``. A larger one sticks, detaches and scatters into other modes,
 gains less, and loses beyond the amplitude at which absorbed and released energy balance. A mode that grows
@@ -32,7 +33,7 @@ from stickslip.scene.structure import Structure
 from stickslip.transient.simulate import simulate
 
 #: Terms of the gain of one cycle.
-TERMS = ("energy", "contact", "damping", "impact", "net")
+TERMS = ("energy", "contact", "circulatory", "damping", "impact", "net")
 #: Ratio of amplitudes in the search for the closed balance, and how often it is taken: eight octaves.
 STEP, STEPS = 2.0**0.25, 32
 #: The closed amplitude to this relative accuracy; the average over phases makes more meaningless.
@@ -55,8 +56,9 @@ class ModeSelection:
         closes, nan if it does not, and mean ``energy`` of a motion in the shape of the mode there, J.
     gains
         Dims (mode, amplitude): ``energy`` at the start; ``contact``, what the fluctuating contact forces
-        bring in; ``damping`` and ``impact``, what is lost; ``net``, the energy gained, from the states:
-        ``contact - damping - impact`` to rounding.
+        bring in; ``circulatory``, the work of circulatory forces; ``damping`` and ``impact``, what is lost;
+        ``net``, the energy gained, from the states:
+        ``contact + circulatory - damping - impact`` to rounding.
     """
 
     combination: str
@@ -210,11 +212,13 @@ class Kick:
         )
         change = after[0] - before[0]
         contact = balance.contact - self._static_forces() @ (structure.directions.T @ change)
-        net = 0.5 * (after[0] + before[0]) @ structure.stiffness @ change
+        circulatory = balance.circulatory
+        circulatory += (structure.circulatory @ self.equilibrium.position) @ change
+        net = 0.5 * (after[0] + before[0]) @ structure.elastic @ change
         net += 0.5 * (after[1] + before[1]) @ structure.mass @ (after[1] - before[1])
-        energy = 0.5 * before[0] @ structure.stiffness @ before[0]
+        energy = 0.5 * before[0] @ structure.elastic @ before[0]
         energy += 0.5 * before[1] @ structure.mass @ before[1]
-        return np.array([energy, contact, balance.damping, balance.impact, net])
+        return np.array([energy, contact, circulatory, balance.damping, balance.impact, net])
 
     def closed_amplitude(self) -> float:
         """Return the smallest amplitude at which nothing is gained, m; nan if none is found."""

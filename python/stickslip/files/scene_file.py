@@ -31,7 +31,9 @@ from stickslip.scene.scene import Proportional, Scene
 INLINE = 600
 #: Models that a file can name.
 MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsystems, "chain": models.chain}
-SCENE_KEYS = ("mass", "stiffness", "damping", "force", "dofs", "impact_friction", "contact")
+#: Arguments of `Scene` that are matrices or vectors.
+MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
+SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact")
 CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
 #: What a contact has to have.
 CONTACT_NEEDS = ("tangential", "normal", "friction")
@@ -99,11 +101,7 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
         raise InputError(f"{path}: [scene]: contact: expected tables [[scene.contact]], got {contacts!r}")
     for i, contact in enumerate(contacts):
         known(f"{path}: contact {i}", contact, CONTACT_KEYS, CONTACT_NEEDS)
-    arguments = {
-        key: _matrix(path, key, table[key])
-        for key in ("mass", "stiffness", "damping", "force")
-        if key in table
-    }
+    arguments = {key: _matrix(path, key, table[key]) for key in MATRICES if key in table}
     with located(f"{path}: [scene]"):
         return Scene(
             **arguments,
@@ -178,7 +176,7 @@ def _matrix(path: Path, key: str, value: Any) -> Any:
 def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
     """Return the table `[scene]` of a scene; writes what is too large for it to files beside `path`."""
     table: dict[str, Any] = {"dofs": list(scene.dofs)}
-    for key in ("mass", "stiffness", "damping", "force"):
+    for key in MATRICES:
         value = getattr(scene, key)
         if isinstance(value, Proportional):
             table[key] = Inline(mass=value.mass, stiffness=value.stiffness)
@@ -197,7 +195,9 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
 
 
 def _named(direction: Any, dofs: Sequence[str]) -> Any:
-    """Return a direction along one dof as the name of the dof."""
+    """Return a direction along one dof as the name of the dof, and entries by the names of their dofs."""
+    if isinstance(direction, Mapping):
+        return Inline({dof if isinstance(dof, str) else dofs[dof]: entry for dof, entry in direction.items()})
     return (
         dofs[operator.index(direction)]
         if np.ndim(direction) == 0 and not isinstance(direction, str)

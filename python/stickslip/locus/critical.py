@@ -130,7 +130,8 @@ def critical_points(
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
     name, path, labels, span = _path_over(critical_points, model, combination, over, parameters)
-    return _points(name, labels, path.critical_points(proximity * span))
+    found, _, _ = path.critical_points(proximity * span)
+    return _points(name, labels, found)
 
 
 def _path_over(

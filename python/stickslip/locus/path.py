@@ -121,7 +121,7 @@ class _Interpolation:
     def path(self, lower: float, upper: float) -> _core.Path:
         scene = self.scene(lower)
         self.letters, self.lower = self.sliding.letters(scene), lower
-        self.proportional = isinstance(scene.damping, Proportional) or scene.damping is None
+        self.proportional = _is_proportional(scene)
         self.known: dict[float, tuple[Real, ...]] = {}
         self.size = self.sample(lower)[0].shape[0]
         return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
@@ -136,13 +136,13 @@ class _Interpolation:
             if self.known and self.sliding.letters(scene) != self.letters:
                 self.sliding.check_direction(self.letters, self.name, (self.lower, value), self.fixed)
             core = scene.core.reduced(self.letters)
-            law = Proportional() if scene.damping is None else scene.damping
-            if isinstance(law, Proportional) != self.proportional:
+            if _is_proportional(scene) != self.proportional:
                 raise InputError(
                     f"{self.name}: the kind of damping must not change along it, as at {value!r}"
                 )
             damping: tuple[Real, ...] = (core.damping,)
-            if isinstance(law, Proportional):
+            if self.proportional:
+                law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
                 damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
             sampled = (core.mass, *damping, core.stiffness, *core.statics)
             if self.known and sampled[0].shape != next(iter(self.known.values()))[0].shape:
@@ -182,6 +182,13 @@ class _Interpolation:
             *self.pieces(lower, centre, halvings - 1),
             *self.pieces(centre, upper, halvings - 1),
         ]
+
+
+def _is_proportional(scene: Scene) -> bool:
+    """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
+    if scene.damping is None:
+        return scene.gyroscopic is None
+    return isinstance(scene.damping, Proportional) and not scene.unsymmetric
 
 
 def _coefficients(values: Real) -> Real:

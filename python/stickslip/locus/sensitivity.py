@@ -115,7 +115,9 @@ def sensitivity(
 
 
 def entry_sensitivity(
-    scene: Scene, matrix: Literal["mass", "damping", "stiffness"], combination: str | None = None
+    scene: Scene,
+    matrix: Literal["mass", "damping", "stiffness", "gyroscopic", "circulatory"],
+    combination: str | None = None,
 ) -> xr.DataArray:
     """Return the derivatives of all eigenvalues with respect to every entry of a matrix.
 
@@ -137,7 +139,7 @@ def entry_sensitivity(
     Raises
     ------
     InputError
-        If `matrix` is none of the three.
+        If `matrix` is none of these.
     """
     modes = complex_modes(scene, combination)
     reduced = reduce(scene, modes.combination)
@@ -148,6 +150,8 @@ def entry_sensitivity(
         "mass": value**2 + law.mass * value,
         "damping": value,
         "stiffness": 1.0 + law.stiffness * value,
+        "gyroscopic": value,
+        "circulatory": np.ones_like(value),
     }
     if matrix not in factors:
         raise InputError(f"matrix: expected one of {list(factors)}, got {matrix!r}")
@@ -157,7 +161,14 @@ def entry_sensitivity(
         derivative = -np.einsum("r,ir,jr->rij", factors[matrix] / modes.a, left, right)
     derivative[~defined] = complex(np.nan, np.nan)
     coords = {"mode": np.arange(value.size), "row": list(scene.dofs), "column": list(scene.dofs)}
-    unit = {"mass": "1/s/kg", "damping": "1/s/(N s/m)", "stiffness": "1/s/(N/m)"}[matrix]
+    per_viscous, per_spring = "1/s/(N s/m)", "1/s/(N/m)"
+    unit = {
+        "mass": "1/s/kg",
+        "damping": per_viscous,
+        "gyroscopic": per_viscous,
+        "stiffness": per_spring,
+        "circulatory": per_spring,
+    }[matrix]
     return xr.DataArray(
         derivative,
         dims=("mode", "row", "column"),

@@ -18,7 +18,7 @@ from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
 from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.scene.family import Family, Model
-from stickslip.show.progress import tracked
+from stickslip.show.progress import tracked, watched
 
 _Part = TypeVar("_Part")
 
@@ -61,7 +61,7 @@ def sweep(
         the largest, a conjugate pair or a real eigenvalue at the first value counting as one. None: all.
     progress
         Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
-        With `modes` none is shown.
+        With `modes` it counts eigenproblems, of as many as there may be.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -160,7 +160,9 @@ def _along(
             found = _chunked(path, ascending, vectors, False if outer else progress)
         else:
             # Which modes they are is known only from all values together.
-            found = path.sweep(ascending, vectors, modes)
+            before, most = path.eigenproblems, 2 * values.size - 1
+            with watched(lambda: path.eigenproblems - before, most, "sweep", progress, _LONG):
+                found = path.sweep(ascending, vectors, modes)
         order = _order(found["eigenvalue"][backwards[0]], None)
         if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
             # Nothing to put in order, and vectors are large.

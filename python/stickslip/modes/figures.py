@@ -101,14 +101,14 @@ def draw_shape(axes: Axes, modes: Modes, mode: int) -> None:
 
 
 def orbits(modes: Modes, mode: int, masses: Masses, *, periods: float = 3.0) -> Figure:
-    """Return the orbit of each mass in one mode: a spiral (the paper's Fig. 4).
+    """Return the orbit of each mass in one mode: a spiral (the paper's Fig. 4), all on one scale.
 
     Parameters
     ----------
     modes, mode
         The modes and the index of one of them.
     masses
-        For each mass its two dofs: abscissa and ordinate.
+        For each mass its two dofs: abscissa and ordinate, of a contact mass along and across its slider.
     periods
         Length of the orbit in periods.
 
@@ -119,15 +119,16 @@ def orbits(modes: Modes, mode: int, masses: Masses, *, periods: float = 3.0) -> 
     """
     if not masses:
         raise InputError("masses: expected at least one, got none")
-    figure = Figure(figsize=(3.2 * len(masses), 3.4), layout="constrained")
+    figure = Figure(figsize=(3.2 * len(masses), 3.9), layout="constrained")
     panels = figure.subplots(1, len(masses), squeeze=False)[0]
-    for axes, (name, dofs) in zip(panels, masses.items(), strict=True):
-        path = orbit(modes, mode, dofs, periods=periods).to_numpy()
+    paths = [orbit(modes, mode, dofs, periods=periods).to_numpy() for dofs in masses.values()]
+    reach = 1.1 * max(float(np.abs(path).max()) for path in paths)
+    for axes, (name, dofs), path in zip(panels, masses.items(), paths, strict=True):
         axes.plot(path[:, 0], path[:, 1], color=UNSTABLE if modes.unstable[mode] else STABLE, linewidth=1.2)
         axes.plot(*path[0], marker="o", color="black", markersize=4)
         abscissa, ordinate = (modes.dofs[dof_index("masses", dof, modes.dofs)] for dof in dofs)
-        axes.set(title=name, xlabel=abscissa, ylabel=ordinate)
-        axes.set_aspect("equal", adjustable="datalim")
+        axes.set(title=name, xlabel=abscissa, ylabel=ordinate, xlim=(-reach, reach), ylim=(-reach, reach))
+        axes.set_aspect("equal")
     figure.suptitle(f"{_described(modes, mode)} (dot: start)")
     return figure
 

@@ -119,8 +119,10 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
         Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``, ``damping_power``
         ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of ``Re(shape
         e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real eigenvalue the
-        values at t = 0 itself, without the factor 1/2. ``residual``: contact less damping power less ``2
-        Re(lambda)`` times energy, zero but for rounding.
+        values at t = 0 itself, without the factor 1/2. ``circulatory_power`` ``-1/2 Re(u* H_a x)`` into the
+        mode, of the part of circulatory forces that no potential has (K above has the other one).
+        ``residual``: contact and circulatory less damping power less ``2 Re(lambda)`` times energy, zero but
+        for rounding.
 
     Notes
     -----
@@ -136,24 +138,33 @@ def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
     structure = Structure.of(scene)
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape
-    inertia, viscous, elastic = (
-        times(matrix, shape) for matrix in (structure.mass, structure.damping, structure.stiffness)
+    inertia, viscous, restoring, elastic, following = (
+        times(matrix, shape)
+        for matrix in (
+            structure.mass,
+            structure.damping,
+            structure.stiffness,
+            structure.elastic,
+            structure.circulatory,
+        )
     )
     share = np.where(value.imag == 0.0, 1.0, 0.5)
-    friction = _friction(structure, scene, modes, value**2 * inertia + value * viscous + elastic)
+    friction = _friction(structure, scene, modes, value**2 * inertia + value * viscous + restoring)
     slip = times(structure.directions[:, ::2].T, velocity)
     contact = share * (friction * slip.conj()).real
     modulus = np.abs(value) ** 2
     # Re(x* matrix x) of every column x.
     lost = share * modulus * (shape.conj() * viscous).real.sum(axis=0)
+    circulatory = -share * (velocity.conj() * following).real.sum(axis=0)
     stored = modulus * (shape.conj() * inertia).real.sum(axis=0) + (shape.conj() * elastic).real.sum(axis=0)
     energy = 0.5 * share * stored
-    residual = contact.sum(axis=0) - lost - 2.0 * value.real * energy
+    residual = contact.sum(axis=0) + circulatory - lost - 2.0 * value.real * energy
     labels = scene.contact_labels()
     return xr.Dataset(
         {
             "eigenvalue": ("mode", value, {"units": "1/s"}),
             "contact_power": (("contact", "mode"), contact, {"units": "W"}),
+            "circulatory_power": ("mode", circulatory, {"units": "W"}),
             "damping_power": ("mode", lost, {"units": "W"}),
             "energy": ("mode", energy, {"units": "J"}),
             "residual": ("mode", residual, {"units": "W"}),

@@ -26,16 +26,17 @@ STATUSES = ("+", "-", "s", "d")
 class Balance:
     """Where the energy of the structure came from and went over (start, end]; J.
 
-    ``stored = contact + external - damping - impact + residual``, every term but the residual from its own
-    formula, integrated in every phase to rounding. Impacts at `end` are in, those at `start` are not, so
-    balances of adjoining intervals add up.
+    ``stored = contact + external + circulatory - damping - impact + residual``, every term but the residual
+    from its own formula, integrated in every phase to rounding. Impacts at `end` are in, those at `start` are
+    not, so balances of adjoining intervals add up.
 
     Attributes
     ----------
     start, end
         The interval, s.
     kinetic, elastic
-        Changes of ``1/2 x'^T M x'`` and ``1/2 x^T K x``, as ``1/2 (b + a)^T K (b - a)``.
+        Changes of ``1/2 x'^T M x'`` and ``1/2 x^T K x``, as ``1/2 (b + a)^T K (b - a)``; K with the symmetric
+        part of a circulatory matrix H.
     stored
         Their sum.
     contact
@@ -43,6 +44,9 @@ class Balance:
         absorbed: the slider's work less the friction heat. Tangential impulses count in `impact`.
     external
         Work of the constant force, ``F . (x(end) - x(start))``.
+    circulatory
+        Work of circulatory forces on the structure, ``-integral x'^T H_a x dt`` with ``H_a = (H - H^T) / 2``;
+        0 without them. Gyroscopic forces do no work.
     damping
         Dissipated by the dampers, ``integral x'^T C x' dt``.
     dampers
@@ -58,7 +62,7 @@ class Balance:
         ``impact_slider``, ``impact_friction``.
     combinations
         The same terms by status combination, dim combination, in order of first appearance: ``work`` (also by
-        contact), ``external``, ``damping``, ``time``.
+        contact), ``external``, ``circulatory``, ``damping``, ``time``.
     states
         Number of states that were evaluated.
     """
@@ -70,6 +74,7 @@ class Balance:
     stored: float
     contact: float
     external: float
+    circulatory: float
     damping: float
     dampers: dict[str, float]
     impact: float
@@ -99,7 +104,8 @@ class Balance:
         """Sum of the absolute work terms, J: the scale of the residual."""
         by_contact = self.contacts.work.sum("status").to_numpy()
         impacts = [self.contacts[name].to_numpy() for name in IMPACT_TERMS]
-        return fsum(np.abs([*by_contact, self.external, self.damping, *np.concatenate(impacts)]))
+        others = [self.external, self.circulatory, self.damping]
+        return fsum(np.abs([*by_contact, *others, *np.concatenate(impacts)]))
 
     def rows(self) -> list[tuple[str, float, str]]:
         """Return the terms of the balance: name, value with the sign it enters with, J, and its parts."""
@@ -108,6 +114,7 @@ class Balance:
             ("contact", self.contact, ""),
             *self._by_contact(),
             ("external", self.external, ""),
+            *([("circulatory", self.circulatory, "")] if self.circulatory else []),
             ("damping", -self.damping, ""),
             ("impact", -self.impact, ""),
             ("residual", self.residual, ""),
@@ -144,7 +151,8 @@ class Balance:
         return Summary(tables=[Table(caption, ("", "work, J"), rows)])
 
     def __repr__(self) -> str:
-        lines = [f"  {name:<10} {value + 0.0:+.6e} J{note}" for name, value, note in self.rows()]
+        width = max(10, *(len(name) for name, *_ in self.rows()))
+        lines = [f"  {name:<{width}} {value + 0.0:+.6e} J{note}" for name, value, note in self.rows()]
         return "\n".join([f"Balance({self.start:g} s to {self.end:g} s)", *lines])
 
     def _by_contact(self) -> list[tuple[str, float, str]]:
@@ -177,6 +185,7 @@ def energy(scene: Scene, core: _core.Trajectory, times: ArrayLike) -> xr.Dataset
             "slider_power": (by_contact, slider, watt | {"sign": "from the slider into the contact"}),
             "friction_heat": (by_contact, slider - contact, watt | {"sign": "dissipated in the contact"}),
             "external_power": ("time", sample["external"], watt | {"sign": "into the structure"}),
+            "circulatory_power": ("time", sample["circulatory"], watt | {"sign": "into the structure"}),
             "damping_power": ("time", sample["damping"].sum(axis=1), watt | {"sign": "dissipated"}),
             "damper_power": (("time", "damper"), sample["damping"], watt | {"sign": "dissipated"}),
             "energy_rate": ("time", sample["rate"], watt | {"sign": "dE/dt from the state equation"}),
@@ -199,7 +208,7 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
     contact = fsum(works.contact.ravel())
     external, damping = fsum(works.external), fsum(works.damping.ravel())
     impact = fsum([*works.impact_normal, *works.impact_friction, *(-works.impact_slider)])
-    terms = [*works.contact.ravel(), *works.external, *(-works.damping.ravel())]
+    terms = [*works.contact.ravel(), *works.external, *works.circulatory, *(-works.damping.ravel())]
     taken = [*works.impact_normal, *works.impact_friction, *(-works.impact_slider)]
     return Balance(
         start=start,
@@ -209,6 +218,7 @@ def balance(scene: Scene, core: _core.Trajectory, start: float, end: float) -> B
         stored=works.kinetic + works.elastic,
         contact=contact,
         external=external,
+        circulatory=fsum(works.circulatory),
         damping=damping,
         dampers={name: fsum(column) for name, column in zip(works.groups, works.damping.T, strict=True)},
         impact=impact,
@@ -270,6 +280,7 @@ def _combinations(works: _core.Works, labels: list[int] | list[str]) -> xr.Datas
         {
             "work": (("combination", "contact"), np.reshape(work, (len(names), len(labels))), joule),
             "external": ("combination", [fsum(works.external[rows]) for rows in held], joule),
+            "circulatory": ("combination", [fsum(works.circulatory[rows]) for rows in held], joule),
             "damping": ("combination", [fsum(works.damping[rows].ravel()) for rows in held], joule),
             "time": ("combination", [fsum(works.duration[rows]) for rows in held], {"units": "s"}),
         },

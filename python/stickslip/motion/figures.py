@@ -12,6 +12,8 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
 from numpy.typing import ArrayLike
 
 from stickslip.motion.events import Events
@@ -25,6 +27,8 @@ from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, 
 HISTORY = 6001
 #: Samples of a curve.
 SAMPLES = 4001
+#: Bars of one status of a contact up to which they are hatched: narrower ones would only show moiré.
+HATCHED = 24
 #: Smallest amplitude drawn, of the largest.
 FLOOR = 1e-6
 
@@ -186,7 +190,11 @@ def phase_portrait(axes: Axes, motion: Moving | Periodic, contact: int = 0, samp
 
 
 def phase_portraits(
-    panels: Sequence[Axes], motion: Moving | Periodic, contacts: Sequence[int], samples: int = SAMPLES
+    panels: Sequence[Axes],
+    motion: Moving | Periodic,
+    contacts: Sequence[int],
+    samples: int = SAMPLES,
+    begin: float = 0.0,
 ) -> None:
     """Draw several contacts as `phase_portrait` does, one on each of some axes, from one sampling.
 
@@ -198,9 +206,12 @@ def phase_portraits(
         As for `phase_portrait`.
     contacts
         Indices of the contacts.
+    begin
+        Where the curves begin, s.
     """
     run = motion_of(motion)
-    for axes, contact, curve in zip(panels, contacts, tangential(run, contacts, samples), strict=True):
+    curves = tangential(run, contacts, samples, begin)
+    for axes, contact, curve in zip(panels, contacts, curves, strict=True):
         _portrait(axes, run, contact, *curve)
 
 
@@ -238,23 +249,30 @@ def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int
     shown = range(len(run.scene.contacts)) if contacts is None else contacts
     labels = [run.scene.contact_labels()[contact] for contact in shown]
     by_contact = [status_spans(run, contact) for contact in shown]
+    most = max((len(bars) for spans in by_contact for bars in spans.values()), default=0)
     for letter, colour in COLOURS.items():
         named = f"{letter}  {NAMES[letter]}"
         for contact, spans in enumerate(by_contact):
             if letter in spans:
-                axes.broken_barh(
-                    spans[letter],
-                    (contact - 0.4, 0.8),
-                    facecolors=colour,
-                    hatch=HATCHES[letter],
-                    edgecolor="white",
-                    linewidth=0.0,
-                    label=named,
+                begin, width = np.array(spans[letter]).T
+                low, high = np.full(begin.size, contact - 0.4), np.full(begin.size, contact + 0.4)
+                corners = np.stack([begin, low, begin + width, low, begin + width, high, begin, high], axis=1)
+                # One path, whose extent is not asked for: thousands of bars are drawn as fast as a few.
+                bars = Path.make_compound_path_from_polys(corners.reshape(-1, 4, 2))
+                axes.add_artist(
+                    PathPatch(
+                        bars,
+                        facecolor=colour,
+                        hatch=HATCHES[letter] if most <= HATCHED else None,
+                        edgecolor="white",
+                        linewidth=0.0,
+                        label=named,
+                    )
                 )
                 named = "_"
     axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
     axes.set_yticklabels([f"contact {label}" for label in labels])
-    axes.invert_yaxis()
+    axes.set_ylim(len(labels) - 0.5, -0.5)
     axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
     return axes
 
@@ -300,8 +318,8 @@ def status_spans(run: Moving, contact: int) -> dict[str, list[tuple[float, float
     return {status: found for status, found in spans.items() if found}
 
 
-def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None) -> Real:
-    """Return equidistant times, and the instants just before and after every event, s.
+def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None, begin: float = 0.0) -> Real:
+    """Return equidistant times from `begin` on, and the instants just before and after every event, s.
 
     A curve through them shows each status from its first to its last instant; of some contacts their own
     events are enough.
@@ -309,8 +327,9 @@ def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None) -
     events = run.events.time
     if contacts is not None:
         events = events[np.isin(run.events.contact, list(contacts))]
+    events = events[events > begin]
     return np.unique(
-        np.concatenate([np.linspace(0.0, run.duration, samples), events, np.nextafter(events, 0.0)])
+        np.concatenate([np.linspace(begin, run.duration, samples), events, np.nextafter(events, 0.0)])
     )
 
 
@@ -343,10 +362,10 @@ def motion_of(motion: Moving | Periodic) -> Moving:
 
 
 def tangential(
-    run: Moving, contacts: Sequence[int], samples: int = SAMPLES
+    run: Moving, contacts: Sequence[int], samples: int = SAMPLES, begin: float = 0.0
 ) -> list[tuple[Names, Real, Real]]:
     """Return statuses, displacement in µm and velocity in m/s along the tangent of each contact."""
-    motion = run.sample(instants(run, samples, contacts))
+    motion = run.sample(instants(run, samples, contacts, begin))
     position, velocity, status = (motion[name].to_numpy() for name in ("position", "velocity", "status"))
     directions = [run.scene.tangential_direction(contact) for contact in contacts]
     return [

@@ -199,10 +199,12 @@ class Motion:
             ``kinetic`` ``1/2 x'^T M x'`` and ``elastic`` ``1/2 x^T K x`` (time) J. (time, contact) W:
             ``contact_power`` ``T_i (t_i . x')``, into the structure positive, which is ``slider_power``
             ``T_i v_i`` less ``friction_heat`` ``-T_i s_i >= 0``. (time) W: ``external_power`` ``F . x'``,
-            into the structure positive; ``damping_power`` ``x'^T C x'``, dissipated, also by ``damper_power``
-            (time, damper) for the mass and stiffness part of proportional damping; ``energy_rate`` dE/dt =
-            ``x'^T (M x'' + K x)`` with x'' from the state equation of the combination, in which no contact
-            force appears. ``combination`` (time). At an event time: just after the event.
+            into the structure positive; ``circulatory_power`` ``-x'^T H_a x``, the same sign, 0 without
+            circulatory forces (their symmetric part counts in K); ``damping_power`` ``x'^T C x'``,
+            dissipated, also by ``damper_power`` (time, damper) for the mass and stiffness part of
+            proportional damping; ``energy_rate`` dE/dt = ``x'^T (M x'' + K x)`` with x'' from the state
+            equation of the combination, in which no contact force appears. ``combination`` (time). At an
+            event time: just after the event.
 
         Raises
         ------
@@ -211,7 +213,8 @@ class Motion:
 
         Notes
         -----
-        ``energy_rate = sum(contact_power) + external_power - damping_power`` is left for the caller to check.
+        ``energy_rate = sum(contact_power) + external_power + circulatory_power - damping_power`` is left for
+        the caller to check.
         Nothing of this is computed before it is asked for. A preload by an imposed displacement counts as
         external force: the support's spring energy is relative to zero displacement (Brunetti, Massi,
         D'Ambrogio, Berthier, section 6).

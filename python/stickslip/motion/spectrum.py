@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
-import scipy.signal
 import xarray as xr
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import real_number, whole_number
@@ -53,18 +52,19 @@ def sampled_spectrum(
     samples = whole_number("samples", samples, FEWEST)
     if detrend not in ("constant", "linear", None):
         raise InputError(f"detrend: expected 'constant', 'linear' or None, got {detrend!r}")
-    try:
-        weights = scipy.signal.get_window(window, samples)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"window: {error}") from None
+    weights = _weights(window, samples)
     width = (last - first) / samples
     motion = run.sample(first + width * np.arange(samples)).position.to_numpy()
     names = list(run.scene.dofs)
     if dof is not None:
         chosen = dof_index("dof", dof, run.scene.dofs)
         motion, names = motion[:, [chosen]], [names[chosen]]
-    if detrend is not None:
-        motion = scipy.signal.detrend(motion, axis=0, type=detrend)
+    if detrend == "constant":
+        motion = motion - motion.mean(axis=0)
+    elif detrend is not None:
+        from scipy import signal  # Importing it takes longer than most spectra.
+
+        motion = signal.detrend(motion, axis=0, type=detrend)
     coefficients = np.fft.rfft(motion * weights[:, None], axis=0) / weights.sum()
     frequency = np.fft.rfftfreq(samples, width)
     twofold = np.full(frequency.size, 2.0)
@@ -80,3 +80,15 @@ def sampled_spectrum(
         attrs={"method": "sampled", "begin": first, "end": last},
     )
     return result if dof is None else result.isel(dof=0)
+
+
+def _weights(window: Any, samples: int) -> NDArray[np.float64]:
+    """Return the periodic window: its first value would follow the last."""
+    if isinstance(window, str) and window == "hann":
+        return np.hanning(samples + 1)[:-1]
+    from scipy import signal
+
+    try:
+        return np.asarray(signal.get_window(window, samples))
+    except (TypeError, ValueError) as error:
+        raise InputError(f"window: {error}") from None

@@ -17,17 +17,19 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from stickslip import plot
 from stickslip.cycles.cycle import Cycle
 from stickslip.energy.figures import SAMPLES as ENERGY_SAMPLES
+from stickslip.locus.critical import hopf_points
 from stickslip.locus.sweep import sweep
 from stickslip.modes.modes import complex_modes
 from stickslip.modes.shape import orbit
 from stickslip.motion.motion import Motion
 from stickslip.reference.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run
 from stickslip.scene.models import two_subsystems
-from stickslip.show.style import UNSTABLE
+from stickslip.show.style import STABLE, UNSTABLE
 
 #: Width of a column, inches.
 COLUMN = 85.0 / 25.4
@@ -43,7 +45,7 @@ STYLE: Any = {
     "xtick.major.width": 0.5,
     "ytick.major.width": 0.5,
     "hatch.linewidth": 0.4,
-    "figure.constrained_layout.h_pad": 0.02,
+    "figure.constrained_layout.h_pad": 0.05,
     "figure.constrained_layout.w_pad": 0.02,
 }
 #: The masses with their dofs and the inclination of these, rad: a contact mass has the axes of its slider.
@@ -69,7 +71,9 @@ def _figure(number: int) -> Callable[[Drawing], Drawing]:
         @wraps(draw)
         def styled() -> Figure:
             with matplotlib.rc_context(STYLE):
-                return draw()
+                figure = draw()
+                figure.align_ylabels()
+                return figure
 
         FIGURES[number] = styled
         return styled
@@ -95,9 +99,15 @@ def figure_3() -> Figure:
     """Eigenvalues of steady sliding over friction: growth rates and frequencies, thick where unstable."""
     figure = _sized(110.0)
     growth, frequency = figure.subplots(2, 1, sharex=True)
-    branches = sweep(two_subsystems(), friction=np.linspace(*FRICTIONS, 301))
-    plot.draw_loci(growth, frequency, branches)
+    scene = two_subsystems()
+    plot.draw_loci(growth, frequency, sweep(scene, friction=np.linspace(*FRICTIONS, 301)))
     growth.set_xlabel("")
+    hopf = [point.value for point in hopf_points(scene, friction=FRICTIONS)]
+    (dots,) = growth.plot(hopf, np.zeros(len(hopf)), "o", color="black", markersize=3)
+    red, blue = (Line2D([], [], color=colour) for colour in (UNSTABLE, STABLE))
+    _legend(
+        figure, [red, blue, dots], ["unstable", "stable", "Hopf point"], loc="outside upper center", ncols=3
+    )
     for axes in (growth, frequency):
         axes.set_xlim(*FRICTIONS)
     return figure

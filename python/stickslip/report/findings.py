@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -43,8 +44,11 @@ REST = 1e-12
 AT_REST = ("equilibrium", "decaying")
 #: Samples of the spectrum of the whole stretch.
 SAMPLES = 2**14
-#: Wall-clock limit of the transient, s, and how much further a limit cycle is looked for, s of motion.
+#: Wall-clock limit of the transient and the search for what it settles to together, s, and how much further
+#: that is looked for, s of motion.
 PATIENCE, FURTHER = 2.0, 3.0
+#: Least wall-clock time of the search, s, however much the motion took: a look at its end.
+SHORTEST_SEARCH = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +143,8 @@ def findings(
         (`disturbed_sliding`), or what is `known` of it.
     settings
         Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
-        e^30, but 20 to 400 of its periods; without a time limit: 2 s of computing.
+        e^30, but 20 to 400 of its periods. What the motion leaves of the time limit (default 2 s of
+        computing) is that of the search for what it settles to.
     model, over
         The model that the scene is of (None: the scene itself), one of its parameters and the values over
         which its eigenvalues are followed; None: friction.
@@ -167,11 +172,16 @@ def findings(
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
     else:
         told("computing the motion")
-        run = _motion(scene, begin, {"duration": _duration(modes), **(settings or {})}, reasons)
+        chosen = {"duration": _duration(modes), "time_limit": PATIENCE, **(settings or {})}
+        started = time.perf_counter()
+        run = _motion(scene, begin, chosen, reasons)
+        spent = time.perf_counter() - started
     cycle, settled, last = None, "", None
     if run is not None:
         told("looking for what the motion settles to")
-        cycle, settled, last = _settled(run, modes, reasons)
+        limit = chosen["time_limit"]
+        rest = None if limit is None else max(limit - spent, SHORTEST_SEARCH)
+        cycle, settled, last = _settled(run, modes, rest, reasons)
     since = 0.75 * last.duration if last is not None and cycle is None and scene.size > MANY else 0.0
     lines = None
     if cycle is not None and last is not None:
@@ -283,14 +293,15 @@ def _duration(modes: Modes) -> float:
 def _motion(
     scene: Scene, start: State, settings: Mapping[str, Any], reasons: dict[str, str]
 ) -> Trajectory | None:
-    limit = settings.get("time_limit", PATIENCE)
     try:
-        run = simulate(scene, start, **{**settings, "time_limit": limit})
+        run = simulate(scene, start, **settings)
     except RunError as error:
         reasons["stopped"] = f"the motion could not be continued: {error}"
         return error.partial if isinstance(error.partial, Trajectory) else None
     if run.stop_reason == "time_limit":
-        reasons["stopped"] = f"the time limit of computing, {limit:g} s, was reached at {run.duration:g} s"
+        reasons["stopped"] = (
+            f"the time limit of computing, {settings['time_limit']:g} s, was reached at {run.duration:g} s"
+        )
     elif run.stop_reason == "grazing":
         reasons["stopped"] = f"the motion was stopped at a touch within rounding, at {run.duration:g} s"
     elif run.stop_reason == "unbounded":
@@ -299,7 +310,7 @@ def _motion(
 
 
 def _settled(
-    run: Trajectory, modes: Modes, reasons: dict[str, str]
+    run: Trajectory, modes: Modes, time_limit: float | None, reasons: dict[str, str]
 ) -> tuple[Cycle | None, str, Motion | None]:
     # What decays and meets no event needs no search, which would take minutes for a thousand dofs.
     resting = len(run.events) == 0 and run.start.combination == modes.combination
@@ -311,7 +322,7 @@ def _settled(
         reasons["cycle"] = f"No limit cycle was looked for: {reasons['stopped']}"
         return None, run.stop_reason, run
     try:
-        cycle = run.limit_cycle(further=max(FURTHER, run.duration))
+        cycle = run.limit_cycle(further=max(FURTHER, run.duration), time_limit=time_limit)
     except NotPeriodicError as error:
         # Without an exponent there is nothing that parts or meets.
         neutral = error.kind == "unsettled" or (error.kind == "undecided" and math.isnan(error.exponent))

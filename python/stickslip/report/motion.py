@@ -109,7 +109,9 @@ def cycle_section(found: Findings) -> str:
         parts = [note(f"{found.reasons['cycle']}.")]
         if found.settled not in AT_REST and found.scene.contacts and found.last.duration > 0.0:
             parts.append(
-                _portraits(found, f"Phase portraits of the last {number(found.last.duration, 4)} s.")
+                _portraits(
+                    found, f"Phase portraits of the last {number(found.last.duration - found.since, 4)} s."
+                )
             )
         return section("cycle", "Limit cycle", *parts)
     cycle = found.cycle
@@ -236,6 +238,7 @@ def energy_section(found: Findings) -> str:
         ("friction heat", -balance.friction_heat),
         ("impacts, normal loss", -balance.impact_loss),
         ("constant forces", balance.external),
+        *([("circulatory forces", balance.circulatory)] if balance.circulatory else []),
         ("dampers", -balance.damping),
         ("stored", balance.stored),
     ]
@@ -325,7 +328,7 @@ def _portraits(found: Findings, caption: str) -> str:
     with drawing.style():
         drawn = Figure(figsize=(7.2, 3.3 * -(-count // 2)), layout="constrained")
         panels = drawn.subplots(-(-count // 2), min(count, 2), squeeze=False).ravel()
-        plot.phase_portraits(list(panels[:count]), last, range(count), _samples(found))
+        plot.phase_portraits(list(panels[:count]), last, range(count), _samples(found), found.since)
         for i, axes in enumerate(panels[:count]):
             axes.set_title(f"contact {scene.contact_labels()[i]}")
         for axes in panels[count:]:

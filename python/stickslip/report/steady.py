@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy.sparse
 
 from stickslip import plot
 from stickslip.locus.critical import CriticalPoint
@@ -72,12 +73,18 @@ def scene_section(found: Findings) -> str:
     )
     matrices = []
     if scene.size <= PRINTED:
-        structure = Structure.dense(scene)
-        named = [("Stiffness matrix, N/m", structure.stiffness)]
+        plain = Structure.dense(scene.replace(gyroscopic=None, circulatory=None))
+        named = [("Stiffness matrix, N/m", plain.stiffness)]
         if scene.mass.ndim == 2:
-            named.append(("Mass matrix, kg", structure.mass))
+            named.append(("Mass matrix, kg", plain.mass))
         if damping is not None and not isinstance(damping, Proportional):
-            named.append(("Damping matrix, N s/m", structure.damping))
+            named.append(("Damping matrix, N s/m", plain.damping))
+        unsymmetric = {
+            "Gyroscopic matrix, N s/m": scene.gyroscopic,
+            "Circulatory matrix, N/m": scene.circulatory,
+        }
+        given = [(caption, matrix) for caption, matrix in unsymmetric.items() if matrix is not None]
+        named += [(caption, scipy.sparse.csr_array(matrix).toarray()) for caption, matrix in given]
         for caption, entries in named:
             rows = [[name, *map(float, row)] for name, row in zip(scene.dofs, entries, strict=True)]
             matrices.append(table(caption, ["", *scene.dofs], rows))

@@ -6,7 +6,7 @@ import dataclasses
 import difflib
 import numbers
 import operator
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +23,8 @@ if TYPE_CHECKING:
 class Contact:
     """One contact: two directions in the space of the displacements x, and its law.
 
-    A direction is the index of a dof, the name of a dof, or a vector (n,).
+    A direction is the index of a dof, the name of a dof, a vector (n,), or a mapping from dofs to its
+    entries, such as ``{"12.1": 1.0, "907.1": -1.0}`` between two nodes; the other entries are 0.
 
     Parameters
     ----------
@@ -56,6 +57,9 @@ class Contact:
     name: str | None = None
 
     def __post_init__(self) -> None:
+        for name in ("tangential", "normal"):
+            if isinstance(direction := getattr(self, name), Mapping):
+                object.__setattr__(self, name, dict(direction))
         for name in LAW:
             value = getattr(self, name)
             # Numbers of other kinds, such as fractions, become floats; what is no number, the scene refuses.
@@ -183,15 +187,21 @@ def described_direction(direction: Any, dofs: Sequence[str]) -> str:
     """Return a direction in the names of the dofs: ``x3``, or ``0.8 x1 + 0.6 x2``."""
     if isinstance(direction, str):
         return direction
-    if np.ndim(direction) == 0:
+    if isinstance(direction, Mapping):
+        pairs = [(dofs[dof_index("direction", dof, dofs)], part) for dof, part in direction.items()]
+    elif np.ndim(direction) == 0:
         return dofs[operator.index(direction)]
-    terms = [f"{part:g} {dof}" for part, dof in zip(direction, dofs, strict=True) if part]
+    else:
+        pairs = list(zip(dofs, direction, strict=True))
+    terms = [f"{part:g} {dof}" for dof, part in pairs if part]
     return " + ".join(terms if len(terms) <= 4 else [*terms[:3], "..."]).replace("+ -", "- ")
 
 
-def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real:
+def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | list[tuple[int, float]]:
     if isinstance(value, str):
         return dof_index(argument, value, dofs)
+    if isinstance(value, Mapping):
+        return _entries(argument, value, dofs)
     try:
         index = operator.index(value)
     except TypeError:
@@ -199,3 +209,16 @@ def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real:
     if isinstance(value, bool):
         raise InputError(f"{argument}: expected a dof index, a dof name or a vector, got {value!r}")
     return dof_index(argument, index, dofs)
+
+
+def _entries(argument: str, value: Mapping[Any, Any], dofs: Sequence[str]) -> list[tuple[int, float]]:
+    """Return the entries of a direction that is given by some of them, by the index of their dofs."""
+    entries: dict[int, float] = {}
+    for dof, entry in value.items():
+        if not isinstance(dof, str | int | np.integer) or isinstance(dof, bool):
+            raise InputError(f"{argument}: expected dof indices or names as keys, got {dof!r}")
+        index = dof_index(argument, dof if isinstance(dof, str) else int(dof), dofs)
+        if index in entries:
+            raise InputError(f"{argument}: {dof!r} names a dof that another key names too")
+        entries[index] = real_number(f"{argument}: {dof}", entry)
+    return sorted(entries.items())

@@ -77,7 +77,7 @@ class Proportional:
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
 class Scene:
-    """``M x'' + C x' + K x = F + sum_i (n_i N_i + t_i T_i)`` with its contacts; immutable and validated.
+    """``M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)``; immutable and validated.
 
     Parameters
     ----------
@@ -98,6 +98,13 @@ class Scene:
     impact_friction
         Whether an impact also takes the Coulomb impulse of at most friction times the normal impulse;
         otherwise the tangential velocity is unchanged by it.
+    gyroscopic
+        G: (n, n) skew-symmetric, N s/m, of rotating parts; dense or sparse. None: no such forces.
+    circulatory
+        H: (n, n), any matrix, N/m, of forces that follow the displacement without a potential: follower
+        forces, or friction that another program put into its stiffness. None: no such forces. Its symmetric
+        part stores energy as K does. An unsymmetric stiffness A is ``stiffness=(A + A.T) / 2,
+        circulatory=(A - A.T) / 2``.
 
     Raises
     ------
@@ -114,6 +121,8 @@ class Scene:
     contacts: tuple[Contact, ...]
     dofs: tuple[str, ...]
     impact_friction: bool
+    gyroscopic: Matrix | None
+    circulatory: Matrix | None
     core: _core.Scene = dataclasses.field(repr=False)
     #: The model function with the arguments that this scene was made of, or None; see `save`.
     model: partial[Scene] | None = dataclasses.field(repr=False)
@@ -127,6 +136,8 @@ class Scene:
         contacts: Sequence[Contact] = (),
         dofs: Sequence[str] | None = None,
         impact_friction: bool = False,
+        gyroscopic: Any = None,
+        circulatory: Any = None,
     ) -> None:
         m = mass_array(mass)
         size = m.shape[0]
@@ -134,6 +145,8 @@ class Scene:
             raise InputError(f"mass: expected shape (n,) or (n, n), got {m.shape}")
         k = real_matrix("stiffness", stiffness)
         c = _damping(damping)
+        g = None if gyroscopic is None else real_matrix("gyroscopic", gyroscopic)
+        h = None if circulatory is None else real_matrix("circulatory", circulatory)
         f = real_array("force", np.zeros(size) if force is None else force, 1)
         names = dof_names(dofs, size)
         if not isinstance(impact_friction, bool | np.bool_):
@@ -144,7 +157,12 @@ class Scene:
             raise InputError(f"contacts: expected a sequence of contacts, got {described(contacts)}")
         listed = tuple(contacts)
         core = _core.Scene(
-            m, core_matrix(k), _core_damping(c), f, _core_contacts(listed, names), bool(impact_friction)
+            m,
+            (core_matrix(k), None if h is None else core_matrix(h)),
+            (_core_damping(c), None if g is None else core_matrix(g)),
+            f,
+            _core_contacts(listed, names),
+            bool(impact_friction),
         )
         self._set(
             mass=m,
@@ -154,6 +172,8 @@ class Scene:
             contacts=listed,
             dofs=names,
             impact_friction=bool(impact_friction),
+            gyroscopic=g,
+            circulatory=h,
             core=core,
             model=None,
         )
@@ -166,6 +186,11 @@ class Scene:
     def size(self) -> int:
         """Number of dofs, n."""
         return len(self.dofs)
+
+    @property
+    def unsymmetric(self) -> list[str]:
+        """Names of the unsymmetric matrices that the scene has: ``gyroscopic``, ``circulatory``."""
+        return [name for name in ("gyroscopic", "circulatory") if getattr(self, name) is not None]
 
     def replace(self, **changes: Any) -> Scene:
         """Return a scene with some arguments changed.
@@ -223,12 +248,13 @@ class Scene:
         return self._direction(contact, 1)
 
     def _direction(self, contact: int, which: int) -> Real:
-        core: int | Real = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
+        core = core_contact(self.contacts[contact], contact, self.dofs)[:2][which]
         if isinstance(core, np.ndarray):
             return core
-        unit = np.zeros(self.size)
-        unit[core] = 1.0
-        return unit
+        direction = np.zeros(self.size)
+        for dof, entry in core if isinstance(core, list) else [(core, 1.0)]:
+            direction[dof] = entry
+        return direction
 
     def __reduce__(self) -> tuple[Any, ...]:
         arguments = (
@@ -239,6 +265,8 @@ class Scene:
             self.contacts,
             self.dofs,
             self.impact_friction,
+            self.gyroscopic,
+            self.circulatory,
         )
         return _restored, (arguments, self.model)
 
@@ -246,6 +274,7 @@ class Scene:
         lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts)"]
         lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
         lines.append(f"  damping: {described_damping(self.damping)}")
+        lines += [f"  {name}: matrix" for name in self.unsymmetric]
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
             law = f"friction {contact.friction:g}"
             if contact.static_friction not in (None, contact.friction):
@@ -285,6 +314,7 @@ class Scene:
             ("dofs", f"{self.size}: {', '.join(shortened(self.dofs))}"),
             ("mass", f"{'lumped' if self.mass.ndim == 1 else 'coupled'}, {shown} kg"),
             ("damping", described_damping(self.damping)),
+            *((name, "matrix") for name in self.unsymmetric),
         ]
         return Summary(facts, [Table("Contacts of the scene", HEADINGS, rows)])
 

@@ -13,12 +13,17 @@ from stickslip.scene.scene import Scene
 
 @dataclass(frozen=True, eq=False)
 class Structure:
-    """``M x'' + C x' + K x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...); all from the core.
+    """``M x'' + (C + G) x' + (K + H) x = F + D f``, with the contact forces f = (T_1, N_1, T_2, ...).
+
+    All from the core.
 
     Attributes
     ----------
     mass, damping, stiffness
-        M, C, K, (n, n), sparse or dense.
+        M, C + G, K + H, (n, n), sparse or dense.
+    elastic, circulatory
+        ``K + (H + H') / 2``, the matrix of the elastic energy, and the rest of H, ``H_a = (H - H') / 2``,
+        whose power on the structure is ``-u' H_a x`` at velocities u; G does no work.
     directions
         D, (n, 2c), the same: tangential and normal direction of every contact.
     impulse_response
@@ -31,6 +36,8 @@ class Structure:
     mass: Any
     damping: Any
     stiffness: Any
+    elastic: Any
+    circulatory: Any
     directions: Any
     impulse_response: Any
     force: Real
@@ -39,11 +46,13 @@ class Structure:
     def of(cls, scene: Scene) -> Structure:
         """Return the sparse matrices of a scene."""
         core, shape = scene.core, (scene.size, scene.size)
-        mass, damping, stiffness = (scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices())
+        mass, damping, stiffness, elastic, circulatory = (
+            scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()
+        )
         directions, basis = (
             scipy.sparse.csr_array(rows.T) for rows in (core.contact_directions(), core.contact_basis())
         )
-        return cls(mass, damping, stiffness, directions, basis, scene.force)
+        return cls(mass, damping, stiffness, elastic, circulatory, directions, basis, scene.force)
 
     @classmethod
     def dense(cls, scene: Scene) -> Structure:

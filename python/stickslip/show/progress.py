@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from typing import Any, TypeVar
 
 from rich.console import Console
@@ -17,6 +19,9 @@ from rich.progress import (
 from rich.text import Text
 
 T = TypeVar("T")
+
+#: Between two looks at what is done, s.
+_REFRESHED = 0.1
 
 
 class Rate(ProgressColumn):
@@ -47,3 +52,33 @@ def tracked(jobs: Sequence[T], description: str, progress: bool | None = None) -
     """Go through jobs with a bar on standard error while that lasts; None: on a terminal."""
     with progress_bar(progress) as bar:
         yield from bar.track(jobs, description=description)
+
+
+@contextmanager
+def watched(
+    done: Callable[[], int], total: int, description: str, progress: bool | None, patience: float
+) -> Iterator[None]:
+    """Show how many jobs of one long call are done: at once if asked, else once it takes long.
+
+    `done` is called from another thread.
+    """
+    bar = progress_bar(progress)
+    task = bar.add_task(description, total=total)
+    over = threading.Event()
+
+    def show() -> None:
+        if over.wait(0.0 if progress else patience):
+            return
+        with bar:
+            while not over.wait(_REFRESHED):
+                bar.update(task, completed=min(done(), total))
+
+    shown = threading.Thread(target=show, daemon=True)
+    if not bar.disable:
+        shown.start()
+    try:
+        yield
+    finally:
+        over.set()
+        if shown.ident is not None:
+            shown.join()

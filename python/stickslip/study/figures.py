@@ -47,7 +47,12 @@ def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> A
 
 
 def distribution(
-    axes: Axes, results: xr.Dataset, output: str, bins: int = 60, label: str | None = None, **labels: Any
+    axes: Axes,
+    results: xr.Dataset,
+    output: str,
+    bins: int | None = None,
+    label: str | None = None,
+    **labels: Any,
 ) -> Axes:
     """Draw the density of an output, one of its dofs, contacts or modes chosen by `labels`.
 
@@ -60,7 +65,7 @@ def distribution(
     output
         Name of the output.
     bins
-        Number of bars.
+        Number of bars; None: the root of the number of samples, 8 to 60.
     label
         Name of the curve for a legend.
     **labels
@@ -68,8 +73,12 @@ def distribution(
     """
     values = sample_values(results, output, labels)
     values = values[~np.isnan(values)]
+    if bins is None:
+        bins = int(np.clip(np.sqrt(values.size), 8, 60))
     axes.hist(values, bins=bins, density=True, color=LIGHT, edgecolor=DARK, linewidth=0.4, label=label)
-    axes.set(xlabel=_labelled(output, results[output].attrs.get("units", "")), ylabel="density")
+    units = results[output].attrs.get("units", "")
+    reciprocal = {"": "", "1": "", "1/s": "s"}.get(units, f"1/({units})" if "/" in units else f"1/{units}")
+    axes.set(xlabel=_labelled(output, units), ylabel=_labelled("density", reciprocal))
     _few_ticks(axes)
     return axes
 

@@ -29,7 +29,11 @@ class Trajectory(Motion):
     """
 
     def limit_cycle(
-        self, further: float = 10.0, method: Literal["auto", "modal", "taylor"] = "auto"
+        self,
+        further: float = 10.0,
+        method: Literal["auto", "modal", "taylor"] = "auto",
+        *,
+        time_limit: float | None = None,
     ) -> Cycle:
         """Return the periodic orbit that the motion settles to, refined to rounding.
 
@@ -43,14 +47,17 @@ class Trajectory(Motion):
             run only.
         method
             How phases are propagated, see `simulate`.
+        time_limit
+            Wall-clock limit of the search, s, > 0; what is known by then is told. None: no limit.
 
         Raises
         ------
         NotPeriodicError
-            If the motion settles to no cycle; it says what it is instead, with the largest Lyapunov exponent
-            where there is one.
+            If the motion settles to no cycle, or none is found in time; it says what it is instead, with the
+            largest Lyapunov exponent where there is one.
         InputError
-            If `further` is negative or not finite, or `method` is no known word.
+            If `further` is negative or not finite, `time_limit` not positive and finite, or `method` no known
+            word.
         RunInterrupted
             On Ctrl-C; a `KeyboardInterrupt` that holds the last stretch of the motion.
         """
@@ -59,7 +66,10 @@ class Trajectory(Motion):
         limit = real_number("further", further)
         if not 0.0 <= limit < np.inf:
             raise InputError(f"further: expected a finite time >= 0, got {limit:g}")
-        return limit_cycle(self, limit, method)
+        patience = None if time_limit is None else real_number("time_limit", time_limit)
+        if patience is not None and not 0.0 < patience < np.inf:
+            raise InputError(f"time_limit: expected a finite positive time, got {patience:g}")
+        return limit_cycle(self, limit, method, patience)
 
     def spectrum(
         self,

@@ -8,6 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 /// Ill-posed input, found before any work starts. Every message names the argument and the value.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
+    /// Work that was cancelled before it had an answer.
+    #[error("cancelled")]
+    Cancelled,
     /// An argument has the wrong shape, length or size.
     #[error("{argument}: expected {expected}, got {got}")]
     Shape {
@@ -40,12 +43,29 @@ pub enum Error {
     },
     /// A matrix that must be symmetric is not.
     #[error(
-        "{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})"
+        "{argument}: must be symmetric, got {value} at ({row}, {column}) and {mirrored} at ({column}, {row}){}",
+        split(argument)
     )]
     NotSymmetric {
         /// Name of the matrix.
         argument: String,
         /// Row of one entry of the unequal pair.
+        row: usize,
+        /// Column of that entry.
+        column: usize,
+        /// The entry at (row, column).
+        value: f64,
+        /// The entry at (column, row).
+        mirrored: f64,
+    },
+    /// A matrix that must be skew-symmetric is not.
+    #[error(
+        "{argument}: must be skew-symmetric (A' = -A), got {value} at ({row}, {column}) and {mirrored} at ({column}, {row})"
+    )]
+    NotSkew {
+        /// Name of the matrix.
+        argument: String,
+        /// Row of one entry of the pair that does not cancel.
         row: usize,
         /// Column of that entry.
         column: usize,
@@ -261,6 +281,19 @@ pub enum Error {
 /// A number of things with the noun and verb that go with it.
 fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
+}
+
+/// Where the rest of a matrix belongs of which a scene takes the symmetric part.
+fn split(argument: &str) -> &'static str {
+    match argument {
+        "stiffness" => {
+            "; a matrix A that is meant to be so splits into stiffness=(A + A') / 2 and circulatory=(A - A') / 2"
+        }
+        "damping" => {
+            "; a matrix A that is meant to be so splits into damping=(A + A') / 2 and gyroscopic=(A - A') / 2"
+        }
+        _ => "",
+    }
 }
 
 fn advice(combination: &str, admissible: Option<&str>) -> String {

@@ -25,6 +25,8 @@
 //!     mass: Mass::Lumped(vec![1.0, 1.0]),
 //!     stiffness: SparseMatrix::diagonal(&[1.0, 1.0]),
 //!     damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+//!     gyroscopic: None,
+//!     circulatory: None,
 //!     force: vec![0.0, -1.0],
 //!     contacts: vec![belt],
 //!     impact_friction: false,

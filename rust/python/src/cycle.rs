@@ -1,6 +1,7 @@
 //! Periodic orbits and what motions settle to.
 
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1};
@@ -345,17 +346,26 @@ type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, Strin
 /// What a motion settles to and why its last stretch ended.
 type Found = (Settled, String);
 
-/// What a run has settled to, and the motion of `limit` seconds more if it takes that to say.
+/// What a run has settled to, and the motion of `limit` seconds more if it takes that to say; the search computes for
+/// at most `time_limit` seconds.
 #[pyfunction]
 pub fn attractor(
     py: Python<'_>,
     trajectory: &Trajectory,
     limit: f64,
     method: &str,
+    time_limit: Option<f64>,
 ) -> PyResult<Settled> {
     let (run, method, cancel) = (trajectory.core(), method_named(py, method)?, listening());
-    let search =
-        core::cycles::attractors::Search { stretch: run.end, limit, method, cancel: Some(&cancel) };
+    let patience = time_limit.and_then(|limit| Duration::try_from_secs_f64(limit).ok());
+    let search = core::cycles::attractors::Search {
+        stretch: run.end,
+        limit,
+        method,
+        cancel: Some(&cancel),
+        // So long that no clock holds its end is without end.
+        deadline: patience.and_then(|patience| Instant::now().checked_add(patience)),
+    };
     let found = detached(py, || core::cycles::attractors::settled_from(run, search))?;
     let (attractor, last) = found.map_err(|error| raise(py, &error))?;
     py.check_signals()?;
@@ -388,6 +398,7 @@ pub fn settle_all(
                 limit,
                 method: core::Method::Auto,
                 cancel: Some(cancel),
+                deadline: None,
             };
             core::cycles::attractors::settle_all(&cases, search)
         })

@@ -32,6 +32,7 @@ pub fn energy<'py>(
         ("elastic", sample.elastic),
         ("rate", sample.rate),
         ("external", sample.external),
+        ("circulatory", sample.circulatory),
     ] {
         result.set_item(name, values.into_pyarray(py))?;
     }
@@ -57,6 +58,7 @@ pub struct Works {
     contact: Py<PyArray2<f64>>,
     slider: Py<PyArray2<f64>>,
     external: Py<PyArray1<f64>>,
+    circulatory: Py<PyArray1<f64>>,
     damping: Py<PyArray2<f64>>,
     impact_time: Py<PyArray1<f64>>,
     impact_contact: Py<PyArray1<i64>>,
@@ -89,6 +91,7 @@ pub fn works(py: Python<'_>, trajectory: &Trajectory, t0: f64, t1: f64) -> PyRes
         slider: table(contacts, phases.iter().flat_map(|phase| phase.slider.clone()).collect())?
             .unbind(),
         external: column(phases.iter().map(|phase| phase.external).collect()).unbind(),
+        circulatory: column(phases.iter().map(|phase| phase.circulatory).collect()).unbind(),
         damping: table(
             groups.len(),
             phases.iter().flat_map(|phase| phase.damping.clone()).collect(),

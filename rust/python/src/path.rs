@@ -1,5 +1,7 @@
 //! Paths along one parameter, what is swept along them, and stability verdicts.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use num_complex::Complex64;
 use numpy::ndarray::ArrayView2;
 use numpy::{
@@ -11,7 +13,7 @@ use stickslip_core as core;
 
 use crate::convert::{dense, entries, from_rows, matrix, vector};
 use crate::errors::raise;
-use crate::interrupt::detached;
+use crate::interrupt::{detached, until_interrupted};
 use crate::scene::Scene;
 
 /// Chebyshev coefficients (k, m, m).
@@ -34,6 +36,31 @@ type PieceData<'py> =
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Path {
     inner: core::locus::Path,
+    eigenproblems: AtomicUsize,
+}
+
+impl Path {
+    const fn of(inner: core::locus::Path) -> Self {
+        Self { inner, eigenproblems: AtomicUsize::new(0) }
+    }
+
+    /// What `work` finds along the path, unless Ctrl-C stops it.
+    fn watched<T: Send>(
+        &self,
+        py: Python<'_>,
+        work: impl FnOnce(core::locus::WatchedPath<'_>) -> Result<T, core::Error> + Send,
+    ) -> PyResult<T> {
+        let (path, eigenproblems) = (&self.inner, &self.eigenproblems);
+        let (found, exception) = py.detach(|| {
+            until_interrupted(|cancel| {
+                work(core::locus::WatchedPath { path, cancel: Some(cancel), eigenproblems })
+            })
+        })?;
+        match exception {
+            Some(exception) => Err(exception),
+            None => found.map_err(|error| raise(py, &error)),
+        }
+    }
 }
 
 fn series(coefficients: &Coefficients<'_>) -> core::locus::Series {
@@ -101,7 +128,7 @@ impl Path {
             .collect();
         let inner = detached(py, || core::locus::Path::new(combination, size, pieces))?
             .map_err(|error| raise(py, &error))?;
-        Ok(Self { inner })
+        Ok(Self::of(inner))
     }
 
     /// The contact law of a scene: the friction of some contacts, or what else differs between the scenes at both ends.
@@ -121,12 +148,18 @@ impl Path {
             core::locus::Path::contact_law(ends, &combination, &contacts, lower, upper)
         })?
         .map_err(|error| raise(py, &error))?;
-        Ok(Self { inner })
+        Ok(Self::of(inner))
     }
 
     #[getter]
     fn size(&self) -> usize {
         self.inner.size
+    }
+
+    /// Number of eigenproblems begun along the path.
+    #[getter]
+    fn eigenproblems(&self) -> usize {
+        self.eigenproblems.load(Ordering::Relaxed)
     }
 
     /// (M, C, K) and their derivatives to the parameter.
@@ -150,8 +183,8 @@ impl Path {
         modes: Option<usize>,
     ) -> PyResult<Bound<'py, PyDict>> {
         let values = vector(&values);
-        let sweep = detached(py, || core::locus::Sweep::new(&self.inner, &values, vectors, modes))?
-            .map_err(|error| raise(py, &error))?;
+        let sweep =
+            self.watched(py, |path| core::locus::Sweep::new(path, &values, vectors, modes))?;
         let (rows, branches, m) = (values.len(), sweep.branches, self.inner.size);
         let dict = PyDict::new(py);
         let table = |entries: Vec<Complex64>| entries.into_pyarray(py).reshape([rows, branches]);
@@ -175,31 +208,29 @@ impl Path {
     }
 
     /// Kind, contact, parameter, eigenvalue, other eigenvalue, slope and whether steady sliding exists there, of every
-    /// critical point.
+    /// critical point; how many eigenproblems lay the mesh, and how often Newton's method was started for a lock-in.
     fn critical_points<'py>(
         &self,
         py: Python<'py>,
         imaginary: f64,
-    ) -> PyResult<CriticalArrays<'py>> {
-        let (points, steady) = detached(py, || {
-            let points = core::locus::critical_points(&self.inner, imaginary)?;
-            let values: Vec<f64> = points.iter().map(|point| point.value).collect();
-            Ok((points, self.inner.steady(&values)))
-        })?
-        .map_err(|error| raise(py, &error))?;
-        Ok(critical_arrays(py, &points, &steady))
+    ) -> PyResult<(CriticalArrays<'py>, usize, usize)> {
+        let (found, steady) = self.watched(py, |path| {
+            let found = core::locus::critical_points(path, imaginary)?;
+            let values: Vec<f64> = found.points.iter().map(|point| point.value).collect();
+            Ok((found, path.steady(&values)))
+        })?;
+        Ok((critical_arrays(py, &found.points, &steady), found.nodes, found.starts))
     }
 
     /// The Hopf points alone, how many eigenproblems lay the mesh, and how many modes were followed from one to the
     /// next.
     fn hopf_points<'py>(&self, py: Python<'py>) -> PyResult<(CriticalArrays<'py>, usize, usize)> {
-        let (core::locus::HopfSearch { points, nodes, followed }, steady) = detached(py, || {
-            let found = core::locus::hopf_points(&self.inner)?;
+        let (found, steady) = self.watched(py, |path| {
+            let found = core::locus::hopf_points(path)?;
             let values: Vec<f64> = found.points.iter().map(|point| point.value).collect();
-            Ok((found, self.inner.steady(&values)))
-        })?
-        .map_err(|error| raise(py, &error))?;
-        Ok((critical_arrays(py, &points, &steady), nodes, followed))
+            Ok((found, path.steady(&values)))
+        })?;
+        Ok((critical_arrays(py, &found.points, &steady), found.nodes, found.followed))
     }
 
     /// The verdict at each value.

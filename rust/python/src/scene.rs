@@ -18,6 +18,7 @@ use crate::modes::{self, Reduced};
 pub enum DirectionInput<'py> {
     Dof(usize),
     Vector(PyReadonlyArray1<'py, f64>),
+    Entries(Vec<(usize, f64)>),
 }
 
 #[derive(FromPyObject)]
@@ -32,6 +33,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
         DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
         DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
+        DirectionInput::Entries(entries) => core::Direction::Entries(entries.clone()),
     };
     contacts
         .iter()
@@ -92,12 +94,13 @@ impl Scene {
     fn new(
         py: Python<'_>,
         mass: PyReadonlyArrayDyn<'_, f64>,
-        stiffness: MatrixInput<'_>,
-        damping: DampingInput<'_>,
+        stiffness: (MatrixInput<'_>, Option<MatrixInput<'_>>),
+        damping: (DampingInput<'_>, Option<MatrixInput<'_>>),
         force: PyReadonlyArray1<'_, f64>,
         contacts: Vec<ContactData<'_>>,
         impact_friction: bool,
     ) -> PyResult<Self> {
+        let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
         let mass = match *mass.shape() {
             [_] => core::scene::Mass::Lumped(entries(mass.as_array()).collect()),
             [rows, columns] if rows == columns => {
@@ -120,10 +123,15 @@ impl Scene {
                 core::scene::Damping::General(matrix.to_matrix(py, "damping")?)
             }
         };
+        let optional = |given: Option<MatrixInput<'_>>, argument: &str| {
+            given.map(|matrix| matrix.to_matrix(py, argument)).transpose()
+        };
         let input = core::SceneInput {
             mass,
             stiffness: stiffness.to_matrix(py, "stiffness")?,
             damping,
+            gyroscopic: optional(gyroscopic, "gyroscopic")?,
+            circulatory: optional(circulatory, "circulatory")?,
             force: vector(&force),
             contacts: contact_inputs(&contacts),
             impact_friction,
@@ -207,8 +215,8 @@ impl Scene {
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 
-    /// M, C and K over the dofs, as compressed rows.
-    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<[SparseParts<'py>; 3]> {
+    /// M, C + G, K + H and the symmetric and skew part of the latter over the dofs, as compressed rows.
+    fn matrices<'py>(&self, py: Python<'py>) -> PyResult<[SparseParts<'py>; 5]> {
         let matrices = detached(py, || self.input.matrices())?;
         Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
     }

@@ -57,7 +57,12 @@ impl Family {
         slots: Slots,
         following: Vec<bool>,
     ) -> PyResult<Self> {
-        Self::build(py, core::study::Template::Scene(scene.input.clone()), slots, &following)
+        Self::build(
+            py,
+            core::study::Template::Scene(Box::new(scene.input.clone())),
+            slots,
+            &following,
+        )
     }
 
     #[staticmethod]

@@ -42,6 +42,7 @@ def described_scene(scene: Scene) -> dict[str, Any]:
         else None
         if damping is None
         else _matrix(damping),
+        **{name: _matrix(getattr(scene, name)) for name in scene.unsymmetric},
         "force": scene.force.tolist(),
         "contacts": [_contact(contact) for contact in scene.contacts],
         "dofs": list(scene.dofs),

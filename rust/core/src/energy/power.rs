@@ -5,7 +5,10 @@
 //! dE/dt = sum_i T_i (t_i . u) + F . u - u' C u
 //! ```
 //!
-//! (N_i g_i' = 0 while a contact is closed). The left side is computed as `u' (M x'' + K x)` with x'' from the
+//! (N_i g_i' = 0 while a contact is closed). With gyroscopic and circulatory terms, `(C + G) x'` and `(K + H) x`, the
+//! power of G is `u' G u = 0`. Of H the symmetric part has the potential `1/2 x' H_s x`, so it belongs to the elastic
+//! energy, `K + H_s` in place of K; the rest has none, and `-u' H_a x`, `H_a = (H - H') / 2`, is a term of its own on the
+//! right. The left side is computed as `u' (M x'' + K x)` with x'' from the
 //! reduced equation of motion, in which no contact force appears; the right side from the contact forces:
 //! their agreement is a check. The contact power is the power on the structure, `T_i v_i` from the slider
 //! less the friction heat `-T_i s_i >= 0`, `s_i = t_i . u - v_i`.
@@ -30,6 +33,8 @@ pub struct EnergySample {
     pub rate: Vec<f64>,
     /// Power of the constant force F at each instant, W; positive where it feeds the motion.
     pub external: Vec<f64>,
+    /// Power of the circulatory forces on the structure, `-u' H_a x`, W.
+    pub circulatory: Vec<f64>,
     /// Dissipated power, one column per damper group.
     pub damping: Vec<f64>,
     /// T_i (t_i . u), one column per contact.
@@ -62,7 +67,7 @@ pub(crate) fn external_force(scene: &Scene) -> Vec<f64> {
 /// `1/2 u' M u` and `1/2 x' K x`.
 pub(crate) fn energies(scene: &Scene, q: &[f64], u: &[f64]) -> (f64, f64) {
     let x = elongation(scene, q);
-    (0.5 * bilinear(&scene.mass, u, u), 0.5 * bilinear(&scene.stiffness, &x, &x))
+    (0.5 * bilinear(&scene.mass, u, u), 0.5 * bilinear(elastic_stiffness(scene), &x, &x))
 }
 
 /// Changes of kinetic and elastic energy between two states, `1/2 (u1 + u0)' M (u1 - u0)` and
@@ -78,10 +83,29 @@ pub(crate) fn energy_change(
         let change: Vec<f64> = a0.iter().zip(a1).map(|(a, b)| b - a).collect();
         0.5 * bilinear(matrix, &sum, &change)
     };
-    (half(&scene.mass, u0, u1), half(&scene.stiffness, &x0, &x1))
+    (half(&scene.mass, u0, u1), half(elastic_stiffness(scene), &x0, &x1))
 }
 
-/// Names of the damper groups: `mass` and `stiffness` where damping is proportional, else `dampers`.
+/// K with the symmetric part of H: the matrix of the elastic energy.
+fn elastic_stiffness(scene: &Scene) -> &SparseMatrix {
+    scene.energy_parts.as_ref().map_or(&scene.stiffness, |parts| &parts.elastic)
+}
+
+/// `-H_a x` at positions q, the circulatory force that no potential has; None where there is no such force.
+pub(crate) fn circulatory_force(scene: &Scene, q: &[f64]) -> Option<Vec<f64>> {
+    let matrix = antisymmetric(scene)?;
+    let mut force = vec![0.0; scene.size];
+    matrix.add_product(-1.0, &elongation(scene, q), &mut force);
+    Some(force)
+}
+
+/// `H_a = (H - H') / 2`
+pub(crate) fn antisymmetric(scene: &Scene) -> Option<&SparseMatrix> {
+    let parts = scene.energy_parts.as_ref()?;
+    Some(&parts.antisymmetric).filter(|matrix| matrix.entries() > 0)
+}
+
+/// Names of the damper groups: `mass` and `stiffness` where `C + G = alpha M + beta (K + H)`, else `dampers`.
 pub fn damper_groups(scene: &Scene) -> &'static [&'static str] {
     if scene.proportional.is_some() { &["mass", "stiffness"] } else { &["dampers"] }
 }
@@ -93,12 +117,15 @@ pub(crate) fn damping_powers(scene: &Scene, u: &[f64]) -> [f64; 2] {
     };
     match scene.proportional {
         Some((alpha, beta)) => [form(alpha, &scene.mass), form(beta, &scene.stiffness)],
-        None => [form(1.0, &scene.damping), 0.0],
+        None => {
+            let parts = scene.energy_parts.as_ref();
+            [form(1.0, parts.map_or(&scene.damping, |parts| &parts.dissipative)), 0.0]
+        }
     }
 }
 
 /// `a' matrix b`
-fn bilinear(matrix: &SparseMatrix, a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn bilinear(matrix: &SparseMatrix, a: &[f64], b: &[f64]) -> f64 {
     a.iter()
         .enumerate()
         .filter(|entry| *entry.1 != 0.0)
@@ -150,9 +177,11 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         let mut acceleration = vec![0.0; scene.size];
         equation.accelerate(&mut scene.residual(1.0, q, u), &mut acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
-        sample.rate.push(inertia + bilinear(&scene.stiffness, u, &elongation(scene, q)));
+        sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, &elongation(scene, q)));
 
-        sample.external.push(force.iter().zip(u).map(|(f, u)| f * u).sum());
+        let power = |force: &[f64]| force.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
+        sample.external.push(power(&force));
+        sample.circulatory.push(circulatory_force(scene, q).map_or(0.0, |force| power(&force)));
         sample.damping.extend(&damping_powers(scene, u)[..groups]);
         for (law, friction) in scene.contacts.iter().zip(&friction.tangential) {
             let t = friction.value(q, u);

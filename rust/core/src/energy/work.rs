@@ -16,8 +16,10 @@
 //! is part of what the impacts take.
 
 use crate::contact::event_kind::EventKind;
-use crate::energy::power::FrictionForces;
-use crate::energy::power::{damper_groups, damping_powers, energy_change, external_force};
+use crate::energy::power::{
+    FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
+    energy_change, external_force,
+};
 use crate::error::Error;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::gauss::{NODES, REACH, gauss_rule};
@@ -40,6 +42,8 @@ pub struct PhaseWork {
     pub slider: Vec<f64>,
     /// Of the constant force F on the structure.
     pub external: f64,
+    /// Of the circulatory forces on the structure, the integral of `-u' H_a x`; 0 without them.
+    pub circulatory: f64,
     /// Dissipated, by damper group; see [`Scene::damper_groups`].
     pub damping: Vec<f64>,
 }
@@ -102,6 +106,7 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
         let next = (phase < last).then(|| trajectory.phase_state(phase + 1));
         let reached = next.as_ref().map_or(&walk.cursor.q[..], |next| next.parts().0);
         let external = dot_change(&walk.force, reached, &begun.0);
+        let circulatory = walk.circulatory(reached, &begun.0);
         walk.works.phases.push(PhaseWork {
             start: start + from,
             duration: to - from,
@@ -109,6 +114,7 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
             contact: walk.contact.iter().map(|sum| sum.value()).collect(),
             slider: walk.slider.iter().map(|sum| sum.value()).collect(),
             external,
+            circulatory,
             damping: walk.damping.iter().map(|sum| sum.value()).collect(),
         });
         if phase < last {
@@ -143,6 +149,9 @@ struct Walk<'a> {
     contact: Vec<Doubled>,
     slider: Vec<Doubled>,
     damping: Vec<Doubled>,
+    circulatory: Doubled,
+    /// q at the start of the phase in progress.
+    origin: Vec<f64>,
     works: Works,
 }
 
@@ -160,6 +169,8 @@ impl<'a> Walk<'a> {
             contact: vec![Doubled::default(); contacts],
             slider: vec![Doubled::default(); contacts],
             damping: vec![Doubled::default(); damper_groups(scene).len()],
+            circulatory: Doubled::default(),
+            origin: Vec::new(),
             works: Works::default(),
         }
     }
@@ -179,6 +190,8 @@ impl<'a> Walk<'a> {
         for sum in [&mut self.contact, &mut self.slider, &mut self.damping] {
             sum.fill(Doubled::default());
         }
+        self.circulatory = Doubled::default();
+        self.origin.clone_from(&self.cursor.q);
         let combination = &self.trajectory.phases[phase].basis.combination;
         let friction = match self.friction.take() {
             Some(known) if known.combination == *combination => known,
@@ -215,6 +228,21 @@ impl<'a> Walk<'a> {
         for (sum, power) in self.damping.iter_mut().zip(damping_powers(self.scene, u)) {
             *sum = added(*sum, weight * power);
         }
+        if let Some(matrix) = antisymmetric(self.scene) {
+            let moved: Vec<f64> =
+                q.iter().zip(&self.origin).map(|(q, origin)| q - origin).collect();
+            self.circulatory = added(self.circulatory, -weight * bilinear(matrix, u, &moved));
+        }
+    }
+
+    /// `-integral of u' H_a x` over the phase, which began at `from`, ended where the cursor stands, and was reset to
+    /// `to`: what moves works by quadrature, the force at the start and that of the reset on their straight ways.
+    fn circulatory(&self, to: &[f64], from: &[f64]) -> f64 {
+        let Some(force) = circulatory_force(self.scene, from) else { return 0.0 };
+        let end = &self.cursor.q;
+        let middle: Vec<f64> = end.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
+        let reset = circulatory_force(self.scene, &middle).unwrap_or_default();
+        self.circulatory.value() + dot_change(&force, end, from) + dot_change(&reset, to, end)
     }
 
     /// What the contacts take at the start of `phase`; the cursor stands at the end of the phase before.

@@ -235,9 +235,14 @@ impl SparseMatrix {
         })
     }
 
-    /// `transform' self transform` of a symmetric matrix.
+    /// `transform' self transform`
+    pub(crate) fn transformed(&self, transform: &Self) -> Self {
+        transform.transposed().product(&self.product(transform))
+    }
+
+    /// The same of a symmetric matrix.
     pub(crate) fn congruent(&self, transform: &Self) -> Self {
-        let congruent = transform.transposed().product(&self.product(transform));
+        let congruent = self.transformed(transform);
         // Rounding leaves the two triangles different by an ulp; the problem is symmetric.
         congruent.combined(0.5, &congruent.transposed(), 0.5)
     }
@@ -263,9 +268,8 @@ impl SparseMatrix {
         (0..self.size).map(|row| self.row(row).map(|entry| entry.1.abs()).sum()).fold(0.0, f64::max)
     }
 
-    /// Refuses entries that are not finite and an asymmetry above rounding (1e-12 of the larger
-    /// diagonal entries), then returns the symmetric part.
-    pub(crate) fn validated_symmetric(self, argument: &str) -> Result<Self, Error> {
+    /// Refuses entries that are not finite.
+    pub(crate) fn check_finite(&self, argument: &str) -> Result<(), Error> {
         for row in 0..self.size {
             for (column, value) in self.row(row) {
                 if !value.is_finite() {
@@ -277,6 +281,13 @@ impl SparseMatrix {
                 }
             }
         }
+        Ok(())
+    }
+
+    /// Refuses entries that are not finite and an asymmetry above rounding (1e-12 of the larger
+    /// diagonal entries), then returns the symmetric part.
+    pub(crate) fn validated_symmetric(self, argument: &str) -> Result<Self, Error> {
+        self.check_finite(argument)?;
         let mut symmetric = true;
         for row in 0..self.size {
             for (column, value) in self.row(row) {
@@ -302,6 +313,33 @@ impl SparseMatrix {
         }
         let transposed = self.transposed();
         Ok(self.combined(0.5, &transposed, 0.5))
+    }
+
+    /// Refuses entries that are not finite and a part above rounding (1e-12 of an entry) that is not skew, then returns
+    /// the skew part.
+    pub(crate) fn validated_skew(self, argument: &str) -> Result<Self, Error> {
+        self.check_finite(argument)?;
+        for row in 0..self.size {
+            for (column, value) in self.row(row) {
+                let mirrored = self.get(column, row);
+                if (value + mirrored).abs() > 1e-12 * value.abs().max(mirrored.abs()) {
+                    return Err(Error::NotSkew {
+                        argument: argument.to_owned(),
+                        row,
+                        column,
+                        value,
+                        mirrored,
+                    });
+                }
+            }
+        }
+        Ok(self.combined(0.5, &self.transposed(), -0.5))
+    }
+
+    /// `(A + A') / 2` and `(A - A') / 2`, without zeros.
+    pub(crate) fn parts(&self) -> [Self; 2] {
+        let mirrored = self.transposed();
+        [0.5, -0.5].map(|sign| self.combined(0.5, &mirrored, sign).filtered(|_, _| true))
     }
 
     pub(crate) fn transposed(&self) -> Self {

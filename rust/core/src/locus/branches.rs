@@ -1,67 +1,20 @@
-//! Eigenvalues along a path as continuous branches.
+//! Eigenvalues along a parameter as continuous branches.
 //!
-//! Two neighbouring points are joined by the correlation of left and right vectors,
-//! `v_r' ((lambda_r + lambda_s) M + C) xi_s / sqrt(a_r a_s)`, which is 1 or 0 for the modes of one point (it is
-//! `left' A right` of the state vectors) and stays near 1 or 0 as long as the points are near each other. An interval
-//! is halved until the correlation is decisive *and* no pair of coupled eigenvalues has approached or left each other
-//! by more than half its distance: a veering, however sharp, is followed and not jumped across.
+//! An interval is halved until the correlation of the modes at its ends is decisive *and* no pair of coupled eigenvalues
+//! has approached or left each other by more than half its distance: a veering, however sharp, is followed and not
+//! jumped across.
 //! At an exceptional point of a real parameter two branches meet and no continuation exists; there the interval shrinks
 //! to [`RESOLUTION`], and the nearest eigenvalues are joined.
 
-use nalgebra::DMatrix;
-use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::linalg::eigenpair::turned;
-use crate::locus::parameter_path::Path;
-use crate::modes::complex_modes::normalised;
-use crate::modes::mode::Mode;
-use crate::modes::quadratic_pencil::{Damping, DoubledRows};
-use crate::modes::refinement::columns::Columns;
-use crate::modes::spectrum::{Vectors, spectrum};
+use crate::locus::node::Node;
+use crate::locus::watched_path::WatchedPath;
 
 /// Smallest interval, of the whole range; below it two branches count as meeting. Rounding splits a meeting pair by
 /// the square root of an ulp, so nothing finer could be told from rounding.
 pub(crate) const RESOLUTION: f64 = 1e-13;
-/// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
-const KEPT: f64 = 0.5;
-const OTHERS: f64 = 0.25;
-/// Closer than this, two well-conditioned eigenvalues count as equal: their vectors are an arbitrary basis of a plane,
-/// which cannot be tracked.
-const TWINS: f64 = 1e-9;
-/// Condition number up to which two eigenvalues that near are a semisimple pair and not nearly defective.
-const SEMISIMPLE: f64 = 1e3;
-/// Where an interval is divided: in its middle, unless twins happen to lie there.
-const DIVISIONS: [f64; 3] = [0.5, 0.4375, 0.5625];
-/// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
-const UNCOUPLED: f64 = 1e-22;
-
-/// The modes at one parameter value, of each conjugate pair the one with positive imaginary part. Vectors are scaled to
-/// a largest entry of 1: a correlation of two modes depends on how each is shared between its right and left vector.
-#[derive(Debug, Default)]
-pub(crate) struct Node {
-    pub value: f64,
-    pub modes: Vec<Mode>,
-    /// `d lambda / d p` of each mode.
-    pub slopes: Vec<Complex64>,
-    /// Whether each mode grows by more than rounding.
-    pub unstable: Vec<bool>,
-    /// `|a|` of each mode.
-    sizes: Vec<f64>,
-    /// `M xi` and `C xi`, one mode after the other.
-    mass: Vec<Complex64>,
-    damping: Vec<Complex64>,
-    /// Whether both vectors of a mode are real: of proportional damping they are, until two modes lock in.
-    real: Vec<bool>,
-}
-
-/// An eigenvalue among all 2m: a mode of the node, or its conjugate.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Member {
-    pub mode: usize,
-    pub conjugate: bool,
-}
 
 /// Two neighbouring nodes joined: `next[k]` is the member of the second that continues member k of the first.
 #[derive(Debug, Clone)]
@@ -71,296 +24,14 @@ pub(crate) struct Link {
     pub meeting: bool,
 }
 
-impl Node {
-    pub fn new(path: &Path, value: f64) -> Result<Self, Error> {
-        let pencil = path.pencil(value);
-        let mut modes = spectrum(&pencil, Vectors::Solved)?;
-        modes.sort_by(|p, q| {
-            let key = |mode: &Mode| (mode.eigenvalue.norm_sqr(), mode.eigenvalue.re);
-            let (p, q) = (key(p), key(q));
-            p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1))
-        });
-        modes = modes.into_iter().map(normalised).collect();
-        let products = |rows: &DoubledRows| -> Vec<Complex64> {
-            let mut all = Vec::with_capacity(modes.len() * pencil.size);
-            modes.iter().for_each(|mode| all.extend(rows.rounded_product(&mode.right)));
-            all
-        };
-        let mass = products(&pencil.mass);
-        let damping = match &pencil.damping {
-            Damping::General(rows) => products(rows),
-            Damping::Proportional { alpha, beta } => {
-                let mut stiffness = products(&pencil.stiffness);
-                stiffness.iter_mut().zip(&mass).for_each(|(k, m)| *k = alpha * m + beta * *k);
-                stiffness
-            }
-        };
-        let moved = moved_entries(&path.derivative(value));
-        Ok(Self {
-            value,
-            slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
-            unstable: modes
-                .iter()
-                // Most decay, which needs no bound.
-                .map(|m| m.eigenvalue.re > 0.0 && m.growth_sign(m.rounding(&pencil)) > 0.0)
-                .collect(),
-            sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
-            real: modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect(),
-            mass,
-            damping,
-            modes,
-        })
-    }
-
-    /// A node that divides the interval between two others, without twins if that is possible; None where no number
-    /// is left between them.
-    pub fn between(path: &Path, from: &Node, to: &Node) -> Result<Option<Self>, Error> {
-        let mut division = None;
-        for part in DIVISIONS {
-            let value = from.value + part * (to.value - from.value);
-            if from.value < value && value < to.value {
-                let node = Node::new(path, value)?;
-                let clear = !node.has_twins();
-                division = Some(node);
-                if clear {
-                    break;
-                }
-            }
-        }
-        Ok(division)
-    }
-
-    /// All 2m eigenvalues, conjugates adjacent, positive imaginary part first.
-    pub fn members(&self) -> Vec<Member> {
-        let mut members = Vec::with_capacity(2 * self.modes.len());
-        for (mode, entry) in self.modes.iter().enumerate() {
-            members.push(Member { mode, conjugate: false });
-            if !entry.is_real() {
-                members.push(Member { mode, conjugate: true });
-            }
-        }
-        members
-    }
-
-    /// Of each member that it is not joined to any other.
-    pub fn apart(&self) -> Vec<usize> {
-        vec![usize::MAX; self.members().len()]
-    }
-
-    pub fn eigenvalue(&self, member: Member) -> Complex64 {
-        turned(self.modes[member.mode].eigenvalue, member.conjugate)
-    }
-
-    /// Whether two modes have one eigenvalue but different vectors, which are then not determined.
-    fn are_twins(&self, r: usize, s: usize) -> bool {
-        let (p, q) = (&self.modes[r], &self.modes[s]);
-        p.condition.max(q.condition) < SEMISIMPLE
-            && (p.eigenvalue - q.eigenvalue).norm_sqr() <= TWINS * TWINS * p.eigenvalue.norm_sqr()
-    }
-
-    fn has_twins(&self) -> bool {
-        // Modes are sorted by modulus, so twins are neighbours.
-        (1..self.modes.len()).any(|s| self.are_twins(s - 1, s))
-    }
-
-    /// Squares of the correlations of the modes `rows` here with all modes there, row by row.
-    fn correlations(&self, rows: &[usize], other: &Node) -> Vec<f64> {
-        let size = other.modes.first().map_or(0, |mode| mode.right.len());
-        let lefts = rows.iter().map(|&r| (&self.modes[r].left[..], !self.real[r]));
-        let lefts = Columns::new(size, lefts);
-        let products = |all: &[Complex64]| {
-            let columns = all.chunks_exact(size.max(1)).zip(&other.real);
-            lefts.products(&Columns::new(size, columns.map(|(column, &real)| (column, !real))))
-        };
-        let (mass, damping) = (products(&other.mass), products(&other.damping));
-        let correlation = |row: usize, s: usize| {
-            let r = rows[row];
-            let sum = self.modes[r].eigenvalue + other.modes[s].eigenvalue;
-            let product = sum * mass.get(row, false, s) + damping.get(row, false, s);
-            product.norm_sqr() / (self.sizes[r] * other.sizes[s])
-        };
-        let every = 0..rows.len();
-        every
-            .flat_map(|row| (0..other.modes.len()).map(move |s| (row, s)))
-            .map(|(row, s)| correlation(row, s))
-            .collect()
-    }
-
-    /// The decisive continuation of all modes, if there is one, and the correlations, row by row.
-    pub fn continued(&self, other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
-        if self.modes.len() != other.modes.len() {
-            return (None, Vec::new());
-        }
-        let every: Vec<usize> = (0..self.modes.len()).collect();
-        self.continued_modes(&every, other)
-    }
-
-    /// The decisive continuation of the modes `rows` among all modes of the other node, if there is one, and their
-    /// correlations with all of them, row by row.
-    pub fn continued_modes(&self, rows: &[usize], other: &Node) -> (Option<Vec<usize>>, Vec<f64>) {
-        let (next, correlations) = self.decided_modes(rows, other);
-        (next.into_iter().collect(), correlations)
-    }
-
-    /// For each of the modes `rows` the mode of the other node that continues it, None where that is not decisive, and
-    /// their correlations with all of them, row by row.
-    pub fn decided_modes(&self, rows: &[usize], other: &Node) -> (Vec<Option<usize>>, Vec<f64>) {
-        let count = other.modes.len();
-        let correlations = self.correlations(rows, other);
-        let mut taken = vec![false; count];
-        let decided = correlations.chunks_exact(count.max(1)).zip(rows).map(|(row, &r)| {
-            let best = (0..count).fold(0, |best, s| if row[s] > row[best] { s } else { best });
-            let same = |s: usize| s == best || other.are_twins(best, s);
-            let kept: f64 = (0..count).filter(|&s| same(s)).map(|s| row[s]).sum();
-            let decisive = (KEPT..=1.0 / KEPT).contains(&kept)
-                && (0..count).all(|s| same(s) || row[s] <= OTHERS * kept)
-                && self.modes[r].is_real() == other.modes[best].is_real();
-            let free =
-                if taken[best] { (0..count).find(|&s| !taken[s] && same(s)) } else { Some(best) };
-            let free = free.filter(|_| decisive)?;
-            taken[free] = true;
-            Some(free)
-        });
-        (decided.collect(), correlations)
-    }
-
-    /// Whether every pair of coupled eigenvalues among the modes `rows` keeps its distance to within half of it.
-    pub fn keeps_distances(
-        &self,
-        rows: &[usize],
-        other: &Node,
-        next: &[usize],
-        correlations: &[f64],
-    ) -> bool {
-        let count = other.modes.len();
-        let steady = |before: Complex64, after: Complex64| {
-            (after - before).norm_sqr() <= 0.25 * before.norm_sqr().min(after.norm_sqr())
-        };
-        let value = |node: &Node, mode: usize| node.modes[mode].eigenvalue;
-        (0..rows.len()).all(|k| {
-            let r = rows[k];
-            let (before, after) = (value(self, r), value(other, next[k]));
-            let own_conjugate =
-                self.modes[r].is_real() || steady(before - before.conj(), after - after.conj());
-            own_conjugate
-                && (0..k).all(|l| {
-                    let s = rows[l];
-                    let coupling =
-                        correlations[k * count + next[l]].max(correlations[l * count + next[k]]);
-                    coupling < UNCOUPLED
-                        || self.are_twins(r, s)
-                        || other.are_twins(next[k], next[l])
-                        || steady(before - value(self, s), after - value(other, next[l]))
-                })
-        })
-    }
-
-    /// How near a mode r and a mode s, or its conjugate, come to a point where they meet: their distance, and the part
-    /// of the parameter's way `width` at which its square would vanish if it went on as it goes here.
-    pub fn approach(&self, r: usize, (s, conjugate): (usize, bool), width: f64) -> (f64, f64) {
-        let difference = self.modes[r].eigenvalue - turned(self.modes[s].eigenvalue, conjugate);
-        let slope = self.slopes[r] - turned(self.slopes[s], conjugate);
-        let distance = difference.norm();
-        (distance, distance / (2.0 * slope.norm() * width))
-    }
-
-    /// The members of `other` that continue the members here, given the continuation of modes.
-    /// A mode that is not continued, `usize::MAX`, has members that aren't.
-    pub fn members_of(&self, other: &Node, next: &[usize]) -> Vec<usize> {
-        let mut position = vec![0; other.modes.len()];
-        for (k, member) in
-            other.members().iter().enumerate().filter(|(_, member)| !member.conjugate)
-        {
-            position[member.mode] = k;
-        }
-        self.members()
-            .iter()
-            .map(|member| match next[member.mode] {
-                usize::MAX => usize::MAX,
-                mode => position[mode] + usize::from(member.conjugate),
-            })
-            .collect()
-    }
-
-    /// Eigenvalues here, moved on along their slopes, joined to the nearest ones there, conjugates alike, from the pairs of
-    /// members that are `wanted` and not joined in `next`; `usize::MAX` for those left over.
-    pub fn nearest(
-        &self,
-        other: &Node,
-        mut next: Vec<usize>,
-        wanted: impl Fn(usize, usize) -> bool,
-    ) -> Vec<usize> {
-        let (here, there) = (self.members(), other.members());
-        let mut taken = vec![false; there.len()];
-        next.iter().filter(|&&j| j != usize::MAX).for_each(|&j| taken[j] = true);
-        let mut candidates: Vec<(f64, usize, usize)> = Vec::new();
-        for (i, &r) in here.iter().enumerate().filter(|(i, _)| next[*i] == usize::MAX) {
-            let shift = self.slopes[r.mode] * (other.value - self.value);
-            let shift = turned(shift, r.conjugate);
-            // A defective mode has no slope.
-            let predicted = self.eigenvalue(r) + if shift.is_finite() { shift } else { 0.0.into() };
-            for (j, &s) in there.iter().enumerate().filter(|&(j, _)| !taken[j] && wanted(i, j)) {
-                candidates.push(((predicted - other.eigenvalue(s)).norm(), i, j));
-            }
-        }
-        candidates.sort_by(|p, q| p.0.total_cmp(&q.0));
-        let mirror = |node: &Node, members: &[Member], k: usize| {
-            if node.modes[members[k].mode].is_real() {
-                k
-            } else if members[k].conjugate {
-                k - 1
-            } else {
-                k + 1
-            }
-        };
-        for (_, i, j) in candidates {
-            for (i, j) in [(i, j), (mirror(self, &here, i), mirror(other, &there, j))] {
-                if next[i] == usize::MAX && !taken[j] {
-                    next[i] = j;
-                    taken[j] = true;
-                }
-            }
-        }
-        next
-    }
-}
-
-fn is_real(vector: &[Complex64]) -> bool {
-    vector.iter().all(|z| z.im == 0.0)
-}
-
-/// Row, column and the entries of M', C', K' where any of them differs from zero: most parameters move few.
-type Moved = (usize, usize, [f64; 3]);
-
-fn moved_entries([mass, damping, stiffness]: &[DMatrix<f64>; 3]) -> Vec<Moved> {
-    let mut moved = Vec::new();
-    for i in 0..mass.nrows() {
-        for j in 0..mass.ncols() {
-            let entries = [mass, damping, stiffness].map(|matrix| matrix[(i, j)]);
-            if entries != [0.0; 3] {
-                moved.push((i, j, entries));
-            }
-        }
-    }
-    moved
-}
-
-/// `d lambda / d p = -v' (lambda^2 M' + lambda C' + K') xi / a`
-fn slope(mode: &Mode, moved: &[Moved]) -> Complex64 {
-    let lambda = mode.eigenvalue;
-    let square = lambda * lambda;
-    let mut sum = Complex64::default();
-    for &(i, j, [mass, damping, stiffness]) in moved {
-        sum += mode.left[i] * (square * mass + lambda * damping + stiffness) * mode.right[j];
-    }
-    -sum / mode.a
-}
-
 /// What an interval must fulfil beyond a safe continuation, else it is halved as well.
 pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync);
 
 /// The nodes at all `values`, those apart at which branches cross without meeting.
-pub(crate) fn regular_nodes(path: &Path, values: &[f64]) -> Result<(Vec<Node>, Vec<Node>), Error> {
+pub(crate) fn regular_nodes(
+    path: WatchedPath<'_>,
+    values: &[f64],
+) -> Result<(Vec<Node>, Vec<Node>), Error> {
     let nodes =
         values.par_iter().map(|&value| Node::new(path, value)).collect::<Result<Vec<_>, _>>()?;
     let crosses = |k: usize| {
@@ -388,7 +59,7 @@ pub(crate) struct Mesh {
 
 impl Mesh {
     /// Through all `values` (ascending, at least one) and as many points between them as it takes.
-    pub fn new(path: &Path, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
+    pub fn new(path: WatchedPath<'_>, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
         let (nodes, crossings) = regular_nodes(path, values)?;
         // Of the path, so that a part of the values has the same mesh as all of them.
         let (lower, upper) = path.range();
@@ -419,7 +90,7 @@ impl Mesh {
 
     fn refine(
         &mut self,
-        path: &Path,
+        path: WatchedPath<'_>,
         from: &Node,
         to: &Node,
         demand: Demand<'_>,

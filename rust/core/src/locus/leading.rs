@@ -11,8 +11,9 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::locus::branches::{Link, Member, Mesh, Node, regular_nodes};
-use crate::locus::parameter_path::Path;
+use crate::locus::branches::{Link, Mesh, regular_nodes};
+use crate::locus::node::{Member, Node};
+use crate::locus::watched_path::WatchedPath;
 
 /// How often the interval between two given values is halved; what is not decided then counts as a meeting. The cost is
 /// bounded: a large problem has dense modes that veer or meet everywhere.
@@ -23,7 +24,7 @@ const NOWHERE: usize = usize::MAX;
 /// The mesh through `values` that continues all candidates for the `modes` branches of the largest real parts, and these
 /// candidates as members of the first node. Its links lead nowhere for other members.
 pub(crate) fn leading(
-    path: &Path,
+    path: WatchedPath<'_>,
     values: &[f64],
     modes: usize,
 ) -> Result<(Mesh, Vec<usize>), Error> {
@@ -40,7 +41,7 @@ pub(crate) fn leading(
     mesh.crossings = crossings;
     let mut followed: Vec<Vec<bool>> =
         mesh.nodes.iter().map(|node| foremost(node, modes)).collect();
-    while spread(&mut mesh, &mut followed) {}
+    while spread(path, &mut mesh, &mut followed)? {}
     let members = mesh.nodes[0].members();
     let first = (0..members.len()).filter(|&k| followed[0][members[k].mode]).collect();
     Ok((mesh, first))
@@ -66,7 +67,7 @@ fn foremost(node: &Node, modes: usize) -> Vec<bool> {
 
 /// Joins two nodes for their first modes, through as many others as may be and help.
 fn divide(
-    path: &Path,
+    path: WatchedPath<'_>,
     from: &Node,
     to: &Node,
     modes: usize,
@@ -91,10 +92,15 @@ fn divide(
 }
 
 /// Follows modes on along all links, both ways, and says whether that took any link further.
-fn spread(mesh: &mut Mesh, followed: &mut [Vec<bool>]) -> bool {
+fn spread(
+    path: WatchedPath<'_>,
+    mesh: &mut Mesh,
+    followed: &mut [Vec<bool>],
+) -> Result<bool, Error> {
     let mut any = false;
     let count = mesh.links.len();
     for k in (0..count).chain((0..count).rev()) {
+        path.go_on()?;
         let (from, to) = (&mesh.nodes[k], &mesh.nodes[k + 1]);
         any |= extend(&mut mesh.links[k], from, to, &followed[k], &followed[k + 1]);
         let (here, there) = (from.members(), to.members());
@@ -105,7 +111,7 @@ fn spread(mesh: &mut Mesh, followed: &mut [Vec<bool>]) -> bool {
             (*r, *s) = (either, either);
         }
     }
-    any
+    Ok(any)
 }
 
 /// Joins what is followed at either end and not joined yet, by correlation or else to the nearest, which is a meeting;

@@ -5,9 +5,11 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::linalg::eigenpair::turned;
-use crate::locus::branches::{Mesh, Node};
+use crate::locus::branches::Mesh;
 use crate::locus::leading::leading;
+use crate::locus::node::Node;
 use crate::locus::parameter_path::Path;
+use crate::locus::watched_path::WatchedPath;
 use crate::modes::growth::{Verdict, pencil_growth};
 
 /// All 2m branches at every value, or those of some modes. Arrays are row-major over (value, branch), vectors over (value, coordinate, branch);
@@ -44,7 +46,7 @@ impl Sweep {
     /// At `values`, ascending and at least one; `vectors` asks for right and left ones, `modes` for that many modes of the
     /// first value alone: those whose largest real part at any of the values is the largest.
     pub fn new(
-        path: &Path,
+        path: WatchedPath<'_>,
         values: &[f64],
         vectors: bool,
         modes: Option<usize>,

@@ -145,7 +145,15 @@ impl Coordinates {
         }
     }
 
-    /// `T' matrix T` of a symmetric matrix.
+    /// `T' matrix T`
+    pub fn transformed(&self, matrix: SparseMatrix) -> SparseMatrix {
+        match &self.transform {
+            None => matrix,
+            Some(transform) => matrix.transformed(&transform.forward),
+        }
+    }
+
+    /// The same of a symmetric matrix.
     pub fn congruent(&self, matrix: SparseMatrix) -> SparseMatrix {
         match &self.transform {
             None => matrix,

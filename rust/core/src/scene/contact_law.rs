@@ -12,6 +12,8 @@ pub enum Direction {
     Dof(usize),
     /// Any vector, one entry per dof.
     Vector(Vec<f64>),
+    /// Any vector by some of its entries, as (dof, entry), dofs ascending; the others are 0.
+    Entries(Vec<(usize, f64)>),
 }
 
 impl Direction {
@@ -21,6 +23,9 @@ impl Direction {
             Direction::Dof(dof) => vec![(*dof, 1.0)],
             Direction::Vector(entries) => {
                 entries.iter().copied().enumerate().filter(|entry| entry.1 != 0.0).collect()
+            }
+            Direction::Entries(entries) => {
+                entries.iter().copied().filter(|entry| entry.1 != 0.0).collect()
             }
         }
     }
@@ -85,6 +90,7 @@ impl ContactInput {
                     });
                 }
                 Direction::Vector(entries) => check_finite(&named(field), entries)?,
+                Direction::Entries(entries) => check_entries(&named(field), entries, size)?,
             }
         }
         let checks: [(&str, f64, &'static str, bool); 5] = [
@@ -105,7 +111,8 @@ impl ContactInput {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
-        self.check_directions(contact)
+        self.check_directions(contact)?;
+        Ok(())
     }
 }
 
@@ -113,20 +120,28 @@ impl ContactInput {
     /// Refuses a zero direction, and a normal that is a multiple of the tangential direction.
     fn check_directions(&self, contact: usize) -> Result<(), Error> {
         let [t, n] = [&self.tangential, &self.normal].map(Direction::nonzero);
+        if let ([t], [n]) = (&t[..], &n[..]) {
+            return if t.0 == n.0 { Err(Error::NormalIsTangential { contact }) } else { Ok(()) };
+        }
         let largest = |entries: &[(usize, f64)]| {
-            let largest = entries.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
-            largest.map(|entry| entry.1)
+            let values = entries.iter().map(|entry| entry.1);
+            values.max_by(|a, b| a.abs().total_cmp(&b.abs())).unwrap_or(0.0)
         };
-        let of = |direction| Error::ZeroDirection { contact, direction };
-        let t_largest = largest(&t).ok_or_else(|| of("tangential"))?;
-        let n_largest = largest(&n).ok_or_else(|| of("normal"))?;
+        let (t_largest, n_largest) = (largest(&t), largest(&n));
+        for (direction, entry) in [("tangential", t_largest), ("normal", n_largest)] {
+            if entry == 0.0 {
+                return Err(Error::ZeroDirection { contact, direction });
+            }
+        }
         // Scaled to the same largest entry, multiples of each other differ by rounding or by sign alone.
-        let entry = |entries: &[(usize, f64)], dof: usize| {
-            entries.binary_search_by_key(&dof, |entry| entry.0).map_or(0.0, |k| entries[k].1)
+        let at = |entries: &[(usize, f64)], dof: usize| {
+            entries
+                .binary_search_by_key(&dof, |entry| entry.0)
+                .map_or(0.0, |place| entries[place].1)
         };
         let parallel = |sign: f64| {
             t.iter().chain(&n).all(|&(dof, _)| {
-                let difference = entry(&t, dof) / t_largest - sign * entry(&n, dof) / n_largest;
+                let difference = at(&t, dof) / t_largest - sign * at(&n, dof) / n_largest;
                 difference.abs() <= INDEPENDENCE
             })
         };
@@ -134,6 +149,27 @@ impl ContactInput {
             return Err(Error::NormalIsTangential { contact });
         }
         Ok(())
+    }
+}
+
+/// Refuses entries of a direction that are not finite, of no dof, or not in the order of dofs.
+fn check_entries(argument: &str, entries: &[(usize, f64)], size: usize) -> Result<(), Error> {
+    let ascending = entries.windows(2).all(|pair| pair[0].0 < pair[1].0);
+    let expected = if ascending { "a dof index below" } else { "ascending dof indices below" };
+    match entries.iter().find(|entry| !ascending || entry.0 >= size) {
+        Some(&(dof, _)) => Err(Error::Shape {
+            argument: argument.to_owned(),
+            expected: format!("{expected} {size}"),
+            got: dof.to_string(),
+        }),
+        None => match entries.iter().find(|entry| !entry.1.is_finite()) {
+            Some(&(dof, value)) => Err(Error::NotFinite {
+                argument: argument.to_owned(),
+                place: format!("dof {dof}"),
+                value,
+            }),
+            None => Ok(()),
+        },
     }
 }
 

@@ -16,6 +16,20 @@ impl Scene {
         self.damping.add_product(-1.0, u, &mut residual);
         residual
     }
+
+    /// What a displacement of one of a coordinate adds to the loads, `-(K + H)_k`.
+    pub(crate) fn held_load(&self, coordinate: usize) -> Vec<f64> {
+        let mut load = vec![0.0; self.size];
+        if self.energy_parts.is_none() {
+            // K is symmetric: its row is its column.
+            self.stiffness.row(coordinate).for_each(|(k, value)| load[k] = -value);
+        } else {
+            load.iter_mut()
+                .enumerate()
+                .for_each(|(k, load)| *load = 0.0 - self.stiffness.get(k, coordinate));
+        }
+        load
+    }
 }
 
 #[derive(Debug)]

@@ -41,6 +41,11 @@ pub struct SceneInput {
     pub stiffness: SparseMatrix,
     /// C, n by n, N s/m.
     pub damping: Damping,
+    /// G, n by n, skew-symmetric, N s/m: forces of rotating parts, which do no work.
+    pub gyroscopic: Option<SparseMatrix>,
+    /// H, n by n, any matrix, N/m: forces that follow displacements without a potential, such as follower forces, or
+    /// friction that another program put into its stiffness.
+    pub circulatory: Option<SparseMatrix>,
     /// F, n entries, N, constant in time.
     pub force: Vec<f64>,
     /// The contacts, in the order of the letters of a combination.
@@ -50,8 +55,8 @@ pub struct SceneInput {
 }
 
 impl SceneInput {
-    /// M, C and K over the dofs.
-    pub fn matrices(&self) -> [SparseMatrix; 3] {
+    /// M, C + G, K + H, `K + (H + H') / 2` and `(H - H') / 2` over the dofs.
+    pub fn matrices(&self) -> [SparseMatrix; 5] {
         let mass = match &self.mass {
             Mass::Lumped(entries) => SparseMatrix::diagonal(entries),
             Mass::Full(dense) => SparseMatrix::from_dense(dense),
@@ -62,7 +67,18 @@ impl SceneInput {
             }
             Damping::General(damping) => damping.clone(),
         };
-        [mass, damping, self.stiffness.clone()]
+        let damping = match &self.gyroscopic {
+            Some(gyroscopic) => damping.combined(1.0, gyroscopic, 1.0),
+            None => damping,
+        };
+        let stiffness = self.stiffness.clone();
+        let Some(h) = &self.circulatory else {
+            let none = SparseMatrix::from_rows(mass.size(), |_, _| ());
+            return [mass, damping, stiffness.clone(), stiffness, none];
+        };
+        let [symmetric, skew] = h.parts();
+        let elastic = stiffness.combined(1.0, &symmetric, 1.0);
+        [mass, damping, stiffness.combined(1.0, h, 1.0), elastic, skew]
     }
 
     /// D by columns: the tangential and the normal direction of every contact.
@@ -78,7 +94,7 @@ impl SceneInput {
     }
 }
 
-/// `M x'' + C x' + K x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
+/// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
 /// `contacts[i].tangential` less the slider speed.
 #[derive(Debug)]
@@ -91,12 +107,27 @@ pub struct Scene {
     pub(crate) mass: SparseMatrix,
     /// Whether that M is diagonal.
     pub(crate) lumped: bool,
+    /// C + G.
     pub(crate) damping: SparseMatrix,
-    /// (alpha, beta) of C = alpha M + beta K, when the user said so or the matrix is so to the last bit.
+    /// (alpha, beta) of C + G = alpha M + beta (K + H), when the user said so or the matrix is so to the last bit.
     pub(crate) proportional: Option<(f64, f64)>,
+    /// K + H.
     pub(crate) stiffness: SparseMatrix,
+    /// Of scenes with G or H alone.
+    pub(crate) energy_parts: Option<EnergyParts>,
     /// F in contact coordinates, with the clearances' part `K q_gap` added.
     pub(crate) force: Vec<f64>,
+}
+
+/// What the motion does not tell apart, but its energy does.
+#[derive(Debug, Clone)]
+pub(crate) struct EnergyParts {
+    /// C, which dissipates.
+    pub dissipative: SparseMatrix,
+    /// `K + (H + H') / 2`, which stores.
+    pub elastic: SparseMatrix,
+    /// `H_a = (H - H') / 2`, whose power `-u' H_a x` is neither stored nor dissipated.
+    pub antisymmetric: SparseMatrix,
 }
 
 /// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
@@ -131,6 +162,18 @@ impl Scene {
         };
         check_size("stiffness", &input.stiffness)?;
         let stiffness = input.stiffness.validated_symmetric("stiffness")?;
+        // A matrix of zeros is none.
+        let present = |matrix: Option<SparseMatrix>| matrix.filter(|matrix| matrix.entries() > 0);
+        let mut gyroscopic = present(input.gyroscopic);
+        if let Some(matrix) = gyroscopic.take() {
+            check_size("gyroscopic", &matrix)?;
+            gyroscopic = Some(matrix.validated_skew("gyroscopic")?);
+        }
+        let circulatory = present(input.circulatory);
+        if let Some(matrix) = &circulatory {
+            check_size("circulatory", matrix)?;
+            matrix.check_finite("circulatory")?;
+        }
         let damping = match input.damping {
             Damping::Proportional { mass, stiffness } => {
                 for (field, value) in [("damping.mass", mass), ("damping.stiffness", stiffness)] {
@@ -172,16 +215,34 @@ impl Scene {
             .collect();
         let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
         let lumped = mass.is_diagonal();
-        let stiffness = coordinates.congruent(stiffness);
-        let (damping, proportional) = match damping {
-            Damping::General(damping) => {
-                let damping = coordinates.congruent(damping);
-                let proportional = proportions(&damping, &mass, &stiffness);
-                (damping, proportional)
-            }
+        let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
+        let symmetric_stiffness = coordinates.congruent(stiffness);
+        let (symmetric_damping, law) = match damping {
+            Damping::General(damping) => (coordinates.congruent(damping), None),
             Damping::Proportional { mass: alpha, stiffness: beta } => {
-                (mass.combined(alpha, &stiffness, beta), Some((alpha, beta)))
+                (mass.combined(alpha, &symmetric_stiffness, beta), Some((alpha, beta)))
             }
+        };
+        let (damping, stiffness, energy_parts) = if rotating || following {
+            let [g, h] = [gyroscopic, circulatory].map(|given| match given {
+                Some(matrix) => coordinates.transformed(matrix),
+                None => SparseMatrix::from_rows(size, |_, _| ()),
+            });
+            let [symmetric, antisymmetric] = h.parts();
+            let parts = EnergyParts {
+                elastic: symmetric_stiffness.combined(1.0, &symmetric, 1.0),
+                antisymmetric,
+                dissipative: symmetric_damping,
+            };
+            let damping = parts.dissipative.combined(1.0, &g, 1.0);
+            (damping, symmetric_stiffness.combined(1.0, &h, 1.0), Some(parts))
+        } else {
+            (symmetric_damping, symmetric_stiffness, None)
+        };
+        let proportional = match law {
+            // With G, or with H beside beta K, the law of C is not that of C + G.
+            Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
+            _ => proportions(&damping, &mass, &stiffness),
         };
         let mut force = coordinates.forces_of_dofs(&input.force);
         if contacts.iter().any(|contact| contact.gap != 0.0) {
@@ -201,6 +262,7 @@ impl Scene {
             damping,
             proportional,
             stiffness,
+            energy_parts,
             force,
         })
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
-use crate::scene::model::Scene;
+use crate::scene::model::{EnergyParts, Scene};
 use crate::scene::status::Combination;
 
 /// One part, as a scene of its own in contact coordinates.
@@ -39,9 +39,14 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
         partner[contact.tangential].push(contact.normal);
         partner[contact.normal].push(contact.tangential);
     }
+    // Of unsymmetric matrices an entry couples both ways, too.
+    let mirrored: Vec<SparseMatrix> = match &scene.energy_parts {
+        Some(_) => vec![scene.damping.transposed(), scene.stiffness.transposed()],
+        None => Vec::new(),
+    };
     let parts = components(scene.size, |i, found| {
         found.extend_from_slice(&partner[i]);
-        for matrix in [&scene.mass, &scene.damping, &scene.stiffness] {
+        for matrix in [&scene.mass, &scene.damping, &scene.stiffness].into_iter().chain(&mirrored) {
             found.extend(matrix.row(i).filter(|entry| entry.1 != 0.0).map(|entry| entry.0));
         }
     });
@@ -82,6 +87,11 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
         damping: matrix(&scene.damping),
         proportional: scene.proportional,
         stiffness: matrix(&scene.stiffness),
+        energy_parts: scene.energy_parts.as_ref().map(|parts| EnergyParts {
+            dissipative: matrix(&parts.dissipative),
+            elastic: matrix(&parts.elastic),
+            antisymmetric: matrix(&parts.antisymmetric),
+        }),
         force: coordinates.iter().map(|&k| scene.force[k]).collect(),
     };
     Block { scene: Arc::new(part), coordinates, contacts }

@@ -173,12 +173,7 @@ impl Reduced {
         let reduction = Reduction::new(scene, combination);
         let mut prescribed_velocity = vec![0.0; scene.size];
         reduction.sticking.iter().for_each(|&(k, speed)| prescribed_velocity[k] = speed);
-        let load = |&(coordinate, _): &(usize, f64)| {
-            // K is symmetric: its row is its column.
-            let mut load = vec![0.0; scene.size];
-            scene.stiffness.row(coordinate).for_each(|(k, value)| load[k] = -value);
-            reduction.force(&load)
-        };
+        let load = |&(coordinate, _): &(usize, f64)| reduction.force(&scene.held_load(coordinate));
         let mut constant = scene.force.clone();
         let mut linear = vec![0.0; scene.size];
         if !reduction.sticking.is_empty() {

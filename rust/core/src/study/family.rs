@@ -110,6 +110,8 @@ impl Chain {
             mass: Mass::Lumped(mass),
             stiffness,
             damping: Damping::Proportional { mass: 0.0, stiffness: self.damping },
+            gyroscopic: None,
+            circulatory: None,
             force,
             contacts: self.contacts.clone(),
             impact_friction: self.impact_friction,
@@ -161,7 +163,7 @@ pub enum Template {
     /// A chain: all its fields can be set.
     Chain(Chain),
     /// Any scene: the fields of its contacts can be set.
-    Scene(SceneInput),
+    Scene(Box<SceneInput>),
 }
 
 /// A template and the slots that a row of numbers fills, one number per slot.
@@ -224,7 +226,7 @@ impl Template {
     pub fn scene(&self) -> Result<Arc<Scene>, Error> {
         let input = match self {
             Template::Chain(chain) => chain.input(),
-            Template::Scene(input) => input.clone(),
+            Template::Scene(input) => (**input).clone(),
         };
         Scene::new(input).map(Arc::new)
     }

@@ -4,6 +4,7 @@
 //! that cannot be answered says why, and keeps what could be.
 
 use std::sync::Arc;
+use std::sync::atomic::AtomicUsize;
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -19,6 +20,7 @@ use crate::energy::work::works;
 use crate::error::{Cancel, Error, RunFailure};
 use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
+use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::Modes;
 use crate::modes::growth::{ChainMatrices, Growth};
 use crate::motion::method::Method;
@@ -395,7 +397,9 @@ fn hopf_point(
     let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
     let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
     let mut lost = None;
-    let (first, _) = first_hopf_point(&path, |point| {
+    let eigenproblems = AtomicUsize::new(0);
+    let watched = WatchedPath { path: &path, cancel: None, eigenproblems: &eigenproblems };
+    let first = first_hopf_point(watched, |point| {
         let destabilising = point.slope > 0.0;
         if destabilising {
             lost.get_or_insert(point.value);
@@ -469,6 +473,7 @@ fn settled(
         limit: questions.further,
         method: questions.method,
         cancel: Some(cancel),
+        deadline: None,
     };
     let (attractor, later) = settled_from(run, search)?;
     let last = later.as_ref().unwrap_or(run);

@@ -158,6 +158,8 @@ pub(crate) mod tests {
             mass: Mass::Lumped(vec![1.5, 1.5]),
             stiffness: SparseMatrix::diagonal(&[3e4, 5e4]),
             damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
+            gyroscopic: None,
+            circulatory: None,
             force: vec![0.0, -load],
             contacts: vec![ContactInput {
                 tangential: Direction::Dof(0),

@@ -107,7 +107,8 @@ fn damaged_motions_are_refused() {
 #[test]
 fn damaged_orbits_are_refused() {
     let scene = propagators(block(belt()));
-    let search = Search { stretch: 60.0, limit: 120.0, method: Method::Auto, cancel: None };
+    let search =
+        Search { stretch: 60.0, limit: 120.0, method: Method::Auto, cancel: None, deadline: None };
     let start = state(&[0.2, 0.0], &[0.1, 0.0], "s");
     let (found, _) = settle(&scene, &start, search).expect("a well-posed start");
     let Attractor::Cycle(found) = found else { panic!("no cycle") };

@@ -15,7 +15,13 @@ use stickslip_core::{Attractor, Cycle, Method, Propagators, SceneInput, State, T
 use crate::models::{belt, block, propagators, run, state, two_subsystems};
 
 fn cycle(propagators: &Arc<Propagators>, start: &State, stretch: f64) -> Cycle {
-    let search = Search { stretch, limit: 40.0 * stretch, method: Method::Auto, cancel: None };
+    let search = Search {
+        stretch,
+        limit: 40.0 * stretch,
+        method: Method::Auto,
+        cancel: None,
+        deadline: None,
+    };
     match settle(propagators, start, search).expect("a well-posed start") {
         (Attractor::Cycle(found), _) => found.cycle,
         (other, _) => panic!("no cycle but {other:?}"),
@@ -112,6 +118,8 @@ fn slip_and_stick_of_a_block_that_is_tied_to_another() {
         mass: Mass::Lumped(vec![1.0, 1.0, 1.0]),
         stiffness: SparseMatrix::from_dense(&DMatrix::from_row_slice(3, 3, &stiffness)),
         damping: Damping::Proportional { mass: 0.02, stiffness: 0.01 },
+        gyroscopic: None,
+        circulatory: None,
         force: vec![0.0, -1.0, 0.0],
         ..block(belt())
     });

@@ -26,7 +26,7 @@ use crate::models::{belt, block, propagators, run, state};
 const PERIOD: f64 = 13.5363837732896;
 
 fn cycle(propagators: &Arc<Propagators>, start: &State, method: Method) -> Cycle {
-    let search = Search { stretch: 60.0, limit: 120.0, method, cancel: None };
+    let search = Search { stretch: 60.0, limit: 120.0, method, cancel: None, deadline: None };
     match settle(propagators, start, search).expect("a well-posed start") {
         (Attractor::Cycle(found), _) => found.cycle,
         (other, _) => panic!("no cycle but {other:?}"),
@@ -98,6 +98,8 @@ fn multipliers_of_a_part_that_rests() {
         mass: Mass::Lumped(vec![1.0, 1.0, 1.0]),
         stiffness: SparseMatrix::diagonal(&[1.0, 1.0, stiffness]),
         damping: Damping::General(SparseMatrix::diagonal(&[0.0, 0.0, 2.0 * damping])),
+        gyroscopic: None,
+        circulatory: None,
         force: vec![0.0, -1.0, 0.0],
         ..block(belt())
     };

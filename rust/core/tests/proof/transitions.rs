@@ -190,6 +190,8 @@ fn check(case: &Case, method: Method) {
     let (position, velocity, status) = case.start;
     let scene = propagators(SceneInput {
         stiffness: SparseMatrix::from_dense(&DMatrix::from_row_slice(2, 2, &case.stiffness)),
+        gyroscopic: None,
+        circulatory: None,
         force: case.force.to_vec(),
         impact_friction: case.impact_friction,
         ..block(law.clone())

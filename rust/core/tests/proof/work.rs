@@ -1,8 +1,10 @@
 //! What the published runs cost: exact numbers, the same on every machine. Whoever changes how motion is followed or
 //! events are found updates them here, and says why they became more.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use stickslip_core::cycles::attractors::{Search, settle};
-use stickslip_core::locus::{Path, first_hopf_point, hopf_points};
+use stickslip_core::locus::{Path, WatchedPath, critical_points, first_hopf_point, hopf_points};
 use stickslip_core::transient::Counters;
 use stickslip_core::{Attractor, Method, Scene, State, StopReason};
 
@@ -48,7 +50,8 @@ fn phases_panels_and_refinements_of_the_published_runs() {
 fn the_limit_cycle_of_the_standard_run() {
     let scene = propagators(two_subsystems(1.5, 0.025));
     let start = pushed(scene.scene());
-    let search = Search { stretch: 0.6, limit: 1.2, method: Method::Auto, cancel: None };
+    let search =
+        Search { stretch: 0.6, limit: 1.2, method: Method::Auto, cancel: None, deadline: None };
     let (attractor, last) = settle(&scene, &start, search).expect("a well-posed start");
     let Attractor::Cycle(found) = attractor else { panic!("no cycle") };
     assert_eq!(last.counters.combinations, 5);
@@ -57,26 +60,25 @@ fn the_limit_cycle_of_the_standard_run() {
     assert_eq!(found.cycle.stability.is_stable(), Some(true));
 }
 
-/// At how many parameter values the eigenproblem is solved for the Hopf points of the published model, and how many
-/// modes are followed between them; a study stops at the first point.
+/// How many eigenproblems the Hopf points of the published model take, and how many modes are followed between the values
+/// of the mesh; a study stops at the first point.
 #[test]
 fn eigenproblems_of_a_search_for_hopf_points() {
     let scene = Scene::new(two_subsystems(0.5, 0.025)).expect("a well-posed scene");
     let sliding = scene.sliding_combination().expect("sliders that move");
     let path = Path::contact_law([&scene, &scene], &sliding, &[0, 1], 0.0, 3.0).expect("a path");
-    let all = hopf_points(&path).expect("eigenvalues");
-    assert_eq!((all.nodes, all.followed), (52, 34));
-    let mut offered = 0;
-    let (first, nodes) = first_hopf_point(&path, |point| {
-        offered += 1;
-        point.slope > 0.0
-    })
-    .expect("eigenvalues");
+    let eigenproblems = AtomicUsize::new(0);
+    let watched = WatchedPath { path: &path, cancel: None, eigenproblems: &eigenproblems };
+    let solved = || eigenproblems.swap(0, Ordering::Relaxed);
+    let all = hopf_points(watched).expect("eigenvalues");
+    assert_eq!((all.nodes, all.followed, solved()), (52, 34, 0));
+    let first = first_hopf_point(watched, |point| point.slope > 0.0).expect("eigenvalues");
     assert_eq!(first.expect("a Hopf point").value, all.points[0].value);
-    assert_eq!((nodes, offered), (19, 1));
-    let (none, nodes) = first_hopf_point(&path, |_| false).expect("eigenvalues");
-    assert!(none.is_none());
-    assert_eq!(nodes, all.nodes);
+    assert_eq!(solved(), 0);
+    assert!(first_hopf_point(watched, |_| false).expect("eigenvalues").is_none());
+    assert_eq!(solved(), 0);
+    critical_points(watched, 0.0).expect("eigenvalues");
+    assert_eq!(solved(), 0);
 }
 
 /// Of a motion that has settled leaps have no end of their own: they used to go on for ever in so long a motion.

@@ -48,7 +48,6 @@ pub fn settle(
     start: &State,
     search: Search<'_>,
 ) -> Result<(Attractor, Trajectory), Error> {
-    let controls = Controls { cancel: search.cancel, ..Controls::default() };
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
@@ -56,6 +55,12 @@ pub fn settle(
         // A recurrence shows within one look only: long periods need long ones.
         let longer = (LONGER * elapsed).min(LONGEST * search.stretch);
         let look = search.stretch.max(longer.min(search.limit - elapsed));
+        let controls = Controls {
+            cancel: search.cancel,
+            // A run that is late from the start still takes its first steps.
+            time_limit: search.remaining().map(|rest| rest.max(f64::MIN_POSITIVE)),
+            ..Controls::default()
+        };
         let mut run = simulate(propagators, &state, look, search.method, controls)?;
         elapsed += run.end;
         if let Some(attractor) = attractor(&run, search) {
@@ -65,7 +70,7 @@ pub fn settle(
             neighbour = Some(Neighbour::new(&run));
         }
         if let Some(neighbour) = &mut neighbour {
-            neighbour.follow(&run, search.method, search.cancel)?;
+            neighbour.follow(&run, search)?;
         }
         if search.is_cancelled() {
             run.stop_reason = StopReason::Interrupted;
@@ -73,7 +78,11 @@ pub fn settle(
         }
         let growth = neighbour.as_ref().map_or(Lyapunov::UNKNOWN, Neighbour::growth);
         let Lyapunov { exponent, error, time } = growth;
-        if exponent * time > CHAOS && exponent > CERTAIN * error || elapsed >= search.limit {
+        let is_chaotic = exponent * time > CHAOS && exponent > CERTAIN * error;
+        if search.is_over() {
+            run.stop_reason = StopReason::TimeLimit;
+        }
+        if is_chaotic || elapsed >= search.limit || run.stop_reason == StopReason::TimeLimit {
             return Ok((Attractor::Aperiodic(growth), run));
         }
         state = run.state(run.end)?;
@@ -94,7 +103,7 @@ pub fn settled_from(
             return Ok((Attractor::Aperiodic(Lyapunov::UNKNOWN), None));
         }
         let mut neighbour = Neighbour::new(run);
-        neighbour.follow(run, search.method, None)?;
+        neighbour.follow(run, search)?;
         return Ok((Attractor::Aperiodic(neighbour.growth()), None));
     }
     let (attractor, run) = settle(&run.propagators, &run.state(run.end)?, search)?;

@@ -48,7 +48,8 @@ mod tests {
         let start = job(&sound).start.expect("given");
         let cases = [&sound, &broken, &sound]
             .map(|scene| (Arc::new(Propagators::new(Arc::clone(scene))), start.clone()));
-        let search = Search { stretch: 0.5, limit: 1.0, method: Method::Auto, cancel: None };
+        let search =
+            Search { stretch: 0.5, limit: 1.0, method: Method::Auto, cancel: None, deadline: None };
         let settled = settle_all(&cases, search);
         assert!(matches!(settled[0], Some(Ok(_))) && matches!(settled[2], Some(Ok(_))));
         let Some(Err(failure)) = &settled[1] else { panic!("not a failure") };

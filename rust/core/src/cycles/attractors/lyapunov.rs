@@ -16,10 +16,11 @@ use std::sync::Arc;
 use lru::LruCache;
 
 use crate::contact::event_kind::EventKind;
+use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::passages;
 use crate::cycles::orbits::orbit::Scales;
-use crate::error::{Cancel, Error};
+use crate::error::Error;
 use crate::motion::method::Method;
 use crate::scene::status::Combination;
 use crate::transient::trajectory::Trajectory;
@@ -28,7 +29,7 @@ use crate::transient::trajectory::Trajectory;
 const BATCHES: usize = 8;
 /// Entries kept of the history: many to a batch, however long the motion.
 const ENTRIES: usize = 1 << 16;
-/// Phases between two looks for an interrupt, about a millisecond.
+/// Phases between two looks at the clock and for an interrupt, about a millisecond.
 const PATIENCE: usize = 64;
 
 /// Combinations whose flows are kept, with their buffers: a motion returns to some of them again and again.
@@ -89,13 +90,8 @@ impl Neighbour {
         }
     }
 
-    /// Carries the neighbour along a run that starts where the one before ended, unless interrupted.
-    pub fn follow(
-        &mut self,
-        run: &Trajectory,
-        method: Method,
-        cancel: Option<&Cancel>,
-    ) -> Result<(), Error> {
+    /// Carries the neighbour along a run that starts where the one before ended, until the search is over.
+    pub fn follow(&mut self, run: &Trajectory, search: Search<'_>) -> Result<(), Error> {
         let scene = run.scene();
         let size = 2 * scene.size;
         let count = run.phases.len();
@@ -105,7 +101,7 @@ impl Neighbour {
         }
         let mut flows = LruCache::new(FLOWS);
         for phase in 0..count {
-            if phase % PATIENCE == 0 && cancel.is_some_and(Cancel::is_requested) {
+            if phase % PATIENCE == 0 && search.is_over() {
                 return Ok(());
             }
             let basis = &run.phases[phase].basis;
@@ -129,7 +125,7 @@ impl Neighbour {
                 for (index, passage) in found.iter().enumerate() {
                     // Events that coincide follow each other in no time.
                     let states = if index == 0 { [start, &end, arrived] } else { [arrived; 3] };
-                    let flow = known(&mut flows, run, &between, method)?;
+                    let flow = known(&mut flows, run, &between, search.method)?;
                     let carried = passage.carried(scene, flow, states, &apart);
                     // Of a neighbour that cannot be carried on nothing is known.
                     apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);

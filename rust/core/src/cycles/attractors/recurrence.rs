@@ -82,7 +82,7 @@ fn recurring(
         .map(|period| (period, repeats(sequence, period)))
         .filter(|&(period, returns)| returns >= (REPEATS - 1) * period)
         .take(CANDIDATES)
-        .take_while(|_| !search.is_cancelled())
+        .take_while(|_| !search.is_over())
         .filter_map(|(period, returns)| {
             let compared = &sequence[last - returns..];
             let phases: Vec<usize> = compared.iter().map(|entry| entry.phase).collect();

@@ -1,5 +1,7 @@
 //! How long a search for what a motion settles to follows the motion.
 
+use std::time::Instant;
+
 use crate::error::Cancel;
 use crate::motion::method::Method;
 
@@ -14,10 +16,22 @@ pub struct Search<'a> {
     pub method: Method,
     /// The token that stops the search, where it can be stopped.
     pub cancel: Option<&'a Cancel>,
+    /// When the search ends with what is known by then, where its computing is limited.
+    pub deadline: Option<Instant>,
 }
 
 impl Search<'_> {
     pub(crate) fn is_cancelled(&self) -> bool {
         self.cancel.is_some_and(Cancel::is_requested)
+    }
+
+    /// Wall-clock seconds up to the deadline, where there is one.
+    pub(crate) fn remaining(&self) -> Option<f64> {
+        self.deadline.map(|end| end.saturating_duration_since(Instant::now()).as_secs_f64())
+    }
+
+    /// Whether it is to compute no further: cancelled, or late.
+    pub(crate) fn is_over(&self) -> bool {
+        self.is_cancelled() || self.remaining() == Some(0.0)
     }
 }

@@ -12,10 +12,11 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 use crate::error::Error;
-use crate::locus::branches::{self, Node};
+use crate::locus::branches;
 use crate::locus::critical::point::{CriticalPoint, RESOLUTION, significant_sign};
 use crate::locus::critical::search::{axis_crossing, initial_values, real_part, uncertainty};
-use crate::locus::parameter_path::Path;
+use crate::locus::node::Node;
+use crate::locus::watched_path::WatchedPath;
 
 /// Equal intervals that the search starts from. What the modes within reach need beyond is found interval by interval,
 /// so half as many as for the mesh of all modes suffice.
@@ -35,8 +36,8 @@ pub struct HopfSearch {
 }
 
 /// All Hopf points of a path, as `critical_points` finds them among all others.
-pub fn hopf_points(path: &Path) -> Result<HopfSearch, Error> {
-    let nodes = initial_values(path, INTERVALS)
+pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
+    let nodes = initial_values(&path, INTERVALS)
         .into_par_iter()
         .map(|value| Node::new(path, value))
         .collect::<Result<Vec<_>, _>>()?;
@@ -66,14 +67,13 @@ pub fn hopf_points(path: &Path) -> Result<HopfSearch, Error> {
     Ok(HopfSearch { points, nodes: track.nodes.len(), followed })
 }
 
-/// The first Hopf point from the lower end on that is `wanted`, and at how many parameter values the eigenproblem was
-/// solved for the mesh up to there; beyond, nothing is computed. On one thread.
+/// The first Hopf point from the lower end on that is `wanted`; beyond, nothing is computed. On one thread.
 pub fn first_hopf_point(
-    path: &Path,
+    path: WatchedPath<'_>,
     mut wanted: impl FnMut(&CriticalPoint) -> bool,
-) -> Result<(Option<CriticalPoint>, usize), Error> {
+) -> Result<Option<CriticalPoint>, Error> {
     let (lower, upper) = path.range();
-    let values = initial_values(path, INTERVALS);
+    let values = initial_values(&path, INTERVALS);
     let mut track = Track { nodes: vec![Node::new(path, values[0])?], links: Vec::new() };
     let mut examined = 0;
     for &value in &values[1..] {
@@ -91,10 +91,10 @@ pub fn first_hopf_point(
         examined = ready;
         points.sort_by(|p, q| p.value.total_cmp(&q.value));
         if let Some(first) = points.into_iter().find(&mut wanted) {
-            return Ok((Some(first), track.nodes.len()));
+            return Ok(Some(first));
         }
     }
-    Ok((None, track.nodes.len()))
+    Ok(None)
 }
 
 /// Modes of a node that may reach the axis within `width` of it.
@@ -151,7 +151,13 @@ fn link(from: &Node, to: &Node) -> Option<Vec<(usize, usize)>> {
 }
 
 impl Track {
-    fn refine(&mut self, path: &Path, from: &Node, to: &Node, span: f64) -> Result<(), Error> {
+    fn refine(
+        &mut self,
+        path: WatchedPath<'_>,
+        from: &Node,
+        to: &Node,
+        span: f64,
+    ) -> Result<(), Error> {
         let width = to.value - from.value;
         let pairs = link(from, to);
         let settled = pairs.as_ref().is_some_and(|pairs| {

@@ -2,6 +2,7 @@
 
 pub(crate) mod exceptional_point;
 pub(crate) mod hopf;
+pub(crate) mod lock_ins;
 pub(crate) mod point;
 pub(crate) mod search;
 pub(crate) mod separation;

@@ -8,29 +8,43 @@ use num_complex::Complex64;
 
 use crate::error::Error;
 use crate::linalg::dense::determinant_sign;
-use crate::locus::branches::{Member, Mesh, Node};
-use crate::locus::critical::exceptional_point::{
-    ExceptionalPoint, ImplicitDeterminant, exceptional_point,
-};
+use crate::locus::branches::Mesh;
+use crate::locus::critical::exceptional_point::ImplicitDeterminant;
+use crate::locus::critical::lock_ins::lock_ins;
 use crate::locus::critical::point::{
     CriticalKind, CriticalPoint, RESOLUTION, Stretch, significant_sign,
 };
 use crate::locus::critical::separation::separations;
+use crate::locus::node::{Member, Node};
 use crate::locus::parameter_path::Path;
+use crate::locus::watched_path::WatchedPath;
 use crate::numerics::bracket::Bracket;
 
 /// Equal intervals that a search starts from; the mesh refines itself from there.
 const INTERVALS: usize = 64;
-/// Ulp, times condition times modulus, below which a real part has no sign.
+/// Ulp, times condition times modulus, below which a real part has no sign. Verdicts ask [`Mode::rounding`] instead, which
+/// takes products of all matrices for every mode; a search brackets roots, and a sign left open here only moves the end
+/// of a bracket to the next node.
+///
+/// [`Mode::rounding`]: crate::modes::mode::Mode::rounding
 const NEUTRAL: f64 = 64.0 * f64::EPSILON;
-/// An exceptional parameter whose imaginary part is below this part of the range is real.
-const REAL: f64 = 1e-11;
+
+/// Critical points, ascending in the parameter, and how much work their search took.
+#[derive(Debug)]
+pub struct CriticalSearch {
+    /// Critical points of every kind.
+    pub points: Vec<CriticalPoint>,
+    /// Number of parameter values of the mesh.
+    pub nodes: usize,
+    /// How often Newton's method was started for an exceptional point.
+    pub starts: usize,
+}
 
 /// All critical points of a path with exceptional points up to `imaginary` off the real axis, by value.
-pub fn critical_points(path: &Path, imaginary: f64) -> Result<Vec<CriticalPoint>, Error> {
+pub fn critical_points(path: WatchedPath<'_>, imaginary: f64) -> Result<CriticalSearch, Error> {
     let (lower, upper) = path.range();
     let span = upper - lower;
-    let values = initial_values(path, INTERVALS);
+    let values = initial_values(&path, INTERVALS);
     let demand = |a: &Node, b: &Node, next: &[usize]| {
         b.value - a.value <= RESOLUTION * span || real_parts_settled(a, b, &successors(a, b, next))
     };
@@ -38,12 +52,12 @@ pub fn critical_points(path: &Path, imaginary: f64) -> Result<Vec<CriticalPoint>
     let search = Search { path, mesh, span };
     let mut points = search.divergences();
     points.extend(search.axis_crossings()?);
-    let lock_ins = search.exceptional_points(imaginary, &points);
+    let (lock_ins, starts) = lock_ins(path, &search.mesh, imaginary, &points)?;
     points.extend(search.leader_crossings(&lock_ins)?);
     points.extend(lock_ins);
-    points.extend(separations(path, &values));
+    points.extend(separations(&path, &values));
     points.sort_by(|p, q| p.value.total_cmp(&q.value).then(p.kind.cmp(&q.kind)));
-    Ok(points)
+    Ok(CriticalSearch { points, nodes: search.mesh.nodes.len(), starts })
 }
 
 /// Ends of so many equal intervals of the whole range.
@@ -97,7 +111,7 @@ fn real_parts_settled(a: &Node, b: &Node, next: &[usize]) -> bool {
 
 /// The node at p with the modes that continue some modes of `from`.
 fn followed(
-    path: &Path,
+    path: WatchedPath<'_>,
     from: &Node,
     modes: &[usize],
     p: f64,
@@ -118,7 +132,7 @@ fn followed(
 /// The root of `f(node, modes continued) = (value, slope)` between two nodes for some modes of `from`, by Newton's
 /// method kept inside its bracket; `sign` is that of f at `from`.
 pub(crate) fn root(
-    path: &Path,
+    path: WatchedPath<'_>,
     [from, to]: [&Node; 2],
     modes: &[usize],
     sign: f64,
@@ -145,7 +159,7 @@ pub(crate) fn root(
 /// Where a mode of the first node passes the axis before the second, at which its sign is another one; None where it
 /// is real: those pass zero where the stiffness is singular.
 pub(crate) fn axis_crossing(
-    path: &Path,
+    path: WatchedPath<'_>,
     ends: [&Node; 2],
     mode: usize,
     sign: f64,
@@ -165,7 +179,7 @@ pub(crate) fn axis_crossing(
 }
 
 struct Search<'a> {
-    path: &'a Path,
+    path: WatchedPath<'a>,
     mesh: Mesh,
     span: f64,
 }
@@ -268,101 +282,6 @@ impl Search<'_> {
             }
         }
         p
-    }
-
-    /// Exceptional points of two modes, and of a mode with its conjugate (critical damping), from every interval in
-    /// which the linear course of the squared difference, `(lambda_r - lambda_s)^2`, has its root.
-    fn exceptional_points(
-        &self,
-        imaginary: f64,
-        divergences: &[CriticalPoint],
-    ) -> Vec<CriticalPoint> {
-        let (lower, upper) = self.path.range();
-        let nodes = &self.mesh.nodes;
-        let mut found: Vec<ExceptionalPoint> = Vec::new();
-        for (k, node) in nodes.iter().enumerate() {
-            let before = nodes[k.saturating_sub(1)].value;
-            let after = nodes[(k + 1).min(nodes.len() - 1)].value;
-            let width = after - before;
-            for r in 0..node.modes.len() {
-                let mode = &node.modes[r];
-                for s in 0..=r {
-                    let (other, other_slope) = if s < r {
-                        (node.modes[s].eigenvalue, node.slopes[s])
-                    } else {
-                        (mode.eigenvalue.conj(), node.slopes[r].conj())
-                    };
-                    let difference = mode.eigenvalue - other;
-                    let shift = -difference / (2.0 * (node.slopes[r] - other_slope));
-                    let inside =
-                        shift.re.abs() <= width && shift.im.abs() <= 2.0 * imaginary.max(width);
-                    if !inside || difference == Complex64::default() {
-                        continue;
-                    }
-                    let start = ExceptionalPoint {
-                        parameter: node.value + shift,
-                        eigenvalue: 0.5
-                            * (mode.eigenvalue + other + (node.slopes[r] + other_slope) * shift),
-                    };
-                    let reach = 4.0 * (shift.norm() + width);
-                    if let Some(point) =
-                        exceptional_point(self.path, start, &mode.right, &mode.left, reach)
-                    {
-                        self.admit(point, &mut found, imaginary, lower, upper);
-                    }
-                }
-            }
-        }
-        found
-            .into_iter()
-            .filter(|point| !self.is_divergence(point, divergences))
-            .map(|point| CriticalPoint {
-                kind: CriticalKind::LockIn,
-                value: point.parameter.re,
-                complex_value: point.parameter,
-                eigenvalue: point.eigenvalue,
-                other: point.eigenvalue,
-                slope: f64::NAN,
-            })
-            .collect()
-    }
-
-    /// Keeps a new point inside the range, with the positive imaginary part of the two conjugate eigenvalues.
-    fn admit(
-        &self,
-        point: ExceptionalPoint,
-        found: &mut Vec<ExceptionalPoint>,
-        imaginary: f64,
-        lower: f64,
-        upper: f64,
-    ) {
-        let ExceptionalPoint { mut parameter, mut eigenvalue } = point;
-        if eigenvalue.im < 0.0 {
-            (parameter, eigenvalue) = (parameter.conj(), eigenvalue.conj());
-        }
-        if parameter.im.abs() <= REAL * self.span {
-            parameter.im = 0.0;
-        }
-        if parameter.re < lower || parameter.re > upper || parameter.im.abs() > imaginary {
-            return;
-        }
-        let known = found.iter().any(|other| {
-            (other.parameter - parameter).norm() <= 1e-8 * self.span
-                && (other.eigenvalue - eigenvalue).norm() <= 1e-6 * eigenvalue.norm()
-        });
-        if !known {
-            found.push(ExceptionalPoint { parameter, eigenvalue });
-        }
-    }
-
-    /// With damping in proportion to stiffness a pair that becomes static coalesces at zero: one event, not two.
-    fn is_divergence(&self, point: &ExceptionalPoint, divergences: &[CriticalPoint]) -> bool {
-        let largest =
-            self.mesh.nodes[0].modes.iter().map(|mode| mode.eigenvalue.norm()).fold(0.0, f64::max);
-        point.eigenvalue.norm() <= 1e-6 * largest
-            && divergences
-                .iter()
-                .any(|other| (other.value - point.parameter.re).abs() <= 1e-8 * self.span)
     }
 
     /// Where the largest real part passes to another branch; at a lock-in it does so trivially.

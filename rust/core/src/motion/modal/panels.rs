@@ -305,6 +305,8 @@ mod tests {
             mass: Mass::Lumped(vec![1.0; size]),
             stiffness: SparseMatrix::from_dense(&DMatrix::from_fn(size, size, entry)),
             damping: Damping::Proportional { mass: 0.0, stiffness: damping },
+            gyroscopic: None,
+            circulatory: None,
             force: (0..size).map(|k| if k == 1 { -1.0 } else { 0.1 }).collect(),
             contacts: vec![contact],
             impact_friction: false,
