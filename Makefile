@@ -45,7 +45,7 @@ fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; res
 # A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
 # the core's tests meets it again.
 fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED=1
-	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib first_root_fuzz
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib first_root::fuzz
 
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
@@ -54,6 +54,7 @@ verify: $(INSTALLED) ## Compute the published models and closed forms, and write
 lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows no Python
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
+	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked
 	@if cargo tree --locked --package stickslip-core --edges all | grep -E '(^|[^a-z])(pyo3|numpy)'; \
 	then echo 'stickslip-core must not depend on Python' >&2; exit 1; fi
 	$(BIN)/ruff check

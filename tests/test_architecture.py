@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 import stickslip
-from architecture import MOST, arrows, circles, crowded, modules, strangers, unread, upward
+from architecture import MOST, arrows, circles, crowded, drawing, modules, strangers, unread, upward
 
 ROOT = Path(stickslip.__file__).parent
 
@@ -20,7 +20,7 @@ def test_every_file_belongs_to_a_part_and_is_read():
         ("stickslip.energy.modal", "stickslip.motion.motion"),
         ("stickslip.scene.contact", "stickslip._core"),
         ("stickslip._core", "stickslip.faults"),
-        ("stickslip.types", "stickslip.cycles.cycle"),
+        ("stickslip.types", "stickslip.cycles.phases"),
         ("stickslip.scene", "stickslip.scene.models"),
     } <= arrows(ROOT)
 
@@ -35,6 +35,17 @@ def test_only_packages_of_others_are_imported_by_a_name_that_is_computed():
 
 def test_no_files_form_a_circle():
     assert circles(ROOT) == []
+
+
+def test_the_drawing_in_the_readme_is_that_of_the_imports():
+    text = (Path(__file__).parent.parent / "README.md").read_text(encoding="utf-8")
+    of_core, of_package = (block.split("```")[0] for block in text.split("```mermaid\n")[1:])
+    lines = [tuple(line.split(" --> ")) for line in of_package.split("\n  ")[1:]]
+    lines = [tuple(name.strip() for name in line) for line in lines]
+    parts, edges = drawing(ROOT)
+    assert {line for line in lines if len(line) == 2} == edges
+    assert {name for line in lines for name in line} == parts
+    assert "linalg" in of_core
 
 
 def test_no_folder_is_crowded():

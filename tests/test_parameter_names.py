@@ -237,7 +237,14 @@ def test_over_reaches_what_is_named_as_an_option():
     assert found.eigenvalue.to_numpy() == pytest.approx(expected.eigenvalue.to_numpy(), rel=1e-9)
 
 
-@pytest.mark.parametrize("call", CALLS, ids=lambda call: call.__name__)
+@pytest.mark.parametrize(
+    "call",
+    [
+        pytest.param(call, marks=[pytest.mark.slow] if call in (ss.trace_branch, ss.branch_points) else [])
+        for call in CALLS
+    ],
+    ids=lambda call: call.__name__,
+)
 def test_keywords_are_the_same_as_over(call, cycle):
     values = CALLS[call][0]
     by_keyword = told(call, SCENE, cycle, friction_0=values)

@@ -44,8 +44,8 @@ def examples():
         "CriticalPoint": ss.hopf_points(scene, friction=(0.5, 1.0))[0],
         "Trajectory": run,
         "Motion": cycle.run,
-        "Basins": ss.types.Basins(xr.DataArray([0], dims="x"), (cycle,)),
-        "Bifurcation": ss.types.Bifurcation(xr.Dataset({"x": 1.0}), (cycle,)),
+        "Basins": ss.types.Basins(xr.DataArray([[0]], {"x": [0.5], "y": [1.0]}, ("x", "y")), (cycle,)),
+        "Bifurcation": ss.bifurcation(scene, friction=[1.5]),
         "Branch": ss.follow_branch(cycle, friction=[1.5, 1.51]),
         "Events": run.events,
         "Event": run.events[0],
@@ -300,7 +300,7 @@ def test_names_cannot_break_a_notebook():
         ("Outcome", r"^Outcome\(0: Trajectory\(0\.2 s, \d+ events"),
         ("Case", r"Case of Scene(.|\n)*run: duration = 0\.6"),
         ("StatusTable", r"ss +113\.14"),
-        ("ModeSelection", r"119\.358 +49\.866"),
+        ("ModeSelection", r"119\.358 +49\.8657 .* dominant"),
         ("Study", r"4 samples.*friction -> growth_rate"),
     ],
 )
@@ -371,23 +371,62 @@ def test_a_mode_has_the_number_that_is_shown():
     assert ss.plot.shapes(modes, [mode.number]).axes[0].get_title().startswith(f"mode {mode.number}: ")
 
 
-@pytest.mark.parametrize("name", ["Trajectory", "Motion", "Cycle", "Modes", "Balance"])
-def test_results_draw_themselves_on_the_axes_given(name):
+#: What analyses return.
+RESULTS = [
+    "Balance", "Basins", "Bifurcation", "Branch", "Cycle", "Events", "ModeSelection", "Modes", "Motion",
+    "StatusTable", "Trajectory",
+]  # fmt: skip
+
+
+def test_every_result_is_here():
+    classes = {getattr(space, name) for space in (ss, ss.types) for name in dir(space)}
+    shown = {one.__name__ for one in classes if inspect.isclass(one) and hasattr(one, "to_dataset")}
+    assert shown == set(RESULTS)
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_result_has_a_dataset_a_summary_and_a_drawing(name, tmp_path):
+    result = examples()[name]
+    dataset = result.to_dataset()
+    assert dataset.data_vars
+    for variable in dataset.data_vars.values():
+        assert variable.dtype.kind in "biUO" or variable.attrs.get("units"), variable.name
+    ss.write_dataset(result, tmp_path / "result.nc")
+    assert set(ss.read_dataset(tmp_path / "result.nc").variables) == set(dataset.variables)
     axes = Figure().subplots()
-    assert examples()[name].plot(ax=axes) is axes
+    assert result.plot(ax=axes) is axes
     assert axes.get_xlabel()
-    assert axes.lines or axes.patches
+    assert axes.lines or axes.patches or axes.collections
 
 
-def test_a_summary_is_text_and_html():
-    for name in ("Scene", "Modes", "Events", "Trajectory", "Cycle", "Balance"):
-        summary = examples()[name].summary()
-        text, page = str(summary), summary._repr_html_()
-        assert page == examples()[name]._repr_html_()
-        for table in summary.tables:
-            assert table.caption in text
-            assert table.caption in page
-            assert len(table.rows) > 0
+@pytest.mark.parametrize("name", ["Scene", *RESULTS])
+def test_a_summary_is_text_and_html(name):
+    summary = examples()[name].summary()
+    text, page = str(summary), summary._repr_html_()
+    assert page == examples()[name]._repr_html_()
+    for table in summary.tables:
+        assert table.caption in text
+        assert table.caption in page
+        assert len(table.rows) > 0
+
+
+@pytest.mark.parametrize("name", RESULTS)
+def test_every_attribute_of_a_result_has_a_type(name):
+    kind = type(examples()[name])
+    for attribute in dir(kind):
+        found = inspect.getattr_static(kind, attribute)
+        if attribute.startswith("_") or getattr(found, "__module__", "stickslip").startswith("collections"):
+            continue
+        getter = found.fget if isinstance(found, property) else getattr(found, "func", None)
+        if getter is not None:
+            assert "Any" not in str(getter.__annotations__["return"]), attribute
+        elif inspect.isfunction(found):
+            assert "Any" not in str(found.__annotations__["return"]), attribute
+    for attribute, annotation in inspect.get_annotations(kind).items():
+        assert "Any" not in str(annotation), attribute
+
+
+def test_columns_of_numbers_are_aligned():
     text = str(examples()["Scene"].summary())
     assert "0.3 to 0.7 kg" in text
     # Numbers stand to the right below their headings.

@@ -1,12 +1,12 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
 from . import errors, modes, plot, reference, study, types
-from .cycles.arclength import trace_branch
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
-from .cycles.branch import follow_branch
-from .cycles.branch_points import branch_points
+from .cycles.branches.arclength import trace_branch
+from .cycles.branches.branch import follow_branch
+from .cycles.branches.branch_points import branch_points
 from .cycles.cycle import Cycle
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection

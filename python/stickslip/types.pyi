@@ -2,8 +2,8 @@
 
 from .cycles.basins import Basins
 from .cycles.bifurcation import Bifurcation
-from .cycles.branch import Branch, BranchPoint
-from .cycles.cycle import CyclePhase, Margin
+from .cycles.branches.branch import Branch, BranchPoint
+from .cycles.phases import CyclePhase, Margin
 from .energy.selection import ModeSelection
 from .locus.critical import CriticalPoint
 from .modes.modes import Mode

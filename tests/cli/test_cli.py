@@ -326,6 +326,7 @@ def test_a_run_that_cannot_go_on_exits_with_3_and_writes_what_it_has(brake, tmp_
     assert ss.read_dataset(tmp_path / "part.nc").attrs["duration"] == 0.1
 
 
+@pytest.mark.slow
 def test_an_interrupted_run_exits_with_130_and_writes_what_it_has(brake, tmp_path):
     target = tmp_path / "part.json"
     interrupt = threading.Timer(1.0, os.kill, (os.getpid(), signal.SIGINT))

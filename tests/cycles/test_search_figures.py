@@ -32,7 +32,7 @@ def test_basins_are_drawn_where_they_were_asked(axes, map_of_starts):
     assert corners[:, :, 0].min() == pytest.approx(-2e-3)
     assert corners[:, :, 1].max() == pytest.approx(1.95)
     assert axes.get_xlabel() == "velocity x1, m/s"
-    assert axes.get_ylabel() == "friction"
+    assert axes.get_ylabel() == "friction coefficient"
     labels = [text.get_text() for text in axes.figure.axes[1].get_yticklabels()]
     assert labels[0] == "equilibrium"
     assert labels[1].startswith("8.908 ms: ")
@@ -55,7 +55,7 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
     assert diagram.plot(ax=axes) is axes
     largest = diagram.cycles[1].amplitude
     assert axes.get_ylabel() == f"amplitude of {largest.dof.to_numpy()[largest.to_numpy().argmax()]}, µm"
-    assert axes.get_xlabel() == "friction"
+    assert axes.get_xlabel() == "friction coefficient"
     drawn = [line for line in axes.lines if line.get_marker() != "x"]
     points = np.concatenate([line.get_xydata() for line in drawn])
     assert sorted(points[:, 0]) == [1.5, 1.52]
@@ -67,7 +67,7 @@ def test_diagrams_and_branches_are_drawn_by_themselves(axes, tmp_path):
     ]
     branch = ss.trace_branch(diagram.cycles[1], friction=(1.5, 1.6), step=0.3)
     along = branch.plot("x2", Figure().add_subplot())
-    assert along.get_xlabel() == "friction"
+    assert along.get_xlabel() == "friction coefficient"
     values = np.concatenate([line.get_xdata() for line in along.lines])
     assert set(np.asarray(branch.data.friction)) <= set(values)
 

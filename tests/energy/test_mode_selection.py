@@ -49,6 +49,7 @@ def test_each_balance_closes_once_between_gain_and_loss(selection):
         assert (above < 0.0).all()
 
 
+@pytest.mark.slow
 def test_the_transient_selects_the_mode_that_closes_at_the_larger_energy(selection):
     """At friction 3 the second mode grows twice as fast, and still the first carries the cycle."""
     friction, result = selection

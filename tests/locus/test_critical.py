@@ -214,6 +214,7 @@ def largest_growths(scene):
     return np.sort(np.concatenate([-half + root, -half - root]).real)[::-1]
 
 
+@pytest.mark.slow
 def test_hopf_points_are_the_zeros_of_lapacks_real_parts():
     """On a grid the number of growing eigenvalues tells how many pairs cross in each of its intervals."""
     scene = quad_block(10, 5, 2)

@@ -290,7 +290,7 @@ def test_the_page_holds_date_command_and_scene_file(tmp_path):
     text = (tmp_path / "belt.html").read_text(encoding="utf-8")
     check(text)
     assert "1970-01-02 00:00 UTC" in text
-    assert f"stickslip report {file} --set &#x27;friction=[0.2]&#x27; --duration 0.5" in text
+    assert f"stickslip report {file} --set &#39;friction=[0.2]&#39; --duration 0.5" in text
     copies = re.findall("<pre>(.*?)</pre>", text, flags=re.DOTALL)
     assert [unescape(copy) for copy in copies] == [file.read_text()]
     wrong = CliRunner().invoke(main, ["report", str(file)], env={"SOURCE_DATE_EPOCH": "today"})

@@ -112,6 +112,7 @@ def test_motions_against_an_independent_integrator(drawn, data):
     assert_same_motion(drawn.scene, start, 0.02)
 
 
+@pytest.mark.slow
 def test_the_rotor_sticks_and_slips_as_an_independent_integrator_says():
     scene = rotor()
     start = ss.State(ss.sliding_equilibrium(scene).position, [0.05, 0.0, 0.0], "s")

@@ -622,6 +622,7 @@ def test_a_store_refuses_other_draws_of_the_same_seed(tmp_path: Path) -> None:
     assert other.run(tmp_path / "x.zarr").sizes["sample"] == 96
 
 
+@pytest.mark.slow
 def test_results_go_on_with_other_libraries(tmp_path: Path, expected: xr.Dataset) -> None:
     stored = models.campaign().run(tmp_path / "x.zarr")
     for results in (stored, expected):

@@ -88,6 +88,7 @@ def test_sobol_points_have_less_variance_than_random_ones() -> None:
     assert latin < random
 
 
+@pytest.mark.slow
 def test_sobol_indices_of_a_linear_output() -> None:
     results = linear_study("saltelli", 1024, sampler_options={"second_order": True}).run()
     assert results.sizes["sample"] == 1024 * 8
@@ -181,7 +182,7 @@ def test_figures_draw_on_the_axes_they_are_given() -> None:
         figures.eigenvalue_moments(axes[5], results, moments, 0),
     ]
     assert drawn == list(axes)
-    assert axes[0].get_xlabel() == "friction"
+    assert axes[0].get_xlabel() == "friction coefficient"
     assert axes[1].get_xlabel() == "amplitude, m"
     assert [label.get_text() for label in axes[2].get_yticklabels()] == ["c", "b", "a"]
     assert all(one.has_data() for one in axes)

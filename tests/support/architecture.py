@@ -131,6 +131,23 @@ def upward(root):
     return sorted(f"{a} -> {b}" for a, b in arrows(root) if part(a) < part(b))
 
 
+def drawing(root):
+    """Return the parts and the fewest arrows (used, user) between them that every import follows."""
+    used = {name: set() for name in PARTS}
+    for user, other in arrows(root):
+        used[user.split(".")[1]].add(other.split(".")[1])
+
+    def reached(part, below):
+        return any(one == below or reached(one, below) for one in used[part] - {part})
+
+    return set(PARTS), {
+        (below, part)
+        for part in PARTS
+        for below in used[part] - {part}
+        if not any(reached(one, below) for one in used[part] - {part, below})
+    }
+
+
 def strangers(root):
     """Return the files that belong to no part."""
     return sorted(name for name in modules(root) if "." in name and name.split(".")[1] not in PARTS)

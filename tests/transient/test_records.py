@@ -85,7 +85,7 @@ def used(run):
     run.sample(times)
     run.state(run.duration)
     run.core.event_states()
-    _core.attractor(run.core, 0.0, "auto")
+    _core.attractor(run.core, 0.0, "auto", None)
     run.energy(times)
     run.core.record()
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.modes.modes import Modes, complex_modes
-from stickslip.scene.checks import real_number
+from stickslip.scene.checks import finite_time
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
 
@@ -123,17 +123,9 @@ def starts_from(start: State | Callable[[Scene], State] | None) -> Callable[[Sce
 def stretch_of(scene: Scene, stretch: float | None) -> float:
     """Return the time between two looks, by default from the slowest mode of sliding, s."""
     if stretch is not None:
-        return positive_time("stretch", stretch)
+        return finite_time("stretch", stretch)
     moving = np.abs(complex_modes(scene).eigenvalues)
     slowest = moving[moving > 0.0].min(initial=np.inf)
     if not np.isfinite(slowest):
         raise InputError("stretch: the scene has no mode to take its time scale from; give it in s")
     return float(STRETCH * 2.0 * np.pi / slowest)
-
-
-def positive_time(argument: str, value: Any) -> float:
-    """Return a time that must be positive and finite, s."""
-    number = real_number(argument, value)
-    if not 0.0 < number < np.inf:
-        raise InputError(f"{argument}: expected a positive finite time, got {number:g}")
-    return number

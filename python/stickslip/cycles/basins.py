@@ -15,7 +15,6 @@ from stickslip.cycles.attractors import (
     UNKNOWN,
     described,
     is_valid,
-    positive_time,
     settled,
     starts_from,
     stretch_of,
@@ -25,10 +24,11 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, SearchInterrupted
 from stickslip.locus.asked import asked, axis, divided
 from stickslip.locus.units import parameter_units
-from stickslip.scene.checks import Real
+from stickslip.scene.checks import Real, finite_time
 from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -61,7 +61,7 @@ class _Axis:
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Basins:
+class Basins(Shown):
     """Which attractor is reached over two initial coordinates or parameters.
 
     Attributes
@@ -83,6 +83,16 @@ class Basins:
         kinds = [reached if isinstance(reached, str) else "cycle" for reached in self.attractors]
         listed = table("attractor", np.arange(len(cycles)), cycles, {})
         return listed.assign(kind=("attractor", np.array(kinds, dtype=str)), reached=self.map)
+
+    def summary(self) -> Summary:
+        """Return a table of the attractors, and from how many starts each is reached."""
+        counts = [int((self.map == number).sum()) for number in range(len(self.attractors))]
+        rows = [
+            (str(number), reached if isinstance(reached, str) else repr(reached), count)
+            for number, (reached, count) in enumerate(zip(self.attractors, counts, strict=True))
+        ]
+        facts = [("starts", f"{self.map.size} over {' and '.join(map(str, self.map.dims))}")]
+        return Summary(facts, [Table("Attractors", ("number", "attractor", "starts"), rows)])
 
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw the map, one shade for each attractor.
@@ -161,7 +171,7 @@ def basins(
             scene = family.scene({**fixed, **chosen})
             cases.append((scene, second.moved(first.moved(starts(scene), a), b)))
     length = stretch_of(cases[0][0], stretch)
-    end = LOOKS * length if limit is None else positive_time("limit", limit)
+    end = LOOKS * length if limit is None else finite_time("limit", limit)
     valid = [k for k, (scene, state) in enumerate(cases) if is_valid(scene, state)]
     found, interruption = settled([cases[k][0] for k in valid], [cases[k][1] for k in valid], length, end)
     attractors: list[Cycle | str] = []

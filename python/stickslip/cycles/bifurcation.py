@@ -14,7 +14,6 @@ from stickslip.cycles.attractors import (
     Outcome,
     described,
     is_valid,
-    positive_time,
     settled,
     starts_from,
     stretch_of,
@@ -23,17 +22,18 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import SearchInterrupted
 from stickslip.locus.asked import along
 from stickslip.locus.units import parameter_units
-from stickslip.scene.checks import Index, Real
+from stickslip.scene.checks import Index, Real, finite_time
 from stickslip.scene.family import Model
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Diagram:
+class Diagram(Shown):
     """Cycles over a parameter: the numbers and, at every value, the `Cycle` or None."""
 
     data: xr.Dataset
@@ -42,6 +42,23 @@ class Diagram:
     def to_dataset(self) -> xr.Dataset:
         """Return the numbers."""
         return self.data
+
+    def summary(self) -> Summary:
+        """Return how many cycles there are, and a table of them."""
+        (along,) = self.data.period.dims
+        # A traced branch runs over its points, with the parameter as a coordinate.
+        name = next((str(key) for key in self.data.coords if key not in (along, "dof", "order")), str(along))
+        rows = [
+            (
+                f"{value:.6g}",
+                "no cycle" if cycle is None else cycle.stability,
+                *(("", "") if cycle is None else (1e3 * cycle.period, " ".join(cycle.combinations))),
+            )
+            for value, cycle in zip(self.data[name].to_numpy(), self.cycles, strict=True)
+        ]
+        headings = (name, "stability", "period, ms", "combinations")
+        count = sum(cycle is not None for cycle in self.cycles)
+        return Summary([("cycles", f"{count} at {len(rows)} values")], [Table("Cycles", headings, rows)])
 
     def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
         """Draw the amplitude of a dof over the parameter, see `plot.bifurcation`.
@@ -134,7 +151,7 @@ def bifurcation(
     scenes = [scene_at(value) for value in values]
     starts = starts_from(start)
     length = stretch_of(scenes[0], stretch)
-    end = LOOKS * length if limit is None else positive_time("limit", limit)
+    end = LOOKS * length if limit is None else finite_time("limit", limit)
     if follow:
         found, restarted, interruption = _followed(scenes, starts, length, end)
     else:

@@ -1,26 +1,25 @@
-"""Limit cycles: exact periodic orbits, their stability, and how they change with a parameter."""
+"""Limit cycles: exact periodic orbits and their stability."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from stickslip import _core
-from stickslip.cycles.attractors import described
 from stickslip.cycles.harmonics import fourier_series, harmonic_energy
+from stickslip.cycles.phases import CyclePhase, Margin, phases_of
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.motion.energy import Balance
-from stickslip.motion.errors import NotPeriodicError, RunInterrupted
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,47 +32,8 @@ SHOWN = 24
 MAIN = 32
 
 
-class CyclePhase(NamedTuple):
-    """One phase of a cycle."""
-
-    combination: str
-    #: start within the period, s
-    start: float
-    #: s
-    duration: float
-    #: index of the contact of the event that ends it
-    contact: int
-    #: kind of that event
-    event: str
-    #: dimension of the admissible space: two per coordinate left free, one per sticking contact
-    dimension: int
-    #: directions of that space that the event forgets: the kernel of its saltation matrix
-    loss: int
-    #: name of the contact, its index where contacts have no names
-    name: str
-
-
-class Margin(NamedTuple):
-    """How close an event function that ends no phase comes to zero: what would change the sequence."""
-
-    #: index into `Cycle.phases`
-    phase: int
-    #: index of the contact
-    contact: int
-    #: the event that would happen
-    kind: str
-    #: lowest value in the unit of the event function (m/s, N or m); negative: not a motion of the scene
-    value: float
-    #: where in the period, s
-    time: float
-    #: whether it is a local minimum (a touch there), or lies at the end of the phase (two events that meet)
-    interior: bool
-    #: name of the contact, its index where contacts have no names
-    name: str
-
-
 @dataclass(frozen=True, eq=False, repr=False)
-class Cycle:
+class Cycle(Shown):
     """A periodic orbit, refined by Newton's method on the exact return map.
 
     The section t = 0 lies just after the event at which the sequence of combinations comes first in the
@@ -98,18 +58,7 @@ class Cycle:
     @cached_property
     def phases(self) -> tuple[CyclePhase, ...]:
         """The phases of one period, in order."""
-        durations = self.core.durations
-        starts = np.concatenate([[0.0], np.cumsum(durations)[:-1]])
-        core = self.core
-        rows = zip(
-            core.combinations, starts, durations, core.events, core.dimensions, core.losses, strict=True
-        )
-        return tuple(
-            CyclePhase(
-                letters, float(start), float(length), contact, kind, dimension, loss, self._name(contact)
-            )
-            for letters, start, length, (contact, kind), dimension, loss in rows
-        )
+        return phases_of(self.core, self.scene.contact_labels())
 
     def _name(self, contact: int) -> str:
         return str(self.scene.contact_labels()[contact])
@@ -439,39 +388,9 @@ class Cycle:
         headings = ("combination", "start, ms", "duration, ms")
         return Summary(facts, [Table("Phases of one period", headings, rows)])
 
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
-
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (self.scene, self.core.record())
 
 
 def _restored(scene: Scene, record: dict[str, Any]) -> Cycle:
     return Cycle(scene, _core.Cycle.from_record(scene.core, record))
-
-
-def limit_cycle(
-    run: Motion,
-    further: float = 10.0,
-    method: Literal["auto", "modal", "taylor"] = "auto",
-    time_limit: float | None = None,
-) -> Cycle:
-    """Return the periodic orbit that a run settles to; see `Trajectory.limit_cycle`.
-
-    Raises
-    ------
-    NotPeriodicError
-        If it settles to none.
-    RunInterrupted
-        On Ctrl-C.
-    """
-    kind, core, growth, last = _core.attractor(run.core, further, method, time_limit)
-    if core is not None:
-        return Cycle(run.scene, core)
-    ended = run if last is None else replace(run, start=run.state(run.duration), core=last)
-    if ended.stop_reason == "interrupted":
-        raise RunInterrupted(ended)
-    label, message = described(kind, growth, ended.core.stop_message)
-    if last is not None and ended.stop_reason == "time_limit":
-        message += f" (the time limit of computing, {time_limit:g} s, was reached)"
-    raise NotPeriodicError(message, ended, label, growth[0], growth[1])

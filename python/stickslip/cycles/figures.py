@@ -16,7 +16,7 @@ from stickslip.cycles.attractors import UNKNOWN
 from stickslip.cycles.cycle import Cycle
 from stickslip.motion.figures import phase_planes, tangential
 from stickslip.scene.checks import Real
-from stickslip.show.style import MARKERS, MICROMETRES, OVERLAY, axes_of
+from stickslip.show.style import MARKERS, MICROMETRES, OVERLAY, axes_of, quantity
 
 #: Samples of one period.
 PERIOD = 4097
@@ -112,7 +112,7 @@ def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) ->
     other = sequences == ""
     if other.any():
         axes.plot(values[other], np.zeros(other.sum()), "x", color="black", markersize=4, label="no cycle")
-    axes.set(xlabel=parameter.replace("_", " "), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
+    axes.set(xlabel=quantity(parameter), ylabel=f"amplitude of {dof}, µm", ylim=(0.0, None))
     axes.legend(frameon=False, fontsize="x-small", loc="lower right")
     return axes
 
@@ -158,7 +158,8 @@ def basins(found: Any, ax: Axes | None = None) -> Axes:
     if (place == UNKNOWN).any():
         missing = np.ma.masked_not_equal(place, UNKNOWN)
         axes.pcolor(across, upward, missing, hatch="///", alpha=0.0)
-    axes.set(xlabel=_axis(reached[first]), ylabel=_axis(reached[second]))
+    abscissa, ordinate = (quantity(name, reached[name].attrs.get("units", "")) for name in (first, second))
+    axes.set(xlabel=abscissa, ylabel=ordinate)
     return axes
 
 
@@ -169,12 +170,6 @@ def _edges(values: Real) -> Real:
         return np.array([values[0] - half, values[0] + half])
     middles = 0.5 * (values[1:] + values[:-1])
     return np.concatenate([[2.0 * values[0] - middles[0]], middles, [2.0 * values[-1] - middles[-1]]])
-
-
-def _axis(coordinate: xr.DataArray) -> str:
-    unit = coordinate.attrs.get("units", "1")
-    words = str(coordinate.name).replace("_", " ")
-    return words if unit == "1" else f"{words}, {unit}"
 
 
 def _shortened(sequence: str) -> str:

@@ -14,15 +14,15 @@ from matplotlib.path import Path
 from stickslip.energy.modal import modal_energy
 from stickslip.energy.selection import ModeSelection
 from stickslip.motion.energy import Balance
+from stickslip.motion.figures import contact_status
 from stickslip.motion.motion import Motion
-from stickslip.show.style import COLOURS
+from stickslip.show.style import COLOURS, CONTACT
 
 #: Samples of an interval: some hundred per period of the cycle of ten of them.
 SAMPLES = 2001
 #: Colours that differ in lightness too, for print without colour.
 KINETIC, ELASTIC = "#ddaa33", "#bbccee"
 EXTERNAL, DAMPING, RATE = "#228833", "#882255", "black"
-CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
 IMPACTS = "#777777"
 #: Half the width of the box in the middle of a flow diagram, of half its width: its words fit.
 BOX = 0.2
@@ -52,7 +52,8 @@ def energy_history(run: Motion, t0: float = 0.0, t1: float | None = None) -> Fig
     stored_energy(stored, flow)
     energy_rate(rate, flow)
     power_terms(powers, flow)
-    status_strip(status, flow)
+    if run.scene.contacts:
+        contact_status(status, run, leading_contacts(flow))
     status.set_xlabel("time, s")
     stored.set_xlim(t0, end)
     return figure
@@ -106,29 +107,6 @@ def power_terms(axes: Axes, flow: xr.Dataset) -> Axes:
     axes.axhline(0.0, color="black", linewidth=0.4)
     axes.set_ylabel("power, W")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
-    return axes
-
-
-def status_strip(axes: Axes, flow: xr.Dataset) -> Axes:
-    """Draw the status of contacts as strips, those of `power_terms`; returns the axes."""
-    time, shown = flow.time.to_numpy(), leading_contacts(flow)
-    labels = flow.contact.to_numpy()[shown]
-    for place, contact in enumerate(shown):
-        letters = np.array([str(combination)[contact] for combination in flow.combination.to_numpy()])
-        changes = np.flatnonzero(letters[1:] != letters[:-1]) + 1
-        spans: dict[str, list[tuple[float, float]]] = {}
-        for first, last in itertools.pairwise([0, *changes, time.size - 1]):
-            width = time[last] - time[first]
-            if width == 0.0:
-                continue
-            letter = letters[first]
-            spans.setdefault(letter, []).append((time[first], width))
-            if width > 0.02 * (time[-1] - time[0]):
-                axes.text(time[first] + 0.5 * width, place, letter, ha="center", va="center", fontsize=8)
-        for letter, stretches in spans.items():
-            axes.broken_barh(stretches, (place - 0.4, 0.8), facecolors=COLOURS[letter])
-    axes.set(yticks=range(labels.size), yticklabels=[f"contact {label}" for label in labels])
-    axes.invert_yaxis()
     return axes
 
 
@@ -233,21 +211,9 @@ def gain_over_amplitude(selection: ModeSelection) -> Figure:
     """Return the energy gained per cycle over amplitude and over energy, for every unstable mode."""
     figure = Figure(figsize=(9.0, 3.8), layout="constrained")
     over_amplitude, over_energy = figure.subplots(1, 2, sharey=True)
-    styles = itertools.cycle(("-", "--", ":", "-."))
-    for j in range(selection.modes.sizes["mode"]):
-        colour = CONTACT[j % len(CONTACT)]
-        mode, gain, style = selection.modes.isel(mode=j), selection.gains.isel(mode=j), next(styles)
-        ratio = gain.net / gain.energy
-        name = f"{float(mode.frequency):.1f} Hz, growth rate {float(mode.growth_rate):.1f} 1/s"
-        over_amplitude.plot(1e6 * gain.amplitude, ratio, color=colour, linestyle=style, label=name)
-        over_energy.semilogx(1e3 * gain.energy, ratio, color=colour, linestyle=style)
-        over_amplitude.plot(1e6 * float(mode.amplitude), 0.0, "o", color=colour)
-        over_energy.plot(1e3 * float(mode.energy), 0.0, "o", color=colour)
-    for axes in (over_amplitude, over_energy):
-        axes.axhline(0.0, color="black", linewidth=0.6)
-    over_amplitude.set(xlabel="amplitude of the mode, µm", ylabel="energy gained per period, part of its own")
-    over_energy.set(xlabel="energy, mJ")
-    over_amplitude.legend(frameon=False, fontsize=8)
+    selection.plot(ax=over_amplitude)
+    selection.plot("energy", over_energy)
+    over_energy.set(ylabel="", xscale="log")
     return figure
 
 

@@ -18,6 +18,8 @@ limit cycle (section 6 of Brunetti, Massi, D'Ambrogio, Berthier leaves open whic
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import cycle
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 import scipy.optimize
@@ -26,11 +28,15 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.modes.modes import complex_modes
-from stickslip.scene.checks import Complex, Real, real_array
+from stickslip.scene.checks import Complex, Real, real_array, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.scene.structure import Structure
+from stickslip.show.summary import Shown, Summary, Table
 from stickslip.transient.simulate import simulate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Terms of the gain of one cycle.
 TERMS = ("energy", "contact", "circulatory", "damping", "impact", "net")
@@ -41,7 +47,7 @@ CLOSED = 1e-4
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ModeSelection:
+class ModeSelection(Shown):
     """Energy balance over amplitude of every unstable mode of steady sliding.
 
     Amplitudes are those of the largest displacement of a mode, m; works are per period of the mode, J,
@@ -71,15 +77,52 @@ class ModeSelection:
         energy = self.modes.energy.to_numpy()
         return None if np.isnan(energy).all() else int(np.nanargmax(energy))
 
-    def __repr__(self) -> str:
-        lines = [f"ModeSelection({self.combination!r})", "        Hz       1/s  closes at, m  with, J"]
-        for j in range(self.modes.sizes["mode"]):
-            frequency, growth, amplitude, energy = (
-                float(self.modes[name][j]) for name in ("frequency", "growth_rate", "amplitude", "energy")
+    def to_dataset(self) -> xr.Dataset:
+        """Return `gains` and `modes`; of these ``closed_amplitude`` and ``closed_energy``."""
+        closed = self.modes.rename(amplitude="closed_amplitude", energy="closed_energy")
+        return self.gains.merge(closed).assign_attrs(combination=self.combination)
+
+    def summary(self) -> Summary:
+        """Return a table of the modes and where their balances close."""
+        names = ("frequency", "growth_rate", "amplitude", "energy")
+        rows = [
+            (str(number), *map(float, row), "dominant" if k == self.dominant else "")
+            for k, (number, *row) in enumerate(
+                zip(self.modes.mode.to_numpy(), *(self.modes[name].to_numpy() for name in names), strict=True)
             )
-            note = "  dominant" if j == self.dominant else ""
-            lines.append(f"  {frequency:8.3f}  {growth:8.3f}    {amplitude:.4e}  {energy:.3e}{note}")
-        return "\n".join(lines)
+        ]
+        headings = ("mode", "frequency, Hz", "growth rate, 1/s", "closes at, m", "with, J", "")
+        return Summary(tables=[Table(f"Unstable modes of {self.combination}", headings, rows)])
+
+    def plot(self, over: Literal["amplitude", "energy"] = "amplitude", ax: Axes | None = None) -> Axes:
+        """Draw the energy that every mode gains per period, part of its own.
+
+        Parameters
+        ----------
+        over
+            The abscissa: amplitude of the mode, or energy at the start.
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.style import CONTACT, axes_of
+
+        axes = axes_of(ax)
+        factor, label = {"amplitude": (1e6, "amplitude of the mode, µm"), "energy": (1e3, "energy, mJ")}[over]
+        for j, (colour, style) in zip(
+            range(self.modes.sizes["mode"]), cycle(zip(CONTACT, ("-", "--", ":", "-."), strict=True))
+        ):
+            mode, gain = self.modes.isel(mode=j), self.gains.isel(mode=j)
+            name = f"{float(mode.frequency):.1f} Hz, growth rate {float(mode.growth_rate):.1f} 1/s"
+            axes.plot(factor * gain[over], gain.net / gain.energy, style, color=colour, label=name)
+            axes.plot(factor * float(mode[over]), 0.0, "o", color=colour)
+        axes.axhline(0.0, color="black", linewidth=0.6)
+        axes.set(xlabel=label, ylabel="energy gained per period, part of its own")
+        if over == "amplitude":
+            axes.legend(frameon=False, fontsize=8)
+        return axes
+
+    def __repr__(self) -> str:
+        return f"ModeSelection({self.combination!r})\n{self.summary()}"
 
 
 def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases: int = 16) -> ModeSelection:
@@ -100,8 +143,7 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
         If there is no sliding equilibrium, no mode oscillates and grows, mass couples the contacts, or an
         argument is out of range.
     """
-    if not isinstance(phases, int | np.integer) or isinstance(phases, bool) or phases < 1:
-        raise InputError(f"phases: expected an integer >= 1, got {phases!r}")
+    phases = whole_number("phases", phases, 1)
     given = None if amplitudes is None else np.atleast_1d(real_array("amplitudes", amplitudes, 0, 1))
     if given is not None and not (np.isfinite(given) & (given > 0.0)).all():
         raise InputError(f"amplitudes: must be positive and finite, got {given}")
@@ -111,9 +153,7 @@ def mode_selection(scene: Scene, amplitudes: ArrayLike | None = None, *, phases:
     if chosen.size == 0:
         raise InputError("scene: steady sliding has no oscillating unstable mode")
     kicks = [
-        Kick(
-            scene, equilibrium, Structure.dense(scene), modes.eigenvalues[r], modes.shapes[:, r], int(phases)
-        )
+        Kick(scene, equilibrium, Structure.dense(scene), modes.eigenvalues[r], modes.shapes[:, r], phases)
         for r in chosen
     ]
     closed = np.array([kick.closed_amplitude() for kick in kicks])

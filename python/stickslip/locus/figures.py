@@ -11,7 +11,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 
 from stickslip.faults import InputError
-from stickslip.show.style import STABLE, UNSTABLE
+from stickslip.show.style import STABLE, UNSTABLE, quantity
 
 #: Shades of growth, and as many of decay, in a map of stability.
 LEVELS = 12
@@ -69,8 +69,8 @@ def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = 
         reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())
         if reach > 0.0:
             growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
-    growth.set(xlabel=_words(name), ylabel="real part, 1/s")
-    frequency.set(xlabel=_words(name), ylabel="|eigenvalue| / 2π, Hz")
+    growth.set(xlabel=quantity(name), ylabel="real part, 1/s")
+    frequency.set(xlabel=quantity(name), ylabel="|eigenvalue| / 2π, Hz")
 
 
 def stability_map(branches: xr.Dataset) -> Figure:
@@ -120,16 +120,7 @@ def stability_map(branches: xr.Dataset) -> Figure:
     for axes in (left, right):
         if growth.min() < 0.0 < growth.max():
             axes.contour(*grid, growth, levels=[0.0], colors="black", linewidths=1.2)
-        axes.set_xlabel(_with_unit(branches, across))
-    left.set_ylabel(_with_unit(branches, upward))
+        axes.set_xlabel(quantity(across, branches[across].attrs.get("units", "")))
+    left.set_ylabel(quantity(upward, branches[upward].attrs.get("units", "")))
     figure.suptitle("Stability of sliding (black: its border)")
     return figure
-
-
-def _words(name: str) -> str:
-    return "friction coefficient" if name == "friction" else name.replace("_", " ")
-
-
-def _with_unit(branches: xr.Dataset, name: str) -> str:
-    unit = branches[name].attrs.get("units", "1")
-    return _words(name) if unit == "1" else f"{_words(name)}, {unit}"

@@ -198,10 +198,6 @@ def _cycled(count: int) -> list[str]:
     return [COLOURS[k % len(COLOURS)] for k in range(count)]
 
 
-def _words(name: str) -> str:
-    return "friction coefficient" if name == "friction" else name.replace("_", " ")
-
-
 def _described(modes: Modes, mode: int) -> str:
     value = modes.eigenvalues[mode]
     kind = "grows" if value.real > 0.0 else "decays"

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.scene import Scene, checked_combination
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -44,7 +44,7 @@ class Mode(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Modes:
+class Modes(Shown):
     """Eigenvalues and vectors of ``A y' + B y = 0``, y = (q, q'), for one status combination.
 
     ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors r = (xi, lambda xi) with
@@ -277,9 +277,6 @@ class Modes:
             "defective": self.defective[mode],
         }
         return "  ".join(word for word, holds in known.items() if holds)
-
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
 
     def summary(self) -> Summary:
         """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""

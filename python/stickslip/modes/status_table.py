@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 import xarray as xr
@@ -12,13 +13,17 @@ import xarray as xr
 from stickslip.faults import InputError
 from stickslip.modes.modes import complex_modes
 from stickslip.scene.scene import Scene, checked
+from stickslip.show.summary import Shown, Summary, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Combinations computed unasked: all of four contacts.
 _LARGEST = 256
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class StatusTable:
+class StatusTable(Shown):
     """Modes of several status combinations.
 
     Attributes
@@ -52,13 +57,39 @@ class StatusTable:
             lines.append(f"{combination:<7}" + "".join(f" {cell:<{width}}" for cell in cells).rstrip())
         return "\n".join(lines)
 
-    def _repr_html_(self) -> str:
-        body = "".join(
-            f"<tr><th>{combination}</th>" + "".join(f"<td>{cell}</td>" for cell in cells) + "</tr>"
-            for combination, cells in self.rows()
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers."""
+        return self.data
+
+    def summary(self) -> Summary:
+        """Return a table of the frequencies, one row per combination."""
+        width = max((len(cells) for _, cells in self.rows()), default=0)
+        rows = [(name, *cells, *[""] * (width - len(cells))) for name, cells in self.rows()]
+        caption = "Frequencies, Hz (* unstable, r real eigenvalue: no oscillation)"
+        headings = ("combination", *(f"pair {k}" for k in range(width)))
+        return Summary(tables=[Table(caption, headings, rows)])
+
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw the frequencies of every combination, those of unstable modes in red.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.style import STABLE, UNSTABLE, axes_of
+
+        axes = axes_of(ax)
+        names = self.data.combination.to_numpy()
+        place = np.broadcast_to(np.arange(names.size)[:, None], self.data.frequency.shape)
+        for grows, colour, label in ((False, STABLE, "stable"), (True, UNSTABLE, "unstable")):
+            chosen = self.data.unstable.to_numpy() == grows
+            axes.plot(place[chosen], self.data.frequency.to_numpy()[chosen], "_", color=colour, label=label)
+        axes.set(
+            xlabel="status combination", ylabel="frequency, Hz", xticks=range(names.size), xticklabels=names
         )
-        caption = "frequencies, Hz (* unstable, r real eigenvalue)"
-        return f"<table><caption>{caption}</caption>{body}</table>"
+        axes.legend(frameon=False, fontsize="small")
+        return axes
 
 
 def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> StatusTable:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.scene.checks import Index, Names, Real, real_array
 from stickslip.scene.scene import Scene
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -23,7 +23,7 @@ STATUSES = ("+", "-", "s", "d")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Balance:
+class Balance(Shown):
     """Where the energy of the structure came from and went over (start, end]; J.
 
     ``stored = contact + external + circulatory - damping - impact + residual``, every term but the residual
@@ -120,9 +120,6 @@ class Balance:
             ("residual", self.residual, ""),
         ]
 
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
-
     def plot(self, ax: Axes | None = None) -> Axes:
         """Draw every work as a bar, into the structure positive.
 
@@ -143,6 +140,28 @@ class Balance:
         axes.axvline(0.0, color="black", linewidth=0.6)
         axes.set(xlabel="work, mJ", title=f"Energy from {self.start:g} s to {self.end:g} s")
         return axes
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the terms, J, with `dampers` over ``damper``, and what `contacts` and `combinations` hold.
+
+        The work through contacts is ``contact_work``; terms by status combination begin with
+        ``combination_``. The attributes ``start`` and ``end``, s.
+        """
+        joule = {"units": "J"}
+        terms = ("kinetic", "elastic", "stored", "external", "damping", "impact", "residual")
+        by_combination = self.combinations.rename(
+            {name: f"combination_{name}" for name in self.combinations.data_vars}
+        )
+        return (
+            self.contacts.merge(by_combination)
+            .assign({name: ((), getattr(self, name), joule) for name in terms})
+            .assign(
+                contact_work=((), self.contact, joule),
+                dampers=("damper", list(self.dampers.values()), joule),
+            )
+            .assign_coords(damper=list(self.dampers))
+            .assign_attrs(start=self.start, end=self.end)
+        )
 
     def summary(self) -> Summary:
         """Return a table of the works."""

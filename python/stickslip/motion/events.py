@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import cycle
 from typing import TYPE_CHECKING, Any, NamedTuple, overload
 
 import numpy as np
 
 from stickslip import _core
 from stickslip.scene.checks import Index, Names, Real
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
+    from matplotlib.axes import Axes
 
 #: Events that a table shows.
 SHOWN = 12
@@ -39,7 +41,7 @@ class Event(NamedTuple):
         return f"{self.time:.12f} s  contact {self.name}  {self.kind:<9} -> {self.combination}"
 
 
-class Events(Sequence[Event]):
+class Events(Sequence[Event], Shown):
     """Every status change and impact of a run, in order; one entry per contact and instant.
 
     A sequence of `Event`; the same by columns are the arrays `time`, `contact`, `kind` and `combination`,
@@ -116,6 +118,28 @@ class Events(Sequence[Event]):
         """Return a `pandas.DataFrame` with the columns of `to_dataset`, one row per event."""
         return self.to_dataset().to_dataframe()
 
+    def plot(self, ax: Axes | None = None) -> Axes:
+        """Draw every event over time, a row for each contact and a marker for each kind.
+
+        Parameters
+        ----------
+        ax
+            Where to draw; None: on axes of its own.
+        """
+        from stickslip.show.style import COLOURS, MARKERS, axes_of
+
+        axes = axes_of(ax)
+        for kind, marker, colour in zip(
+            dict.fromkeys(self.kind.tolist()), MARKERS, cycle(COLOURS.values()), strict=False
+        ):
+            chosen = self.kind == kind
+            axes.plot(self.time[chosen], self.contact[chosen], marker, color=colour, label=kind, markersize=4)
+        labels = [f"contact {label}" for label in self._labels]
+        axes.set(xlabel="time, s", yticks=range(len(labels)), yticklabels=labels)
+        axes.invert_yaxis()
+        axes.legend(frameon=False, fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0))
+        return axes
+
     def __repr__(self) -> str:
         rows = [f"  {event}" for event in self[:10]]
         more = [f"  ... {len(self) - 10} more"] if len(self) > 10 else []
@@ -127,9 +151,6 @@ class Events(Sequence[Event]):
         caption = f"{len(self)} events" + (f", the first {SHOWN}" if len(self) > SHOWN else "")
         headings = ("time, s", "contact", "kind", "combination after")
         return Summary(tables=[Table(caption, headings, rows)])
-
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
 
 
 class Grazing(NamedTuple):

@@ -14,14 +14,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import PathPatch
 from matplotlib.path import Path
-from numpy.typing import ArrayLike
 
 from stickslip.motion.events import Events
+from stickslip.motion.spectrum import Sampled
 from stickslip.scene.checks import Names, Real
 from stickslip.scene.contact import dof_index
-from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
-from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, STYLES, status_legend
+from stickslip.show.style import COLOURS, HATCHES, MICROMETRES, NAMES, OVERLAY, STYLES
 
 #: Samples of a history: some thirty per period of the fastest visible line.
 HISTORY = 6001
@@ -33,27 +32,16 @@ HATCHED = 24
 FLOOR = 1e-6
 
 
-class Moving(Protocol):
+class Moving(Sampled, Protocol):
     """What can be drawn as a motion: a `Motion`, a `Trajectory`."""
-
-    @property
-    def scene(self) -> Scene:
-        """The scene that moves."""
 
     @property
     def start(self) -> State:
         """Where the motion starts."""
 
     @property
-    def duration(self) -> float:
-        """End of the motion, s."""
-
-    @property
     def events(self) -> Events:
         """The events."""
-
-    def sample(self, times: ArrayLike) -> xr.Dataset:
-        """Return motion and contact forces, see `Motion.sample`."""
 
 
 @runtime_checkable
@@ -335,23 +323,12 @@ def instants(run: Moving, samples: int, contacts: Sequence[int] | None = None, b
 
 def phase_planes(run: Moving, samples: int, title: str) -> Figure:
     """Return tangential velocity over displacement of every contact, a panel for each, by status."""
-    motion = run.sample(instants(run, samples))
-    scene = run.scene
-    labels = scene.contact_labels()
+    labels = run.scene.contact_labels()
     figure = Figure(figsize=(4.8 * len(labels), 4.4), layout="constrained")
     panels = figure.subplots(1, len(labels), squeeze=False)[0]
-    for index, (axes, contact, label) in enumerate(zip(panels, scene.contacts, labels, strict=True)):
-        direction = scene.tangential_direction(index)
-        displacement = 1e6 * motion.position.to_numpy() @ direction
-        velocity = motion.velocity.to_numpy() @ direction
-        status = motion.status.to_numpy()[:, index]
-        for letter, colour in COLOURS.items():
-            shown = np.where(status == letter, displacement, np.nan)
-            axes.plot(shown, velocity, color=colour, linewidth=1.2)
-        axes.axhline(contact.slider_speed, color="black", linewidth=0.6, linestyle="--", zorder=1)
-        axes.set(xlabel="tangential displacement, µm", title=f"contact {label}")
-    panels[0].set_ylabel("tangential velocity, m/s (dashed: slider)")
-    status_legend(panels[-1], "".join(np.unique(motion.status)))
+    phase_portraits(panels, run, range(len(labels)), samples)
+    for axes, label in zip(panels, labels, strict=True):
+        axes.set_title(f"contact {label}")
     figure.suptitle(title)
     return figure
 

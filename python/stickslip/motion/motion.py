@@ -16,7 +16,7 @@ from stickslip.motion.events import Accumulation, Events, Grazing
 from stickslip.scene.checks import Names, Real, real_array, real_number, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion:
+class Motion(Shown):
     """A computed motion from 0 to `duration`: the events are kept, anything between is evaluated on demand.
 
     Attributes
@@ -362,9 +362,6 @@ class Motion:
             ("grazings", str(len(self.grazings))),
         ]
         return Summary(facts, [shares, *self.events.summary().tables])
-
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (type(self), self.scene, self.start, self.core.record())

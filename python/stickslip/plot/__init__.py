@@ -8,7 +8,6 @@ from stickslip.energy.figures import (
     gain_over_amplitude,
     modal_shares,
     power_terms,
-    status_strip,
     stored_energy,
 )
 from stickslip.locus.figures import draw_loci, loci, stability_map
@@ -67,7 +66,6 @@ __all__ = [
     "sobol_indices",
     "spectrum",
     "stability_map",
-    "status_strip",
     "stored_energy",
     "study",
 ]

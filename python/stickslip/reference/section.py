@@ -6,6 +6,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
+from markupsafe import Markup
 
 from stickslip.faults import InputError
 from stickslip.reference.numbers import published
@@ -110,7 +111,7 @@ def comparison_section() -> str:
     return section(*NAMED, *parts)
 
 
-def _compared(source: str, of_source: list[Row]) -> str:
+def _compared(source: str, of_source: list[Row]) -> Markup:
     notes = list(dict.fromkeys(row.note for row in of_source if row.note))
     listed = table(
         f"{source}: published and computed",
@@ -127,14 +128,14 @@ def _compared(source: str, of_source: list[Row]) -> str:
         ],
         row_kinds=[row.verdict.replace(" ", "-") for row in of_source],
     )
-    return listed + "".join(paragraph(f"[{k}] {text}") for k, text in enumerate(notes, start=1))
+    return Markup("").join([listed, *(paragraph(f"[{k}] {text}") for k, text in enumerate(notes, start=1))])
 
 
-def _figures(numbers: tuple[int, ...]) -> str:
+def _figures(numbers: tuple[int, ...]) -> Markup:
     return columns(*map(_figure, numbers))
 
 
-def _figure(number: int) -> str:
+def _figure(number: int) -> Markup:
     from stickslip.reference import figures as paper
 
     draw = paper.FIGURES[number]

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 
 import numpy as np
+from markupsafe import Markup, escape
 
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex
@@ -25,7 +25,7 @@ READABLE = 0.9
 BROAD = 480.0
 
 
-def drawing(scene: Scene, modes: Modes, mode: int, columns: Sequence[Column]) -> str:
+def drawing(scene: Scene, modes: Modes, mode: int, columns: Sequence[Column]) -> Markup:
     """Return one mode as an SVG element: every dof, and beside it the motion in the plane.
 
     The points carry their displacement ``Re(shape e^{i phase})`` as ``data-x`` and ``data-y``, real and
@@ -44,7 +44,7 @@ def drawing(scene: Scene, modes: Modes, mode: int, columns: Sequence[Column]) ->
     plane, extra = _masses(shape, width, columns) if columns else _contacts(scene, shape, width)
     full = width + extra
     kind = "motion broad" if full > BROAD else "motion"
-    return (
+    return Markup(
         f'<svg role="img" class="{kind}" viewBox="0 0 {full:.0f} {HEIGHT:.0f}" '
         f'style="min-width: {READABLE * full:.0f}px" '
         f'aria-label="{escape(described(modes, mode))}">{bars}{plane}</svg>'

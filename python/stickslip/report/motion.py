@@ -6,6 +6,7 @@ from collections import Counter
 
 import numpy as np
 import xarray as xr
+from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from stickslip import plot
@@ -26,16 +27,15 @@ COARSE, DISPLACEMENTS = 1201, 240_000
 STATUSES_SHOWN, ROUNDINGS = 12, 64
 
 
-def transient_section(found: Findings) -> str:
+def transient_section(found: Findings) -> Markup:
     """Return the motion from its disturbed start."""
     run = found.run
     if run is None:
         return section("transient", "Transient", note(found.reasons["run"], "warning"))
     scene = found.scene
     kinds = Counter(run.events.kind.tolist())
-    stopped = note(found.reasons["stopped"], "warning") if "stopped" in found.reasons else ""
     parts = [
-        stopped,
+        note(found.reasons["stopped"], "warning") if "stopped" in found.reasons else "",
         facts(
             [
                 ("computed", f"{number(run.duration)} s"),
@@ -101,7 +101,7 @@ def transient_section(found: Findings) -> str:
     return section("transient", "Transient", *parts)
 
 
-def cycle_section(found: Findings) -> str:
+def cycle_section(found: Findings) -> Markup:
     """Return what the motion settles to."""
     if found.last is None:
         return section("cycle", "Limit cycle", note("There is no motion to settle.", "warning"))
@@ -172,7 +172,7 @@ def cycle_section(found: Findings) -> str:
     )
 
 
-def spectrum_section(found: Findings) -> str:
+def spectrum_section(found: Findings) -> Markup:
     """Return the spectrum of what the motion settles to."""
     if found.lines is None or not found.moving or found.settled in AT_REST:
         return section("spectrum", "Spectrum", note("No spectrum: no motion is left."))
@@ -216,7 +216,7 @@ def spectrum_section(found: Findings) -> str:
     )
 
 
-def energy_section(found: Findings) -> str:
+def energy_section(found: Findings) -> Markup:
     """Return where the energy comes from and where it goes."""
     balance, last = found.balance, found.last
     if found.is_large and last is not None:
@@ -306,7 +306,7 @@ def _panels(count: int, height: float) -> Figure:
     return figure
 
 
-def _status(run: Motion, name: str, caption: str) -> str:
+def _status(run: Motion, name: str, caption: str) -> Markup:
     contacts = len(run.scene.contacts)
     changes = np.bincount(run.events.contact, minlength=contacts)
     shown = sorted(np.argsort(-changes, kind="stable")[:STATUSES_SHOWN].tolist())
@@ -321,7 +321,7 @@ def _status(run: Motion, name: str, caption: str) -> str:
     )
 
 
-def _portraits(found: Findings, caption: str) -> str:
+def _portraits(found: Findings, caption: str) -> Markup:
     last, scene = found.last, found.scene
     assert last is not None
     count = min(len(scene.contacts), PORTRAITS)

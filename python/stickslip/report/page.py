@@ -5,12 +5,12 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Mapping
-from html import escape
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from markupsafe import Markup
 
 from stickslip.files.dataset_file import replace_file
 from stickslip.report.findings import Findings, findings
@@ -20,10 +20,8 @@ from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
-from stickslip.show.html import details, facts, number, section
+from stickslip.show.html import details, facts, number, section, template
 
-#: The page may load nothing at all.
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
 #: Letters of a scene file up to which the page holds a copy.
 COPIED = 200_000
 CONTENTS = {
@@ -130,7 +128,7 @@ def page(
     origin, source
         As for `write_report`.
     """
-    sections = {
+    sections: dict[str, str] = {
         "scene": scene_section(found),
         "equilibrium": equilibrium_section(found),
         "modes": modes_section(found),
@@ -145,39 +143,16 @@ def page(
         name, heading, made = found.known.section
         headings[name], sections[name] = heading, made()
     sections["computation"] = _computation(found, begun, origin or {}, source)
-    links = "\n".join(f'<li><a href="#{name}">{escape(headings[name])}</a></li>' for name in sections)
-    data = files("stickslip.report")
-    style, script = (data.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
-    body = "\n".join(sections.values())
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<meta http-equiv="Content-Security-Policy" content="{POLICY}">
-<title>{escape(found.title)} - stickslip report</title>
-<link rel="icon" href="data:,">
-<style>
-{style}</style>
-</head>
-<body>
-<a class="skip" href="#main">Skip to the report</a>
-<header>
-<p>stickslip report</p>
-<h1>{escape(found.title)}</h1>
-<p class="verdict">{escape(verdict(found))}</p>
-<nav aria-label="Contents"><ul>
-{links}
-</ul></nav>
-</header>
-<main id="main">
-{body}
-</main>
-<script>
-{script}</script>
-</body>
-</html>
-"""
+    folder = files("stickslip.report")
+    style, script = (folder.joinpath(name).read_text(encoding="utf-8") for name in ("page.css", "page.js"))
+    return template("report/page.html").render(
+        title=found.title,
+        verdict=verdict(found),
+        contents={name: headings[name] for name in sections},
+        sections=sections.values(),
+        style=Markup(style),
+        script=Markup(script),
+    )
 
 
 def verdict(found: Findings) -> str:
@@ -220,7 +195,9 @@ def verdict(found: Findings) -> str:
     return f"{first} {second}"
 
 
-def _computation(found: Findings, begun: float | None, origin: Mapping[str, str], source: str | None) -> str:
+def _computation(
+    found: Findings, begun: float | None, origin: Mapping[str, str], source: str | None
+) -> Markup:
     from stickslip import __version__
 
     rows = [*origin.items(), ("stickslip", __version__)]
@@ -233,10 +210,10 @@ def _computation(found: Findings, begun: float | None, origin: Mapping[str, str]
     rows.append(("largest residual of a mode", number(float(found.modes.residual.max(initial=0.0)), 2)))
     if begun is not None:
         rows.append(("computed in", f"{time.perf_counter() - begun:.1f} s"))
-    copy = ""
+    copy: str = ""
     if source is not None:
         if len(source) <= COPIED:
-            copy = details("The scene file", f"<pre>{escape(source)}</pre>")
+            copy = details("The scene file", Markup("<pre>{}</pre>").format(source))
         else:
             digest = hashlib.sha256(source.encode()).hexdigest()
             rows.append((f"SHA-256 of the scene file, {len(source.encode())} bytes", digest))

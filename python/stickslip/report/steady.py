@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse
+from markupsafe import Markup
 
 from stickslip import plot
 from stickslip.locus.critical import CriticalPoint
@@ -14,7 +15,7 @@ from stickslip.report.findings import Findings
 from stickslip.scene.scene import Proportional
 from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
-from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table
+from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template
 
 #: Dofs up to which matrices are printed, modes that are drawn in motion, contacts of tables of modes.
 PRINTED, DRAWN, COLUMNS = 12, 8, 4
@@ -28,7 +29,7 @@ KINDS = {
 TOWARD = {1: "destabilising", -1: "stabilising", 0: ""}
 
 
-def scene_section(found: Findings) -> str:
+def scene_section(found: Findings) -> Markup:
     """Return the scene: contacts, loads, matrices."""
     scene = found.scene
     damping = scene.damping
@@ -104,7 +105,7 @@ def scene_section(found: Findings) -> str:
     )
 
 
-def equilibrium_section(found: Findings) -> str:
+def equilibrium_section(found: Findings) -> Markup:
     """Return steady sliding: contact forces and displacements."""
     if found.equilibrium is None:
         return section(
@@ -146,7 +147,7 @@ def equilibrium_section(found: Findings) -> str:
     )
 
 
-def modes_section(found: Findings) -> str:
+def modes_section(found: Findings) -> Markup:
     """Return the complex modes: table, powers, and shapes in motion."""
     modes, scene = found.modes, found.scene
     chosen = np.flatnonzero(modes.eigenvalues.imag >= 0.0)
@@ -193,7 +194,7 @@ def modes_section(found: Findings) -> str:
         moved = mode_motion.drawing(scene, modes, int(k), found.known.columns)
         growth = number(modes.eigenvalues[k].real, 4)
         caption = f"mode {k}: {number(modes.frequencies[k])} Hz, growth rate {growth} 1/s"
-        cards.append(f'<figure class="card {verdict}">{moved}<figcaption>{caption}</figcaption></figure>')
+        cards.append((verdict, moved, caption))
     omitted = chosen.size - len(shown)
     lead = (
         f"Status {modes.combination}; frequency is |λ| / 2π. "
@@ -208,15 +209,12 @@ def modes_section(found: Findings) -> str:
             "alone would make that energy grow."
         ),
         listed,
-        '<h3>Shapes in motion</h3>\n<p><button type="button" id="motion" hidden>Pause the motion</button> '
-        "Slowed down, without growth or decay. Lines and ellipses are the paths; phases differ between the "
-        "dofs of a complex mode.</p>",
-        f'<div class="cards">{"".join(cards)}</div>',
+        Markup(template("report/cards.html").render(cards=cards)),
         note(f"{omitted} more modes are in the table.") if omitted else "",
     )
 
 
-def loci_section(found: Findings) -> str:
+def loci_section(found: Findings) -> Markup:
     """Return eigenvalues over friction and the critical values."""
     if found.loci is None:
         return section("loci", "Stability over a parameter", note(found.reasons["loci"]))

@@ -82,6 +82,21 @@ def real_number(argument: str, value: Any) -> float:
         ) from None
 
 
+def finite_time(argument: str, value: Any, least: float | None = None) -> float:
+    """Return a time in s: positive and finite, or also `least`.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    number = real_number(argument, value)
+    if 0.0 < number < np.inf or number == least:
+        return number
+    expected = "a positive finite time" if least is None else f"a finite time >= {least:g}"
+    raise InputError(f"{argument}: expected {expected}, got {number:g}")
+
+
 def whole_number(argument: str, value: Any, least: int) -> int:
     """Return `value` as an int.
 

@@ -36,7 +36,7 @@ from stickslip.scene.contact import (
     nearest,
     per_contact,
 )
-from stickslip.show.summary import Summary, Table
+from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
@@ -76,7 +76,7 @@ class Proportional:
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
-class Scene:
+class Scene(Shown):
     """``M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)``; immutable and validated.
 
     Parameters
@@ -288,9 +288,6 @@ class Scene:
             )
             lines.append(f"  contact {label} ({place}): {law}")
         return "\n".join(lines)
-
-    def _repr_html_(self) -> str:
-        return self.summary()._repr_html_()
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""

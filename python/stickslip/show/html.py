@@ -1,11 +1,31 @@
-"""HTML from text: escaped, with headings, captions and alternatives."""
+"""HTML from text and numbers: the parts of a page, by templates that escape."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from html import escape
+from functools import cache
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from jinja2 import Template
+    from markupsafe import Markup
 
 _MINUS = str.maketrans({"-": "−"})
+
+
+@cache
+def template(name: str) -> Template:
+    """Return a template of the package, such as ``show/parts.html``; what it is given is escaped."""
+    from jinja2 import Environment, FunctionLoader, StrictUndefined
+
+    loader = FunctionLoader(lambda path: files("stickslip").joinpath(path).read_text(encoding="utf-8"))
+    strict: dict[str, Any] = {"autoescape": True, "undefined": StrictUndefined}
+    return Environment(loader=loader, trim_blocks=True, lstrip_blocks=True, **strict).get_template(name)
+
+
+def _part(macro: str, *told: Any) -> Markup:
+    return getattr(template("show/parts.html").module, macro)(*told).strip()  # type: ignore[no-any-return]
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -14,33 +34,29 @@ def number(value: float, digits: int = 6) -> str:
     return f"{value + 0.0:.{digits}g}".translate(_MINUS)
 
 
-def paragraph(text: str) -> str:
+def paragraph(text: str) -> Markup:
     """Return a paragraph of plain text."""
-    return f"<p>{escape(text)}</p>"
+    return _part("paragraph", text)
 
 
-def section(name: str, heading: str, *parts: str) -> str:
+def section(name: str, heading: str, *parts: str) -> Markup:
     """Return a section that the contents can point to."""
-    body = "\n".join(part for part in parts if part)
-    title = f'<h2 id="{name}-h">{escape(heading)}</h2>'
-    return f'<section id="{name}" aria-labelledby="{name}-h">\n{title}\n{body}\n</section>'
+    return _part("section", name, heading, parts)
 
 
-def subsection(heading: str, *parts: str) -> str:
+def subsection(heading: str, *parts: str) -> Markup:
     """Return a titled part of a section."""
-    return "\n".join([f"<h3>{escape(heading)}</h3>", *(part for part in parts if part)])
+    return _part("subsection", heading, parts)
 
 
-def note(text: str, kind: str = "note") -> str:
+def note(text: str, kind: str = "note") -> Markup:
     """Return a remark that is set apart; `kind` is ``note`` or ``warning``."""
-    role = ' role="alert"' if kind == "warning" else ""
-    return f'<p class="{kind}"{role}>{escape(text)}</p>'
+    return _part("note", text, kind)
 
 
-def facts(pairs: Iterable[tuple[str, str]]) -> str:
+def facts(pairs: Iterable[tuple[str, str]]) -> Markup:
     """Return names and their values as a list."""
-    rows = "\n".join(f"<div><dt>{escape(name)}</dt><dd>{escape(value)}</dd></div>" for name, value in pairs)
-    return f'<dl class="facts">\n{rows}\n</dl>'
+    return _part("facts", pairs)
 
 
 def table(
@@ -50,8 +66,8 @@ def table(
     *,
     digits: int = 6,
     limit: int = 64,
-    row_kinds: Sequence[str] | None = None,
-) -> str:
+    row_kinds: Sequence[str] = (),
+) -> Markup:
     """Return a table; numbers stand to the right, the first column heads its row.
 
     Parameters
@@ -65,51 +81,29 @@ def table(
     digits, limit
         See above.
     row_kinds
-        A class per row; None: none.
+        A class per row; none: none.
     """
-    listed = [list(row) for row in rows]
-    kinds = [""] * len(listed) if row_kinds is None else list(row_kinds)
-    omitted = len(listed) - limit
-    shown = caption if omitted <= 0 else f"{caption} ({limit} of {len(listed)} rows)"
+    listed = list(rows)
+    shown = caption if len(listed) <= limit else f"{caption} ({limit} of {len(listed)} rows)"
     numeric = [any(isinstance(row[k], float | int) for row in listed) for k in range(len(headings))]
-    head = "".join(
-        f'<th scope="col"{_right(right)}>{escape(text)}</th>'
-        for text, right in zip(headings, numeric, strict=True)
-    )
-    lines = []
-    for row, kind in zip(listed[:limit], kinds, strict=False):
-        named = f' class="{kind}"' if kind else ""
-        first, *others = (
-            (number(cell, digits) if isinstance(cell, float | int) else escape(str(cell)), right)
-            for cell, right in zip(row, numeric, strict=True)
-        )
-        cells = [f'<th scope="row"{_right(first[1])}>{first[0]}</th>']
-        cells += [f"<td{_right(right)}>{text}</td>" for text, right in others]
-        lines.append(f"<tr{named}>{''.join(cells)}</tr>")
-    body = "\n".join(lines)
-    return (
-        f'<div class="wide"><table>\n<caption>{escape(shown)}</caption>\n'
-        f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}\n</tbody>\n</table></div>"
-    )
+    cells = [
+        [number(cell, digits) if isinstance(cell, float | int) else cell for cell in row]
+        for row in listed[:limit]
+    ]
+    kinds = row_kinds or [""] * len(listed)
+    return _part("table", shown, headings, numeric, list(zip(kinds, cells, strict=False)))
 
 
-def figure(drawing: str, caption: str) -> str:
+def figure(drawing: Markup, caption: str) -> Markup:
     """Return a drawing with its caption."""
-    return (
-        f'<figure>\n<div class="wide">{drawing}</div>\n<figcaption>{escape(caption)}</figcaption>\n</figure>'
-    )
+    return _part("figure", drawing, caption)
 
 
-def columns(*figures: str) -> str:
+def columns(*figures: Markup) -> Markup:
     """Return narrow figures beside each other, as many as fit; nothing for none."""
-    return '<div class="columns">\n' + "\n".join(figures) + "\n</div>" if figures else ""
+    return _part("columns", figures)
 
 
-def details(summary: str, *parts: str) -> str:
+def details(summary: str, *parts: str) -> Markup:
     """Return what is folded away until asked for."""
-    body = "\n".join(parts)
-    return f"<details>\n<summary>{escape(summary)}</summary>\n{body}\n</details>"
-
-
-def _right(numeric: bool) -> str:
-    return ' class="n"' if numeric else ""
+    return _part("details", summary, parts)

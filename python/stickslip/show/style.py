@@ -16,11 +16,19 @@ HATCHES = {"+": "", "-": "\\\\\\\\", "s": "....", "d": "////"}
 #: From dark to light, each with a line style of its own.
 OVERLAY = (("#222255", "-"), ("#cc3311", "--"), ("#228833", "-."), ("#ddaa33", ":"), ("#77aadd", "-"))
 MARKERS = "osD^v<>P"
+#: One colour per contact, or per mode; they differ in lightness too, for print without colour.
+CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
 #: Stable and unstable.
 STABLE, UNSTABLE = "#4477aa", "#cc3311"
 MICROMETRES = 1e6
 #: Points per inch that journals ask for at least.
 DPI = 300
+
+
+def quantity(name: object, units: str = "1") -> str:
+    """Return the name of a quantity as figures write it, with its unit."""
+    words = "friction coefficient" if name == "friction" else str(name).replace("_", " ")
+    return words if units in ("", "1") else f"{words}, {units}"
 
 
 def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
@@ -41,13 +49,6 @@ def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
     metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
         figure.savefig(path, dpi=dpi, metadata=metadata.get(Path(path).suffix))
-
-
-def status_legend(axes: Axes, present: str) -> None:
-    """Explain the colours of statuses beside the axes."""
-    for status in present:
-        axes.plot([], [], color=COLOURS[status], linewidth=4, label=f"{status}  {NAMES[status]}")
-    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
 def axes_of(ax: Axes | None) -> Axes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -55,9 +56,19 @@ class Summary:
         """Return the facts as a list and every table."""
         parts = [html.facts(self.facts)] if self.facts else []
         for table in self.tables:
-            kinds = table.kinds or None
-            parts.append(html.table(table.caption, table.headings, table.rows, row_kinds=kinds))
+            parts.append(html.table(table.caption, table.headings, table.rows, row_kinds=table.kinds))
         return "".join(parts)
+
+
+class Shown(ABC):
+    """A result that says what it is: printed as text, in a notebook as HTML."""
+
+    @abstractmethod
+    def summary(self) -> Summary:
+        """Return its facts and tables."""
+
+    def _repr_html_(self) -> str:
+        return self.summary()._repr_html_()
 
 
 def _columns(table: Table) -> str:

@@ -6,11 +6,11 @@ import io
 import re
 from collections.abc import Iterator
 from contextlib import contextmanager
-from html import escape
 from typing import Any
 
 import matplotlib
 import numpy as np
+from markupsafe import Markup, escape
 from matplotlib.artist import Artist
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.collections import Collection
@@ -41,7 +41,7 @@ def style() -> Iterator[None]:
         yield
 
 
-def svg(figure: Figure, name: str, alternative: str) -> str:
+def svg(figure: Figure, name: str, alternative: str) -> Markup:
     """Return a figure as an SVG element.
 
     Parameters
@@ -73,7 +73,9 @@ def svg(figure: Figure, name: str, alternative: str) -> str:
     text = re.sub(r'\bid="', f'id="{name}-', text)
     text = re.sub(r'((?:xlink:)?href)="#', rf'\1="#{name}-', text)
     text = text.replace("url(#", f"url(#{name}-")
-    return text.replace("<svg ", f'<svg role="img" class="plot" aria-label="{escape(alternative)}" ', 1)
+    return Markup(
+        text.replace("<svg ", f'<svg role="img" class="plot" aria-label="{escape(alternative)}" ', 1)
+    )
 
 
 def _is_dense(artist: Artist) -> bool:

@@ -9,8 +9,8 @@ from stickslip.study.parameters import GaussianCopula
 from stickslip.study.perturbation import eigenvalue_moments
 from stickslip.study.sample.outputs import OUTPUTS, Output
 from stickslip.study.samplers import unit_design
-from stickslip.study.statistics import convergence, distribution, probability, unstable
-from stickslip.study.study import Study, unstacked
+from stickslip.study.statistics import convergence, distribution, probability, unstable, unstacked
+from stickslip.study.study import Study
 
 __all__ = [
     "OUTPUTS",

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Ellipse
 
 from stickslip.faults import InputError
+from stickslip.show.style import quantity
 from stickslip.study.statistics import BINS, sample_values
 from stickslip.study.statistics import probability as chance
 
@@ -41,7 +42,7 @@ def probability(axes: Axes, estimate: xr.Dataset, label: str | None = None) -> A
         estimate.upper.to_numpy(), edges, baseline=estimate.lower.to_numpy(), fill=True, color=LIGHT, zorder=1
     )
     axes.stairs(estimate.probability.to_numpy(), edges, baseline=None, color=DARK, linewidth=1.3, label=label)
-    axes.set(xlabel=_words(over), ylabel="probability", ylim=(-0.02, 1.02), xlim=(edges[0], edges[-1]))
+    axes.set(xlabel=quantity(over), ylabel="probability", ylim=(-0.02, 1.02), xlim=(edges[0], edges[-1]))
     _few_ticks(axes)
     return axes
 
@@ -78,7 +79,7 @@ def distribution(
     axes.hist(values, bins=bins, density=True, color=LIGHT, edgecolor=DARK, linewidth=0.4, label=label)
     units = results[output].attrs.get("units", "")
     reciprocal = {"": "", "1": "", "1/s": "s"}.get(units, f"1/({units})" if "/" in units else f"1/{units}")
-    axes.set(xlabel=_labelled(output, units), ylabel=_labelled("density", reciprocal))
+    axes.set(xlabel=quantity(output, units), ylabel=quantity("density", reciprocal))
     _few_ticks(axes)
     return axes
 
@@ -99,8 +100,8 @@ def sobol_indices(axes: Axes, indices: xr.Dataset) -> Axes:
             error_kw={"linewidth": 0.8, "ecolor": "#777777"},
             label="total" if name == "total" else "first order",
         )
-    axes.set_yticks(places, [_words(name) for name in ordered.parameter.to_numpy()])
-    axes.set(xlabel=f"Sobol' index of {_words(indices.attrs['output'])}", xlim=(0.0, None))
+    axes.set_yticks(places, [quantity(name) for name in ordered.parameter.to_numpy()])
+    axes.set(xlabel=f"Sobol' index of {quantity(indices.attrs['output'])}", xlim=(0.0, None))
     axes.legend(frameon=False, fontsize="small", loc="lower right")
     return axes
 
@@ -116,7 +117,7 @@ def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
         lowest = max(y[k] / top, lowest + APART)
         right = x[k] > 0.6 * x.max()
         axes.annotate(
-            _words(str(effects.parameter.to_numpy()[k])),
+            quantity(effects.parameter.to_numpy()[k]),
             (x[k], y[k]),
             (x[k] + (-0.06 if right else 0.06) * x.max(), lowest * top),
             fontsize="small",
@@ -126,8 +127,8 @@ def morris_effects(axes: Axes, effects: xr.Dataset) -> Axes:
         )
     unit = effects.attrs["units"]
     axes.set(
-        xlabel=_labelled(f"mean absolute effect on {effects.attrs['output']}", unit),
-        ylabel=_labelled("deviation", unit),
+        xlabel=quantity(f"mean absolute effect on {effects.attrs['output']}", unit),
+        ylabel=quantity("deviation", unit),
         xlim=(0.0, 1.1 * x.max() or None),
         ylim=(0.0, 1.1 * max(1.0, lowest) * top),
     )
@@ -154,7 +155,7 @@ def convergence(axes: Axes, estimates: xr.Dataset, label: str | None = None) -> 
     axes.set(
         xscale="log",
         xlabel="samples",
-        ylabel=_labelled(estimates.attrs["output"], estimates.attrs["units"]),
+        ylabel=quantity(estimates.attrs["output"], estimates.attrs["units"]),
         xlim=(count[0], count[-1]),
     )
     return axes
@@ -247,11 +248,3 @@ def _largest(axes: Axes, results: xr.Dataset, column: xr.DataArray) -> Axes:
 def _few_ticks(axes: Axes) -> None:
     axes.locator_params(axis="x", nbins=6)
     axes.ticklabel_format(axis="x", scilimits=(-2, 4), useMathText=True)
-
-
-def _words(name: str) -> str:
-    return str(name).replace("_", " ")
-
-
-def _labelled(name: str, units: str) -> str:
-    return f"{_words(name)}, {units}" if units else _words(name)

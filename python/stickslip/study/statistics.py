@@ -1,4 +1,4 @@
-"""What the results of a study say: probabilities, distributions, convergence.
+"""What the results of a study say: over a grid, probabilities, distributions, convergence.
 
 Confidence bands hold for independent samples (``random``); for ``latin_hypercube`` and ``sobol`` they are
 wider than they have to be, as a rule.
@@ -6,6 +6,7 @@ wider than they have to be, as a rule.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Sequence
 from typing import Any, Literal
 
@@ -22,6 +23,22 @@ Band = Literal["wilson", "exact"]
 
 #: Bins of a parameter unless told otherwise.
 BINS = 20
+
+
+def unstacked(results: xr.Dataset) -> xr.Dataset:
+    """Return the results of a grid over its parameters instead of ``sample``.
+
+    Raises
+    ------
+    InputError
+        If they are not those of a grid.
+    """
+    described = json.loads(results.attrs.get("identity", "{}"))
+    if described.get("sampler") != "grid":
+        raise InputError("results: expected those of a grid")
+    names = [name for name, values in described["parameters"].items() if np.size(values) > 0]
+    indexed: xr.Dataset = results.load().set_index(sample=names)
+    return indexed.unstack("sample") if len(names) > 1 else indexed.rename(sample=names[0])
 
 
 def unstable(results: xr.Dataset) -> Any:

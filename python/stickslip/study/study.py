@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError, StudyError, StudyInterrupted
 from stickslip.locus.asked import interval
-from stickslip.scene.checks import Real, real_array, real_number, whole_number
+from stickslip.scene.checks import Real, finite_time, real_array, whole_number
 from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
 from stickslip.show.progress import Rate, progress_bar
@@ -199,10 +198,8 @@ class Study:
         if self.outputs.moves:
             if duration is None:
                 raise InputError("duration: outputs of motions need it, in s")
-            length = _positive("duration", duration)
-            longer = FURTHER * length if further is None else real_number("further", further)
-            if not 0.0 <= longer < np.inf:
-                raise InputError(f"further: expected a finite time >= 0, got {longer!r}")
+            length = finite_time("duration", duration)
+            longer = FURTHER * length if further is None else finite_time("further", further, 0.0)
         if method not in ("auto", "modal", "taylor"):
             raise InputError(f"method: expected 'auto', 'modal' or 'taylor', got {method!r}")
         start = None if position is None and velocity is None else (position, velocity)
@@ -302,7 +299,7 @@ class Study:
         """
         default = MOTIONS if self.outputs.moves or self.outputs.asks("hopf") else VERDICTS
         length = min(default if chunk is None else whole_number("chunk", chunk, 1), self.size)
-        runner = _runner(threads, executor, client)
+        runner = runners.chosen(threads, executor, client)
         with opened(store, self._layout(), length) as results, progress_bar(progress, Rate()) as bar:
             pending = results.pending()
             done = self.size - sum(len(self._rows(results, k)) for k in pending)
@@ -372,22 +369,6 @@ class Study:
         return f"Study({self.size} samples, {self.sampler}, seed {self.seed}: {names} -> {outputs})"
 
 
-def unstacked(results: xr.Dataset) -> xr.Dataset:
-    """Return the results of a grid over its parameters instead of ``sample``.
-
-    Raises
-    ------
-    InputError
-        If they are not those of a grid.
-    """
-    described = json.loads(results.attrs.get("identity", "{}"))
-    if described.get("sampler") != "grid":
-        raise InputError("results: expected those of a grid")
-    names = [name for name, values in described["parameters"].items() if np.size(values) > 0]
-    indexed: xr.Dataset = results.load().set_index(sample=names)
-    return indexed.unstack("sample") if len(names) > 1 else indexed.rename(sample=names[0])
-
-
 def _family(model: Any, names: tuple[str, ...], fixed: Mapping[str, Any] | None) -> Family:
     arguments = dict(fixed or {})
     if isinstance(model, Scene) and arguments:
@@ -402,25 +383,3 @@ def _family(model: Any, names: tuple[str, ...], fixed: Mapping[str, Any] | None)
         kept = {name: value for name, value in family.arguments.items() if name not in names}
         family = Family(family.model, kept)
     return family
-
-
-def _runner(count: int | None, executor: Executor | None, client: Any) -> runners.Runner:
-    given = [
-        name
-        for name, value in (("threads", count), ("executor", executor), ("client", client))
-        if value is not None
-    ]
-    if len(given) > 1:
-        raise InputError(f"run: expected one of threads, executor and client, got {' and '.join(given)}")
-    if executor is not None:
-        return runners.executor(executor)
-    if client is not None:
-        return runners.dask(client)
-    return runners.threads(None if count is None else whole_number("threads", count, 1))
-
-
-def _positive(argument: str, value: Any) -> float:
-    number = real_number(argument, value)
-    if not 0.0 < number < np.inf:
-        raise InputError(f"{argument}: expected a positive finite time, got {number!r}")
-    return number

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-import numpy as np
-
-from stickslip.faults import InputError
+from stickslip import _core
+from stickslip.motion.errors import NotPeriodicError, RunInterrupted
 from stickslip.motion.motion import Motion
-from stickslip.scene.checks import real_number
+from stickslip.scene.checks import finite_time, real_number
 from stickslip.scene.contact import dof_index
 
 if TYPE_CHECKING:
@@ -61,15 +60,22 @@ class Trajectory(Motion):
         RunInterrupted
             On Ctrl-C; a `KeyboardInterrupt` that holds the last stretch of the motion.
         """
-        from stickslip.cycles.cycle import limit_cycle
+        from stickslip.cycles.attractors import described
+        from stickslip.cycles.cycle import Cycle
 
-        limit = real_number("further", further)
-        if not 0.0 <= limit < np.inf:
-            raise InputError(f"further: expected a finite time >= 0, got {limit:g}")
-        patience = None if time_limit is None else real_number("time_limit", time_limit)
-        if patience is not None and not 0.0 < patience < np.inf:
-            raise InputError(f"time_limit: expected a finite positive time, got {patience:g}")
-        return limit_cycle(self, limit, method, patience)
+        patience = None if time_limit is None else finite_time("time_limit", time_limit)
+        kind, core, growth, last = _core.attractor(
+            self.core, finite_time("further", further, 0.0), method, patience
+        )
+        if core is not None:
+            return Cycle(self.scene, core)
+        ended = self if last is None else replace(self, start=self.state(self.duration), core=last)
+        if ended.stop_reason == "interrupted":
+            raise RunInterrupted(ended)
+        label, message = described(kind, growth, ended.core.stop_message)
+        if last is not None and ended.stop_reason == "time_limit":
+            message += f" (the time limit of computing, {time_limit:g} s, was reached)"
+        raise NotPeriodicError(message, ended, label, growth[0], growth[1])
 
     def spectrum(
         self,

@@ -141,6 +141,38 @@ fn a_part_uses_only_parts_before_it() {
     assert!(upward.is_empty(), "{upward:#?}");
 }
 
+/// The fewest arrows (used, user) between parts that every import follows.
+fn drawing<'m>(imports: &BTreeMap<&'m str, BTreeSet<&'m str>>) -> BTreeSet<(&'m str, &'m str)> {
+    fn reaches(uses: &BTreeMap<&str, BTreeSet<&str>>, from: &str, to: &str) -> bool {
+        uses.get(from).is_some_and(|used| used.iter().any(|&by| by == to || reaches(uses, by, to)))
+    }
+    let name = |module: &'m str| module.split("::").next().unwrap_or_default();
+    let mut uses: BTreeMap<&str, BTreeSet<&str>> = BTreeMap::new();
+    for (&file, used) in imports {
+        let others = used.iter().map(|&other| name(other)).filter(|&other| other != name(file));
+        uses.entry(name(file)).or_default().extend(others);
+    }
+    let mut arrows = BTreeSet::new();
+    for (&part, used) in &uses {
+        let is_direct = |other: &&str| !used.iter().any(|by| reaches(&uses, by, other));
+        arrows.extend(used.iter().copied().filter(is_direct).map(|other| (other, part)));
+    }
+    arrows
+}
+
+#[test]
+fn the_drawing_in_the_readme_is_that_of_the_imports() {
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../README.md");
+    let text = fs::read_to_string(readme).expect("a readable file");
+    let drawn = text.split("```").find_map(|block| block.strip_prefix("mermaid\nflowchart LR\n"));
+    let arrows = drawn.expect("a drawing of the core").lines().map(str::trim);
+    let arrows: BTreeSet<_> = arrows.filter_map(|arrow| arrow.split_once(" --> ")).collect();
+    let modules = core();
+    assert_eq!(arrows, drawing(&imports(&modules)));
+    let drawn: BTreeSet<&str> = arrows.iter().flat_map(|&(a, b)| [a, b]).collect();
+    assert_eq!(drawn, BTreeSet::from(PARTS));
+}
+
 /// In the core, and in the binding beside it.
 #[test]
 fn no_files_form_a_circle() {

@@ -14,7 +14,7 @@ from importlib import import_module
 from typing import Any, TypeAlias
 
 from stickslip.faults import InputError, StickslipError
-from stickslip.scene.checks import Real
+from stickslip.scene.checks import Real, whole_number
 from stickslip.study.sample.evaluation import Columns, Evaluation
 
 #: A chunk and its rows of parameters.
@@ -30,6 +30,22 @@ RETRIES = 5
 
 class WorkersLostError(StickslipError):
     """The workers of a study are gone."""
+
+
+def chosen(count: int | None, pool: concurrent.futures.Executor | None, client: Any) -> Runner:
+    """Return the runner that a study is told; none: threads."""
+    given = [
+        name
+        for name, value in (("threads", count), ("executor", pool), ("client", client))
+        if value is not None
+    ]
+    if len(given) > 1:
+        raise InputError(f"run: expected one of threads, executor and client, got {' and '.join(given)}")
+    if pool is not None:
+        return executor(pool)
+    if client is not None:
+        return dask(client)
+    return threads(None if count is None else whole_number("threads", count, 1))
 
 
 def threads(count: int | None) -> Runner:

@@ -12,12 +12,15 @@ import os
 import shutil
 import uuid
 import warnings
+from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 from xarray.backends import BackendArray
 from xarray.core import indexing
 
@@ -36,6 +39,7 @@ DESIGN_CHUNK = 65536
 SAME = 1e-12
 
 
+@dataclass
 class Layout:
     """The variables of a study and what is written with them.
 
@@ -49,23 +53,13 @@ class Layout:
         Everything else that travels with the results, JSON.
     """
 
-    def __init__(
-        self,
-        columns: tuple[Column, ...],
-        sizes: dict[str, tuple[int, ...]],
-        coords: dict[str, tuple[str, Any]],
-        size: int,
-        identity: dict[str, Any],
-        machine: dict[str, Any],
-        attrs: dict[str, Any],
-    ) -> None:
-        self.columns = columns
-        self.sizes = sizes
-        self.coords = coords
-        self.size = size
-        self.identity = identity
-        self.machine = machine
-        self.attrs = attrs
+    columns: tuple[Column, ...]
+    sizes: dict[str, tuple[int, ...]]
+    coords: dict[str, tuple[str, Any]]
+    size: int
+    identity: dict[str, Any]
+    machine: dict[str, Any]
+    attrs: dict[str, Any]
 
     @property
     def text(self) -> dict[str, str]:
@@ -74,36 +68,46 @@ class Layout:
         return {name: value if isinstance(value, str) else json.dumps(value) for name, value in rows.items()}
 
 
-class Store(Protocol):
+class Store(ABC):
     """Keeps chunks of samples."""
 
     chunk: int
+    #: which chunks are
+    complete: NDArray[np.bool_]
+    lock: BaseFileLock | None = None
 
     def pending(self) -> list[int]:
         """Return the chunks that are not complete, ascending."""
+        return [int(k) for k in np.flatnonzero(~self.complete)]
 
     def write(self, chunk: int, columns: Columns) -> None:
-        """Keep a chunk."""
+        """Keep a chunk, its status last: a sample with a status is whole."""
+        first = chunk * self.chunk
+        for name in sorted(columns, key="status".__eq__):
+            self.array(name)[first : first + len(columns[name])] = columns[name]
+        self.complete[chunk] = True
 
+    @abstractmethod
+    def array(self, name: str) -> Any:
+        """Return what keeps a variable."""
+
+    @abstractmethod
     def dataset(self) -> xr.Dataset:
         """Return everything complete; the status of other samples is ``pending``."""
 
     def close(self) -> None:
         """Let others continue the study."""
+        if self.lock is not None:
+            self.lock.release()
 
 
-def status_last(columns: Columns) -> list[tuple[str, Any]]:
-    """Return the columns of a chunk as they are written: a sample with a status is whole."""
-    return sorted(columns.items(), key=lambda item: item[0] == "status")
-
-
-class MemoryStore:
+class MemoryStore(Store):
     """Results as arrays."""
 
     def __init__(self, layout: Layout, chunk: int) -> None:
         self.layout = layout
         self.chunk = chunk
-        self._complete = np.zeros(-(-layout.size // chunk), dtype=bool)
+        self.complete = np.zeros(-(-layout.size // chunk), dtype=bool)
         self._arrays = {
             column.name: np.full(
                 (layout.size, *layout.sizes[column.name]),
@@ -113,15 +117,9 @@ class MemoryStore:
             for column in layout.columns
         }
 
-    def pending(self) -> list[int]:
-        """Return the chunks that are not complete, ascending."""
-        return [int(k) for k in np.flatnonzero(~self._complete)]
-
-    def write(self, chunk: int, columns: Columns) -> None:
-        """Keep a chunk."""
-        for name, values in status_last(columns):
-            self._arrays[name][chunk * self.chunk : chunk * self.chunk + len(values)] = values
-        self._complete[chunk] = True
+    def array(self, name: str) -> Any:
+        """Return what keeps a variable."""
+        return self._arrays[name]
 
     def dataset(self) -> xr.Dataset:
         """Return everything complete."""
@@ -131,11 +129,8 @@ class MemoryStore:
         }
         return xr.Dataset(variables, coords=self.layout.coords, attrs=self.layout.text)
 
-    def close(self) -> None:
-        """Nothing is held."""
 
-
-class ZarrStore:
+class ZarrStore(Store):
     """Results as a zarr group, format 3, which ``xarray.open_zarr`` reads.
 
     Parameters
@@ -161,26 +156,23 @@ class ZarrStore:
         self.layout = layout
         if not self.path.exists() or (self.path.is_dir() and not any(self.path.iterdir())):
             self._create(zarr, chunk)
-        self._lock = _locked(self.path)
+        self.lock = _locked(self.path)
         try:
             self._group = self._opened(zarr)
         except BaseException:
             self.close()
             raise
         self.chunk = int(self._group["status"].chunks[0])
-        self._complete = np.asarray(self._group["complete"][:], dtype=bool)
+        self.complete = np.asarray(self._group["complete"][:], dtype=bool)
 
-    def pending(self) -> list[int]:
-        """Return the chunks that are not complete, ascending."""
-        return [int(k) for k in np.flatnonzero(~self._complete)]
+    def array(self, name: str) -> Any:
+        """Return what keeps a variable."""
+        return self._group[name]
 
     def write(self, chunk: int, columns: Columns) -> None:
         """Keep a chunk, its mark last."""
-        first = chunk * self.chunk
-        for name, values in status_last(columns):
-            self._group[name][first : first + len(values)] = values
+        super().write(chunk, columns)
         self._group["complete"][chunk] = True
-        self._complete[chunk] = True
 
     def dataset(self) -> xr.Dataset:
         """Return everything complete, read from the disk as it is used."""
@@ -192,10 +184,6 @@ class ZarrStore:
         }
         labels = {name: entry for name, entry in self.layout.coords.items() if entry[0] != "sample"}
         return found.drop_vars("complete").assign(words).assign_coords(labels)
-
-    def close(self) -> None:
-        """Let other processes write."""
-        self._lock.release()
 
     def _create(self, zarr: Any, chunk: int) -> None:
         """Write everything that is known before the first sample, under another name until it is complete."""

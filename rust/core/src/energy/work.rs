@@ -1,6 +1,6 @@
 //! Works over an interval, phase by phase and impact by impact.
 //!
-//! The powers of `energy.rs` are integrated by the rule of `quadrature.rs` on panels as short as the motion of
+//! The powers of `power.rs` are integrated by the rule of `gauss.rs` on panels as short as the motion of
 //! the moment needs; a constant force works `F . (x1 - x0)`. At an impact the velocities jump and the impulses
 //! `p = M (u+ - u-)` of the contacts change the kinetic energy by exactly
 //! `sum p_n (g'+ + g'-) / 2 + p_t (t.u+ + t.u-) / 2`:
@@ -44,7 +44,7 @@ pub struct PhaseWork {
     pub external: f64,
     /// Of the circulatory forces on the structure, the integral of `-u' H_a x`; 0 without them.
     pub circulatory: f64,
-    /// Dissipated, by damper group; see [`Scene::damper_groups`].
+    /// Dissipated, by damper group; see [`damper_groups`].
     pub damping: Vec<f64>,
 }
 

@@ -263,11 +263,6 @@ impl SparseMatrix {
         (0..self.size).map(|row| self.row_dot(row, x)).collect()
     }
 
-    /// Largest row sum of absolute values.
-    pub fn norm_inf(&self) -> f64 {
-        (0..self.size).map(|row| self.row(row).map(|entry| entry.1.abs()).sum()).fold(0.0, f64::max)
-    }
-
     /// Refuses entries that are not finite.
     pub(crate) fn check_finite(&self, argument: &str) -> Result<(), Error> {
         for row in 0..self.size {

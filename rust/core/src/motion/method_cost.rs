@@ -12,7 +12,7 @@
 
 use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::taylor::dense_rows::DenseRows;
-use crate::numerics::first_root::COEFFICIENTS;
+use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::model::Scene;
 
 /// Free coordinates up to which modes are computed at once: a small scene meets few combinations, and each often.

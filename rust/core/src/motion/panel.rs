@@ -1,6 +1,6 @@
 //! The event functions of a phase on one stretch of time, as polynomials with error bounds.
 
-use crate::numerics::first_root::{COEFFICIENTS, ROW};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::simd::GROUP;
 
 /// Largest |lambda| times width of a panel: cancellation costs e^3 ulp of the fastest mode.

@@ -12,6 +12,21 @@ impl Bracket {
         0.5 * (self.low + self.high)
     }
 
+    /// The root of a function between its values at the two ends, which are of unlike signs, to `resolution`: from where
+    /// the chord passes zero by Newton's method with the (value, slope) that `at` gives.
+    pub fn root(mut self, ends: [f64; 2], resolution: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
+        let mut p = self.low + (self.high - self.low) * (ends[0] / (ends[0] - ends[1]));
+        loop {
+            let (value, slope) = at(p);
+            let step = -value / slope;
+            match self.narrowed(p, (value < 0.0) == (ends[0] < 0.0), p + step) {
+                // A comparison that goes on where the slope is zero.
+                Some(next) if value != 0.0 && !(step.abs() <= resolution) => p = next,
+                _ => return p,
+            }
+        }
+    }
+
     /// Takes p for the end on whose side it is, and proposes the next point: Newton's if it is inside, else the middle.
     /// None where no number is left inside, or Newton's method stands still.
     pub fn narrowed(&mut self, p: f64, is_low: bool, newton: f64) -> Option<f64> {
@@ -24,19 +39,19 @@ impl Bracket {
 
 #[cfg(test)]
 mod tests {
+    use std::cell::Cell;
+
     use super::*;
 
     /// The root of `f` and how often it was evaluated.
-    fn root(mut bracket: Bracket, f: impl Fn(f64) -> (f64, f64)) -> (f64, usize) {
-        let mut p = bracket.middle();
-        for count in 1.. {
-            let (value, slope) = f(p);
-            match bracket.narrowed(p, value < 0.0, p - value / slope) {
-                Some(next) if value != 0.0 => p = next,
-                _ => return (p, count),
-            }
-        }
-        (p, usize::MAX)
+    fn root(bracket: Bracket, f: impl Fn(f64) -> (f64, f64)) -> (f64, usize) {
+        let count = Cell::new(0);
+        let ends = [bracket.low, bracket.high].map(|x| f(x).0);
+        let root = bracket.root(ends, 0.0, |x| {
+            count.set(count.get() + 1);
+            f(x)
+        });
+        (root, count.get())
     }
 
     #[test]

@@ -3,8 +3,6 @@
 pub(crate) mod bracket;
 pub(crate) mod double_double;
 pub(crate) mod first_root;
-#[cfg(test)]
-mod first_root_fuzz;
 pub(crate) mod gauss;
 pub(crate) mod lemke;
 pub(crate) mod phi;

@@ -1,12 +1,13 @@
 //! Many scenes of one family: parameters, questions and answers.
 
+pub(crate) mod failure;
 pub(crate) mod family;
+pub(crate) mod motions;
 pub(crate) mod questions;
 pub(crate) mod verdicts;
 
+pub use failure::{Failure, FailureKind};
 pub use family::{Chain, Family, Field, Slot, Template};
-pub use questions::{
-    Answer, CycleEnergy, Failure, FailureKind, HopfRange, MotionAnswer, MotionQuestions, Questions,
-    Samples, Settled, SettledKind, answers, pool,
-};
+pub use motions::{CycleEnergy, MotionAnswer, MotionQuestions, Settled, SettledKind};
+pub use questions::{Answer, HopfRange, Questions, Samples, answers, pool};
 pub use verdicts::verdicts;

@@ -1,8 +1,8 @@
 //! Contacts that mass couples: impulses and forces from one complementarity problem over all that touch.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::{self, Closed, Solution, Unsolved};
+use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Solution, Unsolved};
 use crate::contact::settlement::sliding_status;
 use crate::error::{Level, RunFailure};
 use crate::scene::model::Scene;
@@ -15,7 +15,7 @@ pub(crate) type Touching = (usize, Option<f64>);
 const ROUNDS: usize = 64;
 
 /// Contacts brought to rest in their normal directions, and the forces that they then have.
-pub(crate) struct Rest {
+pub(crate) struct Resting {
     pub position: Vec<f64>,
     pub problem: Vec<Touching>,
     pub solution: Solution,
@@ -45,7 +45,7 @@ impl Coupled<'_> {
     }
 
     /// What `contacts` do once all of them touch and rest in their normal directions.
-    pub fn rest(&self, contacts: &[usize], q: &[f64], u: &[f64]) -> Result<Rest, RunFailure> {
+    pub fn resting(&self, contacts: &[usize], q: &[f64], u: &[f64]) -> Result<Resting, RunFailure> {
         let laws = &self.scene.contacts;
         let (mut position, mut velocity) = (q.to_vec(), u.to_vec());
         for &i in contacts {
@@ -56,7 +56,7 @@ impl Coupled<'_> {
         let sliding = |i: usize| sliding_status(slip(i)).map(Status::friction_sign);
         let problem: Vec<Touching> = contacts.iter().map(|&i| (i, sliding(i))).collect();
         let solution = self.accelerate(&problem, &position, &velocity)?;
-        Ok(Rest { position, problem, solution })
+        Ok(Resting { position, problem, solution })
     }
 
     /// `K q + C q' - F` over (tangential, normal) of every contact.
@@ -73,17 +73,17 @@ impl Coupled<'_> {
     /// The velocities when the impulses that the statuses of contacts allow have taken their normal ones away; `None`
     /// where these impulses are not determined.
     pub fn held(&self, problem: &[Touching], statuses: &[Status], u: &[f64]) -> Option<Vec<f64>> {
-        let (laws, w, velocities) = self.gathered(problem, Level::Impulses, |row| {
+        let velocity = |row: usize| {
             let law = &self.scene.contacts[row / 2];
             match row.is_multiple_of(2) {
                 true => u[law.tangential] - law.slider_speed,
                 false => u[law.normal],
             }
-        });
-        let impulses = contact_problem::forces(&laws, &w, &velocities, statuses)?;
+        };
+        let impulses = self.gathered(problem, Level::Impulses, velocity).forces(statuses)?;
         let mut u = u.to_vec();
         let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
-        self.push(&closed, &impulses, &mut u);
+        self.push(&closed, impulses.as_slice(), &mut u);
         for (&i, status) in closed.iter().zip(statuses).filter(|(_, status)| status.is_closed()) {
             let law = &self.scene.contacts[i];
             u[law.normal] = 0.0;
@@ -110,13 +110,13 @@ impl Coupled<'_> {
         }
     }
 
-    /// The laws of the contacts of a problem, their part of W, and `a0` of their rows.
+    /// The contacts of a problem with their part of W, and `a0` of their rows.
     fn gathered(
         &self,
         problem: &[Touching],
         level: Level,
         a0: impl Fn(usize) -> f64,
-    ) -> (Vec<Closed>, Vec<f64>, Vec<f64>) {
+    ) -> ContactProblem {
         let contacts = &self.scene.contacts;
         let closed = problem
             .iter()
@@ -131,11 +131,11 @@ impl Coupled<'_> {
             })
             .collect();
         let rows: Vec<usize> = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]).collect();
-        let w = rows
-            .iter()
-            .flat_map(|&row| rows.iter().map(move |&column| self.w[(row, column)]))
-            .collect();
-        (closed, w, rows.iter().map(|&row| a0(row)).collect())
+        ContactProblem {
+            contacts: closed,
+            w: self.w.select_rows(&rows).select_columns(&rows),
+            a0: DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row))),
+        }
     }
 
     fn solve(
@@ -147,8 +147,7 @@ impl Coupled<'_> {
         u: &[f64],
     ) -> Result<Solution, RunFailure> {
         let contacts = &self.scene.contacts;
-        let (closed, w, a0) = self.gathered(problem, level, a0);
-        contact_problem::solve(&closed, &w, &a0).map_err(|unsolved| RunFailure::ContactProblem {
+        self.gathered(problem, level, a0).solve().map_err(|unsolved| RunFailure::ContactProblem {
             contacts: problem.iter().map(|entry| entry.0).collect(),
             time: self.time,
             level,
@@ -183,7 +182,7 @@ impl Coupled<'_> {
                 .collect();
             let pressed_on = match round == 0 || at_rest.is_empty() {
                 true => Vec::new(),
-                false => self.rest(&at_rest, q, u)?.solution.statuses,
+                false => self.resting(&at_rest, q, u)?.solution.statuses,
             };
             let rests = |i: usize| {
                 at_rest.iter().zip(&pressed_on).any(|(&j, status)| i == j && status.is_closed())
@@ -227,7 +226,7 @@ impl Coupled<'_> {
             }
         };
         let solution = self.solve(&problem, Level::Impulses, velocity, q, &before)?;
-        self.push(touching, &solution.forces, u);
+        self.push(touching, solution.forces.as_slice(), u);
         // What the impulses hold at zero is zero exactly.
         for (&i, &status) in touching.iter().zip(&solution.statuses) {
             let law = &contacts[i];

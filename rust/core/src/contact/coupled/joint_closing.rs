@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::contact::coupled::contacts::{Coupled, Rest};
+use crate::contact::coupled::contacts::{Coupled, Resting};
 use crate::contact::settlement::Series;
 use crate::error::RunFailure;
 use crate::linalg::dense::solve;
@@ -63,7 +63,7 @@ pub(crate) fn close_jointly(
     while !moving.is_empty() && (broken || moving.iter().chain(struck).any(|i| *i != moving[0])) {
         let joined: Vec<usize> =
             (0..contacts.len()).filter(|&i| resting(i, u) || moving.contains(&i)).collect();
-        let Rest { position, problem, solution, .. } = coupled.rest(&joined, q, u)?;
+        let Resting { position, problem, solution, .. } = coupled.resting(&joined, q, u)?;
         let pressed: Vec<(usize, f64)> = problem
             .iter()
             .enumerate()
@@ -139,5 +139,5 @@ pub(crate) fn at_rest(
     u: &[f64],
 ) -> Result<Vec<Status>, RunFailure> {
     let Some(w) = &scene.coordinates.delassus else { return Ok(Vec::new()) };
-    Ok(Coupled { scene, time: 0.0, w }.rest(contacts, q, u)?.solution.statuses)
+    Ok(Coupled { scene, time: 0.0, w }.resting(contacts, q, u)?.solution.statuses)
 }

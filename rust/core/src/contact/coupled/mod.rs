@@ -2,6 +2,5 @@
 
 pub(crate) mod contact_problem;
 pub(crate) mod contacts;
-pub(crate) mod elimination;
 pub(crate) mod joint_closing;
 pub(crate) mod transition;

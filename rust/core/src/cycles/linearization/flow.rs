@@ -142,6 +142,11 @@ impl<'a> Flow<'a> {
         self.rate(state, 1.0)
     }
 
+    /// `y'' = Phi' y'`: what the field becomes without loads and speeds of sticking contacts.
+    pub fn linear_field(&self, field: &[f64]) -> Vec<f64> {
+        self.rate(field, 0.0)
+    }
+
     /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
     fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
         let scene = self.scene;

@@ -4,8 +4,8 @@
 //! given parameter (H. B. Keller, "Numerical solution of bifurcation and nonlinear eigenvalue problems", 1977):
 //!
 //! ```text
-//! [ I - P   -b  ] [ dy_0 ]   [ rest ]
-//! [ t_y'    t_p ] [ dp   ] = [ 0    ],   b = d rest / dp
+//! [ I - P   -b  ] [ dy_0 ]   [ defect ]
+//! [ t_y'    t_p ] [ dp   ] = [ 0      ],   b = d defect / dp
 //! ```
 //!
 //! is regular where I - P is not. The tangent solves the same equations with load (0, 1). b is a
@@ -30,13 +30,13 @@ pub struct Sides<'s> {
     pub width: f64,
 }
 
-/// A direction along a branch, of length 1: the admissible state at the section in units of the orbit, and the
-/// parameter in its own.
+/// A direction along a branch; the root of the sum of the squares of all its entries is 1.
 #[derive(Debug, Clone)]
 pub struct Tangent {
-    /// Part of the direction in the admissible coordinates at the section, in units of the size of the orbit, -.
+    /// Change of the entries of (q, q') that may vary at the section, displacements and velocities in units of their largest
+    /// ranges over the orbit, -.
     pub state: Vec<f64>,
-    /// Part of the direction along the parameter, -.
+    /// Change of the parameter, in its unit.
     pub parameter: f64,
 }
 
@@ -47,7 +47,7 @@ pub struct Correction {
     pub orbit: Orbit,
     /// Change of the parameter, in its unit.
     pub parameter: f64,
-    /// Largest relative change.
+    /// Largest change: of states and durations in terms of the orbit, of the parameter in its unit.
     pub size: f64,
 }
 
@@ -82,7 +82,7 @@ impl Orbit {
             above.iter().zip(below).map(|(a, b)| (a - b) / sides.width).collect()
         };
         Ok(Mismatch {
-            rests: above.rests.iter().zip(&below.rests).map(|(a, b)| slope(a, b)).collect(),
+            defects: above.defects.iter().zip(&below.defects).map(|(a, b)| slope(a, b)).collect(),
             delays: slope(&above.delays, &below.delays),
         })
     }
@@ -154,7 +154,7 @@ impl Mismatch {
     fn times(&self, factor: f64) -> Self {
         let scaled = |values: &[f64]| values.iter().map(|x| factor * x).collect();
         Self {
-            rests: self.rests.iter().map(|rest| scaled(rest)).collect(),
+            defects: self.defects.iter().map(|defect| scaled(defect)).collect(),
             delays: scaled(&self.delays),
         }
     }
@@ -162,7 +162,7 @@ impl Mismatch {
     fn plus(&self, other: &Self) -> Self {
         let sum = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + b).collect();
         Self {
-            rests: self.rests.iter().zip(&other.rests).map(|(a, b)| sum(a, b)).collect(),
+            defects: self.defects.iter().zip(&other.defects).map(|(a, b)| sum(a, b)).collect(),
             delays: sum(&self.delays, &other.delays),
         }
     }

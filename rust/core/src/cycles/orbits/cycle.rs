@@ -8,6 +8,7 @@ use crate::cycles::orbits::floquet::Multipliers;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::error::Error;
 use crate::motion::propagators::Propagators;
+use crate::numerics::bracket::Bracket;
 use crate::transient::run_state::Clock;
 use crate::transient::trajectory::{Event, Phase, Trajectory};
 
@@ -15,6 +16,9 @@ use crate::transient::trajectory::{Event, Phase, Trajectory};
 /// them a velocity has changed sign once.
 const PHASE_GRID: usize = 8;
 const PERIOD_GRID: usize = 512;
+
+/// Part of the grid to which the instant of an extreme is found: an error of it leaves its square in the extreme.
+const TURNED: f64 = 1e-8;
 
 /// Part of its terms below which an event function starts a phase at zero.
 const LEAVING: f64 = 1e-10;
@@ -113,7 +117,7 @@ pub struct Extremes {
 /// How close an event function that ends no phase comes to its zero: what would change the sequence.
 #[derive(Debug, Clone, Copy)]
 pub struct Margin {
-    /// Index of the phase in the period.
+    /// Index of the phase in [`Orbit::steps`].
     pub step: usize,
     /// Index of the contact.
     pub contact: usize,
@@ -201,19 +205,14 @@ impl Orbit {
                     extremes.include(dof, at.0[dof]);
                     let turns = before.as_ref().is_some_and(|b| b.1[dof] * at.1[dof] < 0.0);
                     if let (true, Some(before)) = (turns, &before) {
-                        let (v0, v1) = (before.1[dof], at.1[dof]);
-                        let mut time = width * ((i - 1) as f64 + v0 / (v0 - v1));
-                        // An error d of the time leaves one of d^2 in the extreme: two steps are rounding.
-                        for _ in 0..2 {
+                        let bracket =
+                            Bracket { low: width * (i - 1) as f64, high: width * i as f64 };
+                        let velocities = [before.1[dof], at.1[dof]];
+                        let time = bracket.root(velocities, TURNED * width, |time| {
                             let state = flow.end(&step.state, time);
-                            let field = flow.field(&state);
-                            let velocity = dofs(&state).1[dof];
-                            let acceleration = scene.velocities(&field[n..])[dof];
-                            let moved = time - velocity / acceleration;
-                            if (width * (i - 1) as f64..=width * i as f64).contains(&moved) {
-                                time = moved;
-                            }
-                        }
+                            let acceleration = scene.velocities(&flow.field(&state)[n..])[dof];
+                            (dofs(&state).1[dof], acceleration)
+                        });
                         extremes.include(dof, dofs(&flow.end(&step.state, time)).0[dof]);
                     }
                 }
@@ -269,8 +268,12 @@ impl Orbit {
                 let first = usize::from(start_value <= LEAVING * scale);
                 for i in first..count {
                     if slopes[i] < 0.0 && slopes[i + 1] >= 0.0 {
-                        let time = root(width * i as f64, width, (slopes[i], slopes[i + 1]), |t| {
-                            slope(&at(t).1)
+                        let bracket =
+                            Bracket { low: width * i as f64, high: width * (i + 1) as f64 };
+                        let resolution = 4.0 * f64::EPSILON * step.duration;
+                        let time = bracket.root([slopes[i], slopes[i + 1]], resolution, |time| {
+                            let field = at(time).1;
+                            (slope(&field), slope(&flow.linear_field(&field)))
                         });
                         include(value(&at(time).0), time, true);
                     }
@@ -290,30 +293,6 @@ impl Orbit {
         }
         Ok(margins)
     }
-}
-
-/// The zero of a function that rises from negative to not negative over `width`, by false position with
-/// halved weights (M. Dowell, P. Jarratt, BIT 11, 1971).
-fn root(left: f64, width: f64, ends: (f64, f64), function: impl Fn(f64) -> f64) -> f64 {
-    let (mut a, mut b) = (left, left + width);
-    let (mut fa, mut fb) = ends;
-    for _ in 0..60 {
-        if fb == 0.0 {
-            return b;
-        }
-        let c = b - fb * (b - a) / (fb - fa);
-        if (c - b).abs() <= 4.0 * f64::EPSILON * width {
-            return c;
-        }
-        let fc = function(c);
-        if fc * fb < 0.0 {
-            (a, fa) = (b, fb);
-        } else {
-            fa *= 0.5;
-        }
-        (b, fb) = (c, fc);
-    }
-    b
 }
 
 impl Extremes {

@@ -4,7 +4,7 @@
 //! P_k of the return map and the mismatch r_k (see `orbit`). Chained over a period, y_K = y_0 leaves
 //!
 //! ```text
-//! (I - P_{K-1} ... P_0) dy_0 = rest,   rest = sum_k P_{K-1} ... P_{k+1} r_k
+//! (I - P_{K-1} ... P_0) dy_0 = defect,   defect = sum_k P_{K-1} ... P_{k+1} r_k
 //! ```
 //!
 //! in the admissible space at the section.
@@ -52,7 +52,7 @@ pub(crate) struct Shooting {
 #[derive(Debug, Clone)]
 pub(crate) struct Mismatch {
     /// r_k
-    pub rests: Vec<Vec<f64>>,
+    pub defects: Vec<Vec<f64>>,
     /// How much later every event comes than its phase ends, s.
     pub delays: Vec<f64>,
 }
@@ -78,10 +78,10 @@ impl Shooting {
     }
 
     /// What mismatches of the phases sum up to over a period.
-    pub fn rest(&self, mismatch: &Mismatch) -> Vec<f64> {
+    pub fn defect(&self, mismatch: &Mismatch) -> Vec<f64> {
         let zero = vec![0.0; self.scales.size()];
-        self.maps.iter().zip(&mismatch.rests).fold(zero, |sum, (map, rest)| {
-            apply(map, &sum).iter().zip(rest).map(|(a, b)| a + b).collect()
+        self.maps.iter().zip(&mismatch.defects).fold(zero, |sum, (map, defect)| {
+            apply(map, &sum).iter().zip(defect).map(|(a, b)| a + b).collect()
         })
     }
 
@@ -95,8 +95,8 @@ impl Shooting {
     }
 
     pub fn load(&self, mismatch: &Mismatch) -> Vec<f64> {
-        let rest = self.rest(mismatch);
-        self.free.iter().map(|&k| rest[k] / self.scales.unit(k)).collect()
+        let defect = self.defect(mismatch);
+        self.free.iter().map(|&k| defect[k] / self.scales.unit(k)).collect()
     }
 
     /// The whole state of which the entries in the admissible space are given in the units of the orbit.
@@ -126,7 +126,9 @@ impl Shooting {
             .map(|k| {
                 let timing: f64 = self.timings[k].iter().zip(&state).map(|(a, x)| a * x).sum();
                 let mut next = apply(&self.maps[k], &state);
-                next.iter_mut().zip(&mismatch.rests[k]).for_each(|(next, rest)| *next += rest);
+                next.iter_mut()
+                    .zip(&mismatch.defects[k])
+                    .for_each(|(next, defect)| *next += defect);
                 let state = std::mem::replace(&mut state, next);
                 Change { state, delay: timing + mismatch.delays[k] }
             })
@@ -200,7 +202,7 @@ impl Orbit {
         let count = self.steps.len();
         let delays: Vec<f64> =
             pass.linearised.iter().map(|linear| -linear.value / linear.speed).collect();
-        let rests = (0..count)
+        let defects = (0..count)
             .map(|k| {
                 let linear = &pass.linearised[k];
                 let pushed = linear.jump.apply(&linear.field);
@@ -210,7 +212,7 @@ impl Orbit {
                     .collect()
             })
             .collect();
-        Mismatch { rests, delays }
+        Mismatch { defects, delays }
     }
 
     /// Applies the changes of all phases; the largest, relative to the orbit.

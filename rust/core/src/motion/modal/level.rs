@@ -3,7 +3,7 @@
 use num_complex::Complex64;
 
 use crate::motion::panel::REACH;
-use crate::numerics::first_root::COEFFICIENTS;
+use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::phi::{exponential_and_phi, inverse, phi2_bound};
 use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, group};
 
@@ -12,6 +12,8 @@ use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, group};
 pub(super) const LEVELS: usize = 128;
 /// The coefficients from the second power on come in groups.
 pub(super) const TAIL_GROUPS: usize = (COEFFICIENTS - 2) / GROUP;
+/// Powers below this part of the first are left out: their sum is below its rounding.
+const NEGLIGIBLE: f64 = 1e-20;
 const _: () = assert!(TAIL_GROUPS * GROUP == COEFFICIENTS - 2);
 
 /// What depends on the width of a panel alone.
@@ -158,7 +160,7 @@ impl Powers {
         for (g, group) in groups.iter_mut().enumerate() {
             let mut lanes = [Complex64::default(); GROUP];
             for (lane, value) in lanes.iter_mut().enumerate() {
-                if power.l1_norm() > 1e-20 * leading {
+                if power.l1_norm() > NEGLIGIBLE * leading {
                     *value = power;
                 }
                 power *= x * inverse(g * GROUP + lane + 3);

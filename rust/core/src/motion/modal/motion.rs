@@ -37,7 +37,7 @@ pub(super) struct Bounds {
     pub(super) affine: Group,
     pub(super) curvature: Group,
     /// Of what the mode adds to its quadratic part about the middle, rounding included.
-    pub(super) rest: Group,
+    pub(super) beyond: Group,
     /// Of what a mode that has no polynomial adds to its affine part.
     pub(super) fast: Group,
 }
@@ -121,7 +121,7 @@ impl ModalMotion {
         let modes = Modes { z: zero, dz: zero, w: zero };
         self.modes.resize(groups, modes);
         self.middle.resize(groups, modes);
-        let bounds = Bounds { affine: ZEROS, curvature: ZEROS, rest: ZEROS, fast: ZEROS };
+        let bounds = Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, fast: ZEROS };
         self.bounds.resize(groups, bounds);
         self.gains.resize(groups, zero);
         self.phi2.resize(groups, zero);

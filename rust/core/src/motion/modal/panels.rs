@@ -10,7 +10,7 @@ use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::{LEVELS, Level, LevelModes, TAIL_GROUPS};
 use crate::motion::modal::motion::{Bounds, FIRST_LEAP, ModalMotion, Modes, with_groups};
 use crate::motion::panel::Panel;
-use crate::numerics::first_root::DEGREE;
+use crate::numerics::first_root::polynomial::DEGREE;
 use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part};
 
 /// Quiet panels before a leap is tried.
@@ -18,6 +18,9 @@ const QUIET: u32 = 2;
 /// Leaps before a panel is filled all the same, at which a run hears that it is to stop: of a settled motion leaps have no
 /// other end than that of the run.
 const LEAPS: u32 = 1000;
+
+/// An envelope clears a stretch if it stays above this part of its terms, whose sums are rounded by 1e-14 of them.
+const CLEAR: f64 = 1e-12;
 
 /// Panels between two questions whether the fast modes have decayed.
 const PANELS_PER_LEVEL: u32 = 4;
@@ -110,7 +113,7 @@ impl ModalMotion {
             let change = (simd.reduce_sum_f64s(slope) + function.slope) * level.width;
             let reach = simd.reduce_sum_f64s(reach);
             let lowest = offset + simd.reduce_sum_f64s(value) + change.min(0.0) - reach;
-            if !(lowest > 1e-12 * (offset.abs() + simd.reduce_sum_f64s(scale) + reach)) {
+            if !(lowest > CLEAR * (offset.abs() + simd.reduce_sum_f64s(scale) + reach)) {
                 return false;
             }
         }
@@ -164,7 +167,7 @@ impl ModalMotion {
             bounds[g] = Bounds {
                 affine,
                 curvature,
-                rest: simd.mul_add_f64s(of_w, middle_reach, rounded),
+                beyond: simd.mul_add_f64s(of_w, middle_reach, rounded),
                 fast: simd.mul_f64s(of_w, fast_reach),
             };
             middle[g] = modes[g].after(simd, &at[g].half, half);
@@ -176,19 +179,19 @@ impl ModalMotion {
             let offset = constant + slope * self.start;
             let of_offset = offset.abs().max(constant.abs()) + width * slope.abs();
             // Sums over the modes, in the lanes of a group.
-            let (mut value, mut first, mut second, mut rest) = (ZEROS, ZEROS, ZEROS, ZEROS);
+            let (mut value, mut first, mut second, mut beyond) = (ZEROS, ZEROS, ZEROS, ZEROS);
             for g in 0..groups {
                 let weight = weights[g];
                 value = add_real_part(simd, value, weight.of, middle[g].z);
                 first = add_real_part(simd, first, weight.of, middle[g].dz);
                 second = add_real_part(simd, second, weight.of, middle[g].w);
-                rest = simd.mul_add_f64s(weight.magnitude, bounds[g].rest, rest);
+                beyond = simd.mul_add_f64s(weight.magnitude, bounds[g].beyond, beyond);
             }
             let c0 = offset + half * slope + simd.reduce_sum_f64s(value);
             let c1 = (half * (slope + simd.reduce_sum_f64s(first))).abs();
             let c2 = 0.5 * simd.reduce_sum_f64s(second) * half * half;
             let lowest = if c1 < 2.0 * c2 { c0 - 0.25 * c1 * c1 / c2 } else { c0 - c1 + c2 };
-            let excluded = lowest - simd.reduce_sum_f64s(rest) > rounding * of_offset;
+            let excluded = lowest - simd.reduce_sum_f64s(beyond) > rounding * of_offset;
             panel.excluded[index] = excluded;
             if excluded {
                 continue;

@@ -9,6 +9,9 @@ use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
 use crate::numerics::phi::exponential_and_phi;
 use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part, group};
 
+/// Square of the ratio of static to moving part up to which a mode is inverted from its force: three bits are lost.
+const STATIC: f64 = 64.0;
+
 impl ModalMotion {
     /// (q, q') at `offset` after the start of the panel.
     pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
@@ -73,8 +76,8 @@ impl ModalMotion {
         let force = dz - lambda * z;
         // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
         // the static part, is larger than what moves.
-        if force.norm_sqr() <= 64.0 * (lambda * z).norm_sqr()
-            && linear.norm_sqr() <= 64.0 * (lambda * dz).norm_sqr()
+        if force.norm_sqr() <= STATIC * (lambda * z).norm_sqr()
+            && linear.norm_sqr() <= STATIC * (lambda * dz).norm_sqr()
         {
             let inverse = basis.inverse.get(r);
             let dz = ((lambda * offset).exp() * w - linear) * inverse;

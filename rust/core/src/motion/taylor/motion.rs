@@ -12,7 +12,7 @@ use crate::motion::panel::Panel;
 use crate::motion::taylor::dense_rows::{DenseRows, Order};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
-use crate::numerics::first_root::{COEFFICIENTS, DEGREE};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 
 /// What the series may leave out, relative to the state.
@@ -219,7 +219,7 @@ impl TaylorMotion {
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
         self.measure();
-        let [first, second, rest] = &self.sizes;
+        let [first, second, others] = &self.sizes;
         let sum = |functional: &Functional, [of_q, of_u]: &[Vec<f64>; 2]| -> f64 {
             let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
                 terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
@@ -229,7 +229,7 @@ impl TaylorMotion {
         self.open.clear();
         for (index, function) in functions.iter().enumerate() {
             let functional = &function.functional;
-            let (higher, linear) = (sum(functional, rest), sum(functional, second));
+            let (higher, linear) = (sum(functional, others), sum(functional, second));
             let [at_origin, size] = self.constants[index];
             let constant = size + sum(functional, first);
             let curvature = rounding * higher + tail * operator.function_norms[index];

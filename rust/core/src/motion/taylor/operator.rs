@@ -8,7 +8,7 @@ use crate::contact::event_function::EventFunction;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::taylor::dense_rows::DenseRows;
-use crate::numerics::first_root::COEFFICIENTS;
+use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;

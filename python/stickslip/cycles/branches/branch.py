@@ -13,6 +13,7 @@ from stickslip.locus.asked import SceneAt, along
 from stickslip.locus.units import parameter_units
 from stickslip.scene.checks import described
 from stickslip.scene.family import Model
+from stickslip.show.summary import Summary
 
 #: Halvings of a step along a branch before it counts as ended.
 HALVINGS = 10
@@ -79,6 +80,11 @@ class Branch(Diagram):
 
     folds: tuple[BranchPoint, ...]
     end: Literal["range", "points", "sequence", "lost"]
+
+    def summary(self) -> Summary:
+        """Return how many orbits there are, how the branch ends, and a table of the orbits."""
+        told = super().summary()
+        return Summary([*told.facts, ("folds", str(len(self.folds))), ("end", self.end)], told.tables)
 
     def __repr__(self) -> str:
         found = sum(cycle is not None for cycle in self.cycles)

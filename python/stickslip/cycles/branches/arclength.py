@@ -11,7 +11,7 @@ import scipy.optimize
 
 from stickslip import _core
 from stickslip.cycles.bifurcation import table
-from stickslip.cycles.branch import Branch, BranchPoint, Placed, checked_cycle
+from stickslip.cycles.branches.branch import Branch, BranchPoint, Placed, checked_cycle
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import SceneAt, between

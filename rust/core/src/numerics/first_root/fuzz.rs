@@ -8,7 +8,8 @@
 
 use proptest::prelude::*;
 
-use crate::numerics::first_root::{COEFFICIENTS, FirstRoot, ROW, Touch, Verdict};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
+use crate::numerics::first_root::search::{FirstRoot, Touch, Verdict};
 use crate::numerics::simd::VectorUnit;
 
 /// The bound of the polynomials' errors, of polynomials of order one.

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
-from stickslip.cycles.arclength import fold_near
-from stickslip.cycles.branch import BranchPoint, Kind, Placed, checked_cycle, continued
+from stickslip.cycles.branches.arclength import fold_near
+from stickslip.cycles.branches.branch import BranchPoint, Kind, Placed, checked_cycle, continued
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import OrbitError
 from stickslip.locus.asked import SceneAt, between
