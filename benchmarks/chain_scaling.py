@@ -22,11 +22,10 @@ from batch_throughput import peak
 
 import stickslip as ss
 from report import Report, machine, versions
-from stickslip.scene.models import Link, Subsystem, chain
 
 #: The published subsystems and the springs between and before them.
 SUBSYSTEMS = (
-    Subsystem(
+    ss.models.Subsystem(
         upper_mass=0.3,
         contact_mass=0.3,
         inclination=0.3,
@@ -35,7 +34,7 @@ SUBSYSTEMS = (
         ceiling_stiffness=6e4,
         preload_displacement=1e-3,
     ),
-    Subsystem(
+    ss.models.Subsystem(
         upper_mass=0.7,
         contact_mass=0.7,
         inclination=0.75,
@@ -45,7 +44,7 @@ SUBSYSTEMS = (
         preload_displacement=1e-3,
     ),
 )
-LINK = Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)
+LINK = ss.models.Link(horizontal_stiffness=1.5e6, vertical_stiffness=2.4e5)
 WALL = 1.8e6
 #: Subsystems of the chain whose motion the others start from, and from when on it is on its cycle, s.
 TILE, SETTLED = 10, (0.5, 1.0)
@@ -63,7 +62,7 @@ def scene_of(count: int) -> ss.Scene:
     """Return a chain of `count` subsystems."""
     parts = [SUBSYSTEMS[i % 2] for i in range(count)]
     links = [LINK] * (count - 1)
-    return chain(parts, links, wall_stiffness=WALL, friction=1.5, slider_speed=0.025)
+    return ss.models.chain(parts, links, wall_stiffness=WALL, friction=1.5, slider_speed=0.025)
 
 
 def settled() -> ss.Trajectory:

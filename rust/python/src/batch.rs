@@ -46,7 +46,7 @@ impl Batch {
                 time_limit,
                 accumulation_tolerance,
                 stop_at_grazing: stops_at_grazing(py, on_grazing)?,
-                cancel: None,
+                ..core::Controls::default()
             },
         };
         let batch = core::transient::Batch::new(settings, threads)

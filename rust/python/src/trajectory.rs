@@ -62,6 +62,7 @@ impl Trajectory {
             accumulation_tolerance,
             stop_at_grazing,
             cancel: Some(&cancel),
+            ..core::Controls::default()
         };
         let propagators = &scene.propagators;
         let run = detached(py, || core::simulate(propagators, &start, duration, method, controls))?

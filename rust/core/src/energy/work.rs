@@ -103,8 +103,8 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
         }
         walk.follow(phase, from, to);
         // A reset of the position at an impact is part of what the constant forces work.
-        let reached =
-            if phase < last { trajectory.phase_state(phase + 1).0 } else { &walk.cursor.q };
+        let next = (phase < last).then(|| trajectory.phase_state(phase + 1));
+        let reached = next.as_ref().map_or(&walk.cursor.q[..], |next| next.parts().0);
         let external = dot_change(&walk.force, reached, &begun.0);
         let circulatory = walk.circulatory(reached, &begun.0);
         walk.works.phases.push(PhaseWork {
@@ -255,7 +255,7 @@ impl<'a> Walk<'a> {
                 // Where mass couples contacts, what one loses the others feel: the jump tells.
                 EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
                 EventKind::Accumulation => {
-                    let rest = trajectory.phase_state(phase - 1).1
+                    let rest = trajectory.phase_state(phase - 1).parts().1
                         [self.scene.contacts[event.contact].normal];
                     self.works.impacts.push(ImpactWork {
                         time: event.time,
@@ -272,7 +272,8 @@ impl<'a> Walk<'a> {
             return;
         }
         let time = trajectory.phases[phase].start;
-        let (before, after) = (&self.cursor.u, trajectory.phase_state(phase).1);
+        let state = trajectory.phase_state(phase);
+        let (before, (position, after)) = (&self.cursor.u, state.parts());
         let jump: Vec<f64> = after.iter().zip(before).map(|(b, a)| b - a).collect();
         for (contact, law) in self.scene.contacts.iter().enumerate() {
             let impulse = |row: usize| self.scene.mass.row_dot(row, &jump);
@@ -282,7 +283,7 @@ impl<'a> Walk<'a> {
                 if !self.scene.contacts_coupled() {
                     return 0.0;
                 }
-                let (q0, q1) = (&self.cursor.q, trajectory.phase_state(phase).0);
+                let (q0, q1) = (&self.cursor.q, position);
                 let middle: Vec<f64> = q0.iter().zip(q1).map(|(a, b)| 0.5 * (a + b)).collect();
                 (self.scene.force[row] - self.scene.stiffness.row_dot(row, &middle))
                     * (q1[row] - q0[row])

@@ -30,7 +30,11 @@ pub(crate) fn apply(matrix: &DMatrix<f64>, x: &[f64]) -> Vec<f64> {
 
 /// The entry of largest modulus of every row.
 fn row_sizes(matrix: &DMatrix<f64>) -> DVector<f64> {
-    DVector::from_iterator(matrix.nrows(), matrix.row_iter().map(|row| row.amax()))
+    let mut sizes = DVector::zeros(matrix.nrows());
+    for column in matrix.column_iter() {
+        sizes.zip_apply(&column, |size: &mut f64, entry: f64| *size = size.max(entry.abs()));
+    }
+    sizes
 }
 
 pub(crate) fn is_diagonal(matrix: &DMatrix<f64>) -> bool {
@@ -153,9 +157,9 @@ fn equilibrated(mut matrix: DMatrix<f64>, lost: f64) -> Option<(LU<f64, Dyn, Dyn
     let sizes = row_sizes(&matrix);
     matrix.column_iter_mut().for_each(|mut column| column.component_div_assign(&sizes));
     let factors = matrix.lu();
-    let pivots = factors.lu_internal().diagonal();
+    let pivot = |k: usize| factors.lu_internal()[(k, k)];
     // NaN, from a row of zeros, is lost as well.
-    pivots.iter().all(|pivot| pivot.abs() > lost).then_some((factors, sizes))
+    (0..sizes.len()).all(|k| pivot(k).abs() > lost).then_some((factors, sizes))
 }
 
 /// Pivots of equilibrated rows up to which a matrix is singular to rounding.

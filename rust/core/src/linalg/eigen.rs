@@ -196,19 +196,26 @@ fn small_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
 
 /// Eigenvalues alone of a real matrix, both of each conjugate pair; NaN where the iteration failed.
 pub(crate) fn values(mut matrix: DMatrix<f64>) -> Vec<Complex64> {
+    let mut values = Vec::new();
+    values_into(&mut matrix, &mut values);
+    values
+}
+
+/// [`values`] of a matrix that may be overwritten, in place of those known before.
+pub(crate) fn values_into(matrix: &mut DMatrix<f64>, values: &mut Vec<Complex64>) {
     let n = matrix.nrows();
-    balance(&mut matrix);
+    balance(matrix);
     if n > SMALL {
-        return large_values(&matrix);
+        *values = large_values(matrix);
+        return;
     }
-    let mut values = vec![Complex64::default(); n];
+    values.resize(n, Complex64::default());
     // Row by row, as it is reduced.
     matrix.transpose_mut();
     schur::hessenberg(n, matrix.as_mut_slice(), None);
-    if !schur::francis(n, matrix.as_mut_slice(), None, &mut values) {
+    if !schur::francis(n, matrix.as_mut_slice(), None, values) {
         values.fill(f64::NAN.into());
     }
-    values
 }
 
 fn large_values(matrix: &DMatrix<f64>) -> Vec<Complex64> {

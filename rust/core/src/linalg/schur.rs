@@ -4,9 +4,10 @@
 //! section 7.5), on matrices as row-major slices of `n * n`.
 //!
 //! It is here beside those of the libraries for two reasons. faer's spends more on its set-up than a matrix of a dozen
-//! rows costs altogether, and sweeps and studies solve millions of those. nalgebra's takes longer (6 rows: 3.0 to 2.2 us, 8:
-//! 5.2 to 3.8, 12: 12 to 10), and it has no exceptional shifts: on 2 % of companion matrices of four rows with small
-//! integers it never converges, where this one always does. `cargo bench --bench small_schur` measures both.
+//! rows costs altogether, and sweeps and studies solve millions of those. nalgebra's takes about half as long again (4 rows:
+//! 1.41 to 0.90 us, 6 rows: 3.29 to 2.25 us), and it has no exceptional shifts: of 1000 companion matrices with integers up
+//! to 2 it never converges on 23 of four rows, 11 of six and 7 of eight, where this one always does.
+//! `cargo bench --bench small_schur` measures both.
 
 use std::ops::Range;
 
@@ -302,7 +303,8 @@ fn sweep(
         let (v1, v2) = (r / p, s / p);
         let (u, v) = ([u0, u1, u2], [1.0, v1, v2]);
         reflect_rows(n, &mut h[k * n..], k..row_end, three, u, v);
-        let reflect_columns = |row: &mut [f64]| {
+        let bottom = last.min(k + 3);
+        for row in h[column_start * n..(bottom + 1) * n].chunks_exact_mut(n) {
             if three && let Some([a, b, c]) = row.get_mut(k..k + 3) {
                 let sum = u0 * *a + u1 * *b + u2 * *c;
                 *a -= sum;
@@ -313,9 +315,7 @@ fn sweep(
                 *a -= sum;
                 *b -= sum * v1;
             }
-        };
-        let bottom = last.min(k + 3);
-        h.chunks_exact_mut(n).take(bottom + 1).skip(column_start).for_each(reflect_columns);
+        }
         if let Some(q) = q.as_deref_mut() {
             reflect_rows(n, &mut q[k * n..], 0..n, three, v, u);
         }

@@ -199,11 +199,23 @@ impl SparseMatrix {
         sum
     }
 
+    /// Whether a row is that of the identity.
+    fn is_unit(&self, row: usize) -> bool {
+        self.row(row).eq([(row, 1.0)])
+    }
+
     /// `self other`
     pub(crate) fn product(&self, other: &Self) -> Self {
         let mut sums = vec![0.0; self.size];
         let mut touched = Vec::new();
         Self::from_rows(self.size, |row, entries| {
+            // A change of basis leaves most rows as they are.
+            if self.is_unit(row) {
+                return entries.extend(other.row(row));
+            }
+            if self.row(row).all(|(k, _)| other.is_unit(k)) {
+                return entries.extend(self.row(row));
+            }
             for (k, factor) in self.row(row) {
                 for (column, value) in other.row(k) {
                     sums[column] += factor * value;

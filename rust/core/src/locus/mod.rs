@@ -9,7 +9,7 @@ pub(crate) mod series;
 pub(crate) mod sweep;
 pub(crate) mod watched_path;
 
-pub use critical::hopf::{HopfSearch, hopf_points};
+pub use critical::hopf::{HopfSearch, first_hopf_point, hopf_points};
 pub use critical::point::{CriticalKind, CriticalPoint};
 pub use critical::search::{CriticalSearch, critical_points};
 pub use parameter_path::{Path, PathDamping, Piece};

@@ -51,12 +51,16 @@ impl Growth {
     }
 
     /// Of all eigenvalues; None where a real part is doubtful.
-    fn of_values(values: impl Iterator<Item = Complex64> + Clone) -> Option<Self> {
-        let largest = values.clone().map(|lambda| lambda.norm()).fold(0.0, f64::max);
+    fn of_values(values: &[Complex64]) -> Option<Self> {
+        let largest = values.iter().map(Complex64::norm_sqr).fold(0.0, f64::max).sqrt();
         let mut growth = Self::NONE;
-        for lambda in values {
-            let doubt = DOUBTFUL * lambda.norm() + NOISE * largest;
-            if lambda.re != 0.0 && lambda.re.abs() <= doubt {
+        for &lambda in values {
+            // No doubt is larger than that of the largest value: most moduli are not needed.
+            let part = lambda.re.abs();
+            if part != 0.0
+                && part <= (DOUBTFUL + NOISE) * largest
+                && part <= DOUBTFUL * lambda.norm() + NOISE * largest
+            {
                 return None;
             }
             growth.include(lambda);
@@ -92,7 +96,21 @@ impl Growth {
 #[derive(Debug, Default)]
 pub(crate) struct ChainMatrices {
     full: DMatrix<f64>,
+    reduced: DMatrix<f64>,
+    rows: Vec<SlidingRows>,
     position: Vec<f64>,
+    kappas: Vec<Complex64>,
+    lambdas: Vec<Complex64>,
+}
+
+/// What the rows of one sliding subsystem are divided by, and how much of the normal one is merged.
+#[derive(Debug)]
+struct SlidingRows {
+    /// 1 over the upper and the contact mass, 1/kg.
+    upper: f64,
+    contact: f64,
+    /// T / N
+    friction: f64,
 }
 
 /// The verdict on a chain with `C = beta K` whose contacts all slide, and their normal forces in equilibrium, NaN where
@@ -107,9 +125,9 @@ pub(crate) fn chain_growth(
 ) -> (Growth, Vec<f64>) {
     let count = subsystems.len();
     let (size, m) = (DOFS * count, (DOFS - 1) * count);
-    let ChainMatrices { full, position } = matrices;
+    let ChainMatrices { full, reduced, rows, position, kappas, lambdas } = matrices;
     if full.nrows() != size {
-        *full = DMatrix::zeros(size, size);
+        (*full, *reduced) = (DMatrix::zeros(size, size), DMatrix::zeros(m, m));
     }
     full.fill(0.0);
     springs(subsystems, links, wall_stiffness, |k, weights| {
@@ -119,22 +137,26 @@ pub(crate) fn chain_growth(
             }
         }
     });
+    // Row i of the sliding chain is that of its coordinate, with that of the normal coordinate merged into it by friction,
+    // over its mass. Not mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
+    rows.clear();
     position.clear();
-    // Row i of the sliding chain, how much of that of the normal coordinate is merged into it, and 1 over its mass. Not
-    // mass-normalised symmetrically but by rows: the eigenvalues are the same, and balancing follows.
+    for (part, Subsystem { upper_mass, contact_mass, .. }) in subsystems.iter().enumerate() {
+        let (upper, contact) = (1.0 / upper_mass, 1.0 / contact_mass);
+        rows.push(SlidingRows { upper, contact, friction: friction(part) });
+        position.extend([0.0, subsystems[part].load() * upper, 0.0]);
+    }
     let place = |i: usize| DOFS * (i / 3) + i % 3;
     let normal = |part: usize| DOFS * part + 3;
-    let mut reduced = DMatrix::zeros(m, m);
-    for i in 0..m {
-        let (part, role) = (i / 3, i % 3);
-        let friction = if role == 2 { friction(part) } else { 0.0 };
-        let Subsystem { upper_mass, contact_mass, .. } = subsystems[part];
-        let inverse_mass = 1.0 / if role == 2 { contact_mass } else { upper_mass };
-        for j in 0..m {
-            let merged = full[(place(i), place(j))] - friction * full[(normal(part), place(j))];
-            reduced[(i, j)] = merged * inverse_mass;
+    for j in 0..m {
+        let column = full.column(place(j));
+        let parts = column.as_slice().chunks_exact(DOFS).zip(&*rows);
+        let mut merged = reduced.column_mut(j);
+        for (entries, (whole, row)) in merged.as_mut_slice().chunks_exact_mut(3).zip(parts) {
+            entries[0] = whole[0] * row.upper;
+            entries[1] = whole[1] * row.upper;
+            entries[2] = (whole[2] - row.friction * whole[3]) * row.contact;
         }
-        position.push(if role == 1 { subsystems[part].load() * inverse_mass } else { 0.0 });
     }
     let solution = regular_solution(reduced.clone(), position);
     let normal_force = |part: usize| {
@@ -143,8 +165,9 @@ pub(crate) fn chain_growth(
             .map_or(f64::NAN, |q| (0..m).map(|j| full[(normal(part), place(j))] * q[j]).sum())
     };
     let normal_forces = (0..count).map(normal_force).collect();
-    let values = eigen::values(reduced);
-    let growth = Growth::of_values(proportional_values(&values, 0.0, beta)).unwrap_or_else(|| {
+    eigen::values_into(reduced, kappas);
+    proportional_values(kappas, 0.0, beta, lambdas);
+    let growth = Growth::of_values(lambdas).unwrap_or_else(|| {
         let mass = |i: usize| {
             let Subsystem { upper_mass, contact_mass, .. } = subsystems[i / 3];
             if i % 3 == 2 { contact_mass } else { upper_mass }
@@ -169,32 +192,30 @@ pub(crate) fn chain_growth(
     (growth, normal_forces)
 }
 
-fn proportional_values(
-    kappas: &[Complex64],
-    alpha: f64,
-    beta: f64,
-) -> impl Iterator<Item = Complex64> + Clone {
-    kappas.iter().flat_map(move |&kappa| {
+/// The eigenvalues that belong to those of the mass-normalised stiffness.
+fn proportional_values(kappas: &[Complex64], alpha: f64, beta: f64, lambdas: &mut Vec<Complex64>) {
+    lambdas.clear();
+    lambdas.extend(kappas.iter().flat_map(|&kappa| {
         let (larger, smaller) = roots_of_mode(kappa, beta * kappa + alpha);
         [larger, smaller]
-    })
+    }));
 }
 
 pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
     let factor = MassFactor::new(pencil)?;
     let stiffness = factor.normalised(&pencil.stiffness.to_dense());
-    let growth = match &pencil.damping {
+    let lambdas = match &pencil.damping {
         &Damping::Proportional { alpha, beta } => {
-            let values = eigen::values(stiffness);
-            Growth::of_values(proportional_values(&values, alpha, beta))
+            let mut lambdas = Vec::new();
+            proportional_values(&eigen::values(stiffness), alpha, beta, &mut lambdas);
+            lambdas
         }
         Damping::General(rows) => {
             let damping = factor.normalised(&rows.to_dense());
-            let values = eigen::values(state_matrix(&stiffness, &damping));
-            Growth::of_values(values.into_iter())
+            eigen::values(state_matrix(&stiffness, &damping))
         }
     };
-    let growth = growth.map_or_else(|| Growth::of_modes(pencil), Ok)?;
+    let growth = Growth::of_values(&lambdas).map_or_else(|| Growth::of_modes(pencil), Ok)?;
     if growth.eigenvalue.re.is_nan() {
         return Err(Error::Eigenvalues {
             combination: pencil.combination.to_string(),

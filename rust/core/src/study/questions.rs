@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use crate::error::{Cancel, Error, RunFailure};
-use crate::locus::critical::hopf::hopf_points;
+use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
 use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::Modes;
@@ -251,14 +251,17 @@ fn hopf_point(
     let HopfRange { contacts, lower, upper } = range;
     let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
     let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
+    let mut lost = None;
     let eigenproblems = AtomicUsize::new(0);
-    let found =
-        hopf_points(WatchedPath { path: &path, cancel: None, eigenproblems: &eigenproblems })?;
-    let mut destabilising = found.points.iter().filter(|point| point.slope > 0.0).peekable();
-    let lost = destabilising.peek().map(|point| point.value);
-    let first = destabilising
-        .find(|point| combination.is_some() || path.steady_at(point.value).exists)
-        .map(|point| (point.value, point.eigenvalue.norm()));
+    let watched = WatchedPath { path: &path, cancel: None, eigenproblems: &eigenproblems };
+    let first = first_hopf_point(watched, |point| {
+        let destabilising = point.slope > 0.0;
+        if destabilising {
+            lost.get_or_insert(point.value);
+        }
+        destabilising && (combination.is_some() || path.steady_at(point.value).exists)
+    })?;
+    let first = first.map(|point| (point.value, point.eigenvalue.norm()));
     match (first, lost) {
         (None, Some(value)) => Err(Failure {
             kind: FailureKind::NoEquilibrium,

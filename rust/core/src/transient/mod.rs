@@ -2,6 +2,7 @@
 
 pub(crate) mod batch;
 pub(crate) mod event_search;
+pub(crate) mod kept_states;
 pub(crate) mod partitioned;
 pub(crate) mod record;
 pub(crate) mod run;

@@ -41,10 +41,12 @@ pub(crate) fn simulate(
     method: Method,
     controls: Controls<'_>,
 ) -> Result<Trajectory, Error> {
+    // The whole motion, which keeps all states, is put together from those of its parts.
+    let part_controls = Controls { kept_numbers: Some(usize::MAX), ..controls };
     let mut parts = Vec::with_capacity(propagators.parts().len());
     for Part { block, propagators } in propagators.parts() {
         let state = (block.gather(q), block.gather(u));
-        let mut run = Run::new(propagators, state, duration, method, controls);
+        let mut run = Run::new(propagators, state, duration, method, part_controls);
         let progress = run.begin(&block.statuses(combination))?;
         parts.push(PartRun { block, run, progress, stopped: None });
     }
@@ -147,7 +149,7 @@ fn put_together(
     let mut whole = Trajectory::new(propagators);
     whole.end = end;
     whole.phases.reserve_exact(instants.len());
-    whole.states.reserve_exact(2 * scene.size * instants.len());
+    whole.states.reserve(instants.len());
     let mut cursors: Vec<Cursor<'_>> = blocks.iter().map(|(_, run)| Cursor::new(run)).collect();
     let mut current = vec![0; blocks.len()];
     let mut statuses = vec![Status::Detached; scene.contacts.len()];
@@ -178,8 +180,7 @@ fn put_together(
             Arc::new(propagators.of_parts(combination, bases.cloned()))
         };
         whole.phases.push(Phase { start: time, rest, basis });
-        whole.states.extend_from_slice(&q);
-        whole.states.extend_from_slice(&u);
+        whole.states.push(&q, &u, &[]);
         let mut events: Vec<(Event, Option<Accumulation>)> = Vec::new();
         for &(b, index) in &begun {
             let (block, run) = &blocks[b];
@@ -227,7 +228,7 @@ fn stop_after(run: &mut Trajectory, most: usize) {
         },
     };
     run.phases.truncate(last + 1);
-    run.states.truncate(2 * run.scene().size * (last + 1));
+    run.states.truncate(last + 1);
     run.events.truncate(run.events.partition_point(|event| event.phase <= last));
     run.end = run.phases[last].start;
     run.grazings.retain(|touch| touch.time <= run.end);

@@ -11,6 +11,7 @@ use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
+use crate::transient::kept_states::KeptStates;
 use crate::transient::trajectory::{
     Accumulation, Counters, Event, Grazing, Phase, StopReason, Trajectory,
 };
@@ -173,7 +174,7 @@ impl Trajectory {
             phase_basis,
             phase_start: self.phases.iter().map(|phase| phase.start).collect(),
             phase_rest: self.phases.iter().map(|phase| phase.rest).collect(),
-            states: self.states.clone(),
+            states: (0..self.phases.len()).flat_map(|k| self.phase_state(k).to_vec()).collect(),
             event_time: self.events.iter().map(|event| event.time).collect(),
             event_contact: self.events.iter().map(|event| event.contact).collect(),
             event_kind: self.events.iter().map(|event| event.kind).collect(),
@@ -218,7 +219,8 @@ impl Trajectory {
         Ok(Self {
             propagators: Arc::clone(propagators),
             phases,
-            states: record.states,
+            states: KeptStates::all(scene.size, record.states),
+            repetition: None,
             events,
             grazings: record.grazings,
             accumulations: record.accumulations,

@@ -14,10 +14,14 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::{AT_ONCE, Cost, Novelty, Rental};
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 use crate::transient::event_search::{PhaseEnd, PhaseSearch};
+use crate::transient::kept_states::{KEPT, KeptStates};
 use crate::transient::run_state::{Clock, Controls, RunState};
-use crate::transient::trajectory::{Accumulation, Event, Phase, StopReason, Trajectory};
+use crate::transient::trajectory::{
+    Accumulation, Event, Phase, Repetition, StopReason, Trajectory,
+};
 
 /// Impacts of one contact over which the ratio of a series is measured, twice.
 const ROUND: usize = 4;
@@ -68,6 +72,15 @@ impl<'a> Run<'a> {
         method: Method,
         controls: Controls<'a>,
     ) -> Self {
+        let Scene { size, contacts, .. } = &*propagators.scene;
+        let kept = controls.kept_numbers.unwrap_or(KEPT);
+        let mut trajectory = Trajectory::new(propagators);
+        trajectory.states = KeptStates::new(*size, contacts.len(), kept);
+        trajectory.repetition = Some(Repetition {
+            duration,
+            accumulation_tolerance: controls.accumulation_tolerance,
+            again: Run::again,
+        });
         Self {
             state: RunState {
                 scene: &propagators.scene,
@@ -77,7 +90,7 @@ impl<'a> Run<'a> {
                 time: Clock::default(),
                 q,
                 u,
-                trajectory: Trajectory::new(propagators),
+                trajectory,
             },
             propagators,
             method,
@@ -119,8 +132,7 @@ impl<'a> Run<'a> {
             rest: self.state.time.rest,
             basis: Arc::clone(basis),
         });
-        self.state.trajectory.states.extend_from_slice(&self.state.q);
-        self.state.trajectory.states.extend_from_slice(&self.state.u);
+        self.state.trajectory.states.push(&self.state.q, &self.state.u, &settlement.departures);
         self.state.trajectory.end = self.state.time.seconds;
         if self
             .state
@@ -174,19 +186,7 @@ impl<'a> Run<'a> {
             let contact = search.triggers[0].0;
             return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
         }
-        let series = match self.state.scene.contacts_coupled() {
-            true => self.series(search),
-            false => Series::default(),
-        };
-        let settled = settle(
-            self.state.scene,
-            self.state.time.seconds,
-            &search.triggers,
-            settlement,
-            &series,
-            &mut self.state.q,
-            &mut self.state.u,
-        );
+        let (series, settled) = self.settle(search, settlement);
         if let Err(failure) = settled {
             return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
         }
@@ -211,6 +211,68 @@ impl<'a> Run<'a> {
         );
         motion.restart(basis, &self.state.q, &self.state.u);
         Ok(None)
+    }
+
+    /// State, statuses and departures after the event that a phase has come to.
+    fn settle(
+        &mut self,
+        search: &PhaseSearch,
+        settlement: &mut Settlement,
+    ) -> (Series, Result<(), RunFailure>) {
+        let series = match self.state.scene.contacts_coupled() {
+            true => self.series(search),
+            false => Series::default(),
+        };
+        let RunState { scene, time, q, u, .. } = &mut self.state;
+        let settled = settle(scene, time.seconds, &search.triggers, settlement, &series, q, u);
+        (series, settled)
+    }
+
+    /// The states at the starts of some phases of a motion, the first of which is kept: once more what the run did.
+    fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -> Vec<f64> {
+        let Repetition { duration, accumulation_tolerance, .. } = run;
+        let controls = Controls { accumulation_tolerance, ..Controls::default() };
+        let start = trajectory.phase_state(first);
+        let (q, u) = start.parts();
+        let mut run = Run::new(
+            &trajectory.propagators,
+            (q.to_vec(), u.to_vec()),
+            duration,
+            Method::Auto,
+            controls,
+        );
+        let Phase { start, rest, basis } = &trajectory.phases[first];
+        run.state.time = Clock { seconds: *start, rest: *rest };
+        // A series of impacts over several contacts is judged by those before.
+        let past = trajectory.events.partition_point(|event| event.phase <= first);
+        let seen = past.saturating_sub(SEEN * run.state.scene.contacts.len());
+        run.state.trajectory.events.extend_from_slice(&trajectory.events[seen..past]);
+        let mut settlement = Settlement {
+            statuses: basis.combination.statuses().to_vec(),
+            departures: trajectory.states.departures(first).to_vec(),
+            events: Vec::new(),
+            rest: None,
+        };
+        let mut motion = Motion::new(run.state.scene, basis, &run.state.q, &run.state.u);
+        let mut search = PhaseSearch::default();
+        let mut states = [&run.state.q[..], &run.state.u].concat();
+        for phase in first + 1..first + count {
+            let departing = settlement.departures.iter().any(|&d| d != Departure::None);
+            let departures = departing.then_some(&settlement.departures[..]);
+            let basis = &trajectory.phases[phase - 1].basis;
+            let end = search.follow(&mut run.state, &mut motion, basis, departures, usize::MAX);
+            let PhaseEnd::Event { after } = end else {
+                unreachable!("what ended by an event does so again")
+            };
+            run.state.time = run.state.time.after(after);
+            let (_, settled) = run.settle(&search, &mut settlement);
+            debug_assert!(settled.is_ok());
+            run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
+            motion.restart(&trajectory.phases[phase].basis, &run.state.q, &run.state.u);
+            states.extend_from_slice(&run.state.q);
+            states.extend_from_slice(&run.state.u);
+        }
+        states
     }
 
     /// Ends the motion just before the event in progress, which no phase can follow.

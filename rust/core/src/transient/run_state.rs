@@ -18,6 +18,9 @@ pub struct Controls<'a> {
     pub accumulation_tolerance: f64,
     /// Stop at the first touch that rounding can't decide, instead of keeping the status.
     pub stop_at_grazing: bool,
+    /// Numbers of states that the motion keeps, 2n per event; between the states for which there is no room the run is
+    /// repeated when they are asked for. None: 256 MB of them.
+    pub kept_numbers: Option<usize>,
     /// Asked every few dozen panels.
     pub cancel: Option<&'a Cancel>,
 }

@@ -16,6 +16,7 @@ use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
+use crate::transient::kept_states::{KeptStates, PhaseState};
 
 /// One event; the combination is that after everything that happened at the instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -135,13 +136,26 @@ pub(crate) struct Phase {
     pub basis: Arc<CombinationBasis>,
 }
 
+/// What a run needs to be repeated from one of its states.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Repetition {
+    /// Of the whole run, s.
+    pub duration: f64,
+    /// See [`crate::transient::run_state::Controls`], s.
+    pub accumulation_tolerance: f64,
+    /// The states of some phases, from the first of them on, whose state is kept.
+    pub again: fn(&Trajectory, Repetition, usize, usize) -> Vec<f64>,
+}
+
 /// The motion from 0 to `end`.
 #[derive(Debug)]
 pub struct Trajectory {
     pub(crate) propagators: Arc<Propagators>,
     pub(crate) phases: Vec<Phase>,
-    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
-    pub(crate) states: Vec<f64>,
+    /// (q, q') at the start of the phases.
+    pub(crate) states: KeptStates,
+    /// How the run is repeated between kept states.
+    pub(crate) repetition: Option<Repetition>,
     /// All events, in order of time.
     pub events: Vec<Event>,
     /// Touches that rounding could not decide, in order of time.
@@ -180,7 +194,8 @@ impl Trajectory {
         Self {
             propagators: Arc::clone(propagators),
             phases: Vec::new(),
-            states: Vec::new(),
+            states: KeptStates::new(propagators.scene.size, 0, usize::MAX),
+            repetition: None,
             events: Vec::new(),
             grazings: Vec::new(),
             accumulations: Vec::new(),
@@ -208,9 +223,16 @@ impl Trajectory {
         distinct.map(|basis| &basis.combination).collect::<HashSet<_>>().len()
     }
 
-    pub(crate) fn phase_state(&self, phase: usize) -> (&[f64], &[f64]) {
-        let n = self.scene().size;
-        self.states[2 * n * phase..2 * n * (phase + 1)].split_at(n)
+    /// (q, q') at the start of a phase, contact coordinates.
+    pub(crate) fn phase_state(&self, phase: usize) -> PhaseState<'_> {
+        self.states.state(phase, |first, count| {
+            self.repetition.map_or_else(Vec::new, |run| (run.again)(self, run, first, count))
+        })
+    }
+
+    /// Bytes taken by the states that are kept; those between are run again when they are asked for.
+    pub fn kept_bytes(&self) -> usize {
+        self.states.bytes()
     }
 
     /// The events at the start of a phase.
@@ -221,7 +243,8 @@ impl Trajectory {
 
     /// (position, velocity) over dofs just after an event.
     pub fn event_state(&self, event: &Event) -> (Vec<f64>, Vec<f64>) {
-        let (q, u) = self.phase_state(event.phase);
+        let state = self.phase_state(event.phase);
+        let (q, u) = state.parts();
         (self.scene().positions(q), self.scene().velocities(u))
     }
 
@@ -395,7 +418,8 @@ impl<'a> Cursor<'a> {
     /// Brings q and q' to a time counted from the start of a phase, which may lie at its very end.
     pub fn seek_local(&mut self, phase: usize, local: f64) {
         let trajectory = self.trajectory;
-        let (q, u) = trajectory.phase_state(phase);
+        let state = trajectory.phase_state(phase);
+        let (q, u) = state.parts();
         let usable = phase == self.in_motion
             && self.motion.as_ref().is_some_and(|motion| motion.start() <= local);
         // Coordinates held at zero are not written by the motion.

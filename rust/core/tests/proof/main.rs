@@ -2,6 +2,7 @@
 
 mod damaged_records;
 mod invariants;
+mod kept_states;
 mod models;
 mod saltation;
 mod stick_slip_oscillator;

@@ -78,7 +78,10 @@ impl Neighbour {
     pub fn new(run: &Trajectory) -> Self {
         let size = 2 * run.scene().size;
         Self {
-            scales: Scales::of(run.scene().size, run.states.chunks_exact(size)),
+            scales: Scales::of(
+                run.scene().size,
+                (0..run.phases.len()).map(|phase| run.phase_state(phase)),
+            ),
             // Any direction has a part along the one that grows most.
             apart: (0..size).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect(),
             time: 0.0,
@@ -106,7 +109,7 @@ impl Neighbour {
             // carries its neighbour.
             let new = || Flow::by(&run.propagators, Arc::clone(basis));
             let flow = flows.try_get_or_insert_ref(&basis.combination, new)?;
-            let start = &run.states[size * phase..size * (phase + 1)];
+            let start = &run.phase_state(phase)[..];
             let duration = run.phase_duration(phase);
             let end = flow.end(start, duration);
             // Phi times the neighbour: the difference of two motions, which is exact (see `flow`).
@@ -115,7 +118,7 @@ impl Neighbour {
             let mut apart = flow.end(&moved, duration);
             apart.iter_mut().zip(&end).for_each(|(dy, y)| *dy -= y);
             if phase + 1 < count {
-                let arrived = &run.states[size * (phase + 1)..size * (phase + 2)];
+                let arrived = &run.phase_state(phase + 1)[..];
                 let found = passages(scene, &basis.combination, [start, &end], &events[phase + 1]);
                 let after = &run.phases[phase + 1].basis.combination;
                 let mut between = basis.combination.clone();

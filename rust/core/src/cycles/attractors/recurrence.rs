@@ -122,11 +122,6 @@ fn lasting_combinations(run: &Trajectory, period: f64) -> Vec<Combination> {
     sequence
 }
 
-fn whole_state(run: &Trajectory, phase: usize) -> &[f64] {
-    let size = 2 * run.scene().size;
-    &run.states[size * phase..size * (phase + 1)]
-}
-
 /// The orbit behind a recurrence: `ends` are the phases at which the compared entries of the sequence begin,
 /// of which the last `period` make up one round.
 fn candidate(
@@ -139,14 +134,14 @@ fn candidate(
     let count = ends.len() - 1;
     let rounds = count / period;
     let (last, before) = (ends[count], ends[count - period]);
-    let window = (before..=last).map(|phase| whole_state(run, phase));
+    let window = (before..=last).map(|phase| run.phase_state(phase));
     let scales = Scales::of(run.scene().size, window);
-    if !(scales.distance(whole_state(run, last), whole_state(run, before)) < NEAR_RECURRENCE) {
+    if !(scales.distance(&run.phase_state(last), &run.phase_state(before)) < NEAR_RECURRENCE) {
         return None;
     }
     let steps = steps(run, method, labels, before..last)?;
     let orbit = Orbit::solve(&run.propagators, method, steps).ok()?;
-    let distance = |phase: usize| scales.distance(whole_state(run, phase), &orbit.steps[0].state);
+    let distance = |phase: usize| scales.distance(&run.phase_state(phase), &orbit.steps[0].state);
     let (now, first) = (distance(last), distance(ends[count - rounds * period]));
     if !(now < NEAR_RECURRENCE)
         || orbit.steps.iter().any(|step| step.duration < -INSTANT * orbit.period)
@@ -174,7 +169,7 @@ fn steps(
     let mut steps = Vec::with_capacity(phases.len());
     for phase in phases {
         let combination = &run.phases[phase].basis.combination;
-        let start = whole_state(run, phase);
+        let start = &run.phase_state(phase)[..];
         let duration = run.phase_duration(phase);
         let flow = Flow::new(&run.propagators, combination, method).ok()?;
         let end = flow.end(start, duration);
@@ -201,7 +196,7 @@ fn steps(
             };
             steps.push(Step { combination, state, duration, passage, kind });
             // Events that coincide follow each other in no time.
-            (combination, state, duration) = (next, whole_state(run, phase + 1).to_vec(), 0.0);
+            (combination, state, duration) = (next, run.phase_state(phase + 1).to_vec(), 0.0);
         }
     }
     (!steps.is_empty()).then_some(steps)

@@ -144,7 +144,8 @@ impl Orbit {
             let basis = Arc::clone(&flows[k % count].basis);
             let Clock { seconds: start, rest } = times[k];
             trajectory.phases.push(Phase { start, rest, basis });
-            trajectory.states.extend_from_slice(&step.state);
+            let (q, u) = step.state.split_at(self.scene().size);
+            trajectory.states.push(q, u, &[]);
             if k > 0 {
                 let ended = &self.steps[k - 1];
                 let time = times[k].seconds;

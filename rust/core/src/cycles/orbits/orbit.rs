@@ -8,6 +8,7 @@
 //!
 //! (multiple shooting, so that an unstable orbit is found as well as a stable one; see `shooting`).
 
+use std::ops::Deref;
 use std::sync::Arc;
 
 use crate::contact::event_kind::EventKind;
@@ -108,16 +109,13 @@ pub(crate) struct Scales {
 }
 
 impl Scales {
-    pub fn of<'s>(n: usize, states: impl Iterator<Item = &'s [f64]> + Clone) -> Self {
-        let range = |k: usize| {
-            let (low, high) = states
-                .clone()
-                .map(|state| state[k])
-                .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| {
-                    (low.min(x), high.max(x))
-                });
-            high - low
-        };
+    pub fn of(n: usize, states: impl Iterator<Item: Deref<Target = [f64]>>) -> Self {
+        let mut ends = vec![(f64::INFINITY, f64::NEG_INFINITY); 2 * n];
+        for state in states {
+            let entries = ends.iter_mut().zip(state.iter());
+            entries.for_each(|((low, high), &x)| (*low, *high) = (low.min(x), high.max(x)));
+        }
+        let range = |k: usize| ends[k].1 - ends[k].0;
         let positive = |size: f64| if size > 0.0 { size } else { 1.0 };
         Self {
             n,

@@ -7,6 +7,8 @@
 //! alone; the others are continued from both ends of the interval, which is halved until that is as safe as on the mesh
 //! of all modes.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use crate::error::Error;
@@ -52,12 +54,10 @@ pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
     let mut initial = nodes.into_iter();
     track.nodes.extend(initial.next());
     for (part, node) in parts.into_iter().zip(initial) {
-        track.nodes.extend(part.nodes);
-        track.links.extend(part.links);
-        track.nodes.push(node);
+        track.append(part, node);
     }
     let points = track
-        .crossings()
+        .crossings(0..track.links.len())
         .into_par_iter()
         .map(|(ends, mode, sign)| axis_crossing(path, ends, mode, sign))
         .collect::<Result<Vec<_>, _>>()?;
@@ -65,6 +65,36 @@ pub fn hopf_points(path: WatchedPath<'_>) -> Result<HopfSearch, Error> {
     points.sort_by(|p, q| p.value.total_cmp(&q.value));
     let followed = track.links.iter().map(Vec::len).sum();
     Ok(HopfSearch { points, nodes: track.nodes.len(), followed })
+}
+
+/// The first Hopf point from the lower end on that is `wanted`; beyond, nothing is computed. On one thread.
+pub fn first_hopf_point(
+    path: WatchedPath<'_>,
+    mut wanted: impl FnMut(&CriticalPoint) -> bool,
+) -> Result<Option<CriticalPoint>, Error> {
+    let (lower, upper) = path.range();
+    let values = initial_values(&path, INTERVALS);
+    let mut track = Track { nodes: vec![Node::new(path, values[0])?], links: Vec::new() };
+    let mut examined = 0;
+    for &value in &values[1..] {
+        let node = Node::new(path, value)?;
+        let mut part = Track::default();
+        part.refine(path, &track.nodes[track.links.len()], &node, upper - lower)?;
+        track.append(part, node);
+        // Of a mode on the axis at the last node the next interval tells whether it crosses.
+        let open = value < upper && track.ends_on_axis();
+        let ready = track.links.len() - usize::from(open);
+        let mut points = Vec::new();
+        for (ends, mode, sign) in track.crossings(examined..ready) {
+            points.extend(axis_crossing(path, ends, mode, sign)?);
+        }
+        examined = ready;
+        points.sort_by(|p, q| p.value.total_cmp(&q.value));
+        if let Some(first) = points.into_iter().find(&mut wanted) {
+            return Ok(Some(first));
+        }
+    }
+    Ok(None)
 }
 
 /// Modes of a node that may reach the axis within `width` of it.
@@ -150,23 +180,38 @@ impl Track {
         Ok(())
     }
 
-    /// Ends of a bracket, the mode at the first one and the sign of its real part there.
-    fn crossings(&self) -> Vec<([&Node; 2], usize, f64)> {
-        let sign = |k: usize, mode: usize| {
-            let node: &Node = &self.nodes[k];
-            significant_sign(node.modes[mode].eigenvalue.re, uncertainty(node, mode))
-        };
+    /// Adds what refines the interval up to `node`.
+    fn append(&mut self, part: Track, node: Node) {
+        self.nodes.extend(part.nodes);
+        self.links.extend(part.links);
+        self.nodes.push(node);
+    }
+
+    /// The sign of the real part of a mode of a node.
+    fn sign(&self, node: usize, mode: usize) -> f64 {
+        let node = &self.nodes[node];
+        significant_sign(node.modes[mode].eigenvalue.re, uncertainty(node, mode))
+    }
+
+    /// Whether a mode within reach lies on the axis at the last node.
+    fn ends_on_axis(&self) -> bool {
+        let last = self.links.len();
+        self.links.last().is_some_and(|link| link.iter().any(|pair| self.sign(last, pair.1) == 0.0))
+    }
+
+    /// Of some intervals: ends of a bracket, the mode at the first one and the sign of its real part there.
+    fn crossings(&self, intervals: Range<usize>) -> Vec<([&Node; 2], usize, f64)> {
         let mut crossings = Vec::new();
-        for (k, link) in self.links.iter().enumerate() {
-            for &(r, s) in link {
-                let before = sign(k, r);
-                let (mut end, mut after) = (k + 1, sign(k + 1, s));
+        for k in intervals {
+            for &(r, s) in &self.links[k] {
+                let before = self.sign(k, r);
+                let (mut end, mut after) = (k + 1, self.sign(k + 1, s));
                 if after == 0.0
                     && let Some(next) = self.links.get(k + 1)
                     && let Some(&(_, beyond)) = next.iter().find(|pair| pair.0 == s)
                 {
                     // On the axis at a node.
-                    (end, after) = (k + 2, sign(k + 2, beyond));
+                    (end, after) = (k + 2, self.sign(k + 2, beyond));
                 }
                 if before * after < 0.0 {
                     crossings.push(([&self.nodes[k], &self.nodes[end]], r, before));

@@ -15,6 +15,9 @@ use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_
 
 /// Quiet panels before a leap is tried.
 const QUIET: u32 = 2;
+/// Leaps before a panel is filled all the same, at which a run hears that it is to stop: of a settled motion leaps have no
+/// other end than that of the run.
+const LEAPS: u32 = 1000;
 
 /// An envelope clears a stretch if it stays above this part of its terms, whose sums are rounded by 1e-14 of them.
 const CLEAR: f64 = 1e-12;
@@ -46,7 +49,7 @@ impl ModalMotion {
     /// Moves over stretches that the envelope proves free of events, up to `remaining`.
     fn leap(&mut self, basis: &ModalBasis, remaining: f64) -> u32 {
         let mut leaps = 0;
-        while self.quiet >= QUIET {
+        while self.quiet >= QUIET && leaps < LEAPS {
             let index = (self.level + self.leap).min(LEVELS - 1);
             let level = basis.level(index);
             let within = self.start + level.width <= remaining;
