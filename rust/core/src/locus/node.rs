@@ -12,7 +12,7 @@ use crate::linalg::eigenpair::turned;
 use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
-use crate::modes::quadratic_pencil::{Damping, DoubledRows};
+use crate::modes::quadratic_pencil::{DoubledRows, PencilDamping};
 use crate::modes::refinement::columns::Columns;
 use crate::modes::spectrum::{Vectors, spectrum};
 
@@ -73,8 +73,8 @@ impl Node {
         };
         let mass = products(&pencil.mass);
         let damping = match &pencil.damping {
-            Damping::General(rows) => products(rows),
-            Damping::Proportional { alpha, beta } => {
+            PencilDamping::General(rows) => products(rows),
+            PencilDamping::Proportional { alpha, beta } => {
                 let mut stiffness = products(&pencil.stiffness);
                 stiffness.iter_mut().zip(&mass).for_each(|(k, m)| *k = alpha * m + beta * *k);
                 stiffness

@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::locus::series::{Series, StaticSeries};
-use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 use crate::scene::model::Scene;
 use crate::scene::reduction::{Reduced, Reduction};
 use crate::scene::statics::Statics;
@@ -194,9 +194,9 @@ impl Path {
             stiffness: rows(&piece.stiffness),
             damping: match &piece.damping {
                 PathDamping::Proportional { alpha, beta } => {
-                    Damping::Proportional { alpha: alpha.value(t), beta: beta.value(t) }
+                    PencilDamping::Proportional { alpha: alpha.value(t), beta: beta.value(t) }
                 }
-                PathDamping::General(series) => Damping::General(rows(series)),
+                PathDamping::General(series) => PencilDamping::General(rows(series)),
             },
         }
     }

@@ -13,7 +13,7 @@ use crate::linalg::eigen;
 use crate::modes::general::state_matrix;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::proportional::roots_of_mode;
-use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::numerics::double_double::Doubled;
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
@@ -183,7 +183,7 @@ pub(crate) fn chain_growth(
             combination: Combination::new(vec![Status::Positive; count]),
             size: m,
             mass: DoubledRows::new(m, |i, j| Doubled::from(if i == j { mass(i) } else { 0.0 })),
-            damping: Damping::Proportional { alpha: 0.0, beta },
+            damping: PencilDamping::Proportional { alpha: 0.0, beta },
             stiffness: DoubledRows::new(m, entry),
         };
         let unknown = Complex64::new(f64::NAN, f64::NAN);
@@ -205,12 +205,12 @@ pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
     let factor = MassFactor::new(pencil)?;
     let stiffness = factor.normalised(&pencil.stiffness.to_dense());
     let lambdas = match &pencil.damping {
-        &Damping::Proportional { alpha, beta } => {
+        &PencilDamping::Proportional { alpha, beta } => {
             let mut lambdas = Vec::new();
             proportional_values(&eigen::values(stiffness), alpha, beta, &mut lambdas);
             lambdas
         }
-        Damping::General(rows) => {
+        PencilDamping::General(rows) => {
             let damping = factor.normalised(&rows.to_dense());
             eigen::values(state_matrix(&stiffness, &damping))
         }

@@ -2,7 +2,7 @@
 
 use num_complex::Complex64;
 
-use crate::modes::quadratic_pencil::{Damping, DoubledRows, Pencil};
+use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 
 /// Condition number above which an eigenvalue counts as defective: a defective pair splits by about
 /// the square root of rounding, which leaves a condition number of about its inverse, 7e7; less a margin of 20.
@@ -52,8 +52,10 @@ impl Mode {
         let form = |rows: &DoubledRows| rows.form_of_sizes(&left, &right);
         let (mass, stiffness) = (form(&pencil.mass), form(&pencil.stiffness));
         let damping = match &pencil.damping {
-            Damping::Proportional { alpha, beta } => alpha.abs() * mass + beta.abs() * stiffness,
-            Damping::General(rows) => form(rows),
+            PencilDamping::Proportional { alpha, beta } => {
+                alpha.abs() * mass + beta.abs() * stiffness
+            }
+            PencilDamping::General(rows) => form(rows),
         };
         let size = self.eigenvalue.norm();
         let change = ROUNDINGS * f64::EPSILON * (size * size * mass + size * damping + stiffness);

@@ -148,13 +148,13 @@ pub(crate) struct Pencil {
     pub combination: Combination,
     pub size: usize,
     pub mass: DoubledRows,
-    pub damping: Damping,
+    pub damping: PencilDamping,
     pub stiffness: DoubledRows,
 }
 
 /// Reduced damping.
 #[derive(Debug, Clone)]
-pub(crate) enum Damping {
+pub(crate) enum PencilDamping {
     /// `C = alpha M + beta K`.
     Proportional {
         alpha: f64,
@@ -171,8 +171,8 @@ impl Pencil {
             size: reduction.size(),
             mass: rows(&scene.mass),
             damping: match scene.proportional {
-                Some((alpha, beta)) => Damping::Proportional { alpha, beta },
-                None => Damping::General(rows(&scene.damping)),
+                Some((alpha, beta)) => PencilDamping::Proportional { alpha, beta },
+                None => PencilDamping::General(rows(&scene.damping)),
             },
             stiffness: rows(&scene.stiffness),
         }
@@ -182,8 +182,10 @@ impl Pencil {
         let (mass, stiffness) = (self.mass.frobenius(), self.stiffness.frobenius());
         let damping = match &self.damping {
             // An upper bound within a factor of two, where the matrix itself is not formed.
-            Damping::Proportional { alpha, beta } => alpha.abs() * mass + beta.abs() * stiffness,
-            Damping::General(rows) => rows.frobenius(),
+            PencilDamping::Proportional { alpha, beta } => {
+                alpha.abs() * mass + beta.abs() * stiffness
+            }
+            PencilDamping::General(rows) => rows.frobenius(),
         };
         Norms { mass, damping, stiffness }
     }
@@ -192,8 +194,8 @@ impl Pencil {
     pub fn products(&self, vector: &[Complex64]) -> Products {
         let (mass, stiffness) = (self.mass.product(vector), self.stiffness.product(vector));
         let damping = match &self.damping {
-            Damping::General(rows) => rows.product(vector),
-            Damping::Proportional { alpha, beta } => {
+            PencilDamping::General(rows) => rows.product(vector),
+            PencilDamping::Proportional { alpha, beta } => {
                 let products = mass.iter().zip(&stiffness);
                 let both = |(m, k): (&DoubledComplex, &DoubledComplex)| {
                     m.times((*alpha).into()).add(k.times((*beta).into()))

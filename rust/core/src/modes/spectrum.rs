@@ -12,7 +12,7 @@ use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
 use crate::modes::problem::Problem;
 use crate::modes::proportional::proportional_modes;
-use crate::modes::quadratic_pencil::{Damping, Pencil};
+use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::modes::refinement::inverse_iteration::InverseIteration;
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.
@@ -40,10 +40,10 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let is_refined = vectors == Vectors::Refined && m <= REFINED_SIZE;
     let modes = match &pencil.damping {
-        &Damping::Proportional { alpha, beta } => {
+        &PencilDamping::Proportional { alpha, beta } => {
             proportional_modes(&problem, &stiffness, is_refined, [alpha, beta])
         }
-        Damping::General(damping) => general_modes(&problem, damping, &stiffness, is_refined),
+        PencilDamping::General(damping) => general_modes(&problem, damping, &stiffness, is_refined),
     };
     let modes = match modes.iter().any(|mode| mode.residual > BACKWARD_STABLE) {
         true => {

@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use crate::linalg::dense::Factors;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
-use crate::modes::quadratic_pencil::{Damping, Norms, Pencil};
+use crate::modes::quadratic_pencil::{Norms, Pencil, PencilDamping};
 
 /// Rounds; from a usual result the first one does nearly all of it, from a slow mode lost in rounding it takes some.
 const ROUNDS: usize = 6;
@@ -28,8 +28,8 @@ impl<'a> InverseIteration<'a> {
     pub fn new(pencil: &'a Pencil) -> Self {
         let (mass, stiffness) = (pencil.mass.to_dense(), pencil.stiffness.to_dense());
         let damping = match &pencil.damping {
-            Damping::General(rows) => rows.to_dense(),
-            Damping::Proportional { alpha, beta } => &mass * *alpha + &stiffness * *beta,
+            PencilDamping::General(rows) => rows.to_dense(),
+            PencilDamping::Proportional { alpha, beta } => &mass * *alpha + &stiffness * *beta,
         };
         Self { pencil, mass, damping, stiffness, norms: pencil.norms() }
     }
