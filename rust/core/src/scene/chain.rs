@@ -93,19 +93,9 @@ pub fn chain(
         force[DOFS * index + 1] = part.load();
         mass.extend([part.upper_mass, part.upper_mass, part.contact_mass, part.contact_mass]);
     }
-    let mut row_start = vec![0];
-    let (mut columns, mut values) = (Vec::new(), Vec::new());
-    for row in rows {
-        for (column, value) in row {
-            columns.push(column as i64);
-            values.push(value);
-        }
-        row_start.push(columns.len() as i64);
-    }
-    let stiffness =
-        SparseMatrix::from_compressed_rows("stiffness", size, &row_start, &columns, &values)
-            .unwrap_or_else(|_| {
-                unreachable!("the rows above are complete and hold each column once")
-            });
+    let stiffness = SparseMatrix::from_rows(size, |row, entries| {
+        rows[row].sort_by_key(|entry| entry.0);
+        entries.append(&mut rows[row]);
+    });
     (mass, stiffness, force)
 }

@@ -101,14 +101,15 @@ impl Batch {
 
     /// The outcome of the oldest run not yet handed out, if there is one and it is ready within `patience`.
     pub fn collect(&mut self, patience: Duration) -> Option<Outcome> {
-        match self.pending.front()?.recv_timeout(patience) {
-            Ok(outcome) => {
-                self.pending.pop_front();
-                Some(outcome)
+        let outcome = match self.pending.front()?.recv_timeout(patience) {
+            Ok(outcome) => outcome,
+            Err(RecvTimeoutError::Timeout) => return None,
+            Err(RecvTimeoutError::Disconnected) => {
+                Err(RunFailure::Internal("the run ended without an outcome".into()))
             }
-            Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => unreachable!("every job sends its outcome"),
-        }
+        };
+        self.pending.pop_front();
+        Some(outcome)
     }
 
     /// Stops every run in progress or waiting; each is handed out as far as it came.
@@ -238,5 +239,13 @@ pub(crate) mod tests {
         assert!(outcomes[0].is_ok() && outcomes[2].is_ok());
         let Err(RunFailure::Internal(message)) = &outcomes[1] else { panic!("not a failure") };
         assert!(message.contains("99"), "{message}");
+    }
+    #[test]
+    fn a_run_that_sends_nothing_has_failed() {
+        let mut batch = batch();
+        batch.pending.push_back(sync_channel(1).1);
+        let outcome = batch.collect(Duration::from_secs(1)).expect("an outcome");
+        assert!(matches!(outcome, Err(RunFailure::Internal(_))));
+        assert_eq!(batch.pending(), 0);
     }
 }
