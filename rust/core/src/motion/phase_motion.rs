@@ -3,10 +3,13 @@
 
 use std::sync::Arc;
 
+use crate::contact::event_function::EventFunction;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::motion::ModalMotion;
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::TaylorMotion;
+use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::model::Scene;
 
 /// A phase in progress, with buffers that serve one phase after the other.
@@ -16,7 +19,7 @@ pub(crate) struct Motion {
     basis: Arc<CombinationBasis>,
     modal: ModalMotion,
     taylor: TaylorMotion,
-    /// Of a scene in blocks; only to follow a motion that is known.
+    /// Of a scene in blocks.
     blocks: Vec<BlockMotion>,
 }
 
@@ -25,6 +28,18 @@ struct BlockMotion {
     motion: Motion,
     q: Vec<f64>,
     u: Vec<f64>,
+}
+
+/// A phase in progress of a scene in one block: events are searched for in each block by itself.
+pub(crate) struct CoupledMotion<'a> {
+    pub functions: &'a [EventFunction],
+    scene: &'a Scene,
+    kind: Kind<'a>,
+}
+
+enum Kind<'a> {
+    Modal(&'a mut ModalMotion, &'a ModalBasis),
+    Taylor(&'a mut TaylorMotion, &'a TaylorOperator),
 }
 
 impl Motion {
@@ -81,34 +96,14 @@ impl Motion {
         }
     }
 
-    /// Fills `panel` with the event functions on the next stretch. Before it, stretches on which no function
-    /// can vanish may be passed over, up to the local time `remaining`.
-    pub fn expand(&mut self, remaining: f64, panel: &mut Panel) {
-        match &self.basis.propagator {
-            Propagator::Modal(modal) => self.modal.expand(modal, remaining, panel),
-            Propagator::Taylor(operator) => {
-                self.taylor.expand(operator, &self.basis.functions, panel);
-            }
-            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
-        }
-    }
-
-    /// Moves on to the end of the panel last expanded.
-    pub fn advance(&mut self) {
-        match &self.basis.propagator {
-            Propagator::Modal(modal) => self.modal.advance(modal),
-            Propagator::Taylor(operator) => self.taylor.advance(&self.scene, operator),
-            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
-        }
-    }
-
-    /// (q, q') at `offset` after the start of the panel, written over `q` and `u`.
-    pub fn state(&mut self, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        match &self.basis.propagator {
-            Propagator::Modal(modal) => self.modal.state(modal, offset, q, u),
-            Propagator::Taylor(operator) => self.taylor.state(operator, offset, q, u),
-            Propagator::Blocks(_) => unreachable!("events are searched for in each block"),
-        }
+    /// The same motion as one in which events can be searched for; none of a scene in blocks.
+    pub fn coupled(&mut self) -> Option<CoupledMotion<'_>> {
+        let kind = match &self.basis.propagator {
+            Propagator::Modal(modal) => Kind::Modal(&mut self.modal, modal),
+            Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
+            Propagator::Blocks(_) => return None,
+        };
+        Some(CoupledMotion { functions: &self.basis.functions, scene: &self.scene, kind })
     }
 
     /// (q, q') at local time `time`, from the start of the panel on.
@@ -145,6 +140,41 @@ impl Motion {
                 let rates = self.blocks.iter().map(|part| part.motion.growth_rate(time));
                 rates.fold(0.0, f64::max)
             }
+        }
+    }
+}
+
+impl CoupledMotion<'_> {
+    /// Local time at which the next panel begins.
+    pub fn start(&self) -> f64 {
+        match &self.kind {
+            Kind::Modal(motion, _) => motion.start(),
+            Kind::Taylor(motion, _) => motion.start(),
+        }
+    }
+
+    /// Fills `panel` with the event functions on the next stretch. Before it, stretches on which no function
+    /// can vanish may be passed over, up to the local time `remaining`.
+    pub fn expand(&mut self, remaining: f64, panel: &mut Panel) {
+        match &mut self.kind {
+            Kind::Modal(motion, modal) => motion.expand(modal, remaining, panel),
+            Kind::Taylor(motion, operator) => motion.expand(operator, self.functions, panel),
+        }
+    }
+
+    /// Moves on to the end of the panel last expanded.
+    pub fn advance(&mut self) {
+        match &mut self.kind {
+            Kind::Modal(motion, modal) => motion.advance(modal),
+            Kind::Taylor(motion, operator) => motion.advance(self.scene, operator),
+        }
+    }
+
+    /// (q, q') at `offset` after the start of the panel, written over `q` and `u`.
+    pub fn state(&mut self, offset: f64, q: &mut [f64], u: &mut [f64]) {
+        match &mut self.kind {
+            Kind::Modal(motion, modal) => motion.state(modal, offset, q, u),
+            Kind::Taylor(motion, operator) => motion.state(operator, offset, q, u),
         }
     }
 }

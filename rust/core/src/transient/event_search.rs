@@ -3,10 +3,9 @@
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
-use crate::error::Cancel;
-use crate::motion::combination_basis::CombinationBasis;
+use crate::error::{Cancel, RunFailure};
 use crate::motion::panel::Panel;
-use crate::motion::phase_motion::Motion;
+use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::numerics::first_root::search::{FirstRoot, Touch, Verdict};
 use crate::numerics::simd::VectorUnit;
@@ -67,11 +66,15 @@ impl PhaseSearch {
         &mut self,
         run: &mut RunState<'_>,
         motion: &mut Motion,
-        basis: &CombinationBasis,
         departures: Option<&[Departure]>,
         mut panels: usize,
     ) -> PhaseEnd {
-        let functions = &basis.functions[..];
+        let Some(mut motion) = motion.coupled() else {
+            let failure = RunFailure::Internal("uncoupled parts were run as one".into());
+            return PhaseEnd::Stop(StopReason::Failed(failure));
+        };
+        let functions = motion.functions;
+        let motion = &mut motion;
         let remaining = run.duration - run.time.seconds;
         self.multiplicity.clear();
         self.multiplicity.extend(functions.iter().map(|function| {
@@ -163,7 +166,7 @@ impl PhaseSearch {
     fn first_crossing(
         &mut self,
         run: &mut RunState<'_>,
-        motion: &Motion,
+        motion: &CoupledMotion<'_>,
         functions: &[EventFunction],
         end: f64,
         skipped: Option<usize>,
@@ -283,7 +286,7 @@ impl PhaseSearch {
     fn state(
         &self,
         run: &mut RunState<'_>,
-        motion: &mut Motion,
+        motion: &mut CoupledMotion<'_>,
         functions: &[EventFunction],
         s: f64,
     ) {
@@ -369,7 +372,7 @@ impl PhaseSearch {
     fn report_touches(
         &mut self,
         run: &mut RunState<'_>,
-        motion: &Motion,
+        motion: &CoupledMotion<'_>,
         until: f64,
     ) -> Option<Grazing> {
         if self.touches.is_empty() {
@@ -399,7 +402,12 @@ fn asked_to_stop(run: &RunState<'_>) -> Option<StopReason> {
     late.then_some(StopReason::TimeLimit)
 }
 
-fn stop(run: &mut RunState<'_>, motion: &mut Motion, offset: f64, reason: StopReason) -> PhaseEnd {
+fn stop(
+    run: &mut RunState<'_>,
+    motion: &mut CoupledMotion<'_>,
+    offset: f64,
+    reason: StopReason,
+) -> PhaseEnd {
     motion.state(offset, &mut run.q, &mut run.u);
     // Without contacts, no event function tells that numbers ran out.
     if !run.q.iter().chain(&run.u).all(|x| x.is_finite()) {

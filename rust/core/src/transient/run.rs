@@ -148,7 +148,7 @@ impl<'a> Run<'a> {
             let panels = self.state.trajectory.counters.panels;
             let rental = self.known[*current].rental;
             let allowed = rental.map_or(usize::MAX, |rental| rental.panels(self.novelty));
-            let end = search.follow(&mut self.state, motion, basis, departures, allowed);
+            let end = search.follow(&mut self.state, motion, departures, allowed);
             if let Some(rental) = &mut self.known[*current].rental {
                 rental.add(self.state.trajectory.counters.panels - panels);
             }
@@ -259,8 +259,7 @@ impl<'a> Run<'a> {
         for phase in first + 1..first + count {
             let departing = settlement.departures.iter().any(|&d| d != Departure::None);
             let departures = departing.then_some(&settlement.departures[..]);
-            let basis = &trajectory.phases[phase - 1].basis;
-            let end = search.follow(&mut run.state, &mut motion, basis, departures, usize::MAX);
+            let end = search.follow(&mut run.state, &mut motion, departures, usize::MAX);
             let PhaseEnd::Event { after } = end else {
                 unreachable!("what ended by an event does so again")
             };
