@@ -42,6 +42,23 @@ def test_multipliers_where_all_contacts_fly(cycle):
     assert_multipliers(cycle, 1e-6, phase=longest)
 
 
+@pytest.mark.parametrize("friction", [0.6, 0.7])
+def test_an_interrupted_series_of_one_contact_is_a_joint_closing(friction):
+    """A round of the lead's impacts is below rounding, but its flights began above the slider.
+
+    Their limit is that of a series which the trail takes part in, not the one of the lead's own bounces: with
+    the time of the latter no orbit was found.
+    """
+    cycle = settled(0.1, friction).limit_cycle()
+    assert [series for _, series in joint_closings(cycle)] == [[0], [0, 1]]
+    assert cycle.residual <= 1e-12
+    longest = max(range(len(cycle.phases)), key=lambda k: cycle.phases[k].duration)
+    assert_multipliers(cycle, 1e-6, phase=longest)
+    # Bounces of a tenth hardly change the orbit of plastic impacts.
+    plastic = settled(0.0, friction).limit_cycle()
+    assert cycle.largest_multiplier == pytest.approx(plastic.largest_multiplier, rel=1e-4)
+
+
 def test_a_joint_closing_forgets_all_gaps_and_their_velocities(cycle):
     """Between two impacts of the lead, the trail bounces and comes to rest, in ever shorter rounds."""
     closing = joint_closing(cycle)

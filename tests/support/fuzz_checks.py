@@ -16,8 +16,6 @@ from fuzz_scenes import fastest, matrices
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
-#: s; length of the end of a series of impacts over several contacts that counts as one event
-SERIES = 1e-5
 #: Relative change of the states of nudged runs, entry by entry: some thousand ulp. The condition of the modes
 #: lets rounding be some hundred.
 NUDGE = 1e-12
@@ -28,8 +26,7 @@ NOISE = 1e-15
 RESTARTS = 8
 #: Directions of nudges: one, and more before a difference counts. A single one may hardly touch what grows.
 DIRECTIONS = (1, 12)
-#: Times the effect of one nudge: rounding acts in any direction. And times the rest of a series that a run
-#: states: of series inside each other it knows the inner one.
+#: Times the effect of one nudge: rounding acts in any direction.
 SPREAD = 10.0
 #: s; what a nudge moves further is not judged: collisions of several masses grow it tenfold each.
 HORIZON = 1e-6
@@ -48,89 +45,49 @@ MOST_POINTS = 30_000
 MOST_PANELS = 3000
 
 
-def series(time: np.ndarray, kind: np.ndarray, error: np.ndarray) -> list[tuple[int, int]]:
-    """Return the first and last event of every series of impacts over contacts that mass couples.
-
-    Where a series was cut, and which contacts moved to its end, is a matter of each method's rounding; when
-    it ends and where it leads is not. So are impacts that follow each other within the tolerance of times;
-    series inside each other are one.
-    """
-    impacts = np.isin(kind, ["impact", "accumulation"])
-    # A series ends in an accumulation, or in impacts of several contacts at one instant.
-    instants, struck = np.unique(time[impacts], return_counts=True)
-    ends = (kind == "accumulation") | impacts & np.isin(time, instants[struck > 1])
-    begin = np.where(ends, time + error - SERIES, time - TIME_TOLERANCE)
-    end = np.where(impacts, time + error + TIME_TOLERANCE, time)
-    groups: list[tuple[int, int]] = []
-    for k in np.flatnonzero(impacts):
-        first = int(np.searchsorted(time, begin[k]))
-        last = int(np.searchsorted(time, end[k], side="right")) - 1
-        while groups and first <= groups[-1][1]:
-            before = groups.pop()
-            first, last = min(first, before[0]), max(last, before[1])
-        groups.append((first, last))
-    return [group for group in groups if group[0] < group[1]]
-
-
 @dataclass(frozen=True)
 class EventList:
     """Events by number, with what an accumulating contact does within the tolerance taken as one event.
 
-    In scenes whose contacts mass couples every `series` is one event, of contact -1. How many bounces there
-    are before the clock can't tell them apart is a matter of rounding, and so is the sign of a slip velocity
-    that the last of them left.
+    How many bounces there are before the clock can't tell them apart is a matter of rounding, and so is the
+    sign of a slip velocity that the last of them left. Where mass couples contacts, each bounce may stop the
+    slip of another one, which then vanishes at the limit.
     """
 
     time: np.ndarray
     contact: np.ndarray
     kind: np.ndarray
     after: np.ndarray
-    #: s; what a time may be wrong by as the run itself says
-    error: np.ndarray
 
     @classmethod
     def of(cls, run: ss.Trajectory) -> EventList:
-        error = np.zeros(len(run.events))
-        for limit in run.accumulations:
-            error[limit.event] = limit.error
         time, contact, kind = run.events.time.copy(), run.events.contact.copy(), run.events.kind.copy()
         after = run.events.combination.copy()
         keep = np.ones(time.size, dtype=bool)
-        # What would be merged with the last ones may be missing.
         coupled = run.scene.mass.ndim == 2
-        merged = SERIES if coupled else TIME_TOLERANCE
-        until = time[-1] - merged if run.stop_reason == "max_events" else np.inf
-        if coupled:
-            impacts = np.isin(kind, ["impact", "accumulation"])
-            for first, last in series(time, kind, error):
-                if time[last] >= until:
-                    until = min(until, time[first])
-                # The last event stands for all of them, at the time of the last impact.
-                part = slice(first, last + 1)
-                keep[first:last] = False
-                contact[last], kind[last], error[last] = -1, "impact", error[part].max()
-                time[last] = time[part][impacts[part]][-1]
-            return cls(*(part[keep & (time < until)] for part in (time, contact, kind, after, error)))
+        # What would be merged with the last ones may be missing.
+        until = time[-1] - TIME_TOLERANCE if run.stop_reason == "max_events" else np.inf
         for k in np.flatnonzero(kind == "accumulation"):
             first, last = np.searchsorted(time, [time[k] - TIME_TOLERANCE, time[k] + TIME_TOLERANCE])
-            own = contact[first:last] == contact[k]
-            bounces = first + np.flatnonzero(own & (kind[first:last] == "impact"))
-            keep[bounces[bounces < k]] = False
-            stops = first + np.flatnonzero(own & (kind[first:last] == "velocity"))
-            for stop in stops[stops > k][:1]:
-                keep[stop] = False
-                final, i = after[stop][contact[k]], contact[k]
-                for j in range(k, stop + 1):
+            near = np.arange(first, last)
+            own = contact[near] == contact[k]
+            keep[near[own & (kind[near] == "impact") & (near < k)]] = False
+            stops = near[(kind[near] == "velocity") & own & (near > k)]
+            if coupled:
+                stops = near[np.isin(kind[near], ["velocity", "slip+", "slip-"])]
+            keep[stops] = False
+            # What has stopped has done so at the limit.
+            for i in np.unique(contact[stops]):
+                final = after[stops[contact[stops] == i][-1]][i]
+                for j in range(min(k, stops[0]), max(k, stops[-1]) + 1):
                     after[j] = after[j][:i] + final + after[j][i + 1 :]
         keep &= time < until
-        return cls(time[keep], contact[keep], kind[keep], after[keep], error[keep])
+        return cls(time[keep], contact[keep], kind[keep], after[keep])
 
     def since(self, begin: float) -> EventList:
         """Return the events from a time on."""
         later = self.time >= begin
-        return EventList(
-            *(part[later] for part in (self.time, self.contact, self.kind, self.after, self.error))
-        )
+        return EventList(*(part[later] for part in (self.time, self.contact, self.kind, self.after)))
 
     def __len__(self) -> int:
         return self.time.size
@@ -223,7 +180,6 @@ def compare(
     one, other = EventList.of(modal), EventList.of(taylor)
     common = one.common(other)
     difference = np.abs(one.time[:common] - other.time[:common])
-    difference = np.maximum(0.0, difference - SPREAD * (one.error[:common] + other.error[:common]))
     late = difference > TIME_TOLERANCE
     agreeing = int(np.argmax(late)) if late.any() else common
     cut = "max_events" in (modal.stop_reason, taylor.stop_reason)

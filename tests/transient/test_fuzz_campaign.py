@@ -10,17 +10,17 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import EventList, Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
+from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
 from fuzz_scenes import fuzz_scene
 
 pytestmark = pytest.mark.slow
 
 SCENES = 400
-#: Scenes by seed whose two methods part at a nested series of impacts of contacts that mass couples.
-KNOWN = {1: [20], 5: [62, 473, 629, 1225, 1347, 1381]}
-
-#: Scenes with gyroscopic and circulatory terms, and those of seed 1 that part in the same way.
-UNSYMMETRIC_SCENES, UNSYMMETRIC_KNOWN = 60, [3]
+#: Scenes of seed 5 with series of impacts inside each other: where gaps hold the rounding of the motion,
+#: modes and Taylor series leave them on different ways.
+NESTED = [62, 473, 629, 1225, 1347, 1381]
+#: Scenes with gyroscopic and circulatory terms.
+UNSYMMETRIC_SCENES = 60
 
 
 def test_the_first_scenes():
@@ -28,7 +28,7 @@ def test_the_first_scenes():
     report = fuzz_campaign.summary(outcomes)
     verdicts = [outcome.verdict for outcome in outcomes]
     failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
-    assert failed == KNOWN[1], report
+    assert not failed, report
     # Near ties are where a difference could hide.
     assert verdicts.count("near tie") <= 0.01 * SCENES, report
     assert verdicts.count("ok") >= 0.95 * SCENES, report
@@ -42,21 +42,23 @@ def test_the_first_scenes_with_gyroscopic_and_circulatory_terms():
     outcomes = fuzz_campaign.campaign(UNSYMMETRIC_SCENES, 1, None, os.cpu_count() or 1, unsymmetric=True)
     report = fuzz_campaign.summary(outcomes)
     failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
-    assert failed == UNSYMMETRIC_KNOWN, report
+    assert not failed, report
     assert sum(outcome.events for outcome in outcomes) > 100 * UNSYMMETRIC_SCENES, report
 
 
-@pytest.mark.parametrize("index", KNOWN[5])
-def test_the_known_failures(index):
-    """A scene that passes here is to be taken off the list, and out of docs/certification.md."""
+@pytest.mark.parametrize("index", NESTED)
+def test_nested_series_are_followed_alike(index):
+    """A thousand events, one by one and without merging any, at the same times to 1e-12 s."""
     scene, start = fuzz_scene(5, index)
     modal, taylor = (
-        ss.simulate(scene, start, fuzz_campaign.DURATION, method, max_events=fuzz_campaign.MAX_EVENTS)
+        ss.simulate(scene, start, fuzz_campaign.DURATION, method, max_events=fuzz_campaign.MAX_EVENTS).events
         for method in ("modal", "taylor")
     )
-    # No nudge excuses anything.
-    unmoved = tuple(np.zeros(len(EventList.of(run))) for run in (modal, taylor))
-    assert compare(modal, taylor, lambda directions: unmoved).verdict in ("times", "events")
+    assert len(modal) == len(taylor) >= fuzz_campaign.MAX_EVENTS
+    assert (modal.contact == taylor.contact).all()
+    assert (modal.kind == taylor.kind).all()
+    assert (modal.combination == taylor.combination).all()
+    assert modal.time == pytest.approx(taylor.time, abs=1e-12)
 
 
 def recorded(outcomes):

@@ -31,6 +31,8 @@ pub(crate) struct Settlement {
 pub(crate) struct Series {
     /// Bound of the error of the gap of each contact, m.
     pub gaps: Vec<f64>,
+    /// Gap below which a series is not followed, m.
+    pub resolution: f64,
     /// Rest of the impacts of each contact, s, as far as those before tell, infinite where they do not; and the ratio
     /// of the distances of two that follow each other.
     pub rests: Vec<(f64, f64)>,

@@ -17,8 +17,10 @@ use crate::transient::trajectory::{Accumulation, Cursor, Grazing, StopReason};
 const WORK_PER_QUESTION: usize = 512;
 /// A bounce slower than this, relative to the fastest coordinate, is rounding of the impact before it.
 const BOUNCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
-/// A bounce is searched for within this many times its parabolic flight first.
+/// A flight is searched for within this many times its parabola first.
 const FLIGHT: f64 = 4.0;
+/// Rounding of a gap from its own polynomial, relative to the gap and to what its speed adds: Horner's rule.
+const GAP_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// How a phase ended.
 pub(crate) enum PhaseEnd {
@@ -51,6 +53,8 @@ pub(crate) struct PhaseSearch {
     waiting: bool,
     touches: Vec<Grazing>,
     unit: VectorUnit,
+    /// Where mass couples contacts, on the first panel of a phase: its gaps are exact at its start.
+    exact: bool,
     /// Bound of the error of the gap of each contact at the event found, m, where mass couples contacts.
     pub gaps: Vec<f64>,
     /// What vanishes at the event found, by contact.
@@ -98,6 +102,10 @@ impl PhaseSearch {
             if !self.panel.error.iter().all(|error| error.is_finite()) {
                 return stop_unbounded(run, motion.start());
             }
+            self.exact = run.scene.contacts_coupled() && motion.start() == 0.0;
+            if self.exact {
+                self.begin_exactly(run, functions);
+            }
             let limit = if bouncing { self.bounces(run, functions) } else { None };
             let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
             let skipped = limit.as_ref().map(|limit| limit.function);
@@ -110,25 +118,25 @@ impl PhaseSearch {
             self.triggers.clear();
             if let Some((index, at)) = found {
                 for (other, function) in functions.iter().enumerate() {
-                    if other == index || self.vanishes(other, at) {
+                    if other == index || self.vanishes(other, function.trigger, at) {
                         self.triggers.push((function.contact, function.trigger));
                     }
                 }
                 if run.scene.contacts_coupled() {
                     self.gaps.clear();
                     self.gaps.resize(run.scene.contacts.len(), 0.0);
-                    for (function, &error) in functions.iter().zip(&self.panel.error) {
+                    for (index, function) in functions.iter().enumerate() {
                         if function.trigger == EventKind::Impact {
-                            self.gaps[function.contact] = error;
+                            self.gaps[function.contact] = self.gap_error(index, at);
                         }
                     }
                 }
-                motion.state(at * width, &mut run.q, &mut run.u);
+                self.state(run, motion, functions, at);
                 self.exact_approach(run, functions, index, at);
                 return PhaseEnd::Event { after: motion.start() + at * width };
             }
             if let Some(limit) = limit.filter(|limit| limit.at <= end) {
-                motion.state(limit.at * width, &mut run.q, &mut run.u);
+                self.state(run, motion, functions, limit.at);
                 run.trajectory.accumulations.push(Accumulation {
                     event: run.trajectory.events.len(),
                     bounces: limit.bounces,
@@ -172,8 +180,11 @@ impl PhaseSearch {
                 continue;
             }
             run.trajectory.counters.refinements += 1;
-            let bounce = self.multiplicity[index] == 1 && function.trigger == EventKind::Impact;
-            if bounce && let Some(root) = self.short_flight(index, first) {
+            let impact = function.trigger == EventKind::Impact;
+            let bounce = self.multiplicity[index] == 1 && impact;
+            if (bounce || self.exact && impact && self.multiplicity[index] == 0)
+                && let Some(root) = self.short_flight(index, first)
+            {
                 first = root;
                 found = Some((index, root));
                 continue;
@@ -212,10 +223,19 @@ impl PhaseSearch {
     }
 
     /// The end of a flight that is short beside the panel, found in the scale of the flight itself: there the
-    /// errors of the higher coefficients are small beside the speed of the bounce, which is known exactly.
+    /// errors of the higher coefficients are small beside the gap and its speed, which are known exactly.
     fn short_flight(&self, function: usize, end: f64) -> Option<f64> {
-        let p = self.panel.polynomial(function, 1);
-        let scale = FLIGHT * -p[0] / p[1];
+        let multiplicity = self.multiplicity[function];
+        let p = self.panel.polynomial(function, multiplicity);
+        let parabola = match multiplicity {
+            0 => {
+                // The later root of a gap that is positive now, without cancellation.
+                let root = (p[1] * p[1] - 4.0 * p[0] * p[2]).sqrt();
+                if p[1] > 0.0 { -0.5 * (p[1] + root) / p[2] } else { 2.0 * p[0] / (root - p[1]) }
+            }
+            _ => -p[0] / p[1],
+        };
+        let scale = FLIGHT * parabola;
         if !(scale > 0.0 && scale < 1.0) {
             return None;
         }
@@ -225,11 +245,56 @@ impl PhaseSearch {
             *target = c * power;
             power *= scale;
         }
-        let error = self.panel.curvature_error[function] * scale;
+        let error = match multiplicity {
+            0 => self.gap_error(function, scale),
+            _ => self.panel.curvature_error[function] * scale,
+        };
         let end = (end / scale).min(1.0);
         match self.unit.run(FirstRoot { polynomial: &scaled[..p.len()], error, end }) {
             Verdict::Crossing { root, .. } => Some(root * scale),
             Verdict::Clear { .. } => None,
+        }
+    }
+
+    /// Where mass couples contacts, series of impacts shrink without end, and superposition leaves some ulp of the
+    /// whole motion in a gap. The gap and its speed at the start of a phase are known beside it.
+    fn begin_exactly(&mut self, run: &RunState<'_>, functions: &[EventFunction]) {
+        for (index, function) in functions.iter().enumerate() {
+            if function.trigger != EventKind::Impact || self.panel.excluded[index] {
+                continue;
+            }
+            let normal = run.scene.contacts[function.contact].normal;
+            let c = &mut self.panel.coefficients[index * ROW..];
+            (c[0], c[1]) = (run.q[normal], run.u[normal] * self.panel.width);
+            self.panel.error[index] = self.gap_error(index, 1.0);
+        }
+    }
+
+    /// Bound of the error of a gap on `[0, s]` of the panel.
+    fn gap_error(&self, function: usize, s: f64) -> f64 {
+        if !self.exact || self.panel.excluded[function] {
+            return self.panel.error[function];
+        }
+        let c = self.panel.polynomial(function, 0);
+        GAP_ROUNDING * (c[0].abs() + c[1].abs() * s) + self.panel.curvature_error[function] * s * s
+    }
+
+    /// Leaves the state at s of the panel in the run, gaps by their own polynomials where these are exact.
+    fn state(
+        &self,
+        run: &mut RunState<'_>,
+        motion: &mut Motion,
+        functions: &[EventFunction],
+        s: f64,
+    ) {
+        motion.state(s * self.panel.width, &mut run.q, &mut run.u);
+        for (index, function) in functions.iter().enumerate() {
+            let known = self.exact && !self.panel.excluded[index];
+            if known && function.trigger == EventKind::Impact {
+                let (gap, slope) = self.unit.run(ValueAndSlope(self.panel.polynomial(index, 0), s));
+                let normal = run.scene.contacts[function.contact].normal;
+                (run.q[normal], run.u[normal]) = (gap, slope / self.panel.width);
+            }
         }
     }
 
@@ -250,13 +315,18 @@ impl PhaseSearch {
     }
 
     /// Whether an event function is within its error of zero, and falling, at `s` of the panel.
-    fn vanishes(&self, function: usize, s: f64) -> bool {
-        if self.panel.excluded[function] && self.multiplicity[function] == 0 {
+    fn vanishes(&self, function: usize, trigger: EventKind, s: f64) -> bool {
+        let multiplicity = self.multiplicity[function];
+        if self.panel.excluded[function] && multiplicity == 0 {
             return false;
         }
-        let p = self.panel.polynomial(function, self.multiplicity[function]);
+        let p = self.panel.polynomial(function, multiplicity);
         let (value, slope) = self.unit.run(ValueAndSlope(p, s));
-        value <= self.panel.error[function] && slope < 0.0
+        let (value, error) = match self.exact && trigger == EventKind::Impact {
+            true => (value * s.powi(multiplicity as i32), self.gap_error(function, s)),
+            false => (value, self.panel.error[function]),
+        };
+        value <= error && slope < 0.0
     }
 
     /// The nearest limit of a series of bounces in this panel whose rest is negligible. After a bounce the gap

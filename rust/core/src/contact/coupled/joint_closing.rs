@@ -25,8 +25,8 @@ const MARGIN: f64 = 4.0;
 /// Let N be the normal forces of the contacts when all of them are closed. While they fly, their gaps move as
 /// under the constant load -N, with the kinetic energy `1/2 v' W^-1 v` of their normal velocities v, and impacts
 /// only take energy away: of `E = 1/2 v' W^-1 v + N g` nothing comes back. So no gap exceeds `E / N_i` from here
-/// on, and no flight lasts longer than `sqrt(8 E / W_ii) / N_i`. Once all gaps stay below the error to which they
-/// are known, the order of the impacts that follow is not in the numbers any more, but what they do together is:
+/// on, and no flight lasts longer than `sqrt(8 E / W_ii) / N_i`. Once all gaps stay below the resolution of the series,
+/// which is far above their rounding, the impacts that follow are taken together:
 /// they end with g = v = 0, so that their impulses are those of N over the rest of the series and the impulse that
 /// takes v away. That one is given here, with its friction, and N acts from now on: after the rest velocities are
 /// the same, and positions differ by those gaps. The same closing takes the place of a series whose measured
@@ -45,12 +45,12 @@ pub(crate) fn close_jointly(
 ) -> Result<Option<JointClosing>, RunFailure> {
     let contacts = &coupled.scene.contacts;
     let w = |i: usize, j: usize| coupled.w[(2 * i + 1, 2 * j + 1)];
-    let rounding = struck.iter().fold(0.0, |size: f64, &i| size.max(series.gaps[i]));
+    let resolution = series.resolution;
     let resting = |i: usize, u: &[f64]| closed.contains(&i) && u[contacts[i].normal] == 0.0;
     let near = |i: usize, load: f64| {
         let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal].abs());
         let soon = series.negligible * w(i, i) * load;
-        let low = gap <= rounding && speed * speed <= w(i, i) * load * rounding;
+        let low = gap <= resolution && speed * speed <= w(i, i) * load * resolution;
         low || gap <= soon * series.negligible && speed <= soon
     };
     let others = (0..contacts.len()).filter(|i| !struck.contains(i) && !resting(*i, u));
@@ -84,7 +84,7 @@ pub(crate) fn close_jointly(
         let energy = kinetic + lifted;
         let flight = |i: usize, n: f64| (8.0 * energy / w(i, i)).sqrt() / n;
         let ends = |&(i, n): &(usize, f64)| {
-            energy <= n * rounding || series.rests[i].0.max(flight(i, n)) <= series.negligible
+            energy <= n * resolution || series.rests[i].0.max(flight(i, n)) <= series.negligible
         };
         let moved = pressed.iter().filter(|entry| moving.contains(&entry.0));
         if !moved.clone().all(ends) {

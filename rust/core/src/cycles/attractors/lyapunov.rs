@@ -119,7 +119,7 @@ impl Neighbour {
             apart.iter_mut().zip(&end).for_each(|(dy, y)| *dy -= y);
             if phase + 1 < count {
                 let arrived = &run.phase_state(phase + 1)[..];
-                let found = passages(scene, &basis.combination, &end, &events[phase + 1]);
+                let found = passages(scene, &basis.combination, [start, &end], &events[phase + 1]);
                 let after = &run.phases[phase + 1].basis.combination;
                 let mut between = basis.combination.clone();
                 for (index, passage) in found.iter().enumerate() {

@@ -174,7 +174,7 @@ fn steps(
         let flow = Flow::new(&run.propagators, combination, method).ok()?;
         let end = flow.end(start, duration);
         let (events, after) = &labels[phase];
-        let mut found = passages(run.scene(), combination, &end, events);
+        let mut found = passages(run.scene(), combination, [start, &end], events);
         // The limit of the bounces of a contact comes before what coincides with it.
         let is_limit =
             |passage: &Passage| passage.trigger == EventKind::Accumulation && !passage.is_joint();

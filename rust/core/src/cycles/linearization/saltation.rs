@@ -330,7 +330,7 @@ impl Linearised {
 pub(crate) fn passages(
     scene: &Scene,
     before: &Combination,
-    end: &[f64],
+    [start, end]: [&[f64]; 2],
     events: &[(usize, EventKind)],
 ) -> Vec<Passage> {
     let impact =
@@ -340,7 +340,7 @@ pub(crate) fn passages(
         let (value, scale) = passage.value(end);
         direct || !impact || value.abs() <= COINCIDENCE * scale
     };
-    let mut found = joint_closings(scene, before, end, events);
+    let mut found = joint_closings(scene, before, [start, end], events);
     let joined: Vec<usize> = match &scene.coordinates.delassus {
         Some(w) => found.iter().flat_map(|passage| coupled_with(w, passage.contact)).collect(),
         None => Vec::new(),
@@ -357,11 +357,11 @@ pub(crate) fn passages(
 }
 
 /// The joint closings among the events of one instant: an impact comes with them, whose contact may close as well. The
-/// limit of the bounces of one contact has none beside it.
+/// limit of the bounces of one contact has none beside it, and its last phase begins with a bounce.
 fn joint_closings(
     scene: &Scene,
     before: &Combination,
-    end: &[f64],
+    [start, end]: [&[f64]; 2],
     events: &[(usize, EventKind)],
 ) -> Vec<Passage> {
     let Some(w) = &scene.coordinates.delassus else { return Vec::new() };
@@ -385,7 +385,9 @@ fn joint_closings(
         let struck = candidates
             .filter(|&contact| !before.statuses()[contact].is_closed())
             .min_by(|a, b| time(a).total_cmp(&time(b)));
-        let is_joint = series.len() > 1 || of_kind(EventKind::Impact).next().is_some();
+        let normal = scene.contacts[first].normal;
+        let bounced = start[normal] == 0.0 && start[scene.size + normal] > 0.0;
+        let is_joint = series.len() > 1 || of_kind(EventKind::Impact).next().is_some() || !bounced;
         found.extend(
             struck.filter(|_| is_joint).map(|struck| Passage::joint(scene, before, struck, series)),
         );
