@@ -215,7 +215,8 @@ def test_no_zero_has_a_minus_sign(tmp_path):
     path = tmp_path / "free.toml"
     ss.save(scene, path)
     modes, motion = ss.complex_modes(scene), ss.simulate(scene, ss.sliding_equilibrium(scene), 1.0)
-    assert np.signbit(modes.damping_ratios).all() and not modes.damping_ratios.any()
+    assert np.signbit(modes.damping_ratios).all()
+    assert not modes.damping_ratios.any()
     balance = replace(motion.balance(), damping=-0.0, residual=-0.0)
     mixed = Summary(tables=[Table("zeros", ("either", "sign"), [(-0.0, 0.0), (0.0, -0.0)])])
     printed = [run("modes", path).stdout, repr(modes), repr(balance), str(mixed)]
