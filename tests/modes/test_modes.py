@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 import equal_chain
 import stickslip as ss
+from quad_block import quad_block
 from random_scenes import combinations, drawn_scenes
 
 EPS = np.finfo(float).eps
@@ -48,6 +49,26 @@ def test_every_pair_solves_the_eigenproblem(drawn, data):
         # Backward stable up to a modest multiple of the size of the problem.
         assert (np.abs(sum(terms) @ xi) <= 100 * m * EPS * size.max()).all()
     assert (modes.residual <= 100 * m * EPS).all()
+
+
+@pytest.mark.parametrize("friction", [0.0, 1e-3])
+def test_modes_of_a_mesh_against_lapack(friction):
+    """With ``C = beta K`` and ``K x = kappa M x``: lambda^2 + beta kappa lambda + kappa = 0."""
+    scene = quad_block(12, 6, 2, friction=friction)
+    modes = ss.complex_modes(scene)
+    m = modes.mass.shape[0]
+    kappa = scipy.linalg.eigvals(modes.stiffness, modes.mass)
+    # Right to some hundred roundings of the largest one.
+    rounding = 1e3 * EPS * np.abs(kappa).max()
+    half = -0.5 * scene.damping.stiffness * kappa
+    roots = np.concatenate([half + np.sqrt(half**2 - kappa), half - np.sqrt(half**2 - kappa)])
+    for value in modes.eigenvalues:
+        nearest = roots[np.abs(roots - value).argmin()]
+        # What lambda moves with kappa: (1 + beta lambda) / (2 lambda + beta kappa), a half over lambda here.
+        assert abs(value - nearest) <= rounding / abs(value)
+        assert abs(value.real - nearest.real) <= rounding / abs(value)
+    assert modes.eigenvalues.size == 2 * m
+    assert modes.residual.max() <= 100 * EPS
 
 
 @given(drawn_scenes(), st.data())

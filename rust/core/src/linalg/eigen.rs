@@ -75,7 +75,11 @@ fn symmetric_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
     let n = matrix.nrows();
     let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
-    let params: Spec<SelfAdjointEvdParams, f64> = Spec::new(Auto::<f64>::auto());
+    // The library divides large matrices and conquers until the secular equation, whose unit is the inverse of that of
+    // the matrix, changes by no more than 1e-16: of entries of 1e12 four digits are right. The QR iteration is relative.
+    let auto = <SelfAdjointEvdParams as Auto<f64>>::auto();
+    let params: Spec<SelfAdjointEvdParams, f64> =
+        Spec::new(SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..auto });
     let mut memory = MemBuffer::new(self_adjoint_evd_scratch::<f64>(
         n,
         ComputeEigenvectors::Yes,
@@ -349,6 +353,25 @@ mod tests {
                 let (right, left) = residuals(&matrix, pair);
                 // A backward-stable QR iteration leaves a modest multiple of n ulp.
                 proptest::prop_assert!(right < 1e-14 * n as f64 && left < 1e-14 * n as f64);
+            }
+        }
+    }
+
+    /// Chains of springs between two walls in any unit: `4 s sin^2(k pi / (2 n + 2))`.
+    #[test]
+    fn large_symmetric_matrices_of_any_unit() {
+        for (n, unit) in [(150, 1e-20), (150, 1e12), (200, 1.0), (200, 1e20)] {
+            let matrix = DMatrix::from_fn(n, n, |i, j| match i.abs_diff(j) {
+                0 => 2.0 * unit,
+                1 => -unit,
+                _ => 0.0,
+            });
+            for (k, pair) in (1..).zip(real_matrix(&matrix)) {
+                let angle = k as f64 * std::f64::consts::FRAC_PI_2 / (n + 1) as f64;
+                let exact = 4.0 * unit * angle.sin().powi(2);
+                // A backward-stable iteration leaves some ulp of the largest value.
+                assert!((pair.value - exact).norm() <= 1e-14 * 4.0 * unit, "{n} {unit:e}: {k}");
+                assert!(residuals(&matrix, &pair).0 <= 1e-14, "{n} {unit:e}: {k}");
             }
         }
     }
