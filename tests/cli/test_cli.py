@@ -10,6 +10,7 @@ import struct
 import subprocess
 import sys
 import threading
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,6 +22,8 @@ import stickslip as ss
 from stickslip.cli import main
 from stickslip.cli.verbs.simulate import KINDS
 from stickslip.files.study_file import distribution
+from stickslip.modes.modes import signed
+from stickslip.show.summary import Summary, Table
 from stickslip.study.run import store
 
 COMMAND = [sys.executable, "-c", "from stickslip.cli import main; main(prog_name='stickslip')"]
@@ -203,6 +206,26 @@ def test_an_undamped_mode_is_marginal(brake):
     assert printed.count("marginal") == 6
     assert "stable" not in printed
     assert "-0.000000" not in printed
+
+
+def test_no_zero_has_a_minus_sign(tmp_path):
+    """Nothing dissipates or moves along: damping ratios, growth rates and works are zeros of either sign."""
+    contact = ss.Contact(tangential=0, normal=1, friction=0.0, slider_speed=-0.1)
+    scene = ss.Scene([1.0, 1.0], np.diag([100.0, 1e4]), force=[0.0, -10.0], contacts=[contact])
+    path = tmp_path / "free.toml"
+    ss.save(scene, path)
+    modes, motion = ss.complex_modes(scene), ss.simulate(scene, ss.sliding_equilibrium(scene), 1.0)
+    assert np.signbit(modes.damping_ratios).all()
+    assert not modes.damping_ratios.any()
+    balance = replace(motion.balance(), damping=-0.0, residual=-0.0)
+    mixed = Summary(tables=[Table("zeros", ("either", "sign"), [(-0.0, 0.0), (0.0, -0.0)])])
+    printed = [run("modes", path).stdout, repr(modes), repr(balance), str(mixed)]
+    printed += [shown.summary()._repr_html_() for shown in (modes, balance)]
+    for text in [*printed, mixed._repr_html_()]:
+        assert re.search(r"(?<![\d.])0(\.0+)?(?![\d.])", text)
+        assert not re.search(r"[-\u2212]0(\.0+)?(e[-+]\d+)?(?![\d.])", text), text
+    # What is small is no zero.
+    assert signed(-1e-9, 6) == "-1.0e-09"
 
 
 def test_files_without_a_run_or_a_study_need_options(brake, tmp_path):

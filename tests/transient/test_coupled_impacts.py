@@ -169,3 +169,20 @@ def test_a_reduced_block_lifts_off(restitution):
     assert "impact" in run.events.kind
     assert "accumulation" in run.events.kind
     check(run, FLIGHT * len(run.events))
+
+
+@pytest.mark.slow
+def test_a_tolerance_cuts_impacts_that_lift_each_other():
+    """One impact lifts several contacts, which strike and lift others: their series has no constant ratio."""
+    scene = elastic_block()
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
+    full = ss.simulate(scene, start, 5.4e-4)
+    # The shortest period is 5e-6 s.
+    for tolerance, part in ((1e-9, 3), (1e-8, 6)):
+        cut = ss.simulate(scene, start, 5.4e-4, accumulation_tolerance=tolerance)
+        check(cut, ROUNDING)
+        assert len(cut.events) * part < len(full.events)
+        assert max(limit.error for limit in cut.accumulations) <= tolerance
+        one, other = full.state(5e-4), cut.state(5e-4)
+        change = np.abs(one.position - other.position).max()
+        assert change <= tolerance * np.abs(full.state(5e-4).velocity).max()

@@ -43,6 +43,7 @@ def quantities():
     """Compare the pair with one oscillator at a wall, and both with the closed form."""
     pair, wall = run(2, [-1.0, 1.0, 0.0], 2.0 * CLEARANCE), run(1, [1.0, 0.0], CLEARANCE)
     assert pair.events.kind.tolist() == wall.events.kind.tolist()
+    assert pair.events.kind[:COUNT].tolist() == ["impact"] * COUNT
     at = np.linspace(0.0, DURATION, 1000)
     # Beside an impact the rounding of its time decides which velocity is sampled; positions are continuous.
     both, one = pair.sample(at).position.values, wall.sample(at).position.values

@@ -103,7 +103,8 @@ def power_terms(axes: Axes, flow: xr.Dataset) -> Axes:
     axes.plot(flow.time, flow.external_power, color=EXTERNAL, linewidth=0.9, linestyle="-.", label="external")
     if (flow.circulatory_power != 0.0).any():
         axes.plot(flow.time, flow.circulatory_power, color=KINETIC, linewidth=0.9, label="circulatory")
-    axes.plot(flow.time, -flow.damping_power, color=DAMPING, linewidth=0.9, linestyle=":", label="-damping")
+    damping = "\N{MINUS SIGN}damping"
+    axes.plot(flow.time, -flow.damping_power, color=DAMPING, linewidth=0.9, linestyle=":", label=damping)
     axes.axhline(0.0, color="black", linewidth=0.4)
     axes.set_ylabel("power, W")
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)

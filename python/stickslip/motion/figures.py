@@ -215,7 +215,11 @@ def _portrait(axes: Axes, run: Moving, contact: int, status: Names, displaced: R
             label=f"{letter}  {NAMES[letter]}",
         )
     axes.axhline(
-        run.scene.contacts[contact].slider_speed, color="black", linewidth=0.6, linestyle=(0, (6, 3))
+        run.scene.contacts[contact].slider_speed,
+        color="black",
+        linewidth=0.6,
+        linestyle=(0, (4, 2)),
+        label="slider",
     )
     axes.set(xlabel="tangential displacement, µm", ylabel="tangential velocity, m/s")
     axes.legend(frameon=False, fontsize="small")

@@ -33,9 +33,8 @@ pub(crate) struct Series {
     pub gaps: Vec<f64>,
     /// Gap below which a series is not followed, m.
     pub resolution: f64,
-    /// Rest of the impacts of each contact, s, as far as those before tell, infinite where they do not; and the ratio
-    /// of the distances of two that follow each other.
-    pub rests: Vec<(f64, f64)>,
+    /// Ratio of the distances of two impacts of each contact that follow each other, 0 where those before tell none.
+    pub ratios: Vec<f64>,
     /// The rest that may be left out, s.
     pub negligible: f64,
     /// The resolution of the clock, s.

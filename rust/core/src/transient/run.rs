@@ -295,18 +295,17 @@ impl<'a> Run<'a> {
         Series {
             resolution,
             gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
-            rests: (0..self.state.scene.contacts.len())
-                .map(|contact| self.rest(contact, struck(contact)))
+            ratios: (0..self.state.scene.contacts.len())
+                .map(|contact| self.ratio(contact, struck(contact)))
                 .collect(),
             negligible: self.state.controls.accumulation_tolerance.max(self.ulp()),
             ulp: self.ulp(),
         }
     }
 
-    /// The rest, s, of the impacts of a contact as a geometric series through the last ones, and the ratio of two
-    /// impacts that follow each other; infinite and 0 where their distances do not shrink. Several impacts of a contact
+    /// The ratio of the distances of two impacts of a contact that follow each other, 0 where they do not shrink. Several
     /// may make up one round of the series, so distances are measured over as many as there are, up to `ROUND`.
-    fn rest(&self, contact: usize, struck: bool) -> (f64, f64) {
+    fn ratio(&self, contact: usize, struck: bool) -> f64 {
         let earlier =
             self.state.trajectory.events.iter().rev().take(SEEN * self.state.scene.contacts.len());
         let strikes = earlier
@@ -321,16 +320,13 @@ impl<'a> Run<'a> {
             .collect();
         let step = times.len().saturating_sub(1) / 2;
         if step == 0 {
-            return (f64::INFINITY, 0.0);
+            return 0.0;
         }
         let (last, before) = (times[0] - times[step], times[step] - times[2 * step]);
-        // Impacts that the clock can't tell apart leave no rest.
-        if last <= self.ulp() {
-            return (0.0, 0.0);
-        }
         match last / before {
-            ratio if ratio < 1.0 => (last * ratio / (1.0 - ratio), ratio.powf(1.0 / step as f64)),
-            _ => (f64::INFINITY, 0.0),
+            // The clock tells the impacts apart.
+            ratio if ratio < 1.0 && last > self.ulp() => ratio.powf(1.0 / step as f64),
+            _ => 0.0,
         }
     }
 
@@ -349,7 +345,7 @@ impl<'a> Run<'a> {
             return;
         };
         for (k, &(contact, _)) in limits {
-            let ratio = series.rests[contact].1;
+            let ratio = series.ratios[contact];
             let bounces = (rest / series.ulp).ln() / -ratio.ln();
             self.state.trajectory.accumulations.push(Accumulation {
                 event: first + k,

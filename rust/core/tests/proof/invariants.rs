@@ -10,7 +10,7 @@ use stickslip_core::{
     Combination, ContactInput, Controls, Method, Modes, SceneInput, Status, simulate,
 };
 
-use crate::models::{contact, propagators, state};
+use crate::models::{block, contact, propagators, run, state};
 
 /// A scene of two contacts and a free mass, with numbers of order one: dofs (0, 1) and (2, 3) are tangential and normal
 /// of the contacts.
@@ -143,6 +143,9 @@ proptest! {
         let balance = terms.iter().sum::<f64>() - works.kinetic - works.elastic;
         let size: f64 = terms.iter().map(|work| work.abs()).sum::<f64>() + 1.0;
         prop_assert!(balance.abs() <= accuracy * size, "{balance} of {size}");
+        // What starts open closes by an impact.
+        let is_open = sample.status.iter().all(|&status| status == Status::Detached);
+        prop_assert!(is_open || !works.impacts.is_empty());
         // Dampers, friction and impacts only take.
         prop_assert!(works.phases.iter().all(|phase| phase.damping.iter().all(|&work| work >= 0.0)));
         for impact in &works.impacts {
@@ -196,4 +199,17 @@ proptest! {
             }
         }
     }
+}
+
+/// A block that falls on its belt takes `1/2 m v^2 (1 - e^2)` with it: from y = 1 at rest `y = 2 cos t - 1`, which meets
+/// the belt with `v^2 = 3`.
+#[test]
+fn an_impact_takes_the_energy_of_its_restitution() {
+    let scene = propagators(block(ContactInput { restitution: 0.5, ..contact(0, 1) }));
+    let trajectory = run(&scene, &state(&[0.0, 1.0], &[0.0, 0.0], "d"), 1.2, Method::Auto);
+    let works = works(&trajectory, 0.0, trajectory.end).expect("within the run");
+    assert_eq!(works.impacts.len(), 1);
+    let impact = &works.impacts[0];
+    assert!((impact.normal - 0.5 * 3.0 * (1.0 - 0.25)).abs() <= 1e-14, "{impact:?}");
+    assert_eq!((impact.friction, impact.slider), (0.0, 0.0));
 }

@@ -29,8 +29,13 @@ const MARGIN: f64 = 4.0;
 /// which is far above their rounding, the impacts that follow are taken together:
 /// they end with g = v = 0, so that their impulses are those of N over the rest of the series and the impulse that
 /// takes v away. That one is given here, with its friction, and N acts from now on: after the rest velocities are
-/// the same, and positions differ by those gaps. The same closing takes the place of a series whose measured
-/// rest and whose flights are `negligible`.
+/// the same, and positions differ by those gaps. The same closing takes the place of a series whose rest is
+/// `negligible`.
+///
+/// The rest is that of rounds in which every contact strikes once. Its impact with the speed v takes
+/// `(1 - e^2) v^2 / (2 W_ii)` of an energy of at most `|v|^2 / (2 lambda)`, lambda being the least eigenvalue of W, so a round
+/// takes the part `phi = (1 - e^2) lambda / max W_ii`. Flights go with the root of the energy: the rest is
+/// `flight / (1 - sqrt(1 - phi))`, and `flight / (1 - e)` of one contact alone.
 ///
 /// The impacts of one contact alone end at their own limit, since a gap is exact after a bounce. Where an event of
 /// another contact has `broken` the flight, it is not: then they end here, too.
@@ -78,16 +83,25 @@ pub(crate) fn close_jointly(
         let mass =
             DMatrix::from_fn(pressed.len(), pressed.len(), |i, j| w(pressed[i].0, pressed[j].0));
         let speeds: Vec<f64> = pressed.iter().map(|&(i, _)| u[contacts[i].normal]).collect();
+        let lightest = mass.diagonal().max();
+        let part = mass.symmetric_eigenvalues().min().max(0.0) / lightest;
         let momenta = solve(mass, &speeds);
         let kinetic: f64 = momenta.iter().zip(&speeds).map(|(p, v)| 0.5 * p * v).sum();
         let lifted: f64 = pressed.iter().map(|&(i, n)| n * q[contacts[i].normal].max(0.0)).sum();
         let energy = kinetic + lifted;
         let flight = |i: usize, n: f64| (8.0 * energy / w(i, i)).sqrt() / n;
-        let ends = |&(i, n): &(usize, f64)| {
-            energy <= n * resolution || series.rests[i].0.max(flight(i, n)) <= series.negligible
+        let rest = |i: usize, n: f64| {
+            let taken = (1.0 - contacts[i].restitution.powi(2)) * part;
+            flight(i, n) * (1.0 + (1.0 - taken).sqrt()) / taken
         };
+        let members: Vec<(usize, f64)> = pressed
+            .iter()
+            .filter(|(i, _)| moving.contains(i) || struck.contains(i))
+            .map(|&(i, n)| (i, rest(i, n)))
+            .collect();
+        let rest = members.iter().map(|member| member.1).fold(0.0, f64::max);
         let moved = pressed.iter().filter(|entry| moving.contains(&entry.0));
-        if !moved.clone().all(ends) {
+        if rest > series.negligible && !moved.clone().all(|&(_, n)| energy <= n * resolution) {
             // What would rise highest alone is left out first: it may hold all of the energy.
             let height = |&(i, n): &(usize, f64)| {
                 let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal]);
@@ -100,13 +114,6 @@ pub(crate) fn close_jointly(
         let Some(mut held) = coupled.held(&problem, &solution.statuses, u) else {
             return Ok(None);
         };
-        let members: Vec<(usize, f64)> = pressed
-            .iter()
-            .filter(|(i, _)| moving.contains(i) || struck.contains(i))
-            .map(|&(i, n)| (i, flight(i, n)))
-            .collect();
-        let rest = |&(i, flight): &(usize, f64)| flight / (1.0 - contacts[i].restitution);
-        let rest = members.iter().map(rest).fold(0.0, f64::max);
         // What touches and is not part of the closing is drawn onto its slider by it, and strikes it.
         let mut touching: Vec<usize> = closed.iter().chain(&joined).copied().collect();
         touching.sort_unstable();
