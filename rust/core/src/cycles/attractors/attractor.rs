@@ -79,7 +79,7 @@ pub fn settle(
         let growth = neighbour.as_ref().map_or(Lyapunov::UNKNOWN, Neighbour::growth);
         let Lyapunov { exponent, error, time } = growth;
         let is_chaotic = exponent * time > CHAOS && exponent > CERTAIN * error;
-        if search.is_over() {
+        if search.remaining() == Some(0.0) {
             run.stop_reason = StopReason::TimeLimit;
         }
         if is_chaotic || elapsed >= search.limit || run.stop_reason == StopReason::TimeLimit {
