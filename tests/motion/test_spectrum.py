@@ -132,5 +132,6 @@ def test_statuses_survive_grey(cycle, axes):
     """Each status has a line style and a hatching of its own, whatever its colour turns into."""
     assert len(set(STYLES.values())) == len(set(HATCHES.values())) == 4
     ss.plot.phase_portrait(axes, cycle)
-    drawn = [line for line in axes.lines if not line.get_label().startswith("_")]
+    *drawn, slider = [line for line in axes.lines if not line.get_label().startswith("_")]
+    assert slider.get_label() == "slider"
     assert len({line.get_linestyle() for line in drawn}) == len(drawn) == 2
