@@ -20,8 +20,7 @@ class NoSteadySlidingError(InputError):
     """A scene without steady sliding: a contact would pull, and the static load opens it.
 
     The message names the contact, its normal force and, where one is found, the combination with open
-    contacts
-    in which the structure is in equilibrium.
+    contacts in which the structure is in equilibrium.
     """
 
 

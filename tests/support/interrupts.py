@@ -1,10 +1,13 @@
 """Ctrl-C that a process sends to itself, measured in processor time: a busy machine changes neither.
 
-Used by the programs that tests start.
+Used by the programs that tests start, and by these tests to start them.
 """
 
 import os
 import signal
+import subprocess
+import sys
+import textwrap
 import threading
 import time
 
@@ -26,3 +29,17 @@ class Interrupt:
     def unheard(self):
         """Return the processor time since it was sent, s."""
         return time.process_time() - self._sent
+
+
+def printed(program, *arguments, timeout, folders=()):
+    """Return what a program prints that must end well; it finds this file, and what is in some folders."""
+    path = os.pathsep.join([*folders, os.path.dirname(__file__), os.environ.get("PYTHONPATH", "")])
+    process = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(program), *arguments],
+        stdout=subprocess.PIPE,
+        text=True,
+        timeout=timeout,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+    assert process.returncode == 0
+    return process.stdout

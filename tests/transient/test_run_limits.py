@@ -2,9 +2,7 @@
 
 import os
 import pickle
-import subprocess
 import sys
-import textwrap
 import time
 
 import numpy as np
@@ -73,17 +71,9 @@ INTERRUPTED = """
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
 @pytest.mark.parametrize("scene", [chattering_belt, long_chain])
 def test_ctrl_c_stops_a_run_and_keeps_it(scene):
-    path = os.pathsep.join(
-        [os.path.dirname(__file__), os.path.dirname(interrupts.__file__), os.environ.get("PYTHONPATH", "")]
-    )
-    with subprocess.Popen(
-        [sys.executable, "-c", textwrap.dedent(INTERRUPTED).replace("SCENE", scene.__name__)],
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONPATH": path},
-    ) as process:
-        unheard, duration, events = map(float, process.communicate(timeout=120)[0].split())
-    assert process.returncode == 0
+    program = INTERRUPTED.replace("SCENE", scene.__name__)
+    printed = interrupts.printed(program, timeout=120, folders=[os.path.dirname(__file__)])
+    unheard, duration, events = map(float, printed.split())
     # The promise in s of processor time, with the conversion of the events so far.
     assert unheard <= 0.2
     assert 0.0 < duration < ENDLESS
