@@ -168,7 +168,8 @@ class Answer:
         figure
             The answer as a figure; None where there is none to draw.
         """
-        from stickslip.files.dataset_file import csv_text, json_text, write_dataset
+        from stickslip.files.csv_dataset import csv_text
+        from stickslip.files.dataset_file import json_text, write_dataset
 
         if self.json:
             click.echo(json_text(dataset()), nl=False)
