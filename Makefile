@@ -124,7 +124,7 @@ $(VENV)/.created:
 MATURIN := env -u CONDA_PREFIX VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --locked
 
 $(INSTALLED): $(VENV)/.created pyproject.toml $(RUST)
-	$(MATURIN) --extras test,lint,study,dask
+	$(MATURIN) --extras test,lint,study,dask,fe
 	@touch $@
 
 $(VENV)/.bench: $(INSTALLED)
