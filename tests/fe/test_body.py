@@ -6,21 +6,12 @@ import numpy as np
 import pytest
 import scipy.sparse
 import skfem
-from skfem.helpers import dot
-from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import stickslip as ss
+from meshed import elastic
 
 CALCULIX = Path(__file__).parent / "calculix"
 BOX = np.array([0.018, 0.008, 0.006])
-
-
-def elastic(mesh, element, young=10e9, poisson=0.3, density=2500.0, **options):
-    """Return the body of a mesh of one elastic material."""
-    basis = skfem.Basis(mesh, skfem.ElementVector(element), intorder=2)
-    stiffness = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis)
-    mass = density * skfem.BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis)
-    return ss.fe.Body.from_skfem(basis, mass, stiffness, **options)
 
 
 def box(kind, counts=(3, 1, 2)):
