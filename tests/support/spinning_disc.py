@@ -12,13 +12,13 @@ SPEED, PAD, FRICTION = 60.0, 4e7, 0.5
 
 
 def disc_matrices(radial, around, layers, speed=SPEED, friction=FRICTION):
-    """Return M (n,), K, G and H of a disc of trilinear bricks, held at its inner radius, n = 3 radial around layers.
+    """Return M (n,), K, G and H of a disc of bricks held inside, n = 3 radial around layers.
 
     Displacements are those of the points of space through which the material runs (Euler): its velocity is
-    ``x' + speed dx/dtheta``. With ``D = integral of density N' dN/dtheta``, skew round a whole turn, that gives
-    ``G = 2 speed D`` and takes ``speed^2 integral of density dN/dtheta' dN/dtheta`` off the stiffness. Masses are
-    lumped by row sums. A pad on either side, at the nodes of the outer half of an eighth of a turn, is a spring
-    across; its friction, `friction` times its force along the rotation, makes H.
+    ``x' + speed dx/dtheta``. With ``D = integral of density N' dN/dtheta``, skew round a whole turn, that
+    gives ``G = 2 speed D`` and takes ``speed^2 integral of density dN/dtheta' dN/dtheta`` off the stiffness.
+    Masses are lumped by row sums. A pad on either side, at the nodes of the outer half of an eighth of a
+    turn, is a spring across; its friction, `friction` times its force along the rotation, makes H.
     """
     radii = np.linspace(INNER, OUTER, radial + 1)
     angles = 2.0 * np.pi * np.arange(around) / around
@@ -28,7 +28,10 @@ def disc_matrices(radial, around, layers, speed=SPEED, friction=FRICTION):
     number = np.arange(points.shape[0]).reshape(r.shape)
     steps = np.array([(a, b, c) for a in (0, 1) for b in (0, 1) for c in (0, 1)])
     cells = np.stack(
-        [number[a : radial + a][:, (np.arange(around) + b) % around][:, :, c : layers - 1 + c] for a, b, c in steps],
+        [
+            number[a : radial + a][:, (np.arange(around) + b) % around][:, :, c : layers - 1 + c]
+            for a, b, c in steps
+        ],
         axis=-1,
     ).reshape(-1, 8)
     corners = 2.0 * steps - 1.0
@@ -77,7 +80,10 @@ def disc_matrices(radial, around, layers, speed=SPEED, friction=FRICTION):
     pad = np.flatnonzero(
         ((z == 0.0) | (z == THICKNESS)).ravel() & (r.ravel() > 0.5 * (INNER + OUTER)) & (theta.ravel() < 0.8)
     )
-    along = np.stack([-points[pad, 1], points[pad, 0]], axis=1) / np.hypot(points[pad, 0], points[pad, 1])[:, None]
+    along = (
+        np.stack([-points[pad, 1], points[pad, 0]], axis=1)
+        / np.hypot(points[pad, 0], points[pad, 1])[:, None]
+    )
     spring = PAD / pad.size
     side = np.where(points[pad, 2] > 0.0, 1.0, -1.0)
     k = k + scipy.sparse.coo_array((np.full(pad.size, spring), (3 * pad + 2, 3 * pad + 2)), shape=k.shape)

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.reduction import reduce

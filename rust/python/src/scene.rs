@@ -195,7 +195,8 @@ impl Scene {
         };
         let values = eigenvalues.as_array().to_vec();
         let vectors = rows(&right).into_iter().zip(rows(&left));
-        let pairs = values.into_iter().zip(vectors).map(|(value, (right, left))| (value, right, left));
+        let pairs =
+            values.into_iter().zip(vectors).map(|(value, (right, left))| (value, right, left));
         let pairs = pairs.collect();
         let judged = detached(py, || core::modes::judged_pairs(self.core(), &combination, pairs))?
             .map_err(|error| raise(py, &error))?;

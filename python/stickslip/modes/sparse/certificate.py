@@ -1,13 +1,14 @@
 """How many eigenvalues inside a contour are not among those found: the winding of what is left of det P.
 
-``det P(z) = c prod (z - lambda_j)`` winds about zero once for every eigenvalue inside. With the found ones divided out
+``det P(z) = c prod (z - lambda_j)`` winds about zero once for every eigenvalue inside. With the found ones
+divided out
 
     missing = 1 / (2 pi j)  integral of d/dz (log det P(z) - sum_found log(z - lambda_j)) dz
 
-is zero if they are all, and the integrand knows no eigenvalue nearer than those not found: few Gauss points suffice
-where counting all takes thousands. The slope of log det P comes from two factorizations next to each point, whose
-phases differ by less than half a turn, so that nothing is counted wrong by a whole one. The moments with z and z^2
-tell where the missing ones are.
+is zero if they are all, and the integrand knows no eigenvalue nearer than those not found: few Gauss points
+suffice where counting all takes thousands. The slope of log det P comes from two factorizations next to each
+point, whose phases differ by less than half a turn, so that nothing is counted wrong by a whole one. The
+moments with z and z^2 tell where the missing ones are.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ from stickslip.modes.sparse.pencil import SparsePencil, on_all_cores
 from stickslip.modes.sparse.region import POINTS, Panel, Region, contour, is_mirrored
 from stickslip.scene.checks import Complex, Real
 
-#: Distance of the two factorizations from a point, in lengths of its panel: rounding of log det P, some 1e-11, and
-#: the curvature of its slope both stay below 1e-6.
+#: Distance of the two factorizations from a point, in lengths of its panel: rounding of log det P, some
+#: 1e-11, and the curvature of its slope both stay below 1e-6.
 _STEP = 1e-3
 #: Factorizations that a certificate may take.
 FACTORIZATIONS = 150
@@ -39,7 +40,7 @@ class Certificate:
 
     @classmethod
     def of(cls, pencil: SparsePencil, region: Region, distance: float) -> Certificate:
-        """Return the samples on the contour of a region whose bounds eigenvalues keep a distance from, 1/s."""
+        """Return samples round a region; eigenvalues keep a distance, 1/s, from its bounds."""
         certificate = cls(pencil, region, contour(region, distance))
         certificate.differences = certificate._sampled(certificate.panels)
         return certificate
@@ -104,7 +105,7 @@ class Certificate:
         return tails
 
     def refined(self, found: Complex, tolerance: float) -> bool:
-        """Halve the panels that leave most unresolved, as long as factorizations are left; say whether any."""
+        """Halve panels that leave most unresolved while factorizations are left; say whether any."""
         room = (FACTORIZATIONS - self.factorizations) // (2 * POINTS)
         tails = self._tails(found)
         worst = [k for k in np.argsort(tails)[::-1][:room] if tails[k] > tolerance]

@@ -20,16 +20,18 @@ from stickslip.scene.scene import Scene
 _Item = TypeVar("_Item")
 _Made = TypeVar("_Made")
 
-#: A pivot on the diagonal is taken down to this share of the largest entry of its column: fill against accuracy.
+#: A pivot on the diagonal is taken down to this share of the largest entry of its column: fill against
+#: accuracy.
 _PIVOT = 0.01
 
 
 @dataclass(frozen=True)
 class SparsePencil:
-    """``P(lambda) = lambda^2 M + lambda C + K`` over scaled and reordered coordinates, q = scaling[order] q_new.
+    """``P(lambda) = lambda^2 M + lambda C + K`` over scaled and reordered coordinates.
 
-    Scaled by the roots of its masses, so that vectors are weighed by kinetic energy. The order keeps the fill of
-    a symmetric factorization low (minimum degree on A + A') and is found once.
+    Coordinates of the scene are ``q[order] = q_new``, each times its `scaling`. Scaled by the roots of its
+    masses, so that vectors are weighed by kinetic energy. The order keeps the fill of a symmetric
+    factorization low (minimum degree on A + A') and is found once.
     """
 
     mass: Any
@@ -66,7 +68,7 @@ class SparsePencil:
 
     @property
     def frequency(self) -> float:
-        """Return a frequency of the problem, 1/s: the root of mean stiffness over mass."""
+        """A frequency of the problem, 1/s: the root of mean stiffness over mass."""
         return float(np.sqrt(np.abs(self.stiffness.diagonal()).mean())) or 1.0
 
     def at(self, value: complex) -> Any:
@@ -80,7 +82,7 @@ class SparsePencil:
     def log_determinant(self, value: complex) -> complex:
         """Return ``log det P(value)``, its imaginary part up to a multiple of 2 pi."""
         factors = self.factors(value)
-        pivots = factors.U.diagonal()
+        pivots: Complex = factors.U.diagonal()
         odd = _is_odd(factors.perm_r) != _is_odd(factors.perm_c)
         return complex(np.log(pivots).sum()) + (1j * np.pi if odd else 0.0)
 
@@ -88,11 +90,8 @@ class SparsePencil:
         """Return vectors (m, k) over the coordinates of the scene's combination."""
         restored = np.empty_like(vectors)
         restored[self.order] = vectors
-        return restored * self.scaling[:, None]
-
-    def scaled(self, vectors: Complex) -> Complex:
-        """Return vectors (m, k) of the combination over the coordinates of the pencil."""
-        return (vectors / self.scaling[:, None])[self.order]
+        restored *= self.scaling[:, None]
+        return restored
 
 
 def sparse_array(parts: tuple[Any, Any, Any]) -> Any:
@@ -104,8 +103,8 @@ def sparse_array(parts: tuple[Any, Any, Any]) -> Any:
 def on_all_cores(make: Callable[[_Item], _Made], items: Iterable[_Item]) -> list[_Made]:
     """Return what is made of each item, one thread per processor.
 
-    The blocks of a sparse factorization are small: BLAS that splits each of them among threads takes many times
-    as long as one factorization per thread, so it is held to one.
+    The blocks of a sparse factorization are small: BLAS that splits each of them among threads takes many
+    times as long as one factorization per thread, so it is held to one.
     """
     listed = list(items)
     with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(max(1, os.cpu_count() or 1)) as pool:

@@ -1,21 +1,28 @@
 """The part of the plane of eigenvalues that a band and a growth range bound, and a contour round it.
 
-The region is ``low <= |lambda| <= high``, ``left <= Re lambda <= right``, mirrored in the real axis as the spectrum is.
+The region is ``low <= |lambda| <= high``, ``left <= Re lambda <= right``, mirrored in the real axis as the
+spectrum is.
 """
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from stickslip.scene.checks import Complex, Real
 
-#: Gauss points of a panel, and its length in distances to where eigenvalues may lie: what an eigenvalue at the distance
-#: d adds to the winding is then wrong by ``2 rho^(-2 points)``, ``rho = d / a + sqrt(1 + (d / a)^2) = 1.87`` with
-#: half the length ``a = 1.5 d``, that is by 1e-3.
+_Curve: TypeAlias = Callable[[Any], Any]
+
+#: Gauss points of a panel, and its length in distances to where eigenvalues may lie: what an eigenvalue at
+#: the distance d adds to the winding is then wrong by ``2 rho^(-2 points)``, ``rho = d / a + sqrt(1 + (d /
+#: a)^2) = 1.87`` with half the length ``a = 1.5 d``, that is by 1e-3.
 POINTS, _LENGTH = 6, 3.0
+#: Share of the distance to the imaginary axis that counts as that to the nearest eigenvalue.
+_AWAY = 0.7
 
 
 @dataclass(frozen=True)
@@ -41,14 +48,18 @@ class Region:
     def border(self, values: Complex) -> Real:
         """Return the distance of each eigenvalue to the nearest bound, 1/s, (k,)."""
         size = np.abs(values)
-        distances = [np.abs(size - self.high), np.abs(values.real - self.left), np.abs(values.real - self.right)]
+        distances = [
+            np.abs(size - self.high),
+            np.abs(values.real - self.left),
+            np.abs(values.real - self.right),
+        ]
         if self.low > 0.0:
             distances.append(np.abs(size - self.low))
         nearest: Real = np.min(distances, axis=0)
         return nearest
 
     def wider(self, width: float) -> Region:
-        """Return the region with bounds moved outwards; real parts reach at least `width` to either side of 0."""
+        """Return the region with bounds moved outwards; 0 lies at least `width` between those of growth."""
         low = self.low - width
         return Region(
             low if low > 0.0 else 0.0,
@@ -62,8 +73,8 @@ class Region:
 class Panel:
     """A piece of a contour: `place` and `slope` of a parameter between two numbers."""
 
-    place: Callable[[Real], Complex]
-    slope: Callable[[Real], Complex]
+    place: _Curve
+    slope: _Curve
     start: float
     stop: float
 
@@ -84,7 +95,7 @@ class Panel:
 
 
 def contour(region: Region, distance: float) -> list[Panel]:
-    """Return panels once round a region counterclockwise: its upper half, if it contains parts of the real axis.
+    """Return panels once round a region counterclockwise: round its upper half, if it contains real numbers.
 
     Parameters
     ----------
@@ -103,11 +114,13 @@ def contour(region: Region, distance: float) -> list[Panel]:
     def angle(radius: float, across: float) -> float:
         return float(np.arccos(np.clip(across / radius, -1.0, 1.0)))
 
-    def line(across: float) -> tuple[Callable[[Real], Complex], Callable[[Real], Complex]]:
-        return (lambda t: across + 1j * t), (lambda t: np.full(t.shape, 1j))
+    def line(across: float) -> tuple[_Curve, _Curve]:
+        return (lambda t: across + 1j * np.asarray(t)), (lambda t: np.full(np.shape(t), 1j))
 
-    def arc(radius: float) -> tuple[Callable[[Real], Complex], Callable[[Real], Complex]]:
-        return (lambda t: radius * np.exp(1j * t)), (lambda t: 1j * radius * np.exp(1j * t))
+    def arc(radius: float) -> tuple[_Curve, _Curve]:
+        return (lambda t: radius * np.exp(1j * np.asarray(t))), (
+            lambda t: 1j * radius * np.exp(1j * np.asarray(t))
+        )
 
     pieces = [
         (*line(right), height(low, right), height(high, right)),
@@ -120,21 +133,22 @@ def contour(region: Region, distance: float) -> list[Panel]:
     for place, slope, start, stop in pieces:
         if start == stop:
             continue
-        at = start
-        rate = float(np.abs(slope(np.array([start])))[0])
-        sign = np.sign(stop - start)
+        at, rate, sign = start, abs(complex(slope(start))), np.sign(stop - start)
+
+        def length(t: float, place: _Curve = place, rate: float = rate) -> float:
+            return _LENGTH * max(distance, _AWAY * abs(complex(place(t)).real)) / rate
+
         lengths = []
         while (stop - at) * sign > 0.0:
-            # The distance at the far end of the panel counts where it comes nearer.
-            here, there = (
-                max(distance, 0.7 * abs(place(np.array([t]))[0].real))
-                for t in (at, at + sign * _LENGTH * distance / rate)
-            )
-            lengths.append(_LENGTH * min(here, there) / rate)
-            at += sign * lengths[-1]
+            step = length(at)
+            # Where the imaginary axis comes nearer the far end counts.
+            while step > length(at + sign * step):
+                step *= 0.8
+            lengths.append(step)
+            at += sign * step
         # The last one is not cut short: all shrink alike.
         ends = start + (stop - start) * np.concatenate([[0.0], np.cumsum(lengths) / np.sum(lengths)])
-        panels += [Panel(place, slope, a, b) for a, b in zip(ends[:-1], ends[1:], strict=True)]
+        panels += [Panel(place, slope, a, b) for a, b in itertools.pairwise(ends)]
     return panels
 
 

@@ -1,4 +1,4 @@
-"""All eigenvalues of a region of the plane: shifts whose discs cover it, then what the certificate says is missing."""
+"""All eigenvalues of a region: by shifts whose discs cover it, then by where the certificate misses some."""
 
 from __future__ import annotations
 
@@ -13,9 +13,11 @@ from stickslip.modes.sparse.region import POINTS, Region, contour
 from stickslip.modes.sparse.shift_invert import Found, clusters, search_near
 from stickslip.scene.checks import Complex
 
-#: Distance of the contour from the band, in widths of the band: as far as Gauss points of 150 factorizations allow.
+#: Distance of the contour from the band, in widths of the band: as far as Gauss points of 150 factorizations
+#: allow.
 _DISTANCE = 0.1
-#: Largest number of pairs of one shift: beyond, another factorization takes less time than a larger Krylov space.
+#: Largest number of pairs of one shift: beyond, another factorization takes less time than a larger Krylov
+#: space.
 _PAIRS = 120
 #: Shifts that a search may take.
 _SHIFTS = 200
@@ -67,7 +69,9 @@ class Search:
         for group in clusters(values, _SAME, unit):
             shifts = [parts[k][1] for k in group]
 
-            def rank(shift: int, group: Sequence[int] = group, shifts: Sequence[int] = shifts) -> tuple[int, float]:
+            def rank(
+                shift: int, group: Sequence[int] = group, shifts: Sequence[int] = shifts
+            ) -> tuple[int, float]:
                 distance = abs(self.found[shift].shift - values[group[0]])
                 return shifts.count(shift), -distance
 
@@ -80,7 +84,7 @@ class Search:
         return Found(0.0, 0.0, values[chosen], right, left)
 
     def uncovered(self, low: float, high: float, width: float) -> list[tuple[float, float]]:
-        """Return the parts of [low, high] on the imaginary axis without a disc that reaches `width` to either side."""
+        """Return the parts of [low, high] on the imaginary axis that no disc covers to either side."""
         gaps = [(low, high)]
         for found in self.found:
             reach = found.radius**2 - (width + abs(found.shift.real)) ** 2
@@ -177,6 +181,4 @@ def certified(search: Search, region: Region, width: float) -> Answer:
             f"{certificate.factorizations} factorizations don't resolve"
         )
     inside = region.holds(merged.eigenvalues)
-    return Answer(
-        merged.kept(inside), missing, tuple(doubts), certificate.factorizations, len(search.found)
-    )
+    return Answer(merged.kept(inside), missing, tuple(doubts), certificate.factorizations, len(search.found))

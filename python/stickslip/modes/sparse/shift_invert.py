@@ -1,13 +1,13 @@
 """Eigenpairs nearest to a shift, right and left, by block Arnoldi with one sparse LU.
 
-With ``y = (x, lambda x)`` the pencil is the companion problem ``[[0, 1], [-K, -C]] y = lambda [[1, 0], [0, M]] y``.
-Shifted by sigma and inverted it takes one solution with ``P(sigma)`` a step:
+With ``y = (x, lambda x)`` the pencil is the companion problem ``[[0, 1], [-K, -C]] y = lambda [[1, 0], [0,
+M]] y``. Shifted by sigma and inverted it takes one solution with ``P(sigma)`` a step:
 
     w_1 = -P(sigma)^-1 (M y_2 + (C + sigma M) y_1),   w_2 = y_1 + sigma w_1,
 
 with eigenvalues ``theta = 1 / (lambda - sigma)``, the largest of which a Krylov space finds first (Saad 2011,
-chapters 6 and 8). Left vectors are right ones of the transposed pencil, with the transposed LU. The start is a block,
-because one vector finds one copy only of a multiple eigenvalue.
+chapters 6 and 8). Left vectors are right ones of the transposed pencil, with the transposed LU. The start is
+a block, because one vector finds one copy only of a multiple eigenvalue.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ import scipy.sparse.csgraph
 from stickslip.modes.sparse.pencil import SparsePencil
 from stickslip.scene.checks import Complex
 
-#: Residual of a Ritz pair, relative to its theta, up to which it counts as converged; the eigenvalue of a right
-#: and a left vector has about the square as its error.
+#: Residual of a Ritz pair, relative to its theta, up to which it counts as converged; the eigenvalue of a
+#: right and a left vector has about the square as its error.
 _CONVERGED = 1e-10
 #: Relative distance up to which a right and a left Ritz value are the same eigenvalue.
 _SAME = 1e-6
@@ -33,15 +33,16 @@ _SAME = 1e-6
 _CLUSTER = 1e-4
 #: What is left of a vector, relative to before, below which it lies in the space already.
 _DEPENDENT = 1e-12
-#: Distance, in units of the shift, to which it is moved where P is singular.
-_ASIDE = 1e-7
+#: Distance of an eigenvalue, in units of the shift, at which P is singular within rounding, so that no other
+#: one is found; and to where the shift is moved then: what is nearest to it stays so.
+_SINGULAR, _ASIDE = 1e-8, 1e-5
 #: Vectors of a block, dimensions of the largest Krylov space per wanted pair, and dimensions added at least.
 _BLOCK, _DIMENSIONS, _ROUND = 2, 12, 24
 
 
 @dataclass(frozen=True)
 class Found:
-    """Eigenpairs that one shift has found: all within `radius` of it that a Krylov space shows, and some beyond.
+    """Eigenpairs that one shift has found: all within its `radius` that a Krylov space shows.
 
     Eigenvalues (k,), vectors over the coordinates of the pencil (m, k).
     """
@@ -67,6 +68,7 @@ def search_near(
     *,
     seed: int = 0,
     block: int = _BLOCK,
+    moves: int = 2,
 ) -> Found:
     """Return the `count` eigenpairs nearest to a shift, fewer if those within `radius` are fewer.
 
@@ -84,19 +86,25 @@ def search_near(
         Of the random start.
     block
         Number of vectors of the start: the largest multiplicity that is found for sure.
+    moves
+        How often the shift may be moved aside where P is singular.
     """
     size = pencil.size
     # In such units both halves of a state have the same size.
     unit = abs(shift) or pencil.frequency
+    aside = shift + _ASIDE * (1.0 + 1.0j) * unit
     try:
         factors = pencil.factors(shift)
     except RuntimeError:
-        # The shift is an eigenvalue to the last bit; next to it the nearest ones are the same.
-        shift = shift + _ASIDE * (1.0 + 1.0j) * unit
-        factors = pencil.factors(shift)
+        if moves == 0:
+            raise
+        return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     random = np.random.default_rng(seed)
     start = random.standard_normal((2 * size, block)) + 1j * random.standard_normal((2 * size, block))
     values, states, reach = _Krylov(pencil, shift, unit, factors, "N").nearest(start, count, radius)
+    # With an eigenvalue at the shift that one alone converges, or none.
+    if np.abs(values - shift).min(initial=0.0 if values.size == 0 else np.inf) <= _SINGULAR * unit and moves:
+        return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     if values.size == 0:
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
@@ -104,13 +112,15 @@ def search_near(
     mix = random.standard_normal((values.size, block)) / np.linalg.norm(states, axis=0)[:, None]
     near = np.concatenate([states @ mix, states.conj() @ mix], axis=1)
     noise = random.standard_normal(near.shape) * np.linalg.norm(near, axis=0) / np.sqrt(2.0 * size)
-    others, duals, left_reach = _Krylov(pencil, shift, unit, factors, "T").nearest(
+    others, duals, _ = _Krylov(pencil, shift, unit, factors, "T").nearest(
         near + 1e-3 * noise, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9)
     )
     pairs = _matched(values, others, unit)
     lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])
     missed = float(np.abs(values[lost] - shift).min(initial=np.inf))
-    chosen, partners = (np.array(side, dtype=int) for side in (zip(*pairs, strict=True) if pairs else ((), ())))
+    chosen, partners = (
+        np.array(side, dtype=int) for side in (zip(*pairs, strict=True) if pairs else ((), ()))
+    )
     values, right, left = _biorthogonal(pencil, values[chosen], states[:, chosen], duals[:, partners], unit)
     return Found(shift, min(reach, missed), values, right, left)
 
@@ -147,7 +157,9 @@ class _Krylov:
         step = self.operator()
         total = start.shape[0]
         limit = min(total, _DIMENSIONS * count + 10 * _ROUND)
-        basis = np.empty((total, min(total, 2 * count + 2 * _ROUND) + start.shape[1]), dtype=complex, order="F")
+        basis = np.empty(
+            (total, min(total, 2 * count + 2 * _ROUND) + start.shape[1]), dtype=complex, order="F"
+        )
         projected = np.zeros((limit + start.shape[1] + 1, limit), dtype=complex)
         known = 0
 

@@ -45,10 +45,7 @@ pub struct JudgedPair {
 }
 
 /// `L' M R`, `L' C R` and `L' K R` of a combination, as sparse matrices.
-pub fn sparse_pencil(
-    scene: &Scene,
-    combination: &Combination,
-) -> Result<[SparseMatrix; 3], Error> {
+pub fn sparse_pencil(scene: &Scene, combination: &Combination) -> Result<[SparseMatrix; 3], Error> {
     scene.check_combination(combination)?;
     let reduction = Reduction::new(scene, combination);
     Ok([&scene.mass, &scene.damping, &scene.stiffness]
