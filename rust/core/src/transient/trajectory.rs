@@ -332,7 +332,7 @@ impl Trajectory {
 
     /// Number of dofs.
     pub fn size(&self) -> usize {
-        self.scene().size
+        self.scene().dofs
     }
 
     /// Number of contacts.
