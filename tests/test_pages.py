@@ -70,6 +70,12 @@ def test_links_between_pages_lead_somewhere():
             assert (page.parent / link).exists(), f"{page}: {link}"
 
 
+def test_pages_name_only_what_exists():
+    for page in SHORT.values():
+        for name in re.findall(r"`ss\.([A-Za-z_][\w.]*)", page.read_text(encoding="utf-8")):
+            operator.attrgetter(name)(ss)
+
+
 def test_the_index_names_every_page_once():
     docs = pages.ROOT / "docs"
     text = (docs / "index.md").read_text(encoding="utf-8")
