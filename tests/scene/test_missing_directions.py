@@ -30,7 +30,7 @@ def rubbed(friction=0.5, **law):
 
 
 def test_a_ball_bounces_to_rest():
-    """Dropped from h it strikes at t (1 + 2 e + .. + 2 e^k), t = sqrt(2 h / g); rest at t (1 + e) / (1 - e)."""
+    """Dropped from h it strikes at t (1 + 2 e + .. + 2 e^k), t = sqrt(2 h / g); rest: t (1 + e) / (1 - e)."""
     for method in ("auto", "taylor"):
         run = ss.simulate(dropped(restitution=0.5), ss.State([5.0], [0.0], "d"), 4.0, method)
         assert set(run.events.kind) == {"impact", "accumulation"}
@@ -205,7 +205,7 @@ def test_parameters_sweeps_and_studies():
     branches = ss.sweep(scene, friction=[0.1, 0.2, 0.3])
     assert branches.eigenvalue.values.imag.max() == pytest.approx(10.0)
     assert branches.steady_sliding.values.all()
-    answers = ss.Study(scene, {"normal_force": [5.0, 10.0]}, outputs=["growth_rate", "normal_force"]).run()
+    answers = ss.Study(scene, {"normal_force_0": [5.0, 10.0]}, outputs=["growth_rate", "normal_force"]).run()
     assert answers.normal_force.values.squeeze().tolist() == [5.0, 10.0]
 
 

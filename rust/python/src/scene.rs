@@ -149,7 +149,7 @@ impl Scene {
 
     #[getter]
     fn size(&self) -> usize {
-        self.core().size()
+        self.core().dofs()
     }
 
     fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
@@ -165,7 +165,7 @@ impl Scene {
         let combination = self.combination(py, combination)?;
         let found = detached(py, || core::Modes::new(self.core(), &combination))?
             .map_err(|error| raise(py, &error))?;
-        modes::modes(py, self.core().size(), found)
+        modes::modes(py, self.core().dofs(), found)
     }
 
     /// The combination of sliding as the sliders drive.

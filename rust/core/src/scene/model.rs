@@ -279,7 +279,7 @@ impl Scene {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
+    pub fn dofs(&self) -> usize {
         self.dofs
     }
 

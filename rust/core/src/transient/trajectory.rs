@@ -331,7 +331,7 @@ impl Trajectory {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
+    pub fn dofs(&self) -> usize {
         self.scene().dofs
     }
 
