@@ -22,6 +22,7 @@ PARTS = [
     "plot",
     "reference",
     "report",
+    "explorer",
     "cli",
 ]
 #: Files in a folder.
