@@ -89,6 +89,8 @@ docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pa
 	$(BIN)/python -m pytest tests/test_pages.py
 	$(BIN)/stickslip reproduce --output $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
+	$(BIN)/python docs/sketches/draw.py
+	PYTHONPATH=tests/support $(BIN)/python -m pages docs/tutorial.md docs/pictures
 	$(MAKE) pages
 
 pages: $(VENV)/.extra-docs ## Write the pages to docs/_build/html; warnings are errors
@@ -123,7 +125,7 @@ $(VENV)/.created:
 MATURIN := env -u CONDA_PREFIX VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --locked
 
 $(INSTALLED): $(VENV)/.created pyproject.toml $(RUST)
-	$(MATURIN) --extras test,lint,study,dask
+	$(MATURIN) --extras test,lint,study,dask,fe
 	@touch $@
 
 $(VENV)/.bench: $(INSTALLED)
