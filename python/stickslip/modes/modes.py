@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
+from stickslip.scene.scene import Matrix
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -98,9 +99,9 @@ class Modes(Shown):
     defective: NDArray[np.bool_]
     residual: Real
     rounding: Real
-    mass: Any
-    damping: Any
-    stiffness: Any
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
     dofs: tuple[str, ...]
     missing: float | None = 0.0
     doubts: tuple[str, ...] = ()
@@ -119,12 +120,12 @@ class Modes(Shown):
         return np.concatenate([self.left_displacement, self.left_displacement * self.eigenvalues])
 
     @cached_property
-    def state_a(self) -> Any:
+    def state_a(self) -> Matrix:
         """A, (m, m)."""
         return _blocks(self.damping, self.mass, self.mass, 0.0 * self.mass)
 
     @cached_property
-    def state_b(self) -> Any:
+    def state_b(self) -> Matrix:
         """B, (m, m)."""
         zero = 0.0 * self.mass
         return _blocks(self.stiffness, zero, zero, -self.mass)
@@ -303,7 +304,7 @@ class Modes(Shown):
         return Summary([] if whole else facts, tables=[table])
 
 
-def _blocks(*quarters: Any) -> Any:
+def _blocks(*quarters: Matrix) -> Matrix:
     """Return a matrix of four quarters, sparse if they are."""
     rows = [list(quarters[:2]), list(quarters[2:])]
     if scipy.sparse.issparse(quarters[0]):

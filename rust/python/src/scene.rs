@@ -202,7 +202,7 @@ impl Scene {
         let pairs = pairs.collect();
         let judged = detached(py, || core::modes::judged_pairs(self.core(), &combination, pairs))?
             .map_err(|error| raise(py, &error))?;
-        modes::pairs(py, self.core().size(), &judged)
+        modes::pairs(py, self.core().dofs(), &judged)
     }
 
     /// The combination of sliding as the sliders drive.
