@@ -10,6 +10,7 @@ from stickslip.fe.formats.readers import read
 from stickslip.fe.pairs import Pairs, Rotation, contact_pairs
 from stickslip.fe.reduced.reduction import Reduction, reduce
 from stickslip.fe.surface import Surface
+from stickslip.fe.vtu import write_vtu
 
 __all__ = [
     "Body",
@@ -21,4 +22,5 @@ __all__ = [
     "contact_pairs",
     "read",
     "reduce",
+    "write_vtu",
 ]
