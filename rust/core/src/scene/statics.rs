@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::linalg::dense::{regular_solution, smallest_relative_pivot, solve};
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::{Reduced, Reduction};
 use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the equilibrated matrix) below which an equilibrium is not unique.
@@ -56,11 +56,16 @@ impl Steady {
 impl Statics {
     /// Of a scene and one of its combinations.
     pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
-        let (m, statuses) = (reduced.size(), reduced.combination.statuses());
+        Self::of(scene, &reduced.combination, &reduced.reduction)
+    }
+
+    /// The same from the bases of the combination.
+    pub fn of(scene: &Scene, combination: &Combination, reduction: &Reduction) -> Self {
+        let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
-            let position = |k: usize| reduced.reduction.place(k);
+            let position = |k: usize| reduction.place(k);
             if status.is_closed() {
                 offsets[i] = scene.force[law.normal];
                 for (k, value) in scene.stiffness.row(law.normal) {
@@ -73,7 +78,7 @@ impl Statics {
             }
         }
         Self {
-            load: reduced.force_constant.clone(),
+            load: reduction.force_constant(scene),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(Contact::drive).collect(),
