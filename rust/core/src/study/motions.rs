@@ -123,7 +123,7 @@ pub(crate) fn follow(
     questions: &MotionQuestions,
     cancel: &Cancel,
 ) -> Result<Followed, Failure> {
-    let scene = &propagators.scene;
+    let scene = propagators.scene();
     let start = match &questions.added {
         None => disturbed_sliding(scene)?,
         Some((position, velocity)) => {
@@ -189,7 +189,7 @@ fn settled(
         Attractor::Equilibrium => {
             settled.kind = SettledKind::Equilibrium;
             settled.sequence = last.combinations_in_order().pop().into_iter().collect();
-            settled.amplitude = vec![0.0; last.scene().size];
+            settled.amplitude = vec![0.0; last.scene().size()];
         }
         Attractor::Aperiodic(growth) => {
             settled.kind = SettledKind::Aperiodic;
