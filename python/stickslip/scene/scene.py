@@ -45,6 +45,7 @@ from stickslip.scene.loads import (
     load_parameters,
     replaced,
 )
+from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -116,6 +117,9 @@ class Scene(Shown):
         circulatory=(A - A.T) / 2``.
     loads
         Loads in time, `Harmonic` and `Steps`. Steady sliding and modes know only the first values of steps.
+    mesh
+        Where the dofs lie, for drawings: what `stickslip.fe.assemble` makes of its bodies; None: not known.
+        It has no part in any equation, and no place in a scene file.
 
     Raises
     ------
@@ -135,6 +139,7 @@ class Scene(Shown):
     gyroscopic: Matrix | None
     circulatory: Matrix | None
     loads: tuple[Load, ...]
+    mesh: Mesh | None
     core: _core.Scene = dataclasses.field(repr=False)
     #: The model function with the arguments that this scene was made of, or None; see `save`.
     model: partial[Scene] | None = dataclasses.field(repr=False)
@@ -151,6 +156,7 @@ class Scene(Shown):
         gyroscopic: Any = None,
         circulatory: Any = None,
         loads: Sequence[Load] = (),
+        mesh: Mesh | None = None,
     ) -> None:
         m = mass_array(mass)
         size = m.shape[0]
@@ -191,6 +197,7 @@ class Scene(Shown):
             gyroscopic=g,
             circulatory=h,
             loads=listed_loads,
+            mesh=mesh,
             core=core,
             model=None,
         )
@@ -288,6 +295,7 @@ class Scene(Shown):
             self.gyroscopic,
             self.circulatory,
             self.loads,
+            self.mesh,
         )
         return _restored, (arguments, self.model)
 
