@@ -74,7 +74,7 @@ class _ModesData(TypedDict):
 class Scene:
     def __new__(
         cls,
-        mass: _Real,  # (n,) or (n, n)
+        mass: _Real | _SparseData,  # (n,) or (n, n)
         stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
         # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
         damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],

@@ -1,7 +1,7 @@
 """An oscillator with dry friction under a harmonic load, moving without stops.
 
-`m x'' + k x = P cos(w t) - F sign(x')`, with r the frequency of the load over the natural one. A symmetric motion
-without stops has half a period with constant friction between two turning points +-A:
+`m x'' + k x = P cos(w t) - F sign(x')`, with r the frequency of the load over the natural one. A symmetric
+motion without stops has half a period with constant friction between two turning points +-A:
 
     A^2 = (P / k)^2 V^2 - (F / k)^2 U^2,   V = 1 / (1 - r^2),   U = sin(pi / r) / (r (1 + cos(pi / r)))
 
@@ -65,11 +65,14 @@ def quantities():
 CASES = [
     Case(
         title="Oscillator with dry friction under a harmonic load",
-        source="J. P. Den Hartog, Forced vibrations with combined Coulomb and viscous friction, Trans. ASME 53, 1931.",
+        source=(
+            "J. P. Den Hartog, Forced vibrations with combined Coulomb and viscous friction, "
+            "Trans. ASME 53, 1931."
+        ),
         model=(
             "`x'' + x = cos(r t) - f sign(x')`: m = k = P = 1, friction f. The motion without stops has the "
-            "amplitude `A^2 = 1 / (1 - r^2)^2 - f^2 U^2` with `U = sin(pi / r) / (r (1 + cos(pi / r)))`. The program "
-            "follows the motion from x' = 1e-3 until it recurs, and finds the periodic orbit."
+            "amplitude `A^2 = 1 / (1 - r^2)^2 - f^2 U^2` with `U = sin(pi / r) / (r (1 + cos(pi / r)))`. "
+            "The program follows the motion from x' = 1e-3 until it recurs, and finds the periodic orbit."
         ),
         tolerance="Closed form: 1e-12.",
         quantities=quantities,

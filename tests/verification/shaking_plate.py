@@ -1,8 +1,8 @@
 """A mass on a rough plate that shakes.
 
-The plate has the acceleration `a sin(2 pi t)` from rest, so the speed `V = a / (2 pi) (1 - cos(2 pi t))`. The mass sticks
-while `|a sin(2 pi t)| <= mu N / m`; while it slips its speed changes by +-mu N / m. All is known but the times
-at which slip ends, which are zeros of `u - V`.
+The plate has the acceleration `a sin(2 pi t)` from rest, so the speed `V = a / (2 pi) (1 - cos(2 pi t))`. The
+mass sticks while `|a sin(2 pi t)| <= mu N / m`; while it slips its speed changes by +-mu N / m. All is known
+but the times at which slip ends, which are zeros of `u - V`.
 """
 
 import stickslip as ss
@@ -97,9 +97,9 @@ CASES = [
         source="Code_Aster validation manual V5.01.104, SDND104; closed form.",
         model=(
             "A mass of 1 kg, pressed on a plate with N = 10 N, friction 0.1; the plate has the acceleration "
-            "a sin(2 pi t) from rest. The slider has the constant speed a / (2 pi) and vibrates with - a / (2 pi) "
-            "cos(2 pi t). While the mass slips its speed changes by mu N / m in a second; Archard's law takes the mean "
-            "of N |s| from 4 s to 12 s."
+            "a sin(2 pi t) from rest. The slider has the constant speed a / (2 pi) and vibrates with "
+            "- a / (2 pi) cos(2 pi t). While the mass slips its speed changes by mu N / m in a second; "
+            "Archard's law takes the mean of N |s| from 4 s to 12 s."
         ),
         tolerance="Closed form, the ends of slip as zeros of it in 40 digits: 1e-12.",
         quantities=quantities,

@@ -39,7 +39,8 @@ class Cycle(Shown):
     """A periodic orbit, refined by Newton's method on the exact return map.
 
     The section t = 0 lies just after the event at which the sequence of combinations comes first in the
-    alphabet; under loads that oscillate, where these begin, and the period is a whole number of theirs. Multipliers are the eigenvalues of the derivative of the flow over one period, phase by phase
+    alphabet. Under loads that oscillate it lies where these begin; the period is a whole number of theirs.
+    Multipliers are the eigenvalues of the derivative of the flow over one period, phase by phase
     ``exp(A tau)`` times the saltation matrix of the event (Aizerman and Gantmakher 1958; Leine and Nijmeijer
     2004, ch. 7).
     """
@@ -85,7 +86,8 @@ class Cycle(Shown):
         """Floquet multipliers on the admissible space at the section, complex, descending in modulus.
 
         As many as the space has dimensions (`CyclePhase.dimension` of the first phase). One equals 1: a shift
-        along the motion; not under loads that oscillate, which set the phase. The last `structural_zeros` are zero exactly; at a `corner` the others are nan.
+        along the motion; not under loads that oscillate, which set the phase. The last `structural_zeros` are
+        zero exactly; at a `corner` the others are nan.
         """
         return self.core.multipliers
 

@@ -140,7 +140,8 @@ def frequency_response(
         ``stable`` (False where that is not known), ``stability``, ``load_periods`` (the period, in periods of
         the loads), ``largest_multiplier``, ``direction`` (``up``, ``down``, ``between``). Over
         ``linear_frequency``, (k,) Hz: ``linear`` (linear_frequency, dof), m, the amplitude while no contact
-        changes its status. Its `cycles` are the orbits of the points; where motions do not recur there is none.
+        changes its status. Its `cycles` are the orbits of the points; where motions do not recur, there is
+        none.
 
     Raises
     ------
@@ -247,7 +248,8 @@ def _cycle(scene: Scene, outcome: Outcome | None) -> Cycle | None:
 def _response(cycle: Cycle) -> Real:
     """Return the largest |x - mean| of every dof, (n,), m."""
     mean = cycle.core.harmonics(0)[0].real
-    return np.maximum(cycle.core.maximum - mean, mean - cycle.core.minimum)
+    largest: Real = np.maximum(cycle.core.maximum - mean, mean - cycle.core.minimum)
+    return largest
 
 
 def _differs(one: Cycle, other: Cycle, scale: float) -> bool:
@@ -299,19 +301,14 @@ def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
     for frequency in values:
         rate = 2.0 * np.pi * frequency
         stiffness = reduced.stiffness + 1j * rate * reduced.damping - rate**2 * reduced.mass
+        force, carried = np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
         if alone is None:
             force, carried = _vibration(scene, name, combination, rate)
-            rows.append(
-                np.abs(
-                    carried + reduced.right_basis @ np.linalg.solve(stiffness, reduced.left_basis.T @ force)
-                )
-            )
-            continue
-        entries = core_loads([alone], (), scene.dofs)[0][0][0]
-        force = np.zeros(scene.size)
-        for dof, entry in entries:
-            force[dof] += entry
-        rows.append(np.abs(reduced.right_basis @ np.linalg.solve(stiffness, reduced.left_basis.T @ force)))
+        else:
+            for dof, entry in core_loads([alone], (), scene.dofs)[0][0][0]:
+                force[dof] += entry
+        free = np.linalg.solve(stiffness, reduced.left_basis.T @ force)
+        rows.append(np.abs(carried + reduced.right_basis @ free))
     return np.array(rows)
 
 

@@ -92,8 +92,8 @@ class Events(Sequence[Event], Shown):
         """What happened, (e,).
 
         One of ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
-        ``impact``, ``accumulation``, and ``load`` (a load was switched, of no contact). An impact counts even if the
-        combination stays.
+        ``impact``, ``accumulation``, and ``load`` (a load was switched, of no contact). An impact counts even
+        if the combination stays.
         """
         return np.array(self._core.event_kind, dtype=np.str_)
 
