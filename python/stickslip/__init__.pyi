@@ -12,6 +12,7 @@ from .cycles.frequency_response import FrequencyResponse, frequency_response
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection
 from .errors import InputError, RunError, StickslipError
+from .explorer import explore
 from .files.case import Case, load_case, load_scene, save
 from .files.dataset_file import read_dataset, write_dataset
 from .files.study_file import study_of
@@ -26,7 +27,7 @@ from .motion.energy import Balance
 from .report import write_report
 from .scene import models
 from .scene.contact import Contact
-from .scene.loads import Harmonic, Steps
+from .scene.loads.in_time import Harmonic, Steps
 from .scene.reduction import reduce
 from .scene.scene import Proportional, Scene
 from .scene.state import State, sliding_equilibrium
@@ -62,6 +63,7 @@ __all__ = [
     "disturbed_sliding",
     "entry_sensitivity",
     "errors",
+    "explore",
     "fe",
     "follow_branch",
     "frequency_response",

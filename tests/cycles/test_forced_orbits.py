@@ -180,3 +180,57 @@ def test_frequency_response_without_contact_is_the_linear_one():
     assert data.sizes["point"] == 7
     assert data.stable.all()
     assert data.response.to_numpy() == pytest.approx(data.linear.to_numpy(), rel=1e-11)
+
+
+@pytest.fixture(scope="module")
+def hitting():
+    """An oscillator that hits a stop at x = -4, with a restitution of 0.8, around its resonance."""
+    stop = ss.Contact(normal="x", gap=4.0, restitution=0.8)
+    load = ss.Harmonic({"x": 1.0}, frequency=0.1, name="shaker")
+    scene = ss.Scene([1.0], [[1.0]], damping=[[0.04]], contacts=[stop], dofs=["x"], loads=[load])
+    ratios = np.array([0.8, 1.05, 1.15, 1.25, 1.35, 1.45, 1.55])
+    return ss.frequency_response(scene, "shaker", ratios / (2.0 * np.pi), start=ss.State([0.0], [0.0], "d"))
+
+
+def test_a_response_has_two_stable_answers_and_an_unstable_one_between(hitting):
+    data = hitting.data
+    ratio = 2.0 * np.pi * data.frequency.to_numpy()
+    response, stable = data.response.to_numpy()[:, 0], data.stable.to_numpy()
+    for value in (1.15, 1.25, 1.35, 1.45):
+        here = stable & np.isclose(ratio, value)
+        assert here.sum() == 2
+        low, high = np.sort(response[here])
+        # The lower one does not touch the stop.
+        assert low == pytest.approx(1.0 / abs(1.0 - value**2 + 0.04j * value), rel=1e-11)
+        assert high > 4.0
+        between = ~stable & (np.abs(ratio - value) < 0.01)
+        assert between.any()
+        assert (response[between] > low).all()
+        assert (response[between] < high).all()
+    assert (data.largest_multiplier.to_numpy()[stable] < 1.0).all()
+    # The branch turns back near 1.497.
+    assert 1.49 < ratio[~stable].max() < 1.50
+
+
+def test_a_response_draws_and_keeps_its_numbers(hitting, tmp_path):
+    axes = hitting.plot()
+    assert axes.get_xlabel().endswith("Hz")
+    assert "linear" in {text.get_text() for text in axes.get_legend().get_texts()}
+    ss.write_dataset(hitting.to_dataset(), tmp_path / "response.nc")
+    again = ss.read_dataset(tmp_path / "response.nc")
+    assert again.response.equals(hitting.data.response)
+    assert "orbits" in str(hitting.summary())
+    with pytest.raises(ss.InputError, match="no dof 'z'"):
+        hitting.plot("z")
+
+
+def test_mistakes_of_a_response_are_named():
+    scene = belt()
+    with pytest.raises(ss.InputError, match="no harmonic load 'shake'; nearest: shaker"):
+        ss.frequency_response(scene, "shake", [1.0])
+    with pytest.raises(ss.InputError, match="place below 1"):
+        ss.frequency_response(scene, 1, [1.0])
+    with pytest.raises(ss.InputError, match="must be positive"):
+        ss.frequency_response(scene, "shaker", [0.0, 1.0])
+    with pytest.raises(ss.InputError, match="unknown dof 'z'"):
+        ss.frequency_response(scene, "shaker", [1.0], ["z"])

@@ -27,19 +27,11 @@ def amplitude(ratio, friction):
 
 
 def orbit(ratio, friction):
-    """Return the orbit that the motion from rest settles to; N = 1 N on a normal dof of its own."""
-    floor = ss.Contact(tangential="x", normal="y", friction=friction)
+    """Return the orbit that the motion from rest settles to, under a given normal force of 1 N."""
+    floor = ss.Contact(tangential="x", friction=friction, normal_force=1.0)
     load = ss.Harmonic({"x": 1.0}, frequency=ratio / (2.0 * float(mp.pi)))
-    scene = ss.Scene(
-        [1.0, 1.0],
-        [[1.0, 0.0], [0.0, 1.0]],
-        force=[0.0, -1.0],
-        contacts=[floor],
-        dofs=["x", "y"],
-        loads=[load],
-    )
-    start = ss.State([0.0, 0.0], [1e-3, 0.0], "-")
-    return ss.simulate(scene, start, 400.0).limit_cycle()
+    scene = ss.Scene([1.0], [[1.0]], contacts=[floor], dofs=["x"], loads=[load])
+    return ss.simulate(scene, ss.State([0.0], [1e-3], "-"), 400.0).limit_cycle()
 
 
 def quantities():

@@ -68,12 +68,14 @@ def computed(acceleration):
     amplitude = acceleration / (2.0 * float(mp.pi))
     shaking = ss.Harmonic(-amplitude, frequency=1.0)
     plate = ss.Contact(
-        tangential="x", normal="y", friction=FRICTION, slider_speed=amplitude, slider_vibration=shaking
+        tangential="x",
+        friction=FRICTION,
+        normal_force=NORMAL,
+        slider_speed=amplitude,
+        slider_vibration=shaking,
     )
-    scene = ss.Scene(
-        [1.0, 1.0], [[0.0, 0.0], [0.0, 1.0]], force=[0.0, -NORMAL], contacts=[plate], dofs=["x", "y"]
-    )
-    run = ss.simulate(scene, ss.State([0.0, 0.0], [0.0, 0.0], "s"), END)
+    scene = ss.Scene([1.0], [[0.0]], contacts=[plate], dofs=["x"])
+    run = ss.simulate(scene, ss.State([0.0], [0.0], "s"), END)
     return float(run.balance(BEGIN, END).contacts.wear.sum()) / (END - BEGIN)
 
 

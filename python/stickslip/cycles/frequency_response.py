@@ -17,7 +17,7 @@ from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import axis
 from stickslip.scene.checks import Complex, Real, described
 from stickslip.scene.contact import dof_index, nearest
-from stickslip.scene.loads import Harmonic, core_loads, load_names, load_parameters
+from stickslip.scene.loads.in_time import Harmonic, core_loads, load_names, load_parameters
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, sliding_equilibrium
@@ -259,30 +259,38 @@ def _differs(one: Cycle, other: Cycle, scale: float) -> bool:
 def _between(
     field: str, values: Real, up: list[Cycle | None], down: list[Cycle | None], scale: float
 ) -> list[tuple[float, Cycle, str]]:
-    """Return the orbits between two answers at a frequency, traced from the last that the way up finds."""
+    """Return the orbits between two answers: the branch of the way up, traced around its fold."""
+    apart = [
+        one is not None and other is not None and _differs(one, other, scale)
+        for one, other in zip(up, down, strict=True)
+    ]
     found: list[tuple[float, Cycle, str]] = []
-    for k in range(len(values)):
-        one, other = up[k], down[k]
-        if one is None or other is None or not _differs(one, other, scale):
+    for k, cycle in enumerate(up):
+        if cycle is None or not apart[k] or (k + 1 < len(values) and apart[k + 1]):
             continue
-        last = k + 1 == len(values) or up[k + 1] is None or down[k + 1] is None
-        if not last and _differs(up[k + 1], down[k + 1], scale):  # type: ignore[arg-type]
-            continue
-        # The way up leaves its branch beyond this value: the branch turns back there.
-        width = float(values[-1] - values[0])
-        try:
-            branch = trace_branch(
-                one, over={field: (float(values[k]), float(values[k]) + width)}, step=STEP, points=POINTS
-            )
-        except OrbitError:
-            continue
-        beyond = branch.data[field].to_numpy()
-        found += [
-            (float(value), cycle, "between")
-            for value, cycle in zip(beyond[1:], branch.cycles[1:], strict=True)
-            if cycle is not None
-        ]
+        # The way up leaves its branch beyond this value, where it turns back.
+        around = _traced(field, cycle, float(values[k]), float(values[k] + values[-1] - values[0]))
+        found += around
+        if around and around[-1][1].stable is False:
+            value, turned, _ = around[-1]
+            found += _traced(field, turned, value, float(values[0]))
     return found
+
+
+def _traced(field: str, cycle: Cycle, begin: float, end: float) -> list[tuple[float, Cycle, str]]:
+    """Return the orbits of a branch beyond its first value that obey the contact laws."""
+    if begin == end:
+        return []
+    try:
+        branch = trace_branch(cycle, over={field: (begin, end)}, step=STEP, points=POINTS)
+    except OrbitError:
+        return []
+    traced = zip(branch.data[field].to_numpy(), branch.cycles, branch.data.followed.to_numpy(), strict=True)
+    return [
+        (float(value), orbit, "between")
+        for value, orbit, followed in traced
+        if orbit is not None and followed and value != begin
+    ]
 
 
 def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:

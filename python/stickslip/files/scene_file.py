@@ -25,7 +25,7 @@ from stickslip.files.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
 from stickslip.scene.contact import Contact, nearest
-from stickslip.scene.loads import Harmonic, Load, Steps
+from stickslip.scene.loads.in_time import Harmonic, Load, Steps
 from stickslip.scene.scene import Proportional, Scene
 
 #: Numbers of a matrix up to which it is written into the scene file itself.
@@ -36,8 +36,6 @@ MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsyste
 MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
 SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact", "load")
 CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
-#: What a contact has to have.
-CONTACT_NEEDS = ("tangential", "normal", "friction")
 HARMONIC_KEYS, STEPS_KEYS = (
     tuple(field.name for field in dataclasses.fields(kind)) for kind in (Harmonic, Steps)
 )
@@ -104,7 +102,9 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
     if not isinstance(contacts, list):
         raise InputError(f"{path}: [scene]: contact: expected tables [[scene.contact]], got {contacts!r}")
     for i, contact in enumerate(contacts):
-        known(f"{path}: contact {i}", contact, CONTACT_KEYS, CONTACT_NEEDS)
+        # A stop has no tangential direction and no friction.
+        needs = ("normal",) if "tangential" not in contact else ("tangential", "friction")
+        known(f"{path}: contact {i}", contact, CONTACT_KEYS, needs)
     arguments = {key: _matrix(path, key, table[key]) for key in MATRICES if key in table}
     loads = table.get("load", [])
     if not isinstance(loads, list):

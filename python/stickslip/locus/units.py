@@ -7,7 +7,14 @@ from typing import Any
 from stickslip.scene.family import Family
 
 #: Of a contact's law, by whatever model.
-LAW_UNITS = {"friction": "1", "static_friction": "1", "slider_speed": "m/s", "restitution": "1", "gap": "m"}
+LAW_UNITS = {
+    "friction": "1",
+    "static_friction": "1",
+    "slider_speed": "m/s",
+    "restitution": "1",
+    "gap": "m",
+    "normal_force": "N",
+}
 #: Of loads in time, by the field of the core or its last word; an amplitude is a force or a speed.
 LOAD_UNITS = {
     "harmonic_amplitude": "N",

@@ -29,10 +29,10 @@ pub(crate) fn coordinates_at(
     time: f64,
 ) -> Result<(Vec<f64>, Vec<f64>), Error> {
     for (argument, values) in [("position", &state.position), ("velocity", &state.velocity)] {
-        if values.len() != scene.size() {
+        if values.len() != scene.dofs {
             return Err(Error::Shape {
                 argument: argument.into(),
-                expected: format!("shape ({},)", scene.size()),
+                expected: format!("shape ({},)", scene.dofs),
                 got: format!("({},)", values.len()),
             });
         }

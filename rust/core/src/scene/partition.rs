@@ -46,7 +46,7 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
         None => Vec::new(),
     };
     // What carries loads couples nothing: each part has its own copy of it.
-    let n = scene.size();
+    let n = scene.structure();
     let entries = |matrix: &SparseMatrix, i: usize, found: &mut Vec<usize>, carries: bool| {
         let row = matrix.row(i).filter(|entry| entry.1 != 0.0 && (entry.0 >= n) == carries);
         found.extend(row.map(|entry| entry.0));
@@ -97,10 +97,14 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let whole = scene.coordinates.delassus.as_ref();
     let delassus = whole.map(|whole| whole.select_rows(&rows).select_columns(&rows));
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
+    let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
+    let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
     let part = Scene {
         size: coordinates.len(),
+        dofs,
         impact_friction: scene.impact_friction,
         coordinates: Coordinates::of_contacts(
+            dofs,
             laws.iter().map(|law| (law.tangential, law.normal)).collect(),
             delassus,
         ),
@@ -117,7 +121,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
         }),
         force: coordinates.iter().map(|&k| scene.force[k]).collect(),
         loads: Loads::default(),
-        drive: scene.drive.as_ref().map(|drive| drive.restricted(&coordinates)),
+        drive,
         bare,
     };
     Block { scene: Arc::new(part), coordinates, contacts }

@@ -353,7 +353,7 @@ impl PhaseSearch {
             let rest = at * width;
             let ulp = run.time.seconds.next_up() - run.time.seconds;
             let speed =
-                run.u[..run.scene.size()].iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+                run.u[..run.scene.structure()].iter().fold(0.0, |size: f64, u| size.max(u.abs()));
             let negligible = rest <= run.controls.accumulation_tolerance.max(ulp)
                 || run.u[law.normal] <= BOUNCE_ROUNDING * speed;
             if negligible && at <= 1.0 && nearest.as_ref().is_none_or(|limit| at < limit.at) {

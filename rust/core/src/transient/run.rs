@@ -329,7 +329,7 @@ impl<'a> Run<'a> {
     /// How far a series of impacts over several contacts has come.
     fn series(&self, search: &PhaseSearch) -> Series {
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
-        let structure = &self.state.q[..self.state.scene.size()];
+        let structure = &self.state.q[..self.state.scene.structure()];
         let largest = structure.iter().fold(0.0, |size: f64, q| size.max(q.abs()));
         let resolution = RESOLUTION * largest;
         Series {

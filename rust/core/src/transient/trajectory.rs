@@ -247,14 +247,14 @@ impl Trajectory {
     pub fn event_state(&self, event: &Event) -> (Vec<f64>, Vec<f64>) {
         let state = self.phase_state(event.phase);
         let (q, u) = state.parts();
-        self.scene().dofs(q, u)
+        self.scene().dof_state(q, u)
     }
 
     /// The state at a time within the motion; at an event time the state after it.
     pub fn state(&self, time: f64) -> Result<State, Error> {
         let mut cursor = Cursor::new(self);
         cursor.seek("time", time)?;
-        let (position, velocity) = self.scene().dofs(&cursor.q, &cursor.u);
+        let (position, velocity) = self.scene().dof_state(&cursor.q, &cursor.u);
         Ok(State {
             position,
             velocity,
@@ -269,7 +269,7 @@ impl Trajectory {
         let mut cursor = Cursor::new(self);
         for &time in times {
             cursor.seek("times", time)?;
-            let (position, velocity) = self.scene().dofs(&cursor.q, &cursor.u);
+            let (position, velocity) = self.scene().dof_state(&cursor.q, &cursor.u);
             sample.position.extend(position);
             sample.velocity.extend(velocity);
             let combination = &self.phases[cursor.phase].basis.combination;
@@ -334,8 +334,8 @@ impl Trajectory {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
-        self.scene().size()
+    pub fn dofs(&self) -> usize {
+        self.scene().dofs
     }
 
     /// Number of contacts.

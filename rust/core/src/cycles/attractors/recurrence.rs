@@ -286,7 +286,7 @@ pub(crate) fn state_of(
     combination: &Combination,
 ) -> crate::scene::model::State {
     let (q, u) = state.split_at(orbit.scene().size);
-    let (position, velocity) = orbit.scene().dofs(q, u);
+    let (position, velocity) = orbit.scene().dof_state(q, u);
     crate::scene::model::State { position, velocity, combination: combination.clone() }
 }
 

@@ -63,7 +63,7 @@ impl<'a> Flow<'a> {
         let mut free: Vec<usize> = kept
             .iter()
             .copied()
-            .chain(sticking.iter().map(|stick| stick.0).filter(|&k| k < scene.size()))
+            .chain(sticking.iter().map(|stick| stick.0).filter(|&k| k < scene.structure()))
             .chain(kept.iter().map(|&k| scene.size + k))
             .collect();
         free.sort_unstable();
@@ -168,7 +168,9 @@ impl<'a> Flow<'a> {
 
 /// The fastest rate is at most the root of the trace of `M^-1 K`, or the trace of `M^-1 C`, where M is diagonal.
 fn fastest(scene: &Scene) -> f64 {
-    let (stiff, damped) = (0..scene.size).fold((0.0, 0.0), |(stiff, damped), k| {
+    // What has no mass does not move.
+    let massive = (0..scene.size).filter(|&k| scene.mass.get(k, k) > 0.0);
+    let (stiff, damped) = massive.fold((0.0, 0.0), |(stiff, damped), k| {
         let mass = scene.mass.get(k, k);
         (stiff + scene.stiffness.get(k, k) / mass, damped + scene.damping.get(k, k) / mass)
     });

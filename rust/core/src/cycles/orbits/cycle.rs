@@ -167,8 +167,7 @@ impl Orbit {
     /// The orbit with the same event sequence in another scene.
     pub fn continued(&self, propagators: &Arc<Propagators>) -> Result<Self, OrbitFailure> {
         let scene = &propagators.scene;
-        let (size, own) = (scene.size(), self.scene().size());
-        let loads = [scene, self.scene()].map(|scene| scene.size - scene.size());
+        let loads = [scene, self.scene()].map(|scene| scene.size - scene.structure());
         if loads[0] != loads[1] {
             return Err(Error::Shape {
                 argument: "scene".into(),
@@ -180,15 +179,15 @@ impl Orbit {
             }
             .into());
         }
-        if size != own || scene.contacts.len() != self.scene().contacts.len() {
+        if scene.dofs != self.scene().dofs || scene.contacts.len() != self.scene().contacts.len() {
             return Err(Error::Shape {
                 argument: "scene".into(),
                 expected: format!(
                     "{} dofs and {} contacts, like the orbit",
-                    own,
+                    self.scene().dofs,
                     self.scene().contacts.len()
                 ),
-                got: format!("{size} dofs and {} contacts", scene.contacts.len()),
+                got: format!("{} dofs and {} contacts", scene.dofs, scene.contacts.len()),
             }
             .into());
         }
@@ -202,12 +201,12 @@ impl Orbit {
     /// Smallest and largest displacement of every dof; where a velocity changes sign, by Newton's method.
     pub fn extremes(&self) -> Result<Extremes, Error> {
         let scene = self.scene();
-        let (coordinates, n) = (scene.size, scene.size());
+        let (coordinates, n) = (scene.size, scene.dofs);
         let mut extremes =
             Extremes { minimum: vec![f64::INFINITY; n], maximum: vec![f64::NEG_INFINITY; n] };
         let dofs = |state: &[f64]| {
             let (q, u) = state.split_at(coordinates);
-            scene.dofs(q, u)
+            scene.dof_state(q, u)
         };
         for (step, flow) in self.steps.iter().zip(self.flows()?) {
             let count = self.grid(step.duration);

@@ -42,7 +42,7 @@ impl Orbit {
     /// `x(t) = c_0 + 2 Re sum_k c_k e^{i k omega t}` and t = 0 at the section, for k = 0 .. count.
     pub fn harmonics(&self, count: usize) -> Result<Harmonics, Error> {
         let scene = self.scene();
-        let (coordinates, n) = (scene.size, scene.size());
+        let (coordinates, n) = (scene.size, scene.structure());
         let flows = self.flows()?;
         let omega = std::f64::consts::TAU / self.period;
         let mut sums = vec![Complex64::default(); (count + 1) * n];

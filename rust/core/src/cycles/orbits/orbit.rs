@@ -123,7 +123,7 @@ pub(crate) struct Scales {
 
 impl Scales {
     pub fn of(scene: &Scene, states: impl Iterator<Item: Deref<Target = [f64]>>) -> Self {
-        let (n, structure) = (scene.size, scene.size());
+        let (n, structure) = (scene.size, scene.structure());
         let mut ends = vec![(f64::INFINITY, f64::NEG_INFINITY); 2 * n];
         for state in states {
             let entries = ends.iter_mut().zip(state.iter());

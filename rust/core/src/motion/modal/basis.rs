@@ -132,7 +132,7 @@ impl ModalBasis {
         });
         let lambda = ComplexVector::of(&lambda);
         Self {
-            structure: reduction.kept.partition_point(|&k| k < scene.size()),
+            structure: reduction.kept.partition_point(|&k| k < scene.structure()),
             kept: reduction.kept.clone(),
             count,
             groups,

@@ -44,6 +44,7 @@ impl Scene {
             |k: usize| drive.oscillators.get(k).map_or(0.0, |one| masses[k] * one.rate * one.rate);
         Arc::new(Self {
             size,
+            dofs: scene.dofs,
             contacts: scene.contacts.clone(),
             impact_friction: scene.impact_friction,
             coordinates: scene.coordinates.clone(),
@@ -75,7 +76,7 @@ impl Scene {
             })
         };
         let rows = |direction: &[(usize, f64)]| {
-            let mut force = vec![0.0; n];
+            let mut force = vec![0.0; self.dofs];
             direction.iter().for_each(|&(dof, entry)| force[dof] += entry);
             let force = self.coordinates.forces_of_dofs(&force);
             force.into_iter().enumerate().filter(|entry| entry.1 != 0.0).collect::<Vec<_>>()

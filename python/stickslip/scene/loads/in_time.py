@@ -222,6 +222,8 @@ def core_loads(loads: Sequence[Load], contacts: Sequence[Contact], dofs: Sequenc
 
 def _vibration(contact: Contact, place: int) -> Any:
     vibration = contact.slider_vibration
+    if vibration is not None and contact.tangential is None:
+        raise InputError(f"contact {place}: slider_vibration: a stop has no tangential direction")
     if vibration is None or isinstance(vibration, Harmonic):
         return vibration
     raise InputError(
