@@ -106,7 +106,7 @@ def test_the_checks_see_what_is_wrong(index, broken):
 
     @cache
     def moved(directions):
-        effect = sensitivity(run, lambda start, duration: ss.simulate(scene, start, duration), directions)
+        effect = sensitivity(run, lambda start, duration, _: ss.simulate(scene, start, duration), directions)
         return effect, effect
 
     assert compare(run, taylor, moved).verdict == "ok"

@@ -175,7 +175,11 @@ def frequency_response(
             "stable": ("point", np.array([cycle.stable is True for cycle in cycles], dtype=bool)),
             "stability": ("point", np.array([cycle.stability for cycle in cycles], dtype=np.str_)),
             "load_periods": ("point", np.array([cycle.load_periods for cycle in cycles], dtype=np.int64)),
-            "largest_multiplier": ("point", np.array([cycle.largest_multiplier for cycle in cycles])),
+            "largest_multiplier": (
+                "point",
+                np.array([cycle.largest_multiplier for cycle in cycles], dtype=float),
+                {"units": "1"},
+            ),
             "direction": ("point", np.array([way for _, _, way in found], dtype=np.str_)),
             "linear": (("linear_frequency", "dof"), linear[:, places], {"units": "m"}),
         },

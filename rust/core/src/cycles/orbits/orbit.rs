@@ -115,8 +115,6 @@ pub(crate) struct Scales {
     n: usize,
     /// Coordinates of the structure; the others carry loads.
     structure: usize,
-    /// Of the fastest load, 1/s.
-    rate: f64,
     pub length: f64,
     pub speed: f64,
 }
@@ -134,7 +132,6 @@ impl Scales {
         Self {
             n,
             structure,
-            rate: scene.fastest_load(),
             length: positive((0..structure).map(range).fold(0.0, f64::max)),
             speed: positive((n..n + structure).map(range).fold(0.0, f64::max)),
         }
@@ -150,8 +147,8 @@ impl Scales {
         match (k < self.n, k % self.n < self.structure) {
             (true, true) => self.length,
             (false, true) => self.speed,
-            (true, false) => 1.0,
-            (false, false) => self.rate,
+            // What carries loads follows the clock.
+            (_, false) => f64::INFINITY,
         }
     }
 

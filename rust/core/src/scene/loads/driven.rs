@@ -21,11 +21,21 @@ impl Scene {
         if scene.loads.is_empty() || scene.drive.is_some() {
             return scene;
         }
-        let drive = scene.drive_of(&scene.loads);
-        let couplings = scene.couplings(&drive);
-        let masses = scene.masses(&drive, &couplings);
+        let mut drive = scene.drive_of(&scene.loads);
+        let mut couplings = scene.couplings(&drive);
+        let mass = (0..scene.size).map(|k| scene.mass.get(k, k)).fold(0.0, f64::max);
+        for Oscillator { coordinate, rate, .. } in drive.oscillators.clone() {
+            let scale = scene.scale(&couplings, coordinate, rate) / mass.sqrt();
+            drive.rescale(coordinate, scale);
+            let own = couplings.iter_mut().filter(|coupling| coupling.coordinate == coordinate);
+            own.for_each(|coupling| {
+                coupling.stiffness /= scale;
+                coupling.damping /= scale;
+            });
+        }
         let n = scene.size;
-        let size = n + masses.len();
+        let carriers = drive.oscillators.len() + drive.switches.len();
+        let size = n + carriers;
         let extended = |matrix: &SparseMatrix,
                         entry: fn(&Coupling) -> f64,
                         own: &dyn Fn(usize) -> f64| {
@@ -41,21 +51,21 @@ impl Scene {
             })
         };
         let spring =
-            |k: usize| drive.oscillators.get(k).map_or(0.0, |one| masses[k] * one.rate * one.rate);
+            |k: usize| drive.oscillators.get(k).map_or(0.0, |one| mass * one.rate * one.rate);
         Arc::new(Self {
             size,
             dofs: scene.dofs,
             contacts: scene.contacts.clone(),
             impact_friction: scene.impact_friction,
             coordinates: scene.coordinates.clone(),
-            mass: extended(&scene.mass, |_| 0.0, &|k| masses[k]),
+            mass: extended(&scene.mass, |_| 0.0, &|_| mass),
             lumped: scene.lumped,
             damping: extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0),
             // Held coordinates have no velocity; oscillators are not damped.
             proportional: scene.proportional.filter(|_| drive.oscillators.is_empty()),
             stiffness: extended(&scene.stiffness, |coupling| coupling.stiffness, &spring),
             energy_parts: None,
-            force: [&scene.force[..], &vec![0.0; masses.len()]].concat(),
+            force: [&scene.force[..], &vec![0.0; carriers]].concat(),
             loads: Loads::default(),
             drive: Some(drive),
             bare: Some(scene),
@@ -70,7 +80,8 @@ impl Scene {
             let rate = std::f64::consts::TAU * frequency;
             let known = drive.oscillators.iter().find(|one| one.rate == rate).cloned();
             known.unwrap_or_else(|| {
-                let added = Oscillator { coordinate: n + drive.oscillators.len(), rate };
+                let coordinate = n + drive.oscillators.len();
+                let added = Oscillator { coordinate, rate, scale: 1.0 };
                 drive.oscillators.push(added.clone());
                 added
             })
@@ -86,7 +97,7 @@ impl Scene {
             if rows.is_empty() {
                 continue;
             }
-            let Oscillator { coordinate, rate } = oscillator(&mut drive, load.frequency);
+            let Oscillator { coordinate, rate, .. } = oscillator(&mut drive, load.frequency);
             let (sine, cosine) = load.phase.sin_cos();
             drive.forces.extend(rows.into_iter().map(|(row, amplitude)| Force {
                 row,
@@ -136,7 +147,7 @@ impl Scene {
             .collect();
         for carried in &drive.carried {
             let (a, b) = (carried.of_position, carried.of_velocity);
-            let Oscillator { coordinate, rate } = carried.oscillator;
+            let Oscillator { coordinate, rate, .. } = carried.oscillator;
             let square = rate * rate;
             let at = |matrix: &SparseMatrix, row| matrix.get(row, carried.tangential);
             couplings.extend((0..self.size).map(|row| {
@@ -164,25 +175,21 @@ impl Scene {
         couplings
     }
 
-    /// Masses of the coordinates that carry loads, which nothing feels: in mass-weighted coordinates, in which series are
-    /// bounded, an oscillator then moves about as much as the structure would under its load at rest.
-    fn masses(&self, drive: &Drive, couplings: &[Coupling]) -> Vec<f64> {
-        let weighted = |matrix: &SparseMatrix, row: usize| {
+    /// How far an oscillator moves in mass-weighted coordinates, in which series are bounded: about as much as the
+    /// structure would under its load at rest. Nothing feels it.
+    fn scale(&self, couplings: &[Coupling], coordinate: usize, rate: f64) -> f64 {
+        let weighted = |row: usize| {
             let mass = self.mass.get(row, row);
-            if mass > 0.0 { matrix.get(row, row).abs() / mass } else { 0.0 }
+            if mass > 0.0 { self.stiffness.get(row, row).abs() / mass } else { 0.0 }
         };
-        let stiffest = (0..self.size).map(|row| weighted(&self.stiffness, row)).fold(0.0, f64::max);
-        let oscillators = drive.oscillators.iter().map(|Oscillator { coordinate, rate }| {
-            let loads = couplings.iter().filter(|coupling| coupling.coordinate == *coordinate);
-            let load = |coupling: &Coupling| {
-                let mass = self.mass.get(coupling.row, coupling.row);
-                let size = coupling.stiffness.abs() + rate * coupling.damping.abs();
-                if mass > 0.0 { size / mass.sqrt() } else { 0.0 }
-            };
-            let weight = loads.map(load).fold(0.0, f64::max) / stiffest.max(rate * rate);
-            let mass = weight * weight;
-            if mass > 0.0 && mass.is_finite() { mass } else { 1.0 }
-        });
-        oscillators.chain(drive.switches.iter().map(|_| 1.0)).collect()
+        let stiffest = (0..self.size).map(weighted).fold(0.0, f64::max);
+        let load = |coupling: &Coupling| {
+            let mass = self.mass.get(coupling.row, coupling.row);
+            let size = coupling.stiffness.abs() + rate * coupling.damping.abs();
+            if mass > 0.0 { size / mass.sqrt() } else { 0.0 }
+        };
+        let own = couplings.iter().filter(|coupling| coupling.coordinate == coordinate);
+        let scale = own.map(load).fold(0.0, f64::max) / stiffest.max(rate * rate);
+        if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
     }
 }

@@ -1,11 +1,13 @@
 //! What carries the loads of a scene through time: coordinates that nothing acts back on.
 //!
-//! Each frequency of a scene has an oscillator `h'' = -w^2 h` with `h = cos w t`, so that a harmonic load is a force that
+//! Each frequency of a scene has an oscillator `h'' = -w^2 h` with `h = c cos w t`, so that a harmonic load is a force that
 //! depends linearly on (h, h'):
 //!
 //! ```text
-//! a cos(w t + p) = a cos p h + (a sin p / w) h'
+//! a cos(w t + p) = (a cos p h + (a sin p / w) h') / c
 //! ```
+//!
+//! (c is such that h is about as large as what the load moves.)
 //!
 //! Each switched load has a coordinate that is held at its factor, less the first one. The motion of a scene with loads
 //! is thus that of a larger scene without: phases, event functions and their derivatives see time as a part of the state.
@@ -29,12 +31,14 @@ pub(crate) struct Drive {
     pub forces: Vec<Force>,
 }
 
-/// `h = cos(rate t)`
+/// `h = scale cos(rate t)`
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
     pub coordinate: usize,
     /// 2 pi f, 1/s.
     pub rate: f64,
+    /// c, m.
+    pub scale: f64,
 }
 
 /// A factor that is held between the times.
@@ -73,7 +77,7 @@ impl Oscillator {
     /// (h, h') at a time.
     pub fn at(&self, time: f64) -> (f64, f64) {
         let (sine, cosine) = (self.rate * time).sin_cos();
-        (cosine, -self.rate * sine)
+        (self.scale * cosine, -self.scale * self.rate * sine)
     }
 }
 
@@ -162,7 +166,7 @@ impl Drive {
     pub fn restricted(&self, coordinates: &[usize]) -> Self {
         let place = |coordinate: usize| coordinates.binary_search(&coordinate).ok();
         let oscillator = |one: &Oscillator| {
-            Some(Oscillator { coordinate: place(one.coordinate)?, rate: one.rate })
+            Some(Oscillator { coordinate: place(one.coordinate)?, ..one.clone() })
         };
         let switch =
             |one: &Switch| Some(Switch { coordinate: place(one.coordinate)?, ..one.clone() });
@@ -183,6 +187,27 @@ impl Drive {
         }
     }
 
+    /// Lets an oscillator move by another scale.
+    pub fn rescale(&mut self, coordinate: usize, scale: f64) {
+        let of = |one: &mut Oscillator| {
+            if one.coordinate == coordinate {
+                one.scale = scale;
+            }
+        };
+        self.oscillators.iter_mut().for_each(of);
+        for carried in &mut self.carried {
+            of(&mut carried.oscillator);
+            if carried.oscillator.coordinate == coordinate {
+                carried.of_position /= scale;
+                carried.of_velocity /= scale;
+            }
+        }
+        for force in self.forces.iter_mut().filter(|force| force.coordinate == coordinate) {
+            force.of_position /= scale;
+            force.of_velocity /= scale;
+        }
+    }
+
     /// Adds the stated loads of a state to forces on contact coordinates; switched ones alone, or oscillating ones.
     pub fn add_forces(&self, oscillating: bool, q: &[f64], u: &[f64], forces: &mut [f64]) {
         let oscillates =
@@ -197,7 +222,7 @@ impl Drive {
 impl Carried {
     /// (y, y') of the slider's vibration.
     pub fn at(&self, q: &[f64], u: &[f64]) -> [f64; 2] {
-        let Oscillator { coordinate, rate } = self.oscillator;
+        let Oscillator { coordinate, rate, .. } = self.oscillator;
         let (h, dh) = (q[coordinate], u[coordinate]);
         let (a, b) = (self.of_position, self.of_velocity);
         [a * h + b * dh, a * dh - b * rate * rate * h]
