@@ -295,7 +295,7 @@ def complementarity(sampled: Sampled) -> str:
     gap, slip = position[:, 3::4], velocity[:, 2::4] - slider
     status = data.status
     closed = status != ord("d")
-    # With a full mass, positions are sums over contact coordinates; a slider that vibrates carries velocities.
+    # With a full mass positions are sums over coordinates, and a slider that vibrates carries velocities.
     vibrates = any(contact.slider_vibration is not None for contact in contacts)
     held = float(scene.mass.ndim == 2 or vibrates)
     along = (status == ord("+")) & (slip > speed) | (status == ord("-")) & (slip < -speed)

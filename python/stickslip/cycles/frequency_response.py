@@ -56,7 +56,7 @@ class FrequencyResponse(Shown):
     def summary(self) -> Summary:
         """Return how many orbits there are, and the largest answer of every dof."""
         rows = [
-            (str(dof), float(of.max()), float(self.data.frequency[int(of.argmax())]))
+            (str(dof), float(of.max()), float(self.data.frequency.to_numpy()[np.argmax(of)]))
             for dof, of in zip(self.data.dof.to_numpy(), self.data.response.to_numpy().T, strict=True)
             if of.size
         ]
@@ -83,7 +83,8 @@ class FrequencyResponse(Shown):
 
         names = [str(name) for name in self.data.dof.to_numpy()]
         if dof is None:
-            dof = names[int(self.data.response.max("point").argmax())] if self.cycles else names[0]
+            largest = self.data.response.to_numpy().max(axis=0, initial=0.0)
+            dof = names[int(np.argmax(largest))]
         if dof not in names:
             raise InputError(f"dof: the response has no dof {dof!r}{nearest(str(dof), names)}")
         axes, of = axes_of(ax), self.data.sel(dof=dof)

@@ -28,6 +28,7 @@ KINDS = {
     "release": "the contact opens",
     "impact": "the contact closes",
     "accumulation": "infinitely many bounces end",
+    "load": "a load is switched",
 }
 
 
