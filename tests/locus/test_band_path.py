@@ -15,6 +15,7 @@ def block():
     return quad_block(10, 5, 2)
 
 
+@pytest.mark.slow
 def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
     values = np.array([0.6, 0.0, 0.3])
     swept = ss.sweep(block, "++++++", friction=values, band=BAND)
@@ -39,6 +40,7 @@ def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
     assert np.all(np.abs(step - 1e-6 * slope)[known] <= 1e-10 * scale)
 
 
+@pytest.mark.slow
 def test_hopf_points_of_a_band_are_those_of_the_full_scene(block):
     expected = [p for p in ss.hopf_points(block, "++++++", friction=(0.0, 0.3)) if p.frequency <= BAND[1]]
     found = ss.hopf_points(block, "++++++", friction=(0.0, 0.3), band=BAND)
