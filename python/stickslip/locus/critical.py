@@ -11,7 +11,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked, divided, interval
-from stickslip.locus.band_path import BandPath, is_large, wanted_region
+from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.path import Sliding
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model

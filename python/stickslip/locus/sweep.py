@@ -13,8 +13,8 @@ import xarray as xr
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked, axis, divided
-from stickslip.locus.band_path import BandPath, is_large, refuse, wanted_region
-from stickslip.locus.band_sweep import swept_band
+from stickslip.locus.band.path import BandPath, is_large, refuse, wanted_region
+from stickslip.locus.band.sweep import swept_band
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
