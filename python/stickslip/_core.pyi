@@ -63,11 +63,13 @@ class _ModesData(TypedDict):
     damping: _Real  # (m, m)
     stiffness: _Real  # (m, m)
 
+_Equilibrium = tuple[_Real, str, _Real]
+
 @final
 class Scene:
     def __new__(
         cls,
-        mass: _Real,  # (n,) or (n, n)
+        mass: _Real | _SparseData,  # (n,) or (n, n)
         stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
         # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
         damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
@@ -82,7 +84,8 @@ class Scene:
     def modes(self, combination: str) -> _ModesData: ...
     def sliding_combination(self) -> str: ...
     def steady_sliding(self) -> str: ...
-    def sliding_equilibrium(self) -> tuple[_Real, str]: ...  # position, combination
+    # (position, combination, normal forces), whether it is the only one, another one
+    def sliding_equilibrium(self) -> tuple[_Equilibrium, bool | None, _Equilibrium | None]: ...
     def check_state(self, position: _Real, velocity: _Real, combination: str) -> None: ...
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
