@@ -1,6 +1,6 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from . import errors, modes, plot, reference, study, types
+from . import errors, fe, modes, plot, reference, study, types
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
@@ -11,6 +11,7 @@ from .cycles.cycle import Cycle
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection
 from .errors import InputError, RunError, StickslipError
+from .explorer import explore
 from .files.case import Case, load_case, load_scene, save
 from .files.dataset_file import read_dataset, write_dataset
 from .files.study_file import study_of
@@ -57,6 +58,8 @@ __all__ = [
     "disturbed_sliding",
     "entry_sensitivity",
     "errors",
+    "explore",
+    "fe",
     "follow_branch",
     "hopf_points",
     "load_case",

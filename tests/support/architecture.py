@@ -17,11 +17,13 @@ PARTS = [
     "transient",
     "energy",
     "study",
+    "fe",
     "types",
     "files",
     "plot",
     "reference",
     "report",
+    "explorer",
     "cli",
 ]
 #: Files in a folder.

@@ -7,7 +7,6 @@ import scipy.sparse
 from markupsafe import Markup
 
 from stickslip import plot
-from stickslip.locus.critical import CriticalPoint
 from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
@@ -26,7 +25,6 @@ KINDS = {
     "crossing": "crossing of the largest real parts",
     "separation": "contact lost or regained",
 }
-TOWARD = {1: "destabilising", -1: "stabilising", 0: ""}
 
 
 def scene_section(found: Findings) -> Markup:
@@ -39,6 +37,7 @@ def scene_section(found: Findings) -> Markup:
         damped = f"C = {number(damping.mass)} 1/s M + {number(damping.stiffness)} s K"
     else:
         damped = "a matrix"
+    with_force = any(contact.normal_force is not None for contact in scene.contacts)
     contacts = table(
         "Contacts",
         [
@@ -50,6 +49,7 @@ def scene_section(found: Findings) -> Markup:
             "slider speed, m/s",
             "restitution",
             "gap at x = 0, m",
+            *(["normal force, N"] if with_force else []),
         ],
         [
             [
@@ -61,6 +61,7 @@ def scene_section(found: Findings) -> Markup:
                 contact.slider_speed,
                 contact.restitution,
                 contact.gap,
+                *(["" if contact.normal_force is None else contact.normal_force] if with_force else []),
             ]
             for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
         ],
@@ -234,7 +235,7 @@ def loci_section(found: Findings) -> Markup:
             KINDS[point.kind],
             float(point.value),
             "" if np.isnan(point.frequency) else float(point.frequency),
-            _remark(point),
+            point.remark,
         ]
         for point in sorted(found.critical, key=lambda point: point.value)
     ]
@@ -258,13 +259,6 @@ def loci_section(found: Findings) -> Markup:
     )
 
 
-def _remark(point: CriticalPoint) -> str:
-    if point.contact is not None:
-        return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
-    remarks = [TOWARD[point.direction], "" if point.steady_sliding else "no steady sliding"]
-    return ", ".join(remark for remark in remarks if remark)
-
-
 def _verdict(modes: Modes, mode: int) -> str:
     growth = modes.eigenvalues[mode].real
     if modes.defective[mode]:
@@ -278,4 +272,4 @@ def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:
     moved = np.flatnonzero(vector)
     parts = [dofs[k] if vector[k] == 1.0 else f"{number(vector[k], 4)} {dofs[k]}" for k in moved[:4]]
     more = f" + {moved.size - 4} more" if moved.size > 4 else ""
-    return " + ".join(parts) + more
+    return " + ".join(parts) + more or "none"

@@ -29,6 +29,7 @@ from stickslip.scene.checks import (
 from stickslip.scene.contact import (
     LAW,
     Contact,
+    concerns,
     contact_labels,
     core_contact,
     described_direction,
@@ -36,6 +37,7 @@ from stickslip.scene.contact import (
     nearest,
     per_contact,
 )
+from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -105,6 +107,9 @@ class Scene(Shown):
         forces, or friction that another program put into its stiffness. None: no such forces. Its symmetric
         part stores energy as K does. An unsymmetric stiffness A is ``stiffness=(A + A.T) / 2,
         circulatory=(A - A.T) / 2``.
+    mesh
+        Where the dofs lie, for drawings: what `stickslip.fe.assemble` makes of its bodies; None: not known.
+        It has no part in any equation, and no place in a scene file.
 
     Raises
     ------
@@ -123,6 +128,7 @@ class Scene(Shown):
     impact_friction: bool
     gyroscopic: Matrix | None
     circulatory: Matrix | None
+    mesh: Mesh | None
     core: _core.Scene = dataclasses.field(repr=False)
     #: The model function with the arguments that this scene was made of, or None; see `save`.
     model: partial[Scene] | None = dataclasses.field(repr=False)
@@ -138,6 +144,7 @@ class Scene(Shown):
         impact_friction: bool = False,
         gyroscopic: Any = None,
         circulatory: Any = None,
+        mesh: Mesh | None = None,
     ) -> None:
         m = mass_array(mass)
         size = m.shape[0]
@@ -174,6 +181,7 @@ class Scene(Shown):
             impact_friction=bool(impact_friction),
             gyroscopic=g,
             circulatory=h,
+            mesh=mesh,
             core=core,
             model=None,
         )
@@ -199,8 +207,9 @@ class Scene(Shown):
         ----------
         **changes
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
-            ``slider_speed``, ``restitution``, ``gap``) as a scalar or with one value per contact, or of one
-            contact by index or name (``friction_0``, ``friction_left``).
+            ``slider_speed``, ``restitution``, ``gap``, ``normal_force``) as a scalar or with one value per
+            contact, or of one contact by index or name (``friction_0``, ``friction_left``). A scalar goes to
+            the contacts that it is about: friction to those with a tangential direction, for example.
 
         Raises
         ------
@@ -240,11 +249,11 @@ class Scene(Shown):
         return contact_labels(self.contacts)
 
     def tangential_direction(self, contact: int) -> Real:
-        """Return the direction t of a contact, (n,)."""
+        """Return the direction t of a contact, (n,); zeros where it has none."""
         return self._direction(contact, 0)
 
     def normal_direction(self, contact: int) -> Real:
-        """Return the direction n of a contact, (n,)."""
+        """Return the direction n of a contact, (n,); zeros where it has none."""
         return self._direction(contact, 1)
 
     def _direction(self, contact: int, which: int) -> Real:
@@ -252,6 +261,8 @@ class Scene(Shown):
         if isinstance(core, np.ndarray):
             return core
         direction = np.zeros(self.size)
+        if core is None:
+            return direction
         for dof, entry in core if isinstance(core, list) else [(core, 1.0)]:
             direction[dof] = entry
         return direction
@@ -267,6 +278,7 @@ class Scene(Shown):
             self.impact_friction,
             self.gyroscopic,
             self.circulatory,
+            self.mesh,
         )
         return _restored, (arguments, self.model)
 
@@ -282,6 +294,7 @@ class Scene(Shown):
             law += f", slider speed {contact.slider_speed:g} m/s"
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
             law += f", gap {contact.gap:g} m" if contact.gap else ""
+            law += f", normal force {contact.normal_force:g} N" if contact.normal_force else ""
             place = " / ".join(
                 described_direction(direction, self.dofs)
                 for direction in (contact.tangential, contact.normal)
@@ -291,6 +304,8 @@ class Scene(Shown):
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""
+        given = any(contact.normal_force is not None for contact in self.contacts)
+        headings = (*HEADINGS, "normal force, N") if given else HEADINGS
         rows = [
             (
                 str(label),
@@ -301,6 +316,7 @@ class Scene(Shown):
                 float(contact.slider_speed),
                 float(contact.restitution),
                 float(contact.gap),
+                *(["" if contact.normal_force is None else float(contact.normal_force)] if given else []),
             )
             for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
         ]
@@ -313,7 +329,7 @@ class Scene(Shown):
             ("damping", described_damping(self.damping)),
             *((name, "matrix") for name in self.unsymmetric),
         ]
-        return Summary(facts, [Table("Contacts of the scene", HEADINGS, rows)])
+        return Summary(facts, [Table("Contacts of the scene", headings, rows)])
 
 
 def checked(scene: Any) -> Scene:
@@ -385,7 +401,12 @@ def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list
             raise InputError(f"replace: unknown field {name!r}{nearest(name, [*others, *LAW])}") from None
         values = law.setdefault(field, [getattr(contact, field) for contact in contacts])
         given = per_contact(name, value, len(contacts) if place is None else 1)
-        for k in range(len(contacts)) if place is None else [place]:
+        places = range(len(contacts)) if place is None else [place]
+        if place is None and np.ndim(value) == 0:
+            places = [k for k in places if concerns(field, contacts[k])]
+        if len(contacts) and not places:
+            raise InputError(f"replace: {name!r} is about no contact of the scene")
+        for k in places:
             if (field, k) in setting:
                 raise InputError(f"replace: {name!r} and {setting[field, k]!r} set the same number")
             setting[field, k] = name

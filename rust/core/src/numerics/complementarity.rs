@@ -54,19 +54,21 @@ impl Complementarity {
         }
     }
 
-    /// The support of a solution.
-    pub fn support(&self) -> Option<Vec<bool>> {
+    /// The support of a solution; `first` if it has one.
+    pub fn support(&self, first: Vec<bool>) -> Option<Vec<bool>> {
         let by_lemke = || {
             let z = lemke(&self.matrix, &self.offsets)?;
             let support: Vec<bool> = z.iter().map(|&z| z > 0.0).collect();
             self.solved(&support).map(|_| support)
         };
-        let closed = vec![false; self.offsets.len()];
-        self.exchanged(closed).or_else(by_lemke).or_else(|| self.supports().next())
+        self.exchanged(first).or_else(by_lemke).or_else(|| self.supports().next())
     }
 
     /// Whether the solution with a support is the only one.
     pub fn uniqueness(&self, support: &[bool]) -> Uniqueness {
+        if support.is_empty() {
+            return Uniqueness::Proved;
+        }
         let symmetric = 0.5 * (&self.matrix + self.matrix.transpose());
         if symmetric.symmetric_eigenvalues().iter().all(|&value| value > DEFINITE) {
             return Uniqueness::Proved;
@@ -181,15 +183,16 @@ mod tests {
     #[test]
     fn none_one_and_two_solutions() {
         // w = -z - 1 has none, w = z - 1 one, w = 1 - z the two z = 0 and z = 1.
-        assert_eq!(problem(1, &[-1.0], &[-1.0]).support(), None);
+        assert_eq!(problem(1, &[-1.0], &[-1.0]).support(vec![false]), None);
         let one = problem(1, &[1.0], &[-1.0]);
-        assert_eq!(one.support(), Some(vec![true]));
+        assert_eq!(one.support(vec![false]), Some(vec![true]));
         assert_eq!(one.uniqueness(&[true]), Uniqueness::Proved);
         let two = problem(1, &[-1.0], &[1.0]);
-        assert_eq!(two.support(), Some(vec![false]));
+        assert_eq!(two.support(vec![false]), Some(vec![false]));
         assert_eq!(two.uniqueness(&[false]), Uniqueness::Another(vec![true]));
         // A body without springs rests on the floor, in one way.
         assert_eq!(problem(1, &[0.0], &[1.0]).uniqueness(&[false]), Uniqueness::Proved);
+        assert_eq!(problem(0, &[], &[]).uniqueness(&[]), Uniqueness::Proved);
         // w = 0 z: every z is a solution.
         assert_eq!(problem(1, &[0.0], &[0.0]).uniqueness(&[false]), Uniqueness::Unknown);
     }
@@ -210,7 +213,7 @@ mod tests {
             let matrix = &scale * (definite + &skew - skew.transpose()) * &scale;
             let offsets = &scale * DVector::from_fn(size, |k, _| numbers[800 + k]);
             let problem = Complementarity::new(&matrix, &offsets);
-            let support = problem.support().expect("a solution");
+            let support = problem.support(vec![false; size]).expect("a solution");
             prop_assert!(problem.solved(&support).is_some());
         }
     }

@@ -98,14 +98,16 @@ impl EquationOfMotion {
     /// contact-free structure that causes it in the dual norm. Above 1 by the friction that normal forces bring along.
     pub fn amplification(&self) -> f64 {
         let InverseMass::Coupled { mass, contact, inverse } = &self.inverse else { return 1.0 };
-        let place = |k: usize| mass.contact_place(k).expect("a contact coordinate");
         let size = mass.contacts();
+        let places: Vec<usize> = contact.iter().filter_map(|&k| mass.contact_place(k)).collect();
         let mut map = DMatrix::zeros(size, size);
         for (j, &k) in contact.iter().enumerate() {
-            let position = self.reduction.place(k).expect("a kept coordinate");
-            for (source, factor) in self.reduction.sources(position) {
-                for (i, &row) in contact.iter().enumerate() {
-                    map[(place(row), place(source))] += inverse[(i, j)] * factor;
+            let sources = self.reduction.place(k).map(|position| self.reduction.sources(position));
+            for (source, factor) in sources.into_iter().flatten() {
+                // The load of a given normal force does not depend on the motion.
+                let Some(column) = mass.contact_place(source) else { continue };
+                for (i, &row) in places.iter().enumerate() {
+                    map[(row, column)] += inverse[(i, j)] * factor;
                 }
             }
         }

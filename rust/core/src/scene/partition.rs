@@ -80,8 +80,9 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
         .expect("a block of a positive definite mass");
     let part = Scene {
         size: coordinates.len(),
+        dofs: coordinates.len(),
         impact_friction: scene.impact_friction,
-        coordinates: Coordinates::of_contacts(slots, delassus),
+        coordinates: Coordinates::of_contacts(coordinates.len(), slots, delassus),
         contacts: laws,
         mass,
         coupled_mass,

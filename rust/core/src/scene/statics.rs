@@ -13,13 +13,15 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseLu;
 use crate::numerics::complementarity::{self, Complementarity};
 use crate::numerics::double_double::Doubled;
-use crate::scene::contact_law::Contact;
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::{Scene, State};
 use crate::scene::reduction::{Reduced, Reduction};
 use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the scaled matrix) below which an equilibrium is not unique.
 const SINGULAR: f64 = 1e-13;
+/// Exchanges of open and closed stops after which they are given up; as a rule two or three of them find it.
+const EXCHANGES: usize = 40;
 /// A normal force below this part of its terms is lost in their rounding.
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Steps of refinement of an equilibrium: the second leaves rounding of the result alone.
@@ -34,7 +36,7 @@ pub struct Statics {
     pub rows: DMatrix<f64>,
     /// One entry per contact: the normal entry of F, N, of closed contacts, 0 of open ones.
     pub offsets: Vec<f64>,
-    /// Of the sliders, m/s.
+    /// Of the sliders, m/s; 1 of stops, which have none.
     pub speeds: Vec<f64>,
 }
 
@@ -80,7 +82,7 @@ impl Statics {
             load: reduced.force_constant.clone(),
             rows,
             offsets,
-            speeds: scene.contacts.iter().map(|law| law.slider_speed).collect(),
+            speeds: scene.contacts.iter().map(Contact::drive).collect(),
         }
     }
 
@@ -109,12 +111,32 @@ fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
 
 impl Scene {
     /// Every contact sliding as its slider drives it: `+` for a positive slider speed, because the mass at rest slips by
-    /// `-slider_speed`. It is the default wherever a combination is asked for.
+    /// `-slider_speed`; stops open or closed as the equilibrium has them, and closed where there is none. It is the default
+    /// wherever a combination is asked for.
     pub fn sliding_combination(&self) -> Result<Combination, Error> {
         let statuses = self.contacts.iter().enumerate().map(|(contact, law)| {
-            Status::driven_by(law.slider_speed).ok_or(Error::NoSlidingDirection { contact })
+            Status::driven_by(law.drive()).ok_or(Error::NoSlidingDirection { contact })
         });
-        Ok(Combination::new(statuses.collect::<Result<Vec<_>, _>>()?))
+        let closed = Combination::new(statuses.collect::<Result<Vec<_>, _>>()?);
+        let stops = (0..self.contacts.len())
+            .filter(|&contact| self.contacts[contact].directions == Directions::Normal);
+        let stops: Vec<usize> = stops.collect();
+        let mut settled = closed.clone();
+        for _ in 0..EXCHANGES {
+            let margins = match stops.is_empty() {
+                true => return Ok(closed),
+                false => self.steady(&settled)?.margins,
+            };
+            let mut violated = stops.iter().filter(|&&stop| margins[stop] < 0.0).peekable();
+            if violated.peek().is_none() {
+                return Ok(settled);
+            }
+            settled = violated.fold(settled.clone(), |next, &stop| {
+                let open = settled.statuses()[stop].is_closed();
+                next.with(stop, if open { Status::Detached } else { Status::Positive })
+            });
+        }
+        Ok(closed)
     }
 
     /// The equilibrium of steady sliding; contacts that would pull are open.
@@ -149,11 +171,12 @@ impl Scene {
     pub fn steady_sliding(&self) -> Result<Combination, Error> {
         let combination = self.sliding_combination()?;
         let margins = self.steady(&combination)?.margins;
-        match margins.iter().position(|&normal_force| normal_force < 0.0) {
+        match margins.iter().position(|&margin| margin < 0.0) {
             None => Ok(combination),
             Some(contact) => Err(Error::NoSteadySliding {
                 contact,
-                normal_force: margins[contact],
+                margin: margins[contact],
+                open: !combination.statuses()[contact].is_closed(),
                 admissible: self
                     .sliding_equilibrium()
                     .ok()
@@ -172,7 +195,11 @@ impl Scene {
 /// few. Friction makes S unsymmetric, so there may be no solution, or several.
 struct StaticContacts<'a> {
     scene: &'a Scene,
+    /// Contacts that may open; the others have a given normal force.
+    unilateral: Vec<usize>,
+    /// All of them closed, and the choice that is tried first.
     closed: Combination,
+    preferred: Combination,
     reduction: Reduction,
     factors: SparseLu,
     /// Kept coordinates with all contacts closed, and what one unit of each gap adds.
@@ -204,7 +231,14 @@ pub enum Uniqueness {
 
 impl<'a> StaticContacts<'a> {
     fn new(scene: &'a Scene) -> Result<Self, Error> {
-        let closed = scene.sliding_combination()?;
+        let preferred = scene.sliding_combination()?;
+        let opens = |&contact: &usize| scene.contacts[contact].directions != Directions::Tangential;
+        let unilateral: Vec<usize> = (0..scene.contacts.len()).filter(opens).collect();
+        let stop = |&&contact: &&usize| scene.contacts[contact].directions == Directions::Normal;
+        let closed = unilateral
+            .iter()
+            .filter(stop)
+            .fold(preferred.clone(), |all, &stop| all.with(stop, Status::Positive));
         let reduction = Reduction::new(scene, &closed);
         let stiffness = SparseMatrix::from_rows(reduction.size(), |i, entries| {
             entries
@@ -221,27 +255,41 @@ impl<'a> StaticContacts<'a> {
             Error::SingularStiffness { combination, reciprocal_condition }
         })?;
         let rest = factors.solve(&reduction.force(&scene.force));
-        let response =
-            |law: &Contact| factors.solve(&reduction.force(&scene.held_load(law.normal)));
-        let responses: Vec<Vec<f64>> = scene.contacts.iter().map(response).collect();
+        let normals = || unilateral.iter().map(|&contact| scene.contacts[contact].normal);
+        let response = |normal: usize| factors.solve(&reduction.force(&scene.held_load(normal)));
+        let responses: Vec<Vec<f64>> = normals().map(response).collect();
         let reaction = |normal: usize, moved: &[f64]| -> Vec<f64> {
             let entries = scene.stiffness.row(normal);
             entries.filter_map(|(k, value)| Some(value * moved[reduction.place(k)?])).collect()
         };
-        let count = scene.contacts.len();
-        let matrix = DMatrix::from_fn(count, count, |i, j| {
-            let (normal, other) = (scene.contacts[i].normal, scene.contacts[j].normal);
-            scene.stiffness.get(normal, other) + reaction(normal, &responses[j]).iter().sum::<f64>()
-        });
-        let offset = |law: &Contact| {
-            let terms = reaction(law.normal, &rest);
-            let force = scene.force[law.normal];
+        let count = unilateral.len();
+        let mut matrix = DMatrix::zeros(count, count);
+        for (i, normal) in normals().enumerate() {
+            for (j, other) in normals().enumerate() {
+                matrix[(i, j)] = scene.stiffness.get(normal, other)
+                    + reaction(normal, &responses[j]).iter().sum::<f64>();
+            }
+        }
+        let offset = |normal: usize| {
+            let terms = reaction(normal, &rest);
+            let force = scene.force[normal];
             let sum = terms.iter().sum::<f64>() - force;
             let size = terms.iter().map(|term| term.abs()).sum::<f64>() + force.abs();
             if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
         };
-        let offsets = DVector::from_iterator(count, scene.contacts.iter().map(offset));
-        Ok(Self { scene, closed, reduction, factors, rest, responses, matrix, offsets })
+        let offsets = DVector::from_iterator(count, normals().map(offset));
+        Ok(Self {
+            scene,
+            unilateral,
+            closed,
+            preferred,
+            reduction,
+            factors,
+            rest,
+            responses,
+            matrix,
+            offsets,
+        })
     }
 
     fn problem(&self) -> Complementarity {
@@ -250,18 +298,22 @@ impl<'a> StaticContacts<'a> {
 
     /// Which contacts are open; as an error the first that would pull where no choice is an equilibrium.
     fn open(&self) -> Result<Vec<bool>, Error> {
-        self.problem().support().ok_or_else(|| {
+        let statuses = self.preferred.statuses();
+        let open = self.unilateral.iter().map(|&contact| !statuses[contact].is_closed());
+        self.problem().support(open.collect()).ok_or_else(|| {
             let pulls = self.offsets.iter().position(|&normal_force| normal_force < 0.0);
-            let contact = pulls.unwrap_or_default();
-            Error::TensileEquilibrium { contact, normal_force: self.offsets[contact] }
+            let first = pulls.unwrap_or_default();
+            let (contact, normal_force) = (self.unilateral[first], self.offsets[first]);
+            Error::TensileEquilibrium { contact, normal_force }
         })
     }
 
     /// The equilibrium with some contacts open, refined by its residuals in doubled precision.
     fn equilibrium(&self, open: &[bool]) -> Equilibrium {
         let Self { scene, reduction, .. } = self;
-        let opened: Vec<usize> = (0..open.len()).filter(|&contact| open[contact]).collect();
-        let normal = |contact: usize| scene.contacts[contact].normal;
+        // Places among the contacts that may open.
+        let opened: Vec<usize> = (0..open.len()).filter(|&place| open[place]).collect();
+        let normal = |place: usize| scene.contacts[self.unilateral[place]].normal;
         let factors = Factors::new(self.matrix.select_rows(&opened).select_columns(&opened));
         let mut q = vec![0.0; scene.size];
         let mut add = |still: &[f64], normal_forces: DVector<f64>| {
@@ -289,21 +341,21 @@ impl<'a> StaticContacts<'a> {
                     row.add(of_row(merge.normal).times(merge.factor)).value();
             }
             let still = self.factors.solve(&residual);
-            let normal_force = |&contact: &usize| {
-                let entries = scene.stiffness.row(normal(contact));
+            let normal_force = |&place: &usize| {
+                let entries = scene.stiffness.row(normal(place));
                 let moved =
                     entries.filter_map(|(k, value)| Some(value * still[reduction.place(k)?]));
-                moved.sum::<f64>() - of_row(normal(contact)).value()
+                moved.sum::<f64>() - of_row(normal(place)).value()
             };
             let forces = DVector::from_iterator(opened.len(), opened.iter().map(normal_force));
             q = add(&still, forces);
         }
         let mut combination = self.closed.clone();
-        for &contact in &opened {
-            let gap = &mut q[normal(contact)];
+        for &place in &opened {
+            let gap = &mut q[normal(place)];
             *gap = gap.max(0.0);
             if *gap > 0.0 {
-                combination = combination.with(contact, Status::Detached);
+                combination = combination.with(self.unilateral[place], Status::Detached);
             }
         }
         let forces = scene.contacts.iter().zip(combination.statuses()).map(|(law, status)| {
@@ -311,7 +363,7 @@ impl<'a> StaticContacts<'a> {
             if status.is_closed() { pressed.max(0.0) } else { 0.0 }
         });
         let normal_forces = forces.collect();
-        let (position, velocity) = (scene.positions(&q), vec![0.0; scene.size]);
+        let (position, velocity) = (scene.positions(&q), vec![0.0; scene.dofs]);
         Equilibrium { state: State { position, velocity, combination }, normal_forces }
     }
 }

@@ -16,7 +16,9 @@ const DENSE_ENTRIES: usize = 8;
 
 #[derive(Debug)]
 pub(crate) struct CoupledMass {
-    /// Contact coordinates, and the others; each ascending.
+    /// Number of all coordinates.
+    size: usize,
+    /// Contact coordinates that have mass, and the others; each ascending.
     contact: Vec<usize>,
     free: Vec<usize>,
     /// `G G'`, the block of the contact coordinates.
@@ -43,10 +45,13 @@ impl CoupledMass {
         stiffness: &SparseMatrix,
         slots: &[(usize, usize)],
     ) -> Result<Self, usize> {
-        let mut contact: Vec<usize> = slots.iter().flat_map(|&(t, n)| [t, n]).collect();
-        contact.sort_unstable();
-        let is_contact = |k: &usize| contact.binary_search(k).is_ok();
-        let free: Vec<usize> = (0..mass.size()).filter(|k| !is_contact(k)).collect();
+        let size = mass.size();
+        let mut is_contact = vec![false; size];
+        slots.iter().for_each(|&(t, n)| (is_contact[t], is_contact[n]) = (true, true));
+        // A direction that a contact has not has no mass.
+        let massive: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) != 0.0).collect();
+        let (contact, free): (Vec<usize>, Vec<usize>) =
+            massive.iter().partition(|&&k| is_contact[k]);
         let contact_mass = mass.restricted(&contact).to_dense();
         let contact_factor = cholesky(&contact_mass).map_err(|(k, _)| contact[k])?;
         let factor = SparseCholesky::new(&mass.restricted(&free)).map_err(|k| free[k])?;
@@ -54,14 +59,17 @@ impl CoupledMass {
             true => FreeInverse::Dense(factor.solve(DMatrix::identity(free.len(), free.len()))),
             false => FreeInverse::Sparse(factor),
         };
-        let whole = SparseCholesky::new(mass)?;
+        let [mass, damping, stiffness] =
+            [mass, damping, stiffness].map(|matrix| matrix.restricted(&massive));
+        let whole = SparseCholesky::new(&mass).map_err(|k| massive[k])?;
         Ok(Self {
+            size,
             contact,
             free,
             contact_factor,
             inverse,
-            stiffness_rate: rate(mass, &whole, stiffness),
-            damping_rate: rate(mass, &whole, damping),
+            stiffness_rate: rate(&mass, &whole, &stiffness),
+            damping_rate: rate(&mass, &whole, &damping),
         })
     }
 
@@ -106,13 +114,16 @@ impl CoupledMass {
     /// Largest ratio of `|map f|` and `|f|` in the norm of M and its dual, of a map of forces to accelerations of the
     /// contact coordinates; beyond them every force acts as if no contact were held, with the ratio 1.
     pub fn map_norm(&self, map: &DMatrix<f64>) -> f64 {
+        if map.is_empty() {
+            return 1.0;
+        }
         let lower = self.contact_factor.l_dirty().lower_triangle();
         (lower.tr_mul(map) * &lower).singular_values().iter().fold(1.0, |a: f64, b| a.max(*b))
     }
 
     /// `sqrt(f' M^-1 f)`: the largest value of a functional of coordinates in the unit ball of the norm of M.
     pub fn dual_norm(&self, functional: &[(usize, f64)]) -> f64 {
-        let mut forces = vec![0.0; self.contact.len() + self.free.len()];
+        let mut forces = vec![0.0; self.size];
         functional.iter().for_each(|&(k, weight)| forces[k] = weight);
         let contact =
             DVector::from_iterator(self.contact.len(), self.contact.iter().map(|&k| forces[k]));
