@@ -126,8 +126,8 @@ def test_a_load_that_vanishes_keeps_contacts_closed():
 def test_two_equilibria_are_both_shown():
     """Friction 2 on a spring of slope 1: open, or closed with the normal force that friction makes.
 
-    K = [[1, a], [a, 1]], a = 0.9: S = K_nn - K_nt (K_tn - mu K_nn) / (K_tt - mu K_nt) is negative from friction 1 / a
-    on, and the force that opens the contact at S < 0 is one that presses it, too.
+    K = [[1, a], [a, 1]], a = 0.9: ``S = K_nn - K_nt (K_tn - mu K_nn) / (K_tt - mu K_nt)`` is negative from
+    friction 1 / a on, and the force that opens the contact at S < 0 is one that presses it, too.
     """
     stiffness = np.array([[1.0, 0.9], [0.9, 1.0]])
     contact = ss.Contact(tangential=0, normal=1, friction=2.0, slider_speed=1.0)

@@ -228,6 +228,4 @@ def sliding_equilibrium(scene: Scene) -> Equilibrium:
     second = None
     if other is not None:
         second = Equilibrium(*other[:2], scene.dofs, normal_forces=other[2])
-    return Equilibrium(
-        position, combination, scene.dofs, normal_forces=normal, unique=unique, other=second
-    )
+    return Equilibrium(position, combination, scene.dofs, normal_forces=normal, unique=unique, other=second)
