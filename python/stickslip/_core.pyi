@@ -39,8 +39,8 @@ _Index = NDArray[np.int64]
 _SparseData = tuple[_Real, _Index, _Index]
 #: A direction: dof index, (n,) vector, or its (dof index, entry) pairs, ascending.
 _Along = int | _Real | list[tuple[int, float]]
-#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap.
-_ContactData = tuple[_Along, _Along, float, float, float, float, float]
+#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force.
+_ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 _Growth = tuple[float, float, float]
 #: What a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.

@@ -18,7 +18,7 @@ import scipy.fft
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
-from stickslip.scene.contact import law_entry
+from stickslip.scene.contact import concerns, law_entry
 from stickslip.scene.family import Family
 from stickslip.scene.scene import Proportional, Scene
 
@@ -106,7 +106,7 @@ class Sliding:
 def moved_friction(scene: Scene, name: str) -> list[int]:
     """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
     field, contact = law_entry(scene.contacts, name)
-    everything = list(range(len(scene.contacts)))
+    everything = [i for i, one in enumerate(scene.contacts) if concerns("friction", one)]
     return [] if field != "friction" else everything if contact is None else [contact]
 
 

@@ -27,7 +27,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, core_contact, law_entry, nearest, per_contact
+from stickslip.scene.contact import LAW, concerns, core_contact, law_entry, nearest, per_contact
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 
@@ -37,7 +37,7 @@ Model = Scene | Callable[..., Scene]
 #: Fields of a chain as a whole.
 WHOLE = ("wall_stiffness", "damping")
 #: Fields of the contacts of a chain.
-CHAIN_LAW = tuple(name for name in LAW if name != "gap")
+CHAIN_LAW = tuple(name for name in LAW if name not in ("gap", "normal_force"))
 
 
 class Slot(NamedTuple):
@@ -277,6 +277,10 @@ class Family:
             scene = self.scene({})
             entry, place = law_entry(scene.contacts, entry)
             numbers = [getattr(contact, entry) for contact in scene.contacts]
+            if place is None:
+                numbers = [
+                    number for number, c in zip(numbers, scene.contacts, strict=True) if concerns(entry, c)
+                ]
         else:
             numbers = per_contact(name, self._standing(entry), count)
         wanted = set(numbers) if place is None else {numbers[place]}

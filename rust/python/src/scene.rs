@@ -27,7 +27,8 @@ enum DampingInput<'py> {
     General(MatrixInput<'py>),
 }
 
-pub type ContactData<'py> = (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64);
+pub type ContactData<'py> =
+    (Option<DirectionInput<'py>>, Option<DirectionInput<'py>>, f64, f64, f64, f64, f64, f64);
 
 pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
@@ -37,13 +38,14 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     };
     contacts
         .iter()
-        .map(|(tangential, normal, friction, static_friction, slider_speed, restitution, gap)| {
+        .map(|(tangential, normal, friction, static_friction, speed, restitution, gap, force)| {
             core::ContactInput {
-                tangential: direction(tangential),
-                normal: direction(normal),
+                tangential: tangential.as_ref().map(direction),
+                normal: normal.as_ref().map(direction),
+                normal_force: *force,
                 friction: *friction,
                 static_friction: *static_friction,
-                slider_speed: *slider_speed,
+                slider_speed: *speed,
                 restitution: *restitution,
                 gap: *gap,
             }
@@ -147,7 +149,7 @@ impl Scene {
 
     #[getter]
     fn size(&self) -> usize {
-        self.core().size()
+        self.core().dofs()
     }
 
     fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
@@ -163,7 +165,7 @@ impl Scene {
         let combination = self.combination(py, combination)?;
         let found = detached(py, || core::Modes::new(self.core(), &combination))?
             .map_err(|error| raise(py, &error))?;
-        modes::modes(py, self.core().size(), found)
+        modes::modes(py, self.core().dofs(), found)
     }
 
     /// The combination of sliding as the sliders drive.

@@ -20,10 +20,10 @@ pub fn forces_of_state(scene: &Scene, state: &State) -> Result<Vec<(f64, f64)>, 
 /// Brings a start state to contact coordinates, refusing one that penetrates or violates its combination.
 pub fn start_coordinates(scene: &Scene, state: &State) -> Result<(Vec<f64>, Vec<f64>), Error> {
     for (argument, values) in [("position", &state.position), ("velocity", &state.velocity)] {
-        if values.len() != scene.size {
+        if values.len() != scene.dofs {
             return Err(Error::Shape {
                 argument: argument.into(),
-                expected: format!("shape ({},)", scene.size),
+                expected: format!("shape ({},)", scene.dofs),
                 got: format!("({},)", values.len()),
             });
         }

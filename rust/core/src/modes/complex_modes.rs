@@ -60,7 +60,7 @@ impl Modes {
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         });
-        let (m, n) = (reduced.size(), scene.size);
+        let (m, n) = (reduced.size(), scene.dofs);
         let half = each(m, half, normalised);
         let roundings = each(m, half.iter().collect(), |mode: &Mode| mode.rounding(&pencil));
         let whole: Vec<(&Mode, bool)> = half
@@ -92,7 +92,7 @@ impl Modes {
                 false => copy(left, &mode.left),
             }
             let over_dofs = |part: fn(&Complex64) -> f64| {
-                let mut q = vec![0.0; n];
+                let mut q = vec![0.0; scene.size];
                 reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
                 scene.velocities(&q)
             };

@@ -11,7 +11,7 @@ pub(crate) mod statics;
 pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
-pub use contact_law::{Contact, ContactInput, Direction};
+pub use contact_law::{Contact, ContactInput, Direction, Directions};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
 pub use reduction::{Reduced, Reduction};
 pub use statics::{Statics, Steady};

@@ -6,7 +6,7 @@ use crate::error::Error;
 use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
-use crate::scene::contact_law::{Contact, ContactInput, check_finite};
+use crate::scene::contact_law::{Contact, ContactInput, Direction, Directions, check_finite};
 use crate::scene::status::{Combination, Status};
 
 /// Mass as a user states it.
@@ -81,13 +81,14 @@ impl SceneInput {
         [mass, damping, stiffness.combined(1.0, h, 1.0), elastic, skew]
     }
 
-    /// D by columns: the tangential and the normal direction of every contact.
+    /// D by columns: the tangential and the normal direction of every contact; zero where it has none.
     pub fn directions(&self) -> Vec<Vec<f64>> {
         let directions = self.contacts.iter().flat_map(|law| [&law.tangential, &law.normal]);
         directions
             .map(|direction| {
                 let mut column = vec![0.0; self.force.len()];
-                direction.nonzero().into_iter().for_each(|(dof, entry)| column[dof] = entry);
+                let entries = direction.iter().flat_map(Direction::nonzero);
+                entries.for_each(|(dof, entry)| column[dof] = entry);
                 column
             })
             .collect()
@@ -99,7 +100,9 @@ impl SceneInput {
 /// `contacts[i].tangential` less the slider speed.
 #[derive(Debug)]
 pub struct Scene {
+    /// Number of contact coordinates: one for each dof, and one for each direction that a contact has not.
     pub(crate) size: usize,
+    pub(crate) dofs: usize,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
@@ -204,6 +207,7 @@ impl Scene {
             .iter()
             .zip(&coordinates.slots)
             .map(|(law, &(tangential, normal))| Contact {
+                directions: law.directions(),
                 tangential,
                 normal,
                 friction: law.friction,
@@ -213,6 +217,7 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
+        let (dofs, size) = (size, size + coordinates.missing);
         let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
         let lumped = mass.is_diagonal();
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
@@ -245,6 +250,11 @@ impl Scene {
             _ => proportions(&damping, &mass, &stiffness),
         };
         let mut force = coordinates.forces_of_dofs(&input.force);
+        for (contact, law) in contacts.iter().zip(&input.contacts) {
+            if contact.directions == Directions::Tangential {
+                force[contact.normal] = -law.normal_force;
+            }
+        }
         if contacts.iter().any(|contact| contact.gap != 0.0) {
             let mut clearance = vec![0.0; size];
             for contact in &contacts {
@@ -254,6 +264,7 @@ impl Scene {
         }
         Ok(Self {
             size,
+            dofs,
             contacts,
             impact_friction: input.impact_friction,
             coordinates,
@@ -268,8 +279,8 @@ impl Scene {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
-        self.size
+    pub fn dofs(&self) -> usize {
+        self.dofs
     }
 
     /// The contacts in contact coordinates, in the order in which they were given.
@@ -287,7 +298,9 @@ impl Scene {
         let held = |status: &Status| {
             usize::from(status.is_closed()) + usize::from(*status == Status::Sticking)
         };
-        self.size - combination.statuses().iter().map(held).sum::<usize>()
+        let stop = |law: &&Contact| law.directions == Directions::Normal;
+        let stops = self.contacts.iter().filter(stop).count();
+        self.size - stops - combination.statuses().iter().map(held).sum::<usize>()
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,
@@ -300,7 +313,7 @@ impl Scene {
     /// contact forces f that add up to a load `r = D f`.
     pub fn contact_basis(&self) -> Vec<Vec<f64>> {
         let slots = self.contacts.iter().flat_map(|law| [law.tangential, law.normal]);
-        slots.map(|slot| self.coordinates.column(slot, self.size)).collect()
+        slots.map(|slot| self.coordinates.column(slot, self.dofs)).collect()
     }
 
     /// Contact coordinates (q, q') of dof positions and velocities.
@@ -330,11 +343,27 @@ impl Scene {
         self.coordinates.to_dofs(u)
     }
 
-    /// Refuses a combination in which a frictionless contact sticks.
+    /// Refuses a combination in which a frictionless contact sticks, or a contact has a status for which it lacks a
+    /// direction.
     pub fn check_combination(&self, combination: &Combination) -> Result<(), Error> {
         for (contact, (law, &status)) in
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {
+            if !law.directions.admit(status) {
+                let (direction, expected) = match law.directions {
+                    Directions::Normal => ("tangential", "'+' (closed) or 'd'"),
+                    _ => ("normal", "'+', '-' or 's'"),
+                };
+                let combination = combination.to_string();
+                let status = status.letter();
+                return Err(Error::InadmissibleStatus {
+                    contact,
+                    direction,
+                    expected,
+                    status,
+                    combination,
+                });
+            }
             if status == Status::Sticking && law.static_friction == 0.0 {
                 return Err(Error::FrictionlessStick {
                     contact,

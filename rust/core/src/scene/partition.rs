@@ -76,8 +76,10 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
     let part = Scene {
         size: coordinates.len(),
+        dofs: coordinates.len(),
         impact_friction: scene.impact_friction,
         coordinates: Coordinates::of_contacts(
+            coordinates.len(),
             laws.iter().map(|law| (law.tangential, law.normal)).collect(),
             delassus,
         ),

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::Contact;
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -55,6 +55,8 @@ impl Reduction {
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {
             dropped[law.normal] = status.is_closed();
+            // A stop has no tangential motion.
+            dropped[law.tangential] = law.directions == Directions::Normal;
             if status == Status::Sticking {
                 dropped[law.tangential] = true;
                 sticking.push((law.tangential, law.slider_speed));
@@ -199,7 +201,7 @@ impl Reduced {
 
     /// (R, L) over the dofs of the scene, n by m.
     pub fn bases(&self, scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>) {
-        let mut right = DMatrix::zeros(scene.size, self.size());
+        let mut right = DMatrix::zeros(scene.dofs, self.size());
         let mut left = right.clone();
         for (j, &k) in self.reduction.kept.iter().enumerate() {
             let mut unit = vec![0.0; scene.size];

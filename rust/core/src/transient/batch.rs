@@ -163,8 +163,9 @@ pub(crate) mod tests {
             circulatory: None,
             force: vec![0.0, -load],
             contacts: vec![ContactInput {
-                tangential: Direction::Dof(0),
-                normal: Direction::Dof(1),
+                tangential: Some(Direction::Dof(0)),
+                normal: Some(Direction::Dof(1)),
+                normal_force: 0.0,
                 friction: 0.5,
                 static_friction: 0.7,
                 slider_speed: 0.1,

@@ -331,8 +331,8 @@ impl Trajectory {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
-        self.scene().size
+    pub fn dofs(&self) -> usize {
+        self.scene().dofs
     }
 
     /// Number of contacts.

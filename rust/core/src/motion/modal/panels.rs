@@ -296,8 +296,9 @@ mod tests {
             _ => 0.0,
         };
         let contact = ContactInput {
-            tangential: Direction::Dof(0),
-            normal: Direction::Dof(1),
+            tangential: Some(Direction::Dof(0)),
+            normal: Some(Direction::Dof(1)),
+            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.4,
             slider_speed: 0.2,
