@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -12,11 +12,13 @@ from numpy.typing import NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
-from stickslip.scene.scene import Scene, checked_combination
+from stickslip.scene.known import Column
+from stickslip.scene.scene import Scene, checked, checked_combination
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
 
@@ -205,14 +207,44 @@ class Modes(Shown):
             wanted &= (self.eigenvalues.imag != 0.0) == oscillating
         return tuple(self[int(number)] for number in np.flatnonzero(wanted))
 
-    def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        scene: Scene | None = None,
+        mode: int | None = None,
+        columns: Sequence[Column] = (),
+    ) -> Axes:
+        """Draw the eigenvalues, frequency over growth rate, red where it grows; or a mode in its scene.
 
         Parameters
         ----------
         ax
             Where to draw; None: on axes of its own.
+        scene
+            The scene of these modes: it is drawn from its matrices (`ss.plot.schematic`), displaced as in the
+            mode, with the orbits of its bodies. None: the eigenvalues, one of each conjugate pair.
+        mode
+            Number of the mode; None: the least stable one.
+        columns
+            Where masses are, if that is known; see `ss.plot.schematic`.
+
+        Raises
+        ------
+        InputError
+            If the mode does not exist, or the scene is another one.
         """
+        if scene is not None:
+            from stickslip.modes.drawing import draw_moving
+            from stickslip.show.style import axes_of as drawn_on
+
+            shape, colour, title = self._drawable(scene, mode)
+            axes = drawn_on(ax)
+            draw_moving(scene, shape, colour, columns, axes)
+            axes.set_title(title)
+            return axes
+        if mode is not None:
+            raise InputError(f"mode: mode {mode} is drawn in its scene; give scene=... too")
         from stickslip.show.style import STABLE, UNSTABLE, axes_of
 
         axes = axes_of(ax)
@@ -272,6 +304,50 @@ class Modes(Shown):
             "defective": self.defective[mode],
         }
         return "  ".join(word for word, holds in known.items() if holds)
+
+    def _drawable(self, scene: Scene, mode: int | None) -> tuple[Complex, str, str]:
+        """Return shape, colour and title of a mode to be drawn in its scene."""
+        from stickslip.show.style import STABLE, UNSTABLE
+
+        chosen = int(np.argmax(self.eigenvalues.real)) if mode is None else mode
+        if not 0 <= chosen < len(self):
+            raise InputError(f"mode: expected an index in 0..{len(self) - 1}, got {mode!r}")
+        if checked(scene).dofs != self.dofs:
+            raise InputError(f"scene: expected the scene of the modes, with the dofs {', '.join(self.dofs)}")
+        growth = self.eigenvalues[chosen].real
+        title = f"mode {chosen}: {self.frequencies[chosen]:.2f} Hz, "
+        title += f"{'grows' if growth > 0.0 else 'decays'} at {abs(growth):.3g} 1/s"
+        return self.shapes[:, chosen], UNSTABLE if self.unstable[chosen] else STABLE, title
+
+    def animate(
+        self, scene: Scene, mode: int | None = None, *, columns: Sequence[Column] = (), frames: int = 48
+    ) -> FuncAnimation:
+        """Return one period of a mode in the drawing of its scene, every body in its own phase.
+
+        Growth and decay are left out. Save it with ``.save("mode.gif", writer="pillow")``, or show it with
+        ``.to_jshtml()``.
+
+        Parameters
+        ----------
+        scene
+            The scene of these modes.
+        mode
+            Number of the mode; None: the least stable one.
+        columns
+            Where masses are, if that is known; see `ss.plot.schematic`.
+        frames
+            Pictures of the period, >= 2.
+
+        Raises
+        ------
+        InputError
+            If the mode does not exist, the scene is another one, or there are too few frames.
+        """
+        from stickslip.modes.drawing import animated_shape
+        from stickslip.scene.checks import whole_number
+
+        count = whole_number("frames", frames, 2)
+        return animated_shape(scene, *self._drawable(scene, mode), columns, count)
 
     def summary(self) -> Summary:
         """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""

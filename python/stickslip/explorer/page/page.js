@@ -319,13 +319,7 @@ function makeControls() {
     link.click();
     URL.revokeObjectURL(link.href);
   }));
-  by("legend").append(...scene.statuses.map(({ name, colour }) => {
-    const item = document.createElement("span"), swatch = document.createElement("i");
-    item.className = "legend";
-    swatch.style.background = colour;
-    item.append(swatch, name);
-    return item;
-  }));
+  makeLegend(by("legend"), () => { drawMotion(); drawCursor(); });
 }
 async function asked(what) {
   try { await what(); by("note").textContent = ""; } catch (error) { by("note").textContent = error.message; }
@@ -333,7 +327,7 @@ async function asked(what) {
 
 function makePlots() {
   const make = (id, options) => (plots[id] = new Plot(id, options));
-  make("map", { hover: ({ x, y }) => {
+  make("map", { keys: true, hover: ({ x, y }) => {
     const map = state.map, [a, b] = [axisOf(state.x), axisOf(state.y)];
     if (!map || map.x !== state.x || map.y !== state.y) return "";
     const i = Math.round((x - a.low) / (a.high - a.low) * (map.columns - 1)), j = Math.round((y - b.low) / (b.high - b.low) * (map.rows - 1));
