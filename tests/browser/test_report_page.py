@@ -272,9 +272,7 @@ def test_figures_to_touch_zoom_tell_values_and_hide_statuses(opened):
     stage.scroll_into_view_if_needed()
     box = stage.bounding_box()
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
-    assert re.fullmatch(
-        r"2\d\d\.\d+ ms 0: [+sd-] 1: [+sd-]", page.inner_text("#move-way .tip")
-    )
+    assert re.fullmatch(r"2\d\d\.\d+ ms 0: [+sd-] 1: [+sd-]", page.inner_text("#move-way .tip"))
     page.mouse.wheel(0, -300)
     page.wait_for_timeout(100)
     assert page.evaluate("scene.report.plots.way.zoomed.x[0]") > 0.0
