@@ -17,7 +17,7 @@ from playwright.sync_api import sync_playwright
 import stickslip as ss
 
 #: Pictures, ms that each is shown, pixels across, colours.
-PICTURES, SHOWN, WIDTH, SHADES = 44, 120, 900, 48
+PICTURES, SHOWN, WIDTH, SHADES = 44, 120, 820, 64
 #: Friction and slider speed on the way of the point, from where the film ends, too.
 WAY = ((1.5, 0.025), (0.55, 0.03), (0.9, 0.045), (1.5, 0.07), (2.4, 0.05), (1.9, 0.02), (1.5, 0.025))
 
@@ -63,7 +63,7 @@ def main():
     chromium = shutil.which(os.environ.get("CHROMIUM", "chromium"))
     with ss.explore() as served, sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--headless"])
-        size = {"width": 1200, "height": 1180}
+        size = {"width": 1340, "height": 1400}
         page = browser.new_page(viewport=size, reduced_motion="reduce")
         page.goto(served.url)
         drawn(page)
@@ -73,7 +73,8 @@ def main():
         ]
         browser.close()
     # One palette for all: colours do not flicker, and what stays the same takes no room.
-    palette = pictures[0].quantize(SHADES, dither=Image.Dither.NONE)
+    some = Image.fromarray(np.concatenate([np.asarray(picture) for picture in pictures[::6]]))
+    palette = some.quantize(SHADES, dither=Image.Dither.NONE)
     quantized = [picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures]
     quantized[0].save(
         film, save_all=True, append_images=quantized[1:], duration=SHOWN, loop=0, optimize=True, disposal=1

@@ -77,10 +77,15 @@ def pixels(locator):
     return np.asarray(Image.open(io.BytesIO(locator.screenshot())).convert("L"), dtype=float)
 
 
+def unfold(page):
+    page.evaluate("for (const part of document.querySelectorAll('details')) part.open = true")
+
+
 @pytest.mark.parametrize("name", ["standard", "ill-posed"])
 @pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
 def test_every_figure_is_there_and_not_blank(opened, name, viewport):
     page = opened(name, viewport=viewport, reduced_motion="reduce")
+    unfold(page)
     drawings = page.locator("svg.plot, svg.motion")
     assert drawings.count() >= (28 if name == "standard" else 2)
     for drawing in drawings.all():
