@@ -118,10 +118,10 @@ def test_a_mode_moves_with_the_phase_of_each_body():
 def test_what_cannot_be_drawn_is_refused():
     scene = ss.models.two_subsystems()
     modes = ss.complex_modes(scene)
-    with pytest.raises(ss.InputError, match=r"mode: expected an index in 0\.\.11, got 12"):
-        modes.plot(scene=scene, mode=12)
-    with pytest.raises(ss.InputError, match="give scene="):
-        modes.plot(mode=3)
+    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.11, got 12"):
+        modes.plot(scene=scene, number=12)
+    with pytest.raises(ss.InputError, match="number: the scene has no points"):
+        modes.plot(number=3)
     with pytest.raises(ss.InputError, match="scene: expected the scene of the modes"):
         modes.animate(line())
     with pytest.raises(ss.InputError, match=r"displacement: expected shape \(8,\)"):

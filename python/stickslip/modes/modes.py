@@ -15,6 +15,7 @@ from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.known import Column
 from stickslip.scene.scene import Matrix, Scene, checked
+from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -88,6 +89,8 @@ class Modes(Shown):
         quadrature. 0 of all modes; None near given points, where it is not known.
     doubts
         What could not be settled about a band, in words; empty if nothing.
+    mesh
+        Where the dofs of the scene lie; None: not known.
     """
 
     combination: str
@@ -107,6 +110,7 @@ class Modes(Shown):
     dofs: tuple[str, ...]
     missing: float | None = 0.0
     doubts: tuple[str, ...] = ()
+    mesh: Mesh | None = None
 
     @cached_property
     def right(self) -> Complex:
@@ -220,42 +224,54 @@ class Modes(Shown):
         self,
         ax: Axes | None = None,
         *,
+        number: int | None = None,
         scene: Scene | None = None,
-        mode: int | None = None,
         columns: Sequence[Column] = (),
     ) -> Axes:
-        """Draw the eigenvalues, frequency over growth rate, red where it grows; or a mode in its scene.
+        """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
 
         Parameters
         ----------
         ax
-            Where to draw; None: on axes of its own.
+            Where to draw, a mesh in space on axes of ``projection="3d"``; None: on axes of its own.
+        number
+            Of a mode: draw its shape instead, on the mesh of the scene; its real part is the place, its
+            modulus the colour. With `scene` in the drawing of that.
         scene
-            The scene of these modes: it is drawn from its matrices (`ss.plot.schematic`), displaced as in the
-            mode, with the orbits of its bodies. None: the eigenvalues, one of each conjugate pair.
-        mode
-            Number of the mode; None: the least stable one.
+            The scene of these modes: draw a mode, by default the least stable one, in the scene as its
+            matrices tell it (`ss.plot.schematic`), with the orbits of its bodies.
         columns
-            Where masses are, if that is known; see `ss.plot.schematic`.
+            Where masses of `scene` are, if that is known; see `ss.plot.schematic`.
 
         Raises
         ------
         InputError
-            If the mode does not exist, or the scene is another one.
+            If there is no mode of that number, the scene has no points, or `scene` has other dofs.
         """
+        from stickslip.show.style import STABLE, UNSTABLE, axes_of
+
         if scene is not None:
             from stickslip.modes.drawing import draw_moving
-            from stickslip.show.style import axes_of as drawn_on
 
-            shape, colour, title = self._drawable(scene, mode)
-            axes = drawn_on(ax)
+            shape, colour, title = self._drawable(scene, number)
+            axes = axes_of(ax)
             draw_moving(scene, shape, colour, columns, axes)
             axes.set_title(title)
             return axes
-        if mode is not None:
-            raise InputError(f"mode: mode {mode} is drawn in its scene; give scene=... too")
-        from stickslip.show.style import STABLE, UNSTABLE, axes_of
+        if number is not None:
+            if number not in range(len(self)):
+                raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
+            if self.mesh is None:
+                raise InputError(
+                    "number: the scene has no points; ss.plot.shapes(modes) draws shapes over dofs, "
+                    "modes.plot(scene=scene) in the scene"
+                )
+            from stickslip.show.mesh_figure import draw_mesh
 
+            title = (
+                f"mode {number}: {self.frequencies[number]:.2f} Hz, {self.eigenvalues[number].real:.4g} 1/s"
+            )
+            return draw_mesh(self.mesh, self.shapes[:, number], ax, None, title)
         axes = axes_of(ax)
         upper = self.eigenvalues.imag >= 0.0
         for grows, colour, marker, label in (
@@ -314,13 +330,13 @@ class Modes(Shown):
         }
         return "  ".join(word for word, holds in known.items() if holds)
 
-    def _drawable(self, scene: Scene, mode: int | None) -> tuple[Complex, str, str]:
+    def _drawable(self, scene: Scene, number: int | None) -> tuple[Complex, str, str]:
         """Return shape, colour and title of a mode to be drawn in its scene."""
         from stickslip.show.style import STABLE, UNSTABLE
 
-        chosen = int(np.argmax(self.eigenvalues.real)) if mode is None else mode
-        if not 0 <= chosen < len(self):
-            raise InputError(f"mode: expected an index in 0..{len(self) - 1}, got {mode!r}")
+        chosen = int(np.argmax(self.eigenvalues.real)) if number is None else number
+        if chosen not in range(len(self)):
+            raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
         if checked(scene).dofs != self.dofs:
             raise InputError(f"scene: expected the scene of the modes, with the dofs {', '.join(self.dofs)}")
         growth = self.eigenvalues[chosen].real
@@ -329,7 +345,7 @@ class Modes(Shown):
         return self.shapes[:, chosen], UNSTABLE if self.unstable[chosen] else STABLE, title
 
     def animate(
-        self, scene: Scene, mode: int | None = None, *, columns: Sequence[Column] = (), frames: int = 48
+        self, scene: Scene, number: int | None = None, *, columns: Sequence[Column] = (), frames: int = 48
     ) -> FuncAnimation:
         """Return one period of a mode in the drawing of its scene, every body in its own phase.
 
@@ -340,8 +356,8 @@ class Modes(Shown):
         ----------
         scene
             The scene of these modes.
-        mode
-            Number of the mode; None: the least stable one.
+        number
+            Of the mode; None: the least stable one.
         columns
             Where masses are, if that is known; see `ss.plot.schematic`.
         frames
@@ -356,7 +372,7 @@ class Modes(Shown):
         from stickslip.scene.checks import whole_number
 
         count = whole_number("frames", frames, 2)
-        return animated_shape(scene, *self._drawable(scene, mode), columns, count)
+        return animated_shape(scene, *self._drawable(scene, number), columns, count)
 
     def summary(self) -> Summary:
         """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""
