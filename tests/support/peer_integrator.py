@@ -44,13 +44,6 @@ class Mechanics:
         def dense(matrix):
             return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
 
-        def direction(value):
-            if value is None:
-                return np.zeros(scene.size)
-            if np.ndim(value) == 0:
-                return np.eye(scene.size)[value]
-            return np.asarray(value)
-
         self.size = scene.size
         self.mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
         self.stiffness = dense(scene.stiffness)
@@ -68,8 +61,8 @@ class Mechanics:
             self.stiffness = self.stiffness + dense(scene.circulatory)
         self.force = scene.force
         self.contacts = scene.contacts
-        self.normal = [direction(c.normal) for c in scene.contacts]
-        self.tangential = [direction(c.tangential) for c in scene.contacts]
+        self.normal = [scene.normal_direction(i) for i in range(len(scene.contacts))]
+        self.tangential = [scene.tangential_direction(i) for i in range(len(scene.contacts))]
         self.normal_response = [self._response(d) for d in self.normal]
         self.tangential_response = [self._response(d) for d in self.tangential]
         self.static = [c.friction if c.static_friction is None else c.static_friction for c in scene.contacts]
@@ -284,8 +277,8 @@ def assert_same_motion(scene, start, duration):
     scale = np.repeat([np.abs(theirs[:, :n]).max(), np.abs(theirs[:, n:]).max()], n)
     # What the peer changes by from steps twice as long, fourfold: at an impact of 2e-3 m/s rounding of its
     # event functions adds as much.
-    # Beside that the tolerance of a step adds up over some hundred.
-    own_error = 4 * np.abs((theirs - roughly) / scale).max() + 1e-11
+    # Beside that the tolerance of a step adds up over some hundred, and a slow impact multiplies it.
+    own_error = 4 * np.abs((theirs - roughly) / scale).max() + 5e-11
     assert own_error < 1e-5, "the peer is too far off to say anything"
     assert np.abs((states - theirs) / scale).max() <= own_error
     times = np.array([fine.time, rough.time])

@@ -66,7 +66,7 @@ def scene_section(found: Findings) -> Markup:
             for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
         ],
     )
-    lumped = scene.mass if scene.mass.ndim == 1 else np.diag(scene.mass)
+    lumped = scene.mass if scene.mass.ndim == 1 else scene.mass.diagonal()
     loads = table(
         "Mass and constant force of every dof"
         + ("" if scene.mass.ndim == 1 else " (diagonal of the mass matrix)"),
@@ -225,7 +225,7 @@ def loci_section(found: Findings) -> Markup:
     what += "" if unit == "1" else f", {unit}"
     heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
-        drawn = plot.loci(found.loci)
+        drawn = plot.loci(found.loci, critical=found.critical)
     exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"

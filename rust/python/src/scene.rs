@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
-    PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -24,6 +23,12 @@ pub enum DirectionInput<'py> {
 }
 
 #[derive(FromPyObject)]
+enum MassInput<'py> {
+    Lumped(PyReadonlyArray1<'py, f64>),
+    Full(MatrixInput<'py>),
+}
+
+#[derive(FromPyObject)]
 enum DampingInput<'py> {
     Proportional(f64, f64),
     General(MatrixInput<'py>),
@@ -31,6 +36,9 @@ enum DampingInput<'py> {
 
 pub type ContactData<'py> =
     (Option<DirectionInput<'py>>, Option<DirectionInput<'py>>, f64, f64, f64, f64, f64, f64);
+
+/// Position, combination and normal forces.
+type EquilibriumData<'py> = (Bound<'py, PyArray1<f64>>, String, Bound<'py, PyArray1<f64>>);
 
 pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
@@ -53,6 +61,28 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
             }
         })
         .collect()
+}
+
+type Entries = Vec<(usize, f64)>;
+/// Harmonic loads, switched loads, and vibrations of sliders.
+pub type LoadData =
+    (Vec<(Entries, f64, f64)>, Vec<(Entries, Vec<f64>, Vec<f64>)>, Vec<(usize, f64, f64, f64)>);
+
+fn loads((harmonics, steps, vibrations): LoadData) -> core::scene::Loads {
+    let harmonic =
+        |(direction, frequency, phase)| core::scene::Harmonic { direction, frequency, phase };
+    let step = |(direction, times, values)| core::scene::Steps { direction, times, values };
+    let vibration = |(contact, amplitude, frequency, phase)| core::scene::Vibration {
+        contact,
+        amplitude,
+        frequency,
+        phase,
+    };
+    core::scene::Loads {
+        harmonics: harmonics.into_iter().map(harmonic).collect(),
+        steps: steps.into_iter().map(step).collect(),
+        vibrations: vibrations.into_iter().map(vibration).collect(),
+    }
 }
 
 #[pyclass(frozen, module = "stickslip._core")]
@@ -97,27 +127,22 @@ impl Scene {
     #[new]
     fn new(
         py: Python<'_>,
-        mass: PyReadonlyArrayDyn<'_, f64>,
+        mass: MassInput<'_>,
         stiffness: (MatrixInput<'_>, Option<MatrixInput<'_>>),
         damping: (DampingInput<'_>, Option<MatrixInput<'_>>),
         force: PyReadonlyArray1<'_, f64>,
         contacts: Vec<ContactData<'_>>,
         impact_friction: bool,
+        loads: LoadData,
     ) -> PyResult<Self> {
         let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
-        let mass = match *mass.shape() {
-            [_] => core::scene::Mass::Lumped(entries(mass.as_array()).collect()),
-            [rows, columns] if rows == columns => {
+        let mass = match mass {
+            MassInput::Lumped(mass) => core::scene::Mass::Lumped(vector(&mass)),
+            MassInput::Full(MatrixInput::Dense(mass)) => {
+                let &[rows, columns] = mass.shape() else { unreachable!("two axes by type") };
                 core::scene::Mass::Full(from_rows(rows, columns, entries(mass.as_array())))
             }
-            ref shape => {
-                let error = core::Error::Shape {
-                    argument: "mass".to_owned(),
-                    expected: "shape (n,) or (n, n)".to_owned(),
-                    got: format!("{shape:?}"),
-                };
-                return Err(raise(py, &error));
-            }
+            MassInput::Full(mass) => core::scene::Mass::Sparse(mass.to_matrix(py, "mass")?),
         };
         let damping = match damping {
             DampingInput::Proportional(mass, stiffness) => {
@@ -139,13 +164,23 @@ impl Scene {
             force: vector(&force),
             contacts: contact_inputs(&contacts),
             impact_friction,
+            loads: self::loads(loads),
         };
         Self::build(py, input)
     }
 
-    /// The same system with other contacts.
-    fn with_contacts(&self, py: Python<'_>, contacts: Vec<ContactData<'_>>) -> PyResult<Self> {
-        let input = core::SceneInput { contacts: contact_inputs(&contacts), ..self.input.clone() };
+    /// The same system with other contacts and loads in time.
+    fn with_contacts(
+        &self,
+        py: Python<'_>,
+        contacts: Vec<ContactData<'_>>,
+        loads: LoadData,
+    ) -> PyResult<Self> {
+        let input = core::SceneInput {
+            contacts: contact_inputs(&contacts),
+            loads: self::loads(loads),
+            ..self.input.clone()
+        };
         Self::build(py, input)
     }
 
@@ -221,10 +256,23 @@ impl Scene {
     fn sliding_equilibrium<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, String)> {
-        let state = detached(py, || self.core().sliding_equilibrium())?
+    ) -> PyResult<(EquilibriumData<'py>, Option<bool>, Option<EquilibriumData<'py>>)> {
+        let (found, uniqueness) = detached(py, || self.core().steady_equilibrium())?
             .map_err(|error| raise(py, &error))?;
-        Ok((state.position.into_pyarray(py), state.combination.to_string()))
+        let data = |found: core::scene::Equilibrium| {
+            (
+                found.state.position.into_pyarray(py),
+                found.state.combination.to_string(),
+                found.normal_forces.into_pyarray(py),
+            )
+        };
+        Ok(match uniqueness {
+            core::scene::Uniqueness::Proved => (data(found), Some(true), None),
+            core::scene::Uniqueness::Another(other) => {
+                (data(found), Some(false), Some(data(*other)))
+            }
+            core::scene::Uniqueness::Unknown => (data(found), None, None),
+        })
     }
 
     /// Refuses a state that penetrates or violates its combination.
@@ -236,7 +284,7 @@ impl Scene {
         combination: &str,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, combination)?;
-        detached(py, || core::contact::start_coordinates(self.core(), &state))?
+        detached(py, || core::contact::start_coordinates(self.propagators.moving(), &state))?
             .map_err(|error| raise(py, &error))?;
         Ok(())
     }
@@ -250,7 +298,8 @@ impl Scene {
         combination: &str,
     ) -> PyResult<(Vec<f64>, Vec<f64>)> {
         let state = self.start(py, &position, &velocity, combination)?;
-        let forces = detached(py, || core::contact::forces_of_state(self.core(), &state))?;
+        let forces =
+            detached(py, || core::contact::forces_of_state(self.propagators.moving(), &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 

@@ -52,19 +52,17 @@ impl Functional {
 
     /// `sum_j factor_j part_j`
     fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
+        // A row of sums: the parts may hold every coordinate of a large scene.
         let merged = |of: fn(&Self) -> &[(usize, f64)]| {
-            let scaled = |(factor, part): (f64, &'a Self)| {
-                of(part).iter().map(move |&(k, weight)| (k, factor * weight))
-            };
-            let mut terms: Vec<_> =
-                parts.clone().filter(|part| part.0 != 0.0).flat_map(scaled).collect();
-            terms.sort_by_key(|term| term.0);
-            terms.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                kept.1 += if same { next.1 } else { 0.0 };
-                same
-            });
-            terms
+            let largest = parts.clone().filter_map(|(_, part)| of(part).last());
+            let count = largest.map(|term| term.0 + 1).max().unwrap_or(0);
+            let mut sums: Vec<Option<f64>> = vec![None; count];
+            for (factor, part) in parts.clone().filter(|part| part.0 != 0.0) {
+                for &(k, weight) in of(part) {
+                    *sums[k].get_or_insert(0.0) += factor * weight;
+                }
+            }
+            sums.into_iter().enumerate().filter_map(|(k, sum)| Some((k, sum?))).collect()
         };
         Self {
             position: merged(|part| &part.position),
@@ -153,13 +151,16 @@ pub(crate) fn event_functions(scene: &Scene, combination: &Combination) -> Vec<E
 }
 
 /// What ends the status of one contact by `trigger`: its event function, or that of its normal force for a sticking
-/// contact whose friction cone closes.
+/// contact whose friction cone closes. An orbit under loads in time ends with their period.
 pub(crate) fn ending(
     scene: &Scene,
     combination: &Combination,
     contact: usize,
     trigger: EventKind,
 ) -> Functional {
+    if trigger == EventKind::Load {
+        return phase_of_loads(scene);
+    }
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let status = combination.statuses()[contact];
     let mut functions = of_contact(scene, contact, status, &coupled).into_iter();
@@ -171,6 +172,13 @@ pub(crate) fn ending(
         },
         |function| function.functional,
     )
+}
+
+/// `-sin(w t)` of the first oscillator, which vanishes at every period of the loads.
+fn phase_of_loads(scene: &Scene) -> Functional {
+    let clock = scene.drive.iter().flat_map(|drive| &drive.oscillators).take(1);
+    let velocity = clock.map(|one| (one.coordinate, 1.0 / one.rate)).collect();
+    Functional { velocity, ..Functional::default() }
 }
 
 /// The event functions of one contact; `coupled`: the forces of all, where mass couples them.
