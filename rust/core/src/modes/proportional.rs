@@ -107,7 +107,11 @@ impl Problem<'_> {
             let length = (1.0 + beta * lambda) * rows;
             self.norms.relative_residual(lambda, &half.right, std::iter::once(length))
         };
-        of_root(larger).max(of_root(smaller))
+        // Of a conjugate pair both are the same.
+        match smaller == larger.conj() {
+            true => of_root(larger),
+            false => of_root(larger).max(of_root(smaller)),
+        }
     }
 
     /// Values with their vectors, corrected by their Rayleigh quotients `y' K x / y' M x`.
