@@ -190,8 +190,11 @@ impl ModalMotion {
         for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
             let Step { exponential, phi1, phi2 } = level.modes[g].whole;
             let force = &mut self.force[g];
-            let free = |of: ComplexGroup| ComplexGroup::ZERO.add_product(simd, exponential, of);
-            let [mut z, mut dz, w] = [modes.z, modes.dz, modes.w].map(free);
+            // A closure would not be compiled for the vector unit.
+            let zero = ComplexGroup::ZERO;
+            let mut z = zero.add_product(simd, exponential, modes.z);
+            let mut dz = zero.add_product(simd, exponential, modes.dz);
+            let w = zero.add_product(simd, exponential, modes.w);
             z = z.add_product(simd, phi1, *force);
             if !reference.is_steady {
                 let linear = reference.force[g].linear;
