@@ -8,9 +8,9 @@ use crate::linalg::eigen;
 use crate::linalg::eigenpair::EigenPair;
 use crate::linalg::parallel::each;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
-use crate::modes::problem::{Problem, Solved, WELL_CONDITIONED, packed, project};
 use crate::modes::refinement::slow_modes;
 use crate::modes::refinement::vectors::Eigenvectors;
+use crate::modes::solvers::problem::{Problem, Solved, WELL_CONDITIONED, packed, project};
 use crate::numerics::double_double::DoubledComplex;
 
 /// Rounds of refinement; each squares the error, so three take one digit to rounding.
