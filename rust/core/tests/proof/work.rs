@@ -35,7 +35,7 @@ fn phases_panels_and_refinements_of_the_published_runs() {
         (2.2, 0.05, 0.3, Method::Taylor, 147, counters(148, 355, 0, 386, 6, 148)),
     ] {
         let scene = propagators(two_subsystems(friction, speed));
-        let start = pushed(scene.scene());
+        let start = pushed(scene.bare());
         let cold = run(&scene, &start, duration, method);
         assert_eq!(cold.events.len(), events);
         assert_eq!(cold.counters, expected);
@@ -49,7 +49,7 @@ fn phases_panels_and_refinements_of_the_published_runs() {
 #[test]
 fn the_limit_cycle_of_the_standard_run() {
     let scene = propagators(two_subsystems(1.5, 0.025));
-    let start = pushed(scene.scene());
+    let start = pushed(scene.bare());
     let search =
         Search { stretch: 0.6, limit: 1.2, method: Method::Auto, cancel: None, deadline: None };
     let (attractor, last) = settle(&scene, &start, search).expect("a well-posed start");
@@ -87,7 +87,7 @@ fn eigenproblems_of_a_search_for_hopf_points() {
 #[test]
 fn a_settled_motion_of_any_length_ends() {
     let scene = propagators(two_subsystems(0.2, 0.025));
-    let start = scene.scene().sliding_equilibrium().expect("steady sliding");
+    let start = scene.bare().sliding_equilibrium().expect("steady sliding");
     let run = run(&scene, &start, 1e20, Method::Auto);
     assert_eq!((run.end, run.stop_reason), (1e20, StopReason::Duration));
     assert!(run.events.is_empty());
