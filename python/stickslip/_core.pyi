@@ -67,7 +67,7 @@ class _ModesData(TypedDict):
 class Scene:
     def __new__(
         cls,
-        mass: _Real,  # (n,) or (n, n)
+        mass: _Real | _SparseData,  # (n,) or (n, n)
         stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
         # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
         damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
@@ -84,6 +84,9 @@ class Scene:
     def steady_sliding(self) -> str: ...
     def sliding_equilibrium(self) -> tuple[_Real, str]: ...  # position, combination
     def check_state(self, position: _Real, velocity: _Real, combination: str) -> None: ...
+    def undetermined(self, combination: str) -> list[int]: ...
+    @property
+    def dependent(self) -> bool: ...
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: str
     ) -> tuple[list[float], list[float]]: ...  # normal, friction

@@ -9,6 +9,7 @@ from verification import (
     inclined_plane,
     mode_coupling,
     resting_slider,
+    stops,
     two_masses,
     two_subsystems,
 )
@@ -22,6 +23,7 @@ FAMILIES = (
     damped_belt,
     bounces,
     collision,
+    stops,
     mode_coupling,
     drum_brake,
     two_subsystems,

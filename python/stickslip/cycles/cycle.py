@@ -14,7 +14,7 @@ from stickslip.cycles.harmonics import fourier_series, harmonic_energy
 from stickslip.cycles.phases import CyclePhase, Margin, phases_of
 from stickslip.modes.modes import Modes, complex_modes
 from stickslip.motion.energy import Balance
-from stickslip.motion.motion import Motion
+from stickslip.motion.motion import Motion, undetermined_facts
 from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
@@ -383,6 +383,7 @@ class Cycle(Shown):
             ("stability", self.stability),
             ("largest multipliers", "not known" if np.isnan(self.largest_multiplier) else listed),
             ("zero by structure", str(self.structural_zeros)),
+            *undetermined_facts(self.run),
         ]
         rows = []
         for phase in self.phases:

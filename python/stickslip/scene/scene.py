@@ -84,8 +84,8 @@ class Scene(Shown):
     Parameters
     ----------
     mass
-        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse. It is kept as (n,)
-        where a sparse one is diagonal, and dense otherwise.
+        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse, as of consistent
+        finite elements. A sparse one is kept sparse, or as (n,) where it is diagonal.
     stiffness
         K: (n, n) symmetric, N/m; dense or scipy.sparse.
     damping
@@ -115,11 +115,11 @@ class Scene(Shown):
     ------
     InputError
         If anything is ill-posed: shape, number, symmetry, mass not positive definite, a contact direction
-        unknown or dependent on the others, friction < 0, static_friction < friction, restitution outside
+        unknown or zero, friction < 0, static_friction < friction, restitution outside
         [0, 1], ...
     """
 
-    mass: Real
+    mass: Matrix
     stiffness: Matrix
     damping: Proportional | Matrix | None
     force: Real
@@ -135,7 +135,7 @@ class Scene(Shown):
 
     def __init__(
         self,
-        mass: ArrayLike,
+        mass: Any,
         stiffness: Any,
         damping: Any = None,
         force: ArrayLike | None = None,
@@ -164,7 +164,7 @@ class Scene(Shown):
             raise InputError(f"contacts: expected a sequence of contacts, got {described(contacts)}")
         listed = tuple(contacts)
         core = _core.Scene(
-            m,
+            core_matrix(m),
             (core_matrix(k), None if h is None else core_matrix(h)),
             (_core_damping(c), None if g is None else core_matrix(g)),
             f,
@@ -320,7 +320,7 @@ class Scene(Shown):
             )
             for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
         ]
-        masses = self.mass if self.mass.ndim == 1 else np.diag(self.mass)
+        masses = self.mass if self.mass.ndim == 1 else self.mass.diagonal()
         low, high = masses.min(), masses.max()
         shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
         facts = [

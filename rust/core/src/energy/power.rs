@@ -175,7 +175,9 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         sample.elastic.push(elastic);
 
         let mut acceleration = vec![0.0; scene.size];
-        equation.accelerate(&mut scene.residual(1.0, q, u), &mut acceleration);
+        let fitted = equation.scene(scene);
+        equation.accelerate(&mut fitted.residual(1.0, q, u), &mut acceleration);
+        fitted.follow_rates(&mut acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
         sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, &elongation(scene, q)));
 

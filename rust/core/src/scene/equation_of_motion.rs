@@ -1,11 +1,13 @@
 //! The equation of motion of one status combination, `q'' = M_s^-1 L' (F - C q' - K q)`, without forming `L' K R`.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::{Reduction, owned};
 use crate::scene::status::Combination;
 
 impl Scene {
@@ -36,6 +38,8 @@ impl Scene {
 pub(crate) struct EquationOfMotion {
     pub reduction: Reduction,
     inverse: InverseMass,
+    /// The scene in other coordinates, where the combination needs them.
+    pub fitted: Option<Arc<Scene>>,
 }
 
 /// Over the kept coordinates.
@@ -48,7 +52,9 @@ enum InverseMass {
 impl EquationOfMotion {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        let reduction = Reduction::new(scene, combination);
+        let fitted = scene.fitted(combination);
+        let scene = &*fitted;
+        let reduction = Reduction::new(scene, combination).checked(combination)?;
         let m = reduction.size();
         let inverse = if scene.lumped {
             let inverse = reduction.kept.iter().map(|&k| 1.0 / scene.mass.get(k, k));
@@ -61,7 +67,12 @@ impl EquationOfMotion {
             }
             InverseMass::Full(Factors::new(mass).solve(DMatrix::identity(m, m)))
         };
-        Ok(Self { reduction, inverse })
+        Ok(Self { reduction, inverse, fitted: owned(fitted) })
+    }
+
+    /// The scene in the coordinates of this combination.
+    pub fn scene<'a>(&'a self, scene: &'a Scene) -> &'a Scene {
+        self.fitted.as_deref().unwrap_or(scene)
     }
 
     /// About how many numbers it holds.

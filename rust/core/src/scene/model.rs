@@ -7,6 +7,7 @@ use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Directions, check_finite};
+use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::status::{Combination, Status};
 
 /// Mass as a user states it.
@@ -98,11 +99,14 @@ impl SceneInput {
 /// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
 /// `contacts[i].tangential` less the slider speed.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scene {
-    /// Number of contact coordinates: one for each dof, and one for each direction that a contact has not.
+    /// Number of contact coordinates: one for each dof, and one for each direction that a contact has not or that depends
+    /// on others.
     pub(crate) size: usize,
     pub(crate) dofs: usize,
+    /// Coordinates that are sums of others, because directions of contacts depend on each other.
+    pub(crate) dependents: Vec<Dependent>,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
@@ -201,7 +205,7 @@ impl Scene {
             law.validate(contact, size)?;
         }
 
-        let coordinates = Coordinates::new(&mass, &input.contacts)?;
+        let coordinates = Coordinates::new(&mass, &input.contacts);
         let contacts: Vec<Contact> = input
             .contacts
             .iter()
@@ -217,7 +221,7 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
-        let (dofs, size) = (size, size + coordinates.missing);
+        let (dofs, size) = (size, coordinates.size());
         let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
         let lumped = mass.is_diagonal();
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
@@ -262,9 +266,11 @@ impl Scene {
             }
             stiffness.add_product(1.0, &clearance, &mut force);
         }
+        let dependents = dependents_of(&coordinates, &contacts);
         Ok(Self {
             size,
             dofs,
+            dependents,
             contacts,
             impact_friction: input.impact_friction,
             coordinates,
@@ -288,19 +294,14 @@ impl Scene {
         &self.contacts
     }
 
-    /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
-    pub fn contacts_coupled(&self) -> bool {
-        self.coordinates.delassus.is_some()
+    /// Whether directions of contacts depend on each other.
+    pub fn has_dependent_directions(&self) -> bool {
+        !self.dependents.is_empty()
     }
 
-    /// Coordinates that a combination leaves free.
-    pub(crate) fn free(&self, combination: &Combination) -> usize {
-        let held = |status: &Status| {
-            usize::from(status.is_closed()) + usize::from(*status == Status::Sticking)
-        };
-        let stop = |law: &&Contact| law.directions == Directions::Normal;
-        let stops = self.contacts.iter().filter(stop).count();
-        self.size - stops - combination.statuses().iter().map(held).sum::<usize>()
+    /// Whether mass couples the directions of contacts or these depend on each other, so that their transitions depend on each other.
+    pub fn contacts_coupled(&self) -> bool {
+        self.coordinates.delassus.is_some()
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,

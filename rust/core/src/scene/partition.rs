@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
+use crate::scene::dependent::sums::Dependent;
 use crate::scene::model::{EnergyParts, Scene};
 use crate::scene::status::Combination;
 
@@ -38,6 +39,12 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
     for contact in &scene.contacts {
         partner[contact.tangential].push(contact.normal);
         partner[contact.normal].push(contact.tangential);
+    }
+    for Dependent { coordinate, terms, .. } in &scene.dependents {
+        for &(k, _) in terms {
+            partner[*coordinate].push(k);
+            partner[k].push(*coordinate);
+        }
     }
     // Of unsymmetric matrices an entry couples both ways, too.
     let mirrored: Vec<SparseMatrix> = match &scene.energy_parts {
@@ -74,7 +81,17 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
     let whole = scene.coordinates.delassus.as_ref();
     let delassus = whole.map(|whole| whole.select_rows(&rows).select_columns(&rows));
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
+    let dependents = scene.dependents.iter().filter_map(|one| {
+        let within = one.terms.iter().map(|&(k, factor)| Some((place(k)?, factor)));
+        Some(Dependent {
+            coordinate: place(one.coordinate)?,
+            terms: within.collect::<Option<_>>()?,
+            offset: one.offset,
+        })
+    });
+    let dependents: Vec<Dependent> = dependents.collect();
     let part = Scene {
+        dependents,
         size: coordinates.len(),
         dofs: coordinates.len(),
         impact_friction: scene.impact_friction,
@@ -82,6 +99,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
             coordinates.len(),
             laws.iter().map(|law| (law.tangential, law.normal)).collect(),
             delassus,
+            scene.coordinates.coupled,
         ),
         contacts: laws,
         mass: matrix(&scene.mass),

@@ -10,7 +10,7 @@ use crate::error::Error;
 use crate::linalg::dense::{regular_solution, smallest_relative_pivot, solve};
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::{Reduced, normal_forces_at_rest};
 use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the equilibrated matrix) below which an equilibrium is not unique.
@@ -59,17 +59,27 @@ impl Statics {
         let (m, statuses) = (reduced.size(), reduced.combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
+        let scene = reduced.scene(scene);
+        let forces = normal_forces_at_rest(scene, &reduced.combination);
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
             let position = |k: usize| reduced.reduction.place(k);
             if status.is_closed() {
-                offsets[i] = scene.force[law.normal];
-                for (k, value) in scene.stiffness.row(law.normal) {
-                    if let Some(j) = position(k) {
-                        rows[(i, j)] = value;
+                for &(row, factor) in &forces[i] {
+                    offsets[i] += factor * scene.force[row];
+                    for (k, value) in scene.stiffness.row(row) {
+                        if let Some(j) = position(k) {
+                            rows[(i, j)] += factor * value;
+                        }
                     }
                 }
-            } else if let Some(j) = position(law.normal) {
-                rows[(i, j)] = 1.0;
+                continue;
+            }
+            let dependent = scene.dependents.iter().find(|one| one.coordinate == law.normal);
+            offsets[i] = dependent.map_or(0.0, |one| -one.offset);
+            for (k, factor) in scene.terms_of(law.normal) {
+                if let Some(j) = position(k) {
+                    rows[(i, j)] = factor;
+                }
             }
         }
         Self {
@@ -137,8 +147,9 @@ impl Scene {
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
         let combination = self.sliding_combination()?;
         let reduced = Reduced::new(self, &combination)?;
-        let mut equilibrated = reduced.stiffness;
-        let mut load = reduced.force_constant;
+        let forces = normal_forces_at_rest(reduced.scene(self), &combination);
+        let mut equilibrated = reduced.stiffness.clone();
+        let mut load = reduced.force_constant.clone();
         for (mut row, load) in equilibrated.row_iter_mut().zip(&mut load) {
             let scale = Some(row.amax()).filter(|&largest| largest > 0.0).unwrap_or(1.0);
             row /= scale;
@@ -156,6 +167,8 @@ impl Scene {
         for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
             q[k] = value;
         }
+        let scene = reduced.scene(self);
+        scene.follow(&mut q, &mut vec![0.0; self.size]);
         for (contact, (law, status)) in self.contacts.iter().zip(combination.statuses()).enumerate()
         {
             if !status.is_closed() {
@@ -164,7 +177,8 @@ impl Scene {
                 }
                 continue;
             }
-            let normal_force = self.stiffness.row_dot(law.normal, &q) - self.force[law.normal];
+            let row = |k: usize| scene.stiffness.row_dot(k, &q) - scene.force[k];
+            let normal_force: f64 = forces[contact].iter().map(|&(k, w)| w * row(k)).sum();
             if !(normal_force > 0.0) {
                 return Err(Error::TensileEquilibrium { contact, normal_force });
             }

@@ -51,7 +51,8 @@ impl Orbit {
             let modes = Modes::new(scene, flow.combination())?;
             let fastest = modes.eigenvalues.iter().map(|l| l.norm()).fold(0.0, f64::max);
             let kept = &modes.reduced.reduction.kept;
-            let exact = modes.condition.iter().all(|&condition| condition < CONDITION);
+            let exact = scene.dependents.is_empty()
+                && modes.condition.iter().all(|&condition| condition < CONDITION);
             integrate(step, flow, fastest, |state, weight, _| {
                 (0..n).for_each(|k| sums[k] += weight * state[k]);
             });
