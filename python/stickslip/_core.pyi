@@ -39,6 +39,13 @@ _Index = NDArray[np.int64]
 _SparseData = tuple[_Real, _Index, _Index]
 #: A direction: dof index, (n,) vector, or its (dof index, entry) pairs, ascending.
 _Along = int | _Real | list[tuple[int, float]]
+#: Loads in time: (dof entries, frequency, phase), (dof entries, times, values), and of sliders
+#: (contact, amplitude, frequency, phase).
+_LoadData = tuple[
+    list[tuple[list[tuple[int, float]], float, float]],
+    list[tuple[list[tuple[int, float]], list[float], list[float]]],
+    list[tuple[int, float, float, float]],
+]
 #: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force.
 _ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
@@ -74,8 +81,9 @@ class Scene:
         force: _Real,  # (n,)
         contacts: Sequence[_ContactData],
         impact_friction: bool,
+        loads: _LoadData,
     ) -> Scene: ...
-    def with_contacts(self, contacts: Sequence[_ContactData]) -> Scene: ...
+    def with_contacts(self, contacts: Sequence[_ContactData], loads: _LoadData) -> Scene: ...
     @property
     def size(self) -> int: ...
     def reduced(self, combination: str) -> Reduced: ...
@@ -237,6 +245,7 @@ class Works:
     combination: list[str]
     contact: _Real  # (p, c) on the structure
     slider: _Real  # (p, c)
+    wear: _Real  # (p, c)
     external: _Real  # (p,)
     circulatory: _Real  # (p,)
     damping: _Real  # (p, g)
@@ -249,7 +258,7 @@ class Works:
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
-    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c),
+    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider, wear (k, c),
     # combination, groups
 
 @final
@@ -260,6 +269,7 @@ class Cycle:
     def from_record(scene: Scene, record: dict[str, Any]) -> Cycle: ...
     period: float
     residual: float  # largest mismatch between phases, relative
+    load_periods: int  # 0 without loads that oscillate
     combinations: list[str]  # (K,)
     durations: _Real  # (K,)
     multipliers: _Complex  # (d,) descending in modulus

@@ -21,6 +21,16 @@ pub enum Error {
         /// What was given, in the form of `expected`.
         got: String,
     },
+    /// Loads whose frequencies have no common period, so that no motion under them is periodic.
+    #[error(
+        "loads: {first} Hz and {second} Hz have no common period of at most a thousand of their own, so no motion under both is periodic"
+    )]
+    Incommensurate {
+        /// Frequency of one load, Hz.
+        first: f64,
+        /// Frequency of another one, Hz.
+        second: f64,
+    },
     /// An entry of an argument is NaN or infinite.
     #[error("{argument}: must be finite, got {value} at {place}")]
     NotFinite {
@@ -132,6 +142,11 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
+    /// A scene has loads in time, and contact directions that depend on each other.
+    #[error(
+        "loads: loads in time do not go together with contact directions that depend on each other; give these contacts a small mass of their own, tied to the body by stiff springs"
+    )]
+    LoadsOnDependentDirections,
     /// In a combination the forces of closed contacts are not unique, and the motion depends on how they are split.
     #[error(
         "combination {combination:?}: the directions of its closed contacts depend on each other, and the motion depends on how their forces are split; give these contacts a stiffness, or a small mass of their own tied to the body by stiff springs"

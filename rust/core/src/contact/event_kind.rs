@@ -18,7 +18,12 @@ pub enum EventKind {
     Impact,
     /// Infinitely many bounces came to rest; this kind has no event function of its own.
     Accumulation,
+    /// A load was switched; of no contact.
+    Load,
 }
+
+/// In place of a contact, where an event is of none.
+pub const NO_CONTACT: usize = usize::MAX;
 
 impl EventKind {
     /// The name that events carry in records and in Python: `slip+`.
@@ -30,16 +35,18 @@ impl EventKind {
             EventKind::Release => "release",
             EventKind::Impact => "impact",
             EventKind::Accumulation => "accumulation",
+            EventKind::Load => "load",
         }
     }
 
-    const ALL: [EventKind; 6] = [
+    const ALL: [EventKind; 7] = [
         EventKind::Velocity,
         EventKind::SlipPositive,
         EventKind::SlipNegative,
         EventKind::Release,
         EventKind::Impact,
         EventKind::Accumulation,
+        EventKind::Load,
     ];
 
     /// Whether a contact of this status can have such an event.
@@ -49,6 +56,7 @@ impl EventKind {
             EventKind::SlipPositive | EventKind::SlipNegative => matches!(status, Status::Sticking),
             EventKind::Release => status.is_closed(),
             EventKind::Impact | EventKind::Accumulation => !status.is_closed(),
+            EventKind::Load => false,
         }
     }
 

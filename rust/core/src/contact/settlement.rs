@@ -101,7 +101,7 @@ pub(crate) fn continuous(
         EventKind::Release => Some((Status::Detached, Departure::Gap(3))),
         EventKind::SlipPositive => Some((Status::Positive, Departure::Slip(onset))),
         EventKind::SlipNegative => Some((Status::Negative, Departure::Slip(onset))),
-        EventKind::Velocity | EventKind::Impact | EventKind::Accumulation => None,
+        EventKind::Velocity | EventKind::Impact | EventKind::Accumulation | EventKind::Load => None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::contact::coupled::contacts::Coupled;
 use crate::contact::coupled::transition::settle_coupled;
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
 };
@@ -31,7 +31,7 @@ pub(crate) fn settle(
         }
     }
     let mut impact = false;
-    for &(contact, trigger) in triggers {
+    for &(contact, trigger) in triggers.iter().filter(|trigger| trigger.0 != NO_CONTACT) {
         let law = &scene.contacts[contact];
         match trigger {
             EventKind::Velocity => u[law.tangential] = law.slider_speed,
@@ -43,10 +43,17 @@ pub(crate) fn settle(
                 q[law.normal] = 0.0;
                 u[law.normal] = 0.0;
             }
-            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Load => {}
         }
     }
     settlement.events.clear();
+    let switched = triggers.iter().any(|trigger| trigger.1 == EventKind::Load);
+    if switched {
+        settlement.events.push((NO_CONTACT, EventKind::Load));
+    }
     if let Some(w) = &scene.coordinates.delassus {
         let coupled = Coupled { scene, time, w };
         settle_coupled(&coupled, triggers, settlement, series, q, u)?;
@@ -62,8 +69,8 @@ pub(crate) fn settle(
     for contact in 0..settlement.statuses.len() {
         let trigger = of_contact(triggers, contact);
         let before = settlement.statuses[contact];
-        // An impact's velocity jump reaches the other contacts through the damping.
-        if trigger.is_some() || impact && before.is_closed() {
+        // An impact's velocity jump reaches the other contacts through the damping, a switched load all of them.
+        if trigger.is_some() || (impact || switched) && before.is_closed() {
             let (after, departure) = settle_contact(scene, time, contact, trigger, before, q, u)?;
             settlement.record(contact, trigger, after, departure);
         }

@@ -1,5 +1,8 @@
 //! A mechanical model with frictional unilateral contacts, validated once.
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::error::Error;
@@ -8,6 +11,8 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Directions, check_finite};
 use crate::scene::dependent::sums::{Dependent, dependents_of};
+use crate::scene::loads::input::Loads;
+use crate::scene::loads::oscillators::Drive;
 use crate::scene::status::{Combination, Status};
 
 /// Mass as a user states it.
@@ -53,6 +58,8 @@ pub struct SceneInput {
     pub contacts: Vec<ContactInput>,
     /// Whether an impact has a Coulomb impulse too, at most friction times the normal one; else it leaves tangential velocities.
     pub impact_friction: bool,
+    /// Loads that depend on time.
+    pub loads: Loads,
 }
 
 impl SceneInput {
@@ -124,6 +131,11 @@ pub struct Scene {
     pub(crate) energy_parts: Option<EnergyParts>,
     /// F in contact coordinates, with the clearances' part `K q_gap` added.
     pub(crate) force: Vec<f64>,
+    /// Loads in time that no coordinate carries yet; `force` holds the first values of switched ones.
+    pub(crate) loads: Loads,
+    /// Of a scene in which coordinates carry loads: these coordinates, and the scene without them.
+    pub(crate) drive: Option<Drive>,
+    pub(crate) bare: Option<Arc<Scene>>,
 }
 
 /// What the motion does not tell apart, but its energy does.
@@ -204,6 +216,11 @@ impl Scene {
         for (contact, law) in input.contacts.iter().enumerate() {
             law.validate(contact, size)?;
         }
+        input.loads.validate(size, input.contacts.len())?;
+        let mut force = input.force;
+        for load in &input.loads.steps {
+            load.direction.iter().for_each(|&(dof, entry)| force[dof] += load.values[0] * entry);
+        }
 
         let coordinates = Coordinates::new(&mass, &input.contacts);
         let contacts: Vec<Contact> = input
@@ -253,7 +270,7 @@ impl Scene {
             Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
             _ => proportions(&damping, &mass, &stiffness),
         };
-        let mut force = coordinates.forces_of_dofs(&input.force);
+        let mut force = coordinates.forces_of_dofs(&force);
         for (contact, law) in contacts.iter().zip(&input.contacts) {
             if contact.directions == Directions::Tangential {
                 force[contact.normal] = -law.normal_force;
@@ -267,6 +284,9 @@ impl Scene {
             stiffness.add_product(1.0, &clearance, &mut force);
         }
         let dependents = dependents_of(&coordinates, &contacts);
+        if !dependents.is_empty() && !input.loads.is_empty() {
+            return Err(Error::LoadsOnDependentDirections);
+        }
         Ok(Self {
             size,
             dofs,
@@ -281,7 +301,86 @@ impl Scene {
             stiffness,
             energy_parts,
             force,
+            loads: input.loads,
+            drive: None,
+            bare: None,
         })
+    }
+
+    /// Number of contact coordinates without those that carry loads.
+    pub(crate) fn structure(&self) -> usize {
+        self.drive.as_ref().map_or(self.size, |drive| drive.structure)
+    }
+
+    /// The same without coordinates that carry loads.
+    pub(crate) fn bare(&self) -> &Self {
+        self.bare.as_deref().unwrap_or(self)
+    }
+
+    /// The common period of the loads that oscillate, s; None without any.
+    pub(crate) fn load_period(&self) -> Result<Option<f64>, Error> {
+        self.drive.as_ref().and_then(Drive::period).transpose()
+    }
+
+    /// The fastest rate of a load, 1/s; 1 without any.
+    pub(crate) fn fastest_load(&self) -> f64 {
+        let rates = self.drive.iter().flat_map(|drive| &drive.oscillators).map(|one| one.rate);
+        rates.reduce(f64::max).unwrap_or(1.0)
+    }
+
+    /// Whether an entry of (q, q') belongs to the structure, and not to what carries its loads.
+    pub(crate) fn is_structure(&self, entry: usize) -> bool {
+        entry % self.size < self.structure()
+    }
+
+    /// The first time after `time` at which a load is switched.
+    pub(crate) fn next_switch(&self, time: f64) -> Option<f64> {
+        self.drive.as_ref().and_then(|drive| drive.next_switch(time))
+    }
+
+    /// (q, q') of the structure, from where sliders that vibrate do not carry it.
+    pub(crate) fn at_rest<'a>(
+        &self,
+        q: &'a [f64],
+        u: &'a [f64],
+    ) -> (Cow<'a, [f64]>, Cow<'a, [f64]>) {
+        match &self.drive {
+            Some(drive) => drive.at_rest(q, u),
+            None => (Cow::Borrowed(q), Cow::Borrowed(u)),
+        }
+    }
+
+    /// Positions and velocities of the dofs.
+    pub(crate) fn dof_state(&self, q: &[f64], u: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.at_rest(q, u);
+        (self.positions(&q), self.velocities(&u))
+    }
+
+    /// A time from which on no load is switched, at which those that oscillate have the phase that they begin with.
+    pub(crate) fn after_switches(&self) -> Result<f64, Error> {
+        let switches = self.drive.iter().flat_map(|drive| &drive.switches);
+        let last = switches.filter_map(|switch| switch.times.last().copied()).fold(0.0, f64::max);
+        Ok(self.load_period()?.map_or(last, |period| (last / period).ceil() * period))
+    }
+
+    /// Accelerations of the dofs, from (q', q'').
+    pub(crate) fn accelerations(&self, field: &[f64]) -> Vec<f64> {
+        let (u, acceleration) = field.split_at(self.size);
+        self.velocities(&self.at_rest(u, acceleration).1)
+    }
+
+    /// Contact coordinates (q, q') of dof positions and velocities at a time, with what carries the loads.
+    pub(crate) fn moving_coordinates(
+        &self,
+        position: &[f64],
+        velocity: &[f64],
+        time: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.to_coordinates(position, velocity);
+        match &self.drive {
+            Some(drive) => drive.extended(q, u, time),
+            None => (q, u),
+        }
     }
 
     /// Number of dofs.
@@ -299,7 +398,8 @@ impl Scene {
         !self.dependents.is_empty()
     }
 
-    /// Whether mass couples the directions of contacts or these depend on each other, so that their transitions depend on each other.
+    /// Whether mass couples the directions of contacts or these depend on each other, so that their transitions depend on
+    /// each other.
     pub fn contacts_coupled(&self) -> bool {
         self.coordinates.delassus.is_some()
     }

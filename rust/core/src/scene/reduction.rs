@@ -31,7 +31,10 @@ impl Scene {
             usize::from(status.is_closed())
                 + usize::from(*status == Status::Sticking || law.directions == Directions::Normal)
         };
-        self.size - self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>()
+        let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
+        self.size
+            - switches
+            - self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>()
     }
 }
 
@@ -53,7 +56,7 @@ pub struct Reduction {
     pub kept: Vec<usize>,
     /// The rest of L, by position.
     pub merges: Vec<RowMerge>,
-    /// Coordinate and speed, m/s, of every contact that sticks.
+    /// Coordinate and speed, m/s, of every contact that sticks, and of every switched load.
     pub sticking: Vec<(usize, f64)>,
     /// The place of each coordinate among those kept.
     places: Vec<Option<usize>>,
@@ -96,6 +99,11 @@ impl Reduction {
             }
         }
         scene.dependents.iter().for_each(|one| dropped[one.coordinate] = true);
+        // Switched loads are held as a contact that sticks to a slider at rest.
+        for switch in scene.drive.iter().flat_map(|drive| &drive.switches) {
+            dropped[switch.coordinate] = true;
+            sticking.push((switch.coordinate, 0.0));
+        }
         let kept: Vec<usize> = (0..scene.size).filter(|&k| !dropped[k]).collect();
         let mut places = vec![None; scene.size];
         kept.iter().enumerate().for_each(|(place, &k)| places[k] = Some(place));

@@ -173,6 +173,7 @@ pub(crate) mod tests {
                 gap: 0.0,
             }],
             impact_friction: false,
+            loads: Default::default(),
         };
         Arc::new(Scene::new(input).expect("well-posed"))
     }

@@ -117,6 +117,9 @@ impl Passage {
         before: &Combination,
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
+        if self.trigger == EventKind::Load {
+            return Ok(());
+        }
         let law = &scene.contacts[self.contact];
         if self.is_joint() {
             self.strike(scene, before, state)?;
@@ -134,7 +137,10 @@ impl Passage {
                 q[law.normal] = 0.0;
                 u[law.normal] = 0.0;
             }
-            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Load => {}
         }
         Ok(())
     }
@@ -227,10 +233,16 @@ impl Passage {
             return Ok(SparseMatrix::from_dense(&closing.projection).product(&matrix));
         }
         let mut matrix = DMatrix::identity(2 * n, 2 * n);
+        if self.trigger == EventKind::Load {
+            return Ok(SparseMatrix::from_dense(&matrix));
+        }
         let law = &scene.contacts[self.contact];
         let (t, g) = (n + law.tangential, n + law.normal);
         match self.trigger {
-            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Load => {}
             EventKind::Velocity => self.own().for_each(|contact| {
                 let t = n + scene.contacts[contact].tangential;
                 matrix[(t, t)] = 0.0;

@@ -9,6 +9,7 @@ use std::borrow::Cow;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::INDEPENDENCE;
 use crate::scene::dependent::sums::{Dependent, exchange};
+use crate::scene::loads::input::Loads;
 use crate::scene::model::{EnergyParts, Scene};
 use crate::scene::status::{Combination, Status};
 
@@ -118,6 +119,10 @@ impl Scene {
             }),
             force,
             dependents,
+            // Such a scene has no loads in time.
+            loads: Loads::default(),
+            drive: None,
+            bare: None,
         }
     }
 }
