@@ -92,6 +92,7 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
+        self.scene.follow_held(closed.iter().copied().zip(statuses.iter().copied()), &mut u);
         Some(u)
     }
 
@@ -250,6 +251,7 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
+        self.scene.follow_held(touching.iter().copied().zip(solution.statuses), u);
         Ok(())
     }
 }

@@ -10,7 +10,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::INDEPENDENCE;
 use crate::scene::dependent::sums::{Dependent, exchange};
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{EnergyParts, Scene};
+use crate::scene::model::{EnergyParts, Scene, coupled_mass};
 use crate::scene::status::{Combination, Status};
 
 impl Scene {
@@ -38,6 +38,17 @@ impl Scene {
     pub(crate) fn terms_of(&self, coordinate: usize) -> Vec<(usize, f64)> {
         let dependent = self.dependents.iter().find(|one| one.coordinate == coordinate);
         dependent.map_or_else(|| vec![(coordinate, 1.0)], |one| one.terms.clone())
+    }
+
+    /// Brings velocities up to date with those that contacts of these statuses hold: what is the same direction as one
+    /// that is held is held as exactly.
+    pub(crate) fn follow_held(&self, held: impl Iterator<Item = (usize, Status)>, u: &mut [f64]) {
+        if self.dependents.is_empty() {
+            return;
+        }
+        let mut statuses = vec![Status::Detached; self.contacts.len()];
+        held.for_each(|(contact, status)| statuses[contact] = status);
+        self.fitted(&Combination::new(statuses)).follow_rates(u);
     }
 
     /// The scene in coordinates of x among which is all that a combination holds, as far as it is independent.
@@ -101,13 +112,16 @@ impl Scene {
                 (any(&self.damping), any(&self.stiffness))
             }
         };
+        let slots = &self.coordinates.slots;
+        let coupled_mass = coupled_mass(&mass, &damping, &stiffness, slots)
+            .expect("the positive definite mass in other coordinates");
         Self {
             size,
             dofs: self.dofs,
             contacts: self.contacts.clone(),
             impact_friction: self.impact_friction,
             coordinates: self.coordinates.clone(),
-            lumped: mass.is_diagonal(),
+            coupled_mass,
             mass,
             damping,
             proportional: self.proportional,

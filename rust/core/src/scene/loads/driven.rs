@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
-use crate::scene::model::Scene;
+use crate::scene::model::{Scene, coupled_mass};
 
 /// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
 struct Coupling {
@@ -52,6 +52,12 @@ impl Scene {
         };
         let spring =
             |k: usize| drive.oscillators.get(k).map_or(0.0, |one| mass * one.rate * one.rate);
+        let mass_matrix = extended(&scene.mass, |_| 0.0, &|_| mass);
+        let damping = extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0);
+        let stiffness = extended(&scene.stiffness, |coupling| coupling.stiffness, &spring);
+        let coupled_mass =
+            coupled_mass(&mass_matrix, &damping, &stiffness, &scene.coordinates.slots)
+                .expect("a positive definite mass with more of its diagonal");
         Arc::new(Self {
             size,
             dofs: scene.dofs,
@@ -59,12 +65,12 @@ impl Scene {
             impact_friction: scene.impact_friction,
             dependents: scene.dependents.clone(),
             coordinates: scene.coordinates.clone(),
-            mass: extended(&scene.mass, |_| 0.0, &|_| mass),
-            lumped: scene.lumped,
-            damping: extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0),
+            mass: mass_matrix,
+            coupled_mass,
+            damping,
             // Held coordinates have no velocity; oscillators are not damped.
             proportional: scene.proportional.filter(|_| drive.oscillators.is_empty()),
-            stiffness: extended(&scene.stiffness, |coupling| coupling.stiffness, &spring),
+            stiffness,
             energy_parts: None,
             force: [&scene.force[..], &vec![0.0; carriers]].concat(),
             loads: Loads::default(),
