@@ -217,6 +217,17 @@ impl Scene {
         Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
     }
 
+    /// What `Reduced.statics` holds, without dense matrices.
+    fn statics<'py>(
+        &self,
+        py: Python<'py>,
+        combination: &str,
+    ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
+        let combination = self.combination(py, combination)?;
+        let reduction = core::scene::Reduction::new(self.core(), &combination);
+        modes::statics(py, core::scene::Statics::of(self.core(), &combination, &reduction))
+    }
+
     /// Pairs found elsewhere, by rows of (k, m), corrected and judged on the stated matrices.
     fn judged_pairs<'py>(
         &self,

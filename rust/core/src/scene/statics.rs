@@ -62,13 +62,18 @@ impl Steady {
 impl Statics {
     /// Of a scene and one of its combinations.
     pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
-        let (m, statuses) = (reduced.size(), reduced.combination.statuses());
+        Self::of(scene, &reduced.combination, &reduced.reduction)
+    }
+
+    /// The same from the bases of the combination.
+    pub fn of(scene: &Scene, combination: &Combination, reduction: &Reduction) -> Self {
+        let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
-        let scene = reduced.scene(scene);
-        let forces = normal_forces_at_rest(scene, &reduced.combination);
+        let scene = &*scene.fitted(combination);
+        let forces = normal_forces_at_rest(scene, combination);
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
-            let position = |k: usize| reduced.reduction.place(k);
+            let position = |k: usize| reduction.place(k);
             if status.is_closed() {
                 for &(row, factor) in &forces[i] {
                     offsets[i] += factor * scene.force[row];
@@ -89,7 +94,7 @@ impl Statics {
             }
         }
         Self {
-            load: reduced.force_constant.clone(),
+            load: reduction.force_constant(scene),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(Contact::drive).collect(),
