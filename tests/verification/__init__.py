@@ -11,6 +11,7 @@ from verification import (
     mode_coupling,
     resting_slider,
     shaking_plate,
+    stops,
     two_masses,
     two_subsystems,
 )
@@ -26,6 +27,7 @@ FAMILIES = (
     damped_belt,
     bounces,
     collision,
+    stops,
     mode_coupling,
     drum_brake,
     two_subsystems,

@@ -314,6 +314,18 @@ impl Scene {
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 
+    /// Contacts whose forces nothing determines in a combination.
+    fn undetermined(&self, py: Python<'_>, combination: &str) -> PyResult<Vec<usize>> {
+        let combination = self.combination(py, combination)?;
+        Ok(core::contact::undetermined(self.core(), &combination))
+    }
+
+    /// Whether directions of contacts depend on each other.
+    #[getter]
+    fn dependent(&self) -> bool {
+        self.core().has_dependent_directions()
+    }
+
     /// M, C + G, K + H and the symmetric and skew part of the latter over the dofs, as compressed rows.
     fn matrices<'py>(&self, py: Python<'py>) -> PyResult<[SparseParts<'py>; 5]> {
         let matrices = detached(py, || self.input.matrices())?;

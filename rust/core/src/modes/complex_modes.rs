@@ -52,7 +52,7 @@ impl Modes {
     /// Modes of one combination; fails where the reduced mass is singular or an eigenvalue does not converge.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let pencil = Pencil::new(scene, combination, &reduced.reduction);
+        let pencil = Pencil::new(reduced.scene(scene), combination, &reduced.reduction);
         let mut half = spectrum(&pencil, Vectors::Refined)?;
         half.sort_by(|p, q| {
             let key =
@@ -94,6 +94,7 @@ impl Modes {
             let over_dofs = |part: fn(&Complex64) -> f64| {
                 let mut q = vec![0.0; scene.size];
                 reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                reduced.scene(scene).follow_rates(&mut q);
                 scene.velocities(&q)
             };
             let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));

@@ -47,7 +47,8 @@ pub struct JudgedPair {
 /// `L' M R`, `L' C R` and `L' K R` of a combination, as sparse matrices.
 pub fn sparse_pencil(scene: &Scene, combination: &Combination) -> Result<[SparseMatrix; 3], Error> {
     scene.check_combination(combination)?;
-    let reduction = Reduction::new(scene, combination);
+    let scene = &*scene.fitted(combination);
+    let reduction = Reduction::new(scene, combination).checked(combination)?;
     Ok([&scene.mass, &scene.damping, &scene.stiffness]
         .map(|matrix| reduction.sparse_matrix(matrix)))
 }
@@ -59,6 +60,7 @@ pub fn judged_pairs(
     pairs: Vec<Triple>,
 ) -> Result<Vec<JudgedPair>, Error> {
     let norms = sparse_pencil(scene, combination)?.map(|matrix| largest_row_sum(&matrix));
+    let scene = &*scene.fitted(combination);
     let reduction = Reduction::new(scene, combination);
     let pencil = Pencil::new(scene, combination, &reduction);
     Ok(each(pencil.size, pairs, |pair| judged(scene, &reduction, &pencil, norms, pair)))
@@ -98,6 +100,7 @@ fn judged(
     let over_dofs = |part: fn(&Complex64) -> f64| {
         let mut q = vec![0.0; scene.size];
         reduction.kept.iter().zip(&mode.right).for_each(|(&k, z)| q[k] = part(z));
+        scene.follow_rates(&mut q);
         scene.velocities(&q)
     };
     let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));

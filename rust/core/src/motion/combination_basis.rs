@@ -33,11 +33,21 @@ pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
+    /// The scene in the coordinates of the combination, where directions depend on each other.
+    pub fitted: Option<Arc<Scene>>,
 }
 
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
-        let functions = event_functions(scene, combination);
+        let mut functions = event_functions(scene, combination)?;
+        let fitted = (!scene.dependents.is_empty())
+            .then(|| Arc::new(scene.fitted(combination).into_owned()));
+        if let Some(fitted) = &fitted {
+            let substituted = |function: &mut EventFunction| {
+                function.functional = function.functional.substituted(fitted);
+            };
+            functions.iter_mut().for_each(substituted);
+        }
         let series = || {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
@@ -50,7 +60,8 @@ impl CombinationBasis {
             let modes = match &scene.drive {
                 Some(drive) => forced_modes(scene.bare(), drive, &reduced)?,
                 None => {
-                    let pencil = Pencil::new(scene, combination, &reduced.reduction);
+                    let own = reduced.scene(scene);
+                    let pencil = Pencil::new(own, combination, &reduced.reduction);
                     spectrum(&pencil, Vectors::Refined)?
                 }
             };
@@ -58,7 +69,12 @@ impl CombinationBasis {
             // Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11
             // of it; above it the series is used instead.
             if condition <= WELL_CONDITIONED {
-                Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))
+                Propagator::Modal(Box::new(ModalBasis::new(
+                    reduced.scene(scene),
+                    &reduced,
+                    &functions,
+                    modes,
+                )))
             } else if wanted == Wanted::SoundModes {
                 series()?
             } else {
@@ -69,7 +85,7 @@ impl CombinationBasis {
                 });
             }
         };
-        Ok(Self { combination: combination.clone(), functions, propagator })
+        Ok(Self { combination: combination.clone(), functions, propagator, fitted })
     }
 
     /// By what it is propagated, block by block if the scene is in blocks.

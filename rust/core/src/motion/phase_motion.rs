@@ -34,6 +34,8 @@ struct BlockMotion {
 pub(crate) struct CoupledMotion<'a> {
     pub functions: &'a [EventFunction],
     scene: &'a Scene,
+    /// Of a scene in which directions depend on each other.
+    fitted: Option<&'a Scene>,
     kind: Kind<'a>,
 }
 
@@ -64,7 +66,8 @@ impl Motion {
         match &basis.propagator {
             Propagator::Modal(modal) => self.modal.restart(modal, q, u),
             Propagator::Taylor(operator) => {
-                self.taylor.restart(&self.scene, operator, &basis.functions, q, u);
+                let scene = operator.scene(&self.scene);
+                self.taylor.restart(scene, operator, &basis.functions, q, u);
             }
             Propagator::Blocks(parts) => {
                 self.blocks.truncate(parts.len());
@@ -103,7 +106,8 @@ impl Motion {
             Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
             Propagator::Blocks(_) => return None,
         };
-        Some(CoupledMotion { functions: &self.basis.functions, scene: &self.scene, kind })
+        let fitted = self.basis.fitted.as_deref();
+        Some(CoupledMotion { functions: &self.basis.functions, scene: &self.scene, fitted, kind })
     }
 
     /// (q, q') at local time `time`, from the start of the panel on.
@@ -116,7 +120,7 @@ impl Motion {
             }
             Propagator::Taylor(operator) => {
                 while time > self.taylor.end() {
-                    self.taylor.advance(&self.scene, operator);
+                    self.taylor.advance(operator.scene(&self.scene), operator);
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
@@ -127,6 +131,9 @@ impl Motion {
                     block.scatter(&part.u, u);
                 }
             }
+        }
+        if let Some(scene) = &self.basis.fitted {
+            scene.follow(q, u);
         }
     }
 
@@ -168,7 +175,9 @@ impl CoupledMotion<'_> {
     pub fn advance(&mut self) {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.advance(modal),
-            Kind::Taylor(motion, operator) => motion.advance(self.scene, operator),
+            Kind::Taylor(motion, operator) => {
+                motion.advance(operator.scene(self.scene), operator);
+            }
         }
     }
 
@@ -177,6 +186,9 @@ impl CoupledMotion<'_> {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.state(modal, offset, q, u),
             Kind::Taylor(motion, operator) => motion.state(operator, offset, q, u),
+        }
+        if let Some(scene) = self.fitted {
+            scene.follow(q, u);
         }
     }
 }

@@ -11,6 +11,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Directions, check_finite};
+use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
@@ -110,11 +111,14 @@ impl SceneInput {
 /// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
 /// `contacts[i].tangential` less the slider speed.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scene {
-    /// Number of contact coordinates: one for each dof, and one for each direction that a contact has not.
+    /// Number of contact coordinates: one for each dof, and one for each direction that a contact has not or that depends
+    /// on others.
     pub(crate) size: usize,
     pub(crate) dofs: usize,
+    /// Coordinates that are sums of others, because directions of contacts depend on each other.
+    pub(crate) dependents: Vec<Dependent>,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
@@ -224,7 +228,7 @@ impl Scene {
             load.direction.iter().for_each(|&(dof, entry)| force[dof] += load.values[0] * entry);
         }
 
-        let coordinates = Coordinates::new(&mass, &input.contacts)?;
+        let coordinates = Coordinates::new(&mass, &input.contacts);
         let contacts: Vec<Contact> = input
             .contacts
             .iter()
@@ -240,7 +244,7 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
-        let (dofs, size) = (size, size + coordinates.missing);
+        let (dofs, size) = (size, coordinates.size());
         let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
         let symmetric_stiffness = coordinates.congruent(stiffness);
@@ -285,9 +289,14 @@ impl Scene {
             }
             stiffness.add_product(1.0, &clearance, &mut force);
         }
+        let dependents = dependents_of(&coordinates, &contacts);
+        if !dependents.is_empty() && !input.loads.is_empty() {
+            return Err(Error::LoadsOnDependentDirections);
+        }
         Ok(Self {
             size,
             dofs,
+            dependents,
             contacts,
             impact_friction: input.impact_friction,
             coordinates,
@@ -390,20 +399,15 @@ impl Scene {
         &self.contacts
     }
 
-    /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
-    pub fn contacts_coupled(&self) -> bool {
-        self.coordinates.delassus.is_some()
+    /// Whether directions of contacts depend on each other.
+    pub fn has_dependent_directions(&self) -> bool {
+        !self.dependents.is_empty()
     }
 
-    /// Coordinates that a combination leaves free.
-    pub(crate) fn free(&self, combination: &Combination) -> usize {
-        let held = |status: &Status| {
-            usize::from(status.is_closed()) + usize::from(*status == Status::Sticking)
-        };
-        let stop = |law: &&Contact| law.directions == Directions::Normal;
-        let stops = self.contacts.iter().filter(stop).count();
-        let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
-        self.size - switches - stops - combination.statuses().iter().map(held).sum::<usize>()
+    /// Whether mass couples the directions of contacts or these depend on each other, so that their transitions depend on
+    /// each other.
+    pub fn contacts_coupled(&self) -> bool {
+        self.coordinates.delassus.is_some()
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,

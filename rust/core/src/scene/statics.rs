@@ -8,14 +8,14 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::linalg::dense::{Factors, regular_solution};
+use crate::linalg::dense::{Factors, regular_solution, smallest_relative_pivot, solve};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseLu;
 use crate::numerics::complementarity::{self, Complementarity};
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::{Reduced, Reduction};
+use crate::scene::reduction::{Reduced, Reduction, normal_forces_at_rest};
 use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the scaled matrix) below which an equilibrium is not unique.
@@ -70,17 +70,27 @@ impl Statics {
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
+        let scene = &*scene.fitted(combination);
+        let forces = normal_forces_at_rest(scene, combination);
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
             let position = |k: usize| reduction.place(k);
             if status.is_closed() {
-                offsets[i] = scene.force[law.normal];
-                for (k, value) in scene.stiffness.row(law.normal) {
-                    if let Some(j) = position(k) {
-                        rows[(i, j)] = value;
+                for &(row, factor) in &forces[i] {
+                    offsets[i] += factor * scene.force[row];
+                    for (k, value) in scene.stiffness.row(row) {
+                        if let Some(j) = position(k) {
+                            rows[(i, j)] += factor * value;
+                        }
                     }
                 }
-            } else if let Some(j) = position(law.normal) {
-                rows[(i, j)] = 1.0;
+                continue;
+            }
+            let dependent = scene.dependents.iter().find(|one| one.coordinate == law.normal);
+            offsets[i] = dependent.map_or(0.0, |one| -one.offset);
+            for (k, factor) in scene.terms_of(law.normal) {
+                if let Some(j) = position(k) {
+                    rows[(i, j)] = factor;
+                }
             }
         }
         Self {
@@ -146,12 +156,65 @@ impl Scene {
 
     /// The equilibrium of steady sliding; contacts that would pull are open.
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
+        if !self.dependents.is_empty() {
+            return Ok(self.dependent_equilibrium()?.state);
+        }
         let contacts = StaticContacts::new(self)?;
         Ok(contacts.equilibrium(&contacts.open()?).state)
     }
 
+    /// Where directions of contacts depend on each other.
+    fn dependent_equilibrium(&self) -> Result<Equilibrium, Error> {
+        let combination = self.sliding_combination()?;
+        let reduced = Reduced::new(self, &combination)?;
+        let forces = normal_forces_at_rest(reduced.scene(self), &combination);
+        let mut equilibrated = reduced.stiffness.clone();
+        let mut load = reduced.force_constant.clone();
+        for (mut row, load) in equilibrated.row_iter_mut().zip(&mut load) {
+            let scale = Some(row.amax()).filter(|&largest| largest > 0.0).unwrap_or(1.0);
+            row /= scale;
+            *load /= scale;
+        }
+        let reciprocal_condition = smallest_relative_pivot(&equilibrated);
+        if reciprocal_condition < SINGULAR {
+            return Err(Error::SingularStiffness {
+                combination: combination.to_string(),
+                reciprocal_condition,
+            });
+        }
+        let kept = solve(equilibrated, &load);
+        let mut q = vec![0.0; self.size];
+        for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
+            q[k] = value;
+        }
+        let scene = reduced.scene(self);
+        scene.follow(&mut q, &mut vec![0.0; self.size]);
+        let mut normal_forces = vec![0.0; self.contacts.len()];
+        for (contact, (law, status)) in self.contacts.iter().zip(combination.statuses()).enumerate()
+        {
+            if !status.is_closed() {
+                if !(q[law.normal] >= 0.0) {
+                    return Err(Error::Penetration { contact, gap: q[law.normal] });
+                }
+                continue;
+            }
+            let row = |k: usize| scene.stiffness.row_dot(k, &q) - scene.force[k];
+            let normal_force: f64 = forces[contact].iter().map(|&(k, w)| w * row(k)).sum();
+            if !(normal_force > 0.0) {
+                return Err(Error::TensileEquilibrium { contact, normal_force });
+            }
+            normal_forces[contact] = normal_force;
+        }
+        let velocity = vec![0.0; self.dofs];
+        let state = State { position: self.positions(&q), velocity, combination };
+        Ok(Equilibrium { state, normal_forces })
+    }
+
     /// The same with its normal forces, and whether it is the only one.
     pub fn steady_equilibrium(&self) -> Result<(Equilibrium, Uniqueness), Error> {
+        if !self.dependents.is_empty() {
+            return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
+        }
         let contacts = StaticContacts::new(self)?;
         let open = contacts.open()?;
         let uniqueness = match contacts.problem().uniqueness(&open) {

@@ -98,6 +98,7 @@ impl<'a> Flow<'a> {
             end_q[k] = q[k] + speed * duration;
             end_u[k] = speed;
         }
+        self.equation.scene(self.scene).follow(end_q, end_u);
         end
     }
 
@@ -129,11 +130,15 @@ impl<'a> Flow<'a> {
         let mut start = vec![0.0; size];
         let origin = self.end(&start, duration);
         let mut transition = DMatrix::zeros(size, size);
+        // What is a sum of others moves with them.
+        let dependents = self.equation.scene(self.scene).dependents.iter();
+        let following: Vec<usize> =
+            dependents.flat_map(|one| [one.coordinate, self.scene.size + one.coordinate]).collect();
         for &column in &self.free {
             start[column] = 1.0;
             let end = self.end(&start, duration);
             start[column] = 0.0;
-            for &row in &self.free {
+            for &row in self.free.iter().chain(&following) {
                 transition[(row, column)] = end[row] - origin[row];
             }
         }
@@ -152,7 +157,7 @@ impl<'a> Flow<'a> {
 
     /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
     fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
-        let scene = self.scene;
+        let scene = self.equation.scene(self.scene);
         let n = scene.size;
         let (q, u) = state.split_at(n);
         let mut residual = scene.residual(load, q, u);
@@ -162,6 +167,8 @@ impl<'a> Flow<'a> {
         let Reduction { kept, sticking, .. } = &self.equation.reduction;
         kept.iter().for_each(|&k| speed[k] = u[k]);
         sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
+        scene.follow_rates(speed);
+        scene.follow_rates(acceleration);
         field
     }
 }

@@ -262,6 +262,8 @@ impl Orbit {
                     step.state[n + law.tangential] = law.slider_speed;
                 }
             }
+            let (q, u) = step.state.split_at_mut(n);
+            scene.fitted(&step.combination).follow(q, u);
             if let Some(duration) = explicit_time(&scene, flow, step) {
                 step.duration = duration;
             }

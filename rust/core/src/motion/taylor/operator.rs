@@ -41,6 +41,11 @@ pub(crate) struct TaylorOperator {
 }
 
 impl TaylorOperator {
+    /// The scene in the coordinates of the combination.
+    pub fn scene<'a>(&'a self, scene: &'a Scene) -> &'a Scene {
+        self.equation.scene(scene)
+    }
+
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
         self.equation.numbers()
@@ -52,6 +57,8 @@ impl TaylorOperator {
         functions: &[EventFunction],
     ) -> Result<Self, Error> {
         let equation = EquationOfMotion::new(scene, combination)?;
+        let fitted = equation.fitted.clone();
+        let scene = fitted.as_deref().unwrap_or(scene);
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
         let dense = DenseRows::new(scene, &equation.reduction, equation.moving());
         let mut operator = Self {

@@ -63,6 +63,7 @@ impl Scene {
             dofs: scene.dofs,
             contacts: scene.contacts.clone(),
             impact_friction: scene.impact_friction,
+            dependents: scene.dependents.clone(),
             coordinates: scene.coordinates.clone(),
             mass: mass_matrix,
             coupled_mass,
