@@ -49,7 +49,7 @@ def small(**changes):
             lambda: ss.sliding_equilibrium(ss.Case(SCENE)),
             "expected a Scene, got Case of .*; its scene is .scene",
         ),
-        (lambda: ss.simulate(START, SCENE, 1.0), "scene: expected a Scene, got State"),
+        (lambda: ss.simulate(START, SCENE, 1.0), "scene: expected a Scene, got Equilibrium"),
         (lambda: ss.simulate(SCENE, np.zeros(8), 1.0), "start: expected a State"),
         (lambda: ss.complex_modes(SCENE, ["+", "+"]), "as one text, got"),
         (lambda: ss.reduce(SCENE, "+"), "one letter of .* per contact"),

@@ -39,6 +39,7 @@ def examples():
         "Contact": bouncing.contacts[0],
         "Proportional": scene.damping,
         "State": run.start,
+        "Equilibrium": ss.sliding_equilibrium(scene),
         "Case": ss.Case(scene, run={"duration": 0.6}),
         "Modes": ss.complex_modes(scene),
         "Mode": ss.complex_modes(scene)[2],
@@ -83,7 +84,7 @@ def examples():
 
 NAMES = [
     "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
-    "CriticalPoint", "Cycle", "CyclePhase", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic",
+    "CriticalPoint", "Cycle", "CyclePhase", "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic",
     "InputError", "Margin", "Mode",
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome",
     "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",

@@ -122,7 +122,7 @@ def test_names_that_the_encoding_does_not_have_are_escaped(tmp_path):
 
 
 def test_a_defect_is_no_negative_answer(brake, monkeypatch):
-    def broken(*_arguments):
+    def broken(*_arguments, **_options):
         raise KeyError("oops")
 
     monkeypatch.setattr(ss, "complex_modes", broken)

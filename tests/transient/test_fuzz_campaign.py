@@ -74,7 +74,7 @@ def test_nested_series_are_followed_alike(index):
 
 
 def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
-    outcome = fuzz_campaign.run_scene(5, False, TIED)
+    outcome = fuzz_campaign.run_scene(5, False, False, TIED)
     assert outcome.verdict == "ok", outcome
     assert outcome.compared == outcome.distinct > 700
     assert outcome.time_difference < 1e-12

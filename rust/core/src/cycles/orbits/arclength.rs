@@ -14,7 +14,7 @@
 use nalgebra::DVector;
 use std::sync::Arc;
 
-use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, flows};
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, flows, period_of};
 use crate::cycles::orbits::shooting::{Mismatch, Shooting};
 use crate::linalg::dense::solve;
 use crate::motion::propagators::Propagators;
@@ -65,7 +65,7 @@ impl Orbit {
         orbit.transfer();
         let flows = flows(propagators, orbit.method, &orbit.steps)?;
         orbit.constrain(&flows)?;
-        orbit.period = orbit.steps.iter().map(|step| step.duration).sum();
+        orbit.period = period_of(&orbit.steps);
         Ok(orbit)
     }
 

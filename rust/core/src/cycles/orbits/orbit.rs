@@ -211,6 +211,11 @@ impl Orbit {
     }
 }
 
+/// The time at which a trajectory over these steps ends.
+pub(crate) fn period_of(steps: &[Step]) -> f64 {
+    steps.iter().fold(Clock::default(), |time, step| time.after(step.duration)).seconds
+}
+
 pub(crate) fn flows<'a>(
     propagators: &'a Propagators,
     method: Method,

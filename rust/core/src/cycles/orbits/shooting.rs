@@ -15,7 +15,7 @@ use std::sync::Arc;
 use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Linearised;
-use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows};
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows, period_of};
 use crate::error::Error;
 use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
@@ -153,7 +153,7 @@ impl Orbit {
         let mut orbit = Self {
             propagators: Arc::clone(propagators),
             method,
-            period: guess.iter().map(|step| step.duration).sum(),
+            period: period_of(&guess),
             load_periods,
             steps: guess,
             residual: f64::INFINITY,
@@ -244,7 +244,7 @@ impl Orbit {
         if self.constrain(flows).is_err() {
             return f64::NAN;
         }
-        self.period = self.steps.iter().map(|step| step.duration).sum();
+        self.period = period_of(&self.steps);
         if self.period.is_finite() { largest } else { f64::NAN }
     }
 
