@@ -39,8 +39,12 @@ _Index = NDArray[np.int64]
 _SparseData = tuple[_Real, _Index, _Index]
 #: A direction: dof index, (n,) vector, or its (dof index, entry) pairs, ascending.
 _Along = int | _Real | list[tuple[int, float]]
-#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap.
-_ContactData = tuple[_Along, _Along, float, float, float, float, float]
+#: (normal, tangential) stiffness of a compliant contact.
+_SpringData = tuple[float | None, float | None]
+#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, stiffness.
+_ContactData = tuple[_Along, _Along, float, float, float, float, float, _SpringData]
+#: A combination, with the friction forces that compliant contacts hold.
+_Statuses = str | tuple[str, list[float]]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 _Growth = tuple[float, float, float]
 #: What a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
@@ -83,9 +87,9 @@ class Scene:
     def sliding_combination(self) -> str: ...
     def steady_sliding(self) -> str: ...
     def sliding_equilibrium(self) -> tuple[_Real, str]: ...  # position, combination
-    def check_state(self, position: _Real, velocity: _Real, combination: str) -> None: ...
+    def check_state(self, position: _Real, velocity: _Real, combination: _Statuses) -> None: ...
     def contact_forces(
-        self, position: _Real, velocity: _Real, combination: str
+        self, position: _Real, velocity: _Real, combination: _Statuses
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
     # M, C + G, K + H, and the symmetric and the skew part of K + H, (n, n)
     def matrices(self) -> list[_SparseData]: ...
@@ -109,12 +113,12 @@ class Batch:
     def submit(
         self,
         scene: Scene,
-        start: tuple[_Real, _Real, str] | None,  # None: sliding equilibrium
+        start: tuple[_Real, _Real, _Statuses] | None,  # None: sliding equilibrium
         added_position: _Real | None,
         added_velocity: _Real | None,
     ) -> None: ...
-    # position, velocity, combination at the start and the motion; or why there is none
-    def collect(self) -> tuple[_Real, _Real, str, Trajectory] | StickslipError: ...
+    # position, velocity, combination, friction forces at the start and the motion; or why there is none
+    def collect(self) -> tuple[_Real, _Real, str, list[float], Trajectory] | StickslipError: ...
     def stop(self) -> None: ...
 
 @final
@@ -204,7 +208,7 @@ class Trajectory:
     accumulations: list[tuple[int, int, float]]  # event index, bounces left out, error bound of the time
     # time, contact, kind of the event not taken, event function at the touch, bound on its error
     grazings: list[tuple[float, int, str, float, float]]
-    def state(self, time: float) -> tuple[_Real, _Real, str]: ...
+    def state(self, time: float) -> tuple[_Real, _Real, str, list[float]]: ...
     def event_states(
         self,
     ) -> tuple[_Real, _Real]: ...  # (events, n) position and velocity just after each event
@@ -303,7 +307,7 @@ def attractor(
 ) -> _Settled: ...
 def settle_all(
     scenes: Sequence[Scene],
-    starts: Sequence[tuple[_Real, _Real, str]],  # position, velocity, combination
+    starts: Sequence[tuple[_Real, _Real, _Statuses]],  # position, velocity, combination
     stretch: float,
     limit: float,
     runs: bool,  # whether the last stretches of the motions come with them

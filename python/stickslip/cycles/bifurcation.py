@@ -206,8 +206,8 @@ def _followed(
             middles = [phase.start + 0.5 * phase.duration for phase in cycle.phases]
             candidates = [cycle.run.state(time) for time in middles]
         elif run is not None:
-            position, velocity, combination = run.state(run.duration)
-            candidates = [State(position, velocity, combination, scene.dofs)]
+            position, velocity, combination, held = run.state(run.duration)
+            candidates = [State(position, velocity, combination, scene.dofs, held)]
     return found, restarted, None
 
 

@@ -27,7 +27,18 @@ enum DampingInput<'py> {
     General(MatrixInput<'py>),
 }
 
-pub type ContactData<'py> = (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64);
+/// (normal, tangential) stiffness of a compliant contact.
+type SpringData = (Option<f64>, Option<f64>);
+
+pub type ContactData<'py> =
+    (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64, SpringData);
+
+/// The combination of a state, with the friction forces that its compliant contacts hold.
+#[derive(FromPyObject)]
+pub enum StatusInput {
+    Plain(String),
+    Holding(String, Vec<f64>),
+}
 
 pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
@@ -37,17 +48,29 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     };
     contacts
         .iter()
-        .map(|(tangential, normal, friction, static_friction, slider_speed, restitution, gap)| {
-            core::ContactInput {
-                tangential: direction(tangential),
-                normal: direction(normal),
-                friction: *friction,
-                static_friction: *static_friction,
-                slider_speed: *slider_speed,
-                restitution: *restitution,
-                gap: *gap,
-            }
-        })
+        .map(
+            |(
+                tangential,
+                normal,
+                friction,
+                static_friction,
+                slider_speed,
+                restitution,
+                gap,
+                springs,
+            )| {
+                core::ContactInput {
+                    tangential: direction(tangential),
+                    normal: direction(normal),
+                    friction: *friction,
+                    static_friction: *static_friction,
+                    slider_speed: *slider_speed,
+                    restitution: *restitution,
+                    gap: *gap,
+                    springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
+                }
+            },
+        )
         .collect()
 }
 
@@ -78,12 +101,17 @@ impl Scene {
         py: Python<'_>,
         position: &PyReadonlyArray1<'_, f64>,
         velocity: &PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: &StatusInput,
     ) -> PyResult<core::State> {
+        let (combination, friction_force) = match combination {
+            StatusInput::Plain(combination) => (combination, Vec::new()),
+            StatusInput::Holding(combination, forces) => (combination, forces.clone()),
+        };
         Ok(core::State {
             position: vector(position),
             velocity: vector(velocity),
             combination: self.combination(py, combination)?,
+            friction_force,
         })
     }
 }
@@ -154,7 +182,7 @@ impl Scene {
         let combination = self.combination(py, combination)?;
         let scene = self.core();
         let reduced = detached(py, || {
-            core::Reduced::new(scene, &combination).map(|reduced| Reduced::new(scene, reduced))
+            core::Reduced::new(scene, &combination).and_then(|reduced| Reduced::new(scene, reduced))
         })?;
         reduced.map_err(|error| raise(py, &error))
     }
@@ -194,9 +222,9 @@ impl Scene {
         py: Python<'_>,
         position: PyReadonlyArray1<'_, f64>,
         velocity: PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: StatusInput,
     ) -> PyResult<()> {
-        let state = self.start(py, &position, &velocity, combination)?;
+        let state = self.start(py, &position, &velocity, &combination)?;
         detached(py, || core::contact::start_coordinates(self.core(), &state))?
             .map_err(|error| raise(py, &error))?;
         Ok(())
@@ -208,9 +236,9 @@ impl Scene {
         py: Python<'_>,
         position: PyReadonlyArray1<'_, f64>,
         velocity: PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: StatusInput,
     ) -> PyResult<(Vec<f64>, Vec<f64>)> {
-        let state = self.start(py, &position, &velocity, combination)?;
+        let state = self.start(py, &position, &velocity, &combination)?;
         let forces = detached(py, || core::contact::forces_of_state(self.core(), &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }

@@ -140,8 +140,8 @@ impl Path {
             Series(vec![column(fixed.force(&scene.force)), column(slope)])
         };
         let ends = [
-            Statics::new(scene, &reduced),
-            Statics::new(other, &Reduced::new(other, combination)?),
+            Statics::new(scene, &reduced)?,
+            Statics::new(other, &Reduced::new(other, combination)?)?,
         ];
         let load = (!contacts.is_empty()).then(load);
         let piece = Piece {

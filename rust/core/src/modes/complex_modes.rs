@@ -13,6 +13,7 @@ use crate::linalg::parallel::each;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
+use crate::scene::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
 use crate::scene::status::Combination;
@@ -52,7 +53,9 @@ impl Modes {
     /// Modes of one combination; fails where the reduced mass is singular or an eigenvalue does not converge.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
-        let pencil = Pencil::new(scene, combination, &reduced.reduction);
+        let condensed = Condensed::new(scene, combination)?;
+        let moving = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
+        let pencil = Pencil::new(moving, combination, &reduced.reduction);
         let mut half = spectrum(&pencil, Vectors::Refined)?;
         half.sort_by(|p, q| {
             let key =
@@ -60,7 +63,7 @@ impl Modes {
             let (p, q) = (key(p), key(q));
             p.0.total_cmp(&q.0).then(p.1.total_cmp(&q.1)).then(p.2.total_cmp(&q.2))
         });
-        let (m, n) = (reduced.size(), scene.size);
+        let (m, n) = (reduced.size(), scene.dofs);
         let half = each(m, half, normalised);
         let roundings = each(m, half.iter().collect(), |mode: &Mode| mode.rounding(&pencil));
         let whole: Vec<(&Mode, bool)> = half
@@ -92,8 +95,11 @@ impl Modes {
                 false => copy(left, &mode.left),
             }
             let over_dofs = |part: fn(&Complex64) -> f64| {
-                let mut q = vec![0.0; n];
+                let mut q = vec![0.0; scene.size];
                 reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                if let Some(condensed) = &condensed {
+                    condensed.complete_rates(&mut q);
+                }
                 scene.velocities(&q)
             };
             let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));

@@ -12,6 +12,7 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::taylor::operator::TaylorOperator;
+use crate::scene::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
 use crate::scene::reduction::Reduced;
@@ -32,11 +33,21 @@ pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
+    /// What of the scene moves by itself, where some of its coordinates have no mass.
+    pub condensed: Option<Box<Condensed>>,
 }
 
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
-        let functions = event_functions(scene, combination);
+        scene.check_combination(combination)?;
+        let condensed = Condensed::new(scene, combination)?.map(Box::new);
+        let mut functions = event_functions(scene, combination);
+        if let Some(condensed) = &condensed {
+            for function in &mut functions {
+                function.functional = function.functional.condensed(condensed);
+            }
+        }
+        let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let series = || {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
@@ -63,7 +74,19 @@ impl CombinationBasis {
                 });
             }
         };
-        Ok(Self { combination: combination.clone(), functions, propagator })
+        Ok(Self { combination: combination.clone(), functions, propagator, condensed })
+    }
+
+    /// The scene that moves: `whole`, or what is left of it without the coordinates that follow.
+    pub fn scene<'a>(&'a self, whole: &'a Scene) -> &'a Scene {
+        self.condensed.as_ref().map_or(whole, |condensed| &condensed.scene)
+    }
+
+    /// Places and velocities of coordinates without mass, from those of the others.
+    pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
+        if let Some(condensed) = &self.condensed {
+            condensed.complete(q, u);
+        }
     }
 
     /// By what it is propagated, block by block if the scene is in blocks.

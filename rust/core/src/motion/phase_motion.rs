@@ -33,6 +33,7 @@ struct BlockMotion {
 /// A phase in progress of a scene in one block: events are searched for in each block by itself.
 pub(crate) struct CoupledMotion<'a> {
     pub functions: &'a [EventFunction],
+    basis: &'a CombinationBasis,
     scene: &'a Scene,
     kind: Kind<'a>,
 }
@@ -64,7 +65,8 @@ impl Motion {
         match &basis.propagator {
             Propagator::Modal(modal) => self.modal.restart(modal, q, u),
             Propagator::Taylor(operator) => {
-                self.taylor.restart(&self.scene, operator, &basis.functions, q, u);
+                let scene = basis.scene(&self.scene);
+                self.taylor.restart(scene, operator, &basis.functions, q, u);
             }
             Propagator::Blocks(parts) => {
                 self.blocks.truncate(parts.len());
@@ -103,7 +105,8 @@ impl Motion {
             Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
             Propagator::Blocks(_) => return None,
         };
-        Some(CoupledMotion { functions: &self.basis.functions, scene: &self.scene, kind })
+        let scene = self.basis.scene(&self.scene);
+        Some(CoupledMotion { functions: &self.basis.functions, basis: &self.basis, scene, kind })
     }
 
     /// (q, q') at local time `time`, from the start of the panel on.
@@ -116,7 +119,7 @@ impl Motion {
             }
             Propagator::Taylor(operator) => {
                 while time > self.taylor.end() {
-                    self.taylor.advance(&self.scene, operator);
+                    self.taylor.advance(self.basis.scene(&self.scene), operator);
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
@@ -128,6 +131,7 @@ impl Motion {
                 }
             }
         }
+        self.basis.complete(q, u);
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have
@@ -176,5 +180,6 @@ impl CoupledMotion<'_> {
             Kind::Modal(motion, modal) => motion.state(modal, offset, q, u),
             Kind::Taylor(motion, operator) => motion.state(operator, offset, q, u),
         }
+        self.basis.complete(q, u);
     }
 }

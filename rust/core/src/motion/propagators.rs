@@ -122,6 +122,7 @@ impl Propagators {
             functions: event_functions(&self.scene, &combination),
             propagator: Propagator::Blocks(blocks.zip(bases).collect()),
             combination,
+            condensed: None,
         }
     }
 

@@ -100,8 +100,16 @@ impl Coordinates {
             for (j, &index) in own.iter().enumerate() {
                 directions[index].iter().for_each(|&(dof, entry)| d[(own_row(dof), j)] = entry);
             }
-            let group = Group::new(mass.restricted(&dofs).to_dense(), d)
-                .map_err(|index| dependent(own[index]))?;
+            let lacking = dofs.iter().filter(|&&dof| mass.get(dof, dof) == 0.0).count();
+            if lacking > 0 && lacking < dofs.len() {
+                let reason = "its directions tie dofs with mass to dofs without; give all of them mass, or none";
+                return Err(Error::MixedMass { contact: own[0] / 2, reason });
+            }
+            let group = match lacking {
+                0 => Group::new(mass.restricted(&dofs).to_dense(), d),
+                _ => Group::massless(d),
+            }
+            .map_err(|index| dependent(own[index]))?;
             own.iter().zip(&group.slots).for_each(|(&index, &slot)| slots[index] = dofs[slot]);
             dofs.iter()
                 .enumerate()
@@ -196,6 +204,13 @@ fn in_pairs(slots: &[usize]) -> Vec<(usize, usize)> {
 }
 
 impl Group {
+    /// Of dofs without mass, which couples nothing.
+    fn massless(d: DMatrix<f64>) -> Result<Self, usize> {
+        let (size, count) = d.shape();
+        let group = Self::new(DMatrix::identity(size, size), d)?;
+        Ok(Self { delassus: DMatrix::identity(count, count), ..group })
+    }
+
     /// Of the mass and the directions (columns) over the dofs of the group, or the index of a direction that depends on
     /// others.
     fn new(mass: DMatrix<f64>, d: DMatrix<f64>) -> Result<Self, usize> {

@@ -1,9 +1,11 @@
 //! The model as a value: matrices, contacts, statuses, and the linear system that a status combination leaves.
 
 pub(crate) mod chain;
+pub(crate) mod condensation;
 pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
 pub(crate) mod equation_of_motion;
+pub(crate) mod massless;
 pub(crate) mod model;
 pub(crate) mod partition;
 pub(crate) mod reduction;
@@ -11,7 +13,7 @@ pub(crate) mod statics;
 pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
-pub use contact_law::{Contact, ContactInput, Direction};
+pub use contact_law::{Contact, ContactInput, Direction, Springs};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
 pub use reduction::{Reduced, Reduction};
 pub use statics::{Statics, Steady};

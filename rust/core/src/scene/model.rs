@@ -1,20 +1,23 @@
 //! A mechanical model with frictional unilateral contacts, validated once.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
-use crate::scene::contact_law::{Contact, ContactInput, check_finite};
+use crate::scene::contact_law::{Contact, ContactInput, Inertia, check_finite};
+use crate::scene::massless::{Massless, Nodes, condensed_stiffness};
 use crate::scene::status::{Combination, Status};
 
 /// Mass as a user states it.
 #[derive(Debug, Clone)]
 pub enum Mass {
-    /// Diagonal, kg.
+    /// Diagonal, kg; 0 where a dof has no mass.
     Lumped(Vec<f64>),
-    /// Symmetric positive definite, kg.
+    /// Symmetric, positive definite over the dofs whose rows are not zero, kg.
     Full(DMatrix<f64>),
 }
 
@@ -63,7 +66,8 @@ impl SceneInput {
         };
         let damping = match &self.damping {
             Damping::Proportional { mass: alpha, stiffness: beta } => {
-                mass.combined(*alpha, &self.stiffness, *beta)
+                let stiffness = condensed_stiffness(&mass, &self.stiffness);
+                mass.combined(*alpha, stiffness.as_ref().unwrap_or(&self.stiffness), *beta)
             }
             Damping::General(damping) => damping.clone(),
         };
@@ -99,7 +103,16 @@ impl SceneInput {
 /// `contacts[i].tangential` less the slider speed.
 #[derive(Debug)]
 pub struct Scene {
+    /// Coordinates: one for each dof, and those of the nodes of compliant contacts.
     pub(crate) size: usize,
+    /// Dofs as the user numbers them.
+    pub(crate) dofs: usize,
+    /// Of compliant contacts.
+    pub(crate) nodes: Option<Arc<Nodes>>,
+    /// Coordinates without mass.
+    pub(crate) massless: Massless,
+    /// Whether those that follow the others are eliminated; see [`crate::scene::condensation`].
+    pub(crate) condensed: bool,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
@@ -139,6 +152,9 @@ pub struct State {
     pub velocity: Vec<f64>,
     /// Status of every contact.
     pub combination: Combination,
+    /// T of every contact, N, or empty for none: what a compliant contact that sticks holds. In every other case T follows
+    /// from the state.
+    pub friction_force: Vec<f64>,
 }
 
 impl Scene {
@@ -198,12 +214,68 @@ impl Scene {
             law.validate(contact, size)?;
         }
 
-        let coordinates = Coordinates::new(&mass, &input.contacts)?;
-        let contacts: Vec<Contact> = input
-            .contacts
+        let dofs = size;
+        let nodes = Nodes::new(dofs, &input.contacts);
+        let size = nodes.size;
+        let lacks = |dof: &usize| mass.get(*dof, *dof) == 0.0;
+        let massless = (0..dofs).any(|dof| lacks(&dof));
+        let damping = match damping {
+            Damping::Proportional { mass: alpha, stiffness: beta }
+                if beta != 0.0 && (massless || !nodes.is_empty()) =>
+            {
+                let felt = condensed_stiffness(&mass, &stiffness)?;
+                Damping::General(mass.combined(alpha, &felt, beta))
+            }
+            damping => damping,
+        };
+        if massless {
+            let given = match &damping {
+                Damping::General(damping) => Some(damping),
+                Damping::Proportional { .. } => None,
+            };
+            let rates = [
+                ("damping", given),
+                ("gyroscopic", gyroscopic.as_ref()),
+                ("circulatory", circulatory.as_ref()),
+            ];
+            for (argument, matrix) in rates {
+                let touches = |matrix: &SparseMatrix, dof: usize| {
+                    matrix.row(dof).any(|(k, value)| value != 0.0 && (lacks(&dof) || lacks(&k)))
+                };
+                let found = matrix.and_then(|matrix| (0..dofs).find(|&dof| touches(matrix, dof)));
+                if let Some(row) = found {
+                    let column = |matrix: &SparseMatrix| {
+                        matrix.row(row).map(|entry| entry.0).find(|k| lacks(k))
+                    };
+                    let dof =
+                        if lacks(&row) { row } else { matrix.and_then(column).unwrap_or(row) };
+                    return Err(Error::RateWithoutMass { argument, dof });
+                }
+            }
+        }
+        let laws = nodes.contacts(&input.contacts);
+        let mass = nodes.padded(mass);
+        let stiffness = nodes.with_springs(stiffness);
+        let damping = match damping {
+            Damping::General(damping) => Damping::General(nodes.padded(damping)),
+            proportional => proportional,
+        };
+        let gyroscopic = gyroscopic.map(|matrix| nodes.padded(matrix));
+        let circulatory = circulatory.map(|matrix| nodes.padded(matrix));
+        let mut force = input.force;
+        force.resize(size, 0.0);
+
+        let coordinates = Coordinates::new(&mass, &laws)?;
+        let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
+        let contacts: Vec<Contact> = laws
             .iter()
             .zip(&coordinates.slots)
             .map(|(law, &(tangential, normal))| Contact {
+                inertia: match (mass.get(tangential, tangential), mass.get(normal, normal)) {
+                    (0.0, 0.0) => Inertia::None,
+                    (_, 0.0) => Inertia::Tangential,
+                    _ => Inertia::Full,
+                },
                 tangential,
                 normal,
                 friction: law.friction,
@@ -213,7 +285,7 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
-        let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
+        check_massless(&mass, &contacts, &coordinates)?;
         let lumped = mass.is_diagonal();
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
         let symmetric_stiffness = coordinates.congruent(stiffness);
@@ -244,7 +316,8 @@ impl Scene {
             Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
             _ => proportions(&damping, &mass, &stiffness),
         };
-        let mut force = coordinates.forces_of_dofs(&input.force);
+        let massless = Massless::new(&mass, &stiffness, &contacts)?;
+        let mut force = coordinates.forces_of_dofs(&force);
         if contacts.iter().any(|contact| contact.gap != 0.0) {
             let mut clearance = vec![0.0; size];
             for contact in &contacts {
@@ -254,6 +327,10 @@ impl Scene {
         }
         Ok(Self {
             size,
+            dofs,
+            nodes: (!nodes.is_empty()).then(|| Arc::new(nodes)),
+            massless,
+            condensed: false,
             contacts,
             impact_friction: input.impact_friction,
             coordinates,
@@ -269,7 +346,7 @@ impl Scene {
 
     /// Number of dofs.
     pub fn size(&self) -> usize {
-        self.size
+        self.dofs
     }
 
     /// The contacts in contact coordinates, in the order in which they were given.
@@ -284,10 +361,12 @@ impl Scene {
 
     /// Coordinates that a combination leaves free.
     pub(crate) fn free(&self, combination: &Combination) -> usize {
-        let held = |status: &Status| {
-            usize::from(status.is_closed()) + usize::from(*status == Status::Sticking)
+        let held = |(law, status): (&Contact, &Status)| {
+            usize::from(status.is_closed() && law.normal_has_mass())
+                + usize::from(*status == Status::Sticking && law.tangential_has_mass())
         };
-        self.size - combination.statuses().iter().map(held).sum::<usize>()
+        let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
+        self.size - self.massless.coordinates.len() - held
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,
@@ -300,7 +379,7 @@ impl Scene {
     /// contact forces f that add up to a load `r = D f`.
     pub fn contact_basis(&self) -> Vec<Vec<f64>> {
         let slots = self.contacts.iter().flat_map(|law| [law.tangential, law.normal]);
-        slots.map(|slot| self.coordinates.column(slot, self.size)).collect()
+        slots.map(|slot| self.over_dofs(self.coordinates.column(slot, self.size))).collect()
     }
 
     /// Contact coordinates (q, q') of dof positions and velocities.
@@ -309,11 +388,21 @@ impl Scene {
         position: &[f64],
         velocity: &[f64],
     ) -> (Vec<f64>, Vec<f64>) {
-        let mut q = self.coordinates.of_dofs(position);
+        let of = |x: &[f64]| match &self.nodes {
+            Some(nodes) => self.coordinates.of_dofs(&nodes.extended(x)),
+            None => self.coordinates.of_dofs(x),
+        };
+        let mut q = of(position);
         for contact in &self.contacts {
             q[contact.normal] += contact.gap;
         }
-        (q, self.coordinates.of_dofs(velocity))
+        (q, of(velocity))
+    }
+
+    /// Without the nodes of compliant contacts.
+    fn over_dofs(&self, mut x: Vec<f64>) -> Vec<f64> {
+        x.truncate(self.dofs);
+        x
     }
 
     /// Dof positions of contact coordinates.
@@ -322,12 +411,27 @@ impl Scene {
         for contact in &self.contacts {
             unshifted[contact.normal] -= contact.gap;
         }
-        self.coordinates.to_dofs(&unshifted)
+        self.over_dofs(self.coordinates.to_dofs(&unshifted))
     }
 
     /// Dof velocities of contact coordinates; also any other displacement difference or mode shape.
     pub(crate) fn velocities(&self, u: &[f64]) -> Vec<f64> {
-        self.coordinates.to_dofs(u)
+        self.over_dofs(self.coordinates.to_dofs(u))
+    }
+
+    /// The state of contact coordinates.
+    pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
+        let held = |(law, &status): (&Contact, &Status)| {
+            let sticks = status == Status::Sticking && law.tangential >= self.dofs;
+            if sticks { self.reaction_value(law.tangential, q, u) } else { 0.0 }
+        };
+        let forces = || self.contacts.iter().zip(combination.statuses()).map(held).collect();
+        State {
+            position: self.positions(q),
+            velocity: self.velocities(u),
+            combination: combination.clone(),
+            friction_force: self.nodes.as_ref().map_or_else(Vec::new, |_| forces()),
+        }
     }
 
     /// Refuses a combination in which a frictionless contact sticks.
@@ -373,12 +477,12 @@ fn unfit(argument: &str, expected: &str, got: String) -> Error {
     Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
 }
 
-/// The mass in compressed rows; positive definite by Cholesky pivots.
+/// The mass in compressed rows; positive definite by Cholesky pivots over the dofs that have any.
 fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
     match mass {
         Mass::Lumped(mass) => {
             check_finite("mass", &mass)?;
-            match mass.iter().position(|&entry| entry <= 0.0) {
+            match mass.iter().position(|&entry| entry < 0.0) {
                 Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
                 None => Ok(SparseMatrix::diagonal(&mass)),
             }
@@ -389,11 +493,39 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
                 return Err(unfit("mass", "shape (n,) or (n, n)", format!("({rows}, {columns})")));
             }
             let mass = SparseMatrix::from_dense(&mass).validated_symmetric("mass")?;
-            cholesky(&mass.to_dense())
-                .map_err(|(dof, value)| Error::IndefiniteMass { dof, value })?;
+            let heavy: Vec<usize> =
+                (0..mass.size()).filter(|&dof| mass.row(dof).any(|entry| entry.1 != 0.0)).collect();
+            cholesky(&mass.restricted(&heavy).to_dense())
+                .map_err(|(row, value)| Error::IndefiniteMass { dof: heavy[row], value })?;
             Ok(mass)
         }
     }
+}
+
+/// Refuses contacts of which only the gap has mass, that bounce without mass, or that have none beside others that mass
+/// couples.
+fn check_massless(
+    mass: &SparseMatrix,
+    contacts: &[Contact],
+    coordinates: &Coordinates,
+) -> Result<(), Error> {
+    for (contact, law) in contacts.iter().enumerate() {
+        if law.inertia == Inertia::Full {
+            if mass.get(law.tangential, law.tangential) == 0.0 {
+                let reason = "its normal direction has mass and its tangential one has none; give both mass, or a normal_stiffness";
+                return Err(Error::MixedMass { contact, reason });
+            }
+            continue;
+        }
+        if law.restitution != 0.0 {
+            return Err(Error::RestitutionWithoutMass { contact, restitution: law.restitution });
+        }
+        if coordinates.delassus.is_some() {
+            let reason = "it has no mass, and mass couples other contacts of the scene with each other; state a lumped mass";
+            return Err(Error::MixedMass { contact, reason });
+        }
+    }
+    Ok(())
 }
 
 /// Without the couplings that are zero by construction of the coordinates, and nonzero by rounding.

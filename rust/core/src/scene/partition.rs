@@ -76,6 +76,10 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
     let part = Scene {
         size: coordinates.len(),
+        dofs: coordinates.len(),
+        nodes: None,
+        massless: scene.massless.restricted(&coordinates, &contacts),
+        condensed: false,
         impact_friction: scene.impact_friction,
         coordinates: Coordinates::of_contacts(
             laws.iter().map(|law| (law.tangential, law.normal)).collect(),

@@ -13,6 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::scene::condensation::Condensed;
 use crate::scene::contact_law::Contact;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
@@ -51,10 +52,11 @@ impl Reduction {
         friction: impl Fn(usize, &Contact) -> f64,
     ) -> Self {
         let mut dropped = vec![false; scene.size];
+        scene.massless.coordinates.iter().for_each(|&k| dropped[k] = true);
         let mut sticking = Vec::new();
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {
-            dropped[law.normal] = status.is_closed();
+            dropped[law.normal] |= status.is_closed();
             if status == Status::Sticking {
                 dropped[law.tangential] = true;
                 sticking.push((law.tangential, law.slider_speed));
@@ -170,6 +172,8 @@ impl Reduced {
     /// The reduced system of `combination`.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
+        let condensed = Condensed::new(scene, combination)?;
+        let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let reduction = Reduction::new(scene, combination);
         let mut prescribed_velocity = vec![0.0; scene.size];
         reduction.sticking.iter().for_each(|&(k, speed)| prescribed_velocity[k] = speed);
@@ -198,16 +202,24 @@ impl Reduced {
     }
 
     /// (R, L) over the dofs of the scene, n by m.
-    pub fn bases(&self, scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>) {
-        let mut right = DMatrix::zeros(scene.size, self.size());
+    pub fn bases(&self, scene: &Scene) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
+        let condensed = Condensed::new(scene, &self.combination)?;
+        let mut right = DMatrix::zeros(scene.dofs, self.size());
         let mut left = right.clone();
         for (j, &k) in self.reduction.kept.iter().enumerate() {
             let mut unit = vec![0.0; scene.size];
             unit[k] = 1.0;
-            right.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
+            let mut shape = unit.clone();
+            if let Some(condensed) = &condensed {
+                condensed.complete_rates(&mut shape);
+            }
+            right.column_mut(j).copy_from_slice(&scene.velocities(&shape));
             self.reduction.sources(j).for_each(|(source, factor)| unit[source] = factor);
-            left.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
+            if let Some(condensed) = &condensed {
+                condensed.complete_left(&scene.stiffness, &mut unit);
+            }
+            left.column_mut(j).copy_from_slice(&scene.velocities(&unit));
         }
-        (right, left)
+        Ok((right, left))
     }
 }

@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
 use crate::linalg::dense::{regular_solution, smallest_relative_pivot, solve};
+use crate::scene::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::reduction::Reduced;
 use crate::scene::status::{Combination, Status};
@@ -54,29 +55,39 @@ impl Steady {
 
 impl Statics {
     /// Of a scene and one of its combinations.
-    pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
+    pub fn new(scene: &Scene, reduced: &Reduced) -> Result<Self, Error> {
+        let condensed = Condensed::new(scene, &reduced.combination)?;
+        let moving = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let (m, statuses) = (reduced.size(), reduced.combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
             let position = |k: usize| reduced.reduction.place(k);
             if status.is_closed() {
-                offsets[i] = scene.force[law.normal];
-                for (k, value) in scene.stiffness.row(law.normal) {
+                offsets[i] = moving.force[law.normal];
+                for (k, value) in moving.stiffness.row(law.normal) {
                     if let Some(j) = position(k) {
                         rows[(i, j)] = value;
                     }
                 }
             } else if let Some(j) = position(law.normal) {
                 rows[(i, j)] = 1.0;
+            } else if let Some(condensed) = &condensed {
+                let (terms, constant) = condensed.replaced(&[(law.normal, 1.0)]);
+                offsets[i] = -constant;
+                for (k, value) in terms {
+                    if let Some(j) = position(k) {
+                        rows[(i, j)] = value;
+                    }
+                }
             }
         }
-        Self {
+        Ok(Self {
             load: reduced.force_constant.clone(),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(|law| law.slider_speed).collect(),
-        }
+        })
     }
 
     pub(crate) fn steady(&self, combination: &Combination, stiffness: DMatrix<f64>) -> Steady {
@@ -135,19 +146,22 @@ impl Scene {
         for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
             q[k] = value;
         }
+        if let Some(condensed) = Condensed::new(self, &combination)? {
+            condensed.complete(&mut q, &mut vec![0.0; self.size]);
+        }
         for (contact, law) in self.contacts.iter().enumerate() {
             let normal_force = self.stiffness.row_dot(law.normal, &q) - self.force[law.normal];
             if !(normal_force > 0.0) {
                 return Err(Error::TensileEquilibrium { contact, normal_force });
             }
         }
-        Ok(State { position: self.positions(&q), velocity: vec![0.0; self.size], combination })
+        Ok(self.state(&q, &vec![0.0; self.size], &combination))
     }
 
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
         let reduced = Reduced::new(self, combination)?;
-        let statics = Statics::new(self, &reduced);
+        let statics = Statics::new(self, &reduced)?;
         Ok(statics.steady(combination, reduced.stiffness))
     }
 

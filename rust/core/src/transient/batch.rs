@@ -170,6 +170,7 @@ pub(crate) mod tests {
                 slider_speed: 0.1,
                 restitution: 0.0,
                 gap: 0.0,
+                springs: Springs::default(),
             }],
             impact_friction: false,
         };
@@ -185,6 +186,7 @@ pub(crate) mod tests {
     /// Faster than the belt: the mass turns back and is caught.
     pub fn job(scene: &Arc<Scene>) -> Job {
         let start = State {
+            friction_force: Vec::new(),
             velocity: vec![0.3, 0.0],
             combination: crate::Combination::parse("-", 1).expect("one letter"),
             ..scene.sliding_equilibrium().expect("pressed on")

@@ -252,11 +252,8 @@ impl Trajectory {
     pub fn state(&self, time: f64) -> Result<State, Error> {
         let mut cursor = Cursor::new(self);
         cursor.seek("time", time)?;
-        Ok(State {
-            position: self.scene().positions(&cursor.q),
-            velocity: self.scene().velocities(&cursor.u),
-            combination: self.phases[cursor.phase].basis.combination.clone(),
-        })
+        let combination = &self.phases[cursor.phase].basis.combination;
+        Ok(self.scene().state(&cursor.q, &cursor.u, combination))
     }
 
     /// States and contact forces at `times`, in any order.
@@ -332,7 +329,7 @@ impl Trajectory {
 
     /// Number of dofs.
     pub fn size(&self) -> usize {
-        self.scene().size
+        self.scene().dofs
     }
 
     /// Number of contacts.

@@ -275,11 +275,7 @@ pub(crate) fn state_of(
     combination: &Combination,
 ) -> crate::scene::model::State {
     let (q, u) = state.split_at(orbit.scene().size);
-    crate::scene::model::State {
-        position: orbit.scene().positions(q),
-        velocity: orbit.scene().velocities(u),
-        combination: combination.clone(),
-    }
+    orbit.scene().state(q, u, combination)
 }
 
 /// The same orbit from the section at which its combinations come first in the alphabet.

@@ -95,6 +95,7 @@ impl<'a> Flow<'a> {
             end_q[k] = q[k] + speed * duration;
             end_u[k] = speed;
         }
+        self.basis.complete(end_q, end_u);
         end
     }
 
@@ -133,6 +134,12 @@ impl<'a> Flow<'a> {
             for &row in &self.free {
                 transition[(row, column)] = end[row] - origin[row];
             }
+            if let Some(condensed) = &self.basis.condensed {
+                let mut column = transition.column_mut(column);
+                let (q, u) = column.as_mut_slice().split_at_mut(self.scene.size);
+                condensed.complete_rates(q);
+                condensed.complete_rates(u);
+            }
         }
         transition
     }
@@ -149,7 +156,7 @@ impl<'a> Flow<'a> {
 
     /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
     fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
-        let scene = self.scene;
+        let scene = self.basis.scene(self.scene);
         let n = scene.size;
         let (q, u) = state.split_at(n);
         let mut residual = scene.residual(load, q, u);
@@ -159,6 +166,10 @@ impl<'a> Flow<'a> {
         let Reduction { kept, sticking, .. } = &self.equation.reduction;
         kept.iter().for_each(|&k| speed[k] = u[k]);
         sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
+        if let Some(condensed) = &self.basis.condensed {
+            condensed.complete_rates(speed);
+            condensed.complete_rates(acceleration);
+        }
         field
     }
 }
@@ -167,6 +178,9 @@ impl<'a> Flow<'a> {
 fn fastest(scene: &Scene) -> f64 {
     let (stiff, damped) = (0..scene.size).fold((0.0, 0.0), |(stiff, damped), k| {
         let mass = scene.mass.get(k, k);
+        if mass == 0.0 {
+            return (stiff, damped);
+        }
         (stiff + scene.stiffness.get(k, k) / mass, damped + scene.damping.get(k, k) / mass)
     });
     f64::max(stiff.sqrt(), damped)

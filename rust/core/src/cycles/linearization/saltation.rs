@@ -123,7 +123,11 @@ impl Passage {
                 q[law.normal] = 0.0;
                 u[law.normal] = 0.0;
             }
-            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+            EventKind::Closing => q[law.normal] = 0.0,
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Jump => {}
         }
         Ok(())
     }
@@ -218,7 +222,11 @@ impl Passage {
         let law = &scene.contacts[self.contact];
         let (t, g) = (n + law.tangential, n + law.normal);
         match self.trigger {
-            EventKind::Release | EventKind::SlipPositive | EventKind::SlipNegative => {}
+            EventKind::Release
+            | EventKind::SlipPositive
+            | EventKind::SlipNegative
+            | EventKind::Jump => {}
+            EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
             EventKind::Velocity => matrix[(t, t)] = 0.0,
             EventKind::Accumulation => {
                 matrix[(law.normal, law.normal)] = 0.0;

@@ -70,12 +70,15 @@ impl TaylorOperator {
                     .functional
                     .position
                     .iter()
+                    // What a sticking contact without mass prescribes leaves nothing out.
+                    .filter(|&&(k, _)| operator.weight[k] > 0.0)
                     .map(|&(k, a)| a.abs() / (operator.omega * operator.weight[k]))
                     .sum();
                 let velocity: f64 = function
                     .functional
                     .velocity
                     .iter()
+                    .filter(|&&(k, _)| operator.weight[k] > 0.0)
                     .map(|&(k, b)| b.abs() / operator.weight[k])
                     .sum();
                 position + velocity
