@@ -52,7 +52,7 @@ fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
 	PYTHONPATH=tests:tests/support $(BIN)/python -m verification.manual
 
-lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows no Python
+lint: $(INSTALLED) ## Check format, lints, spelling, types, stubs and that the core knows no Python
 	cargo fmt --all --check
 	cargo clippy --workspace --all-targets --locked -- -D warnings
 	RUSTDOCFLAGS='-D warnings' cargo doc --workspace --no-deps --locked
@@ -60,6 +60,7 @@ lint: $(INSTALLED) ## Check format, lints, types, stubs and that the core knows 
 	then echo 'stickslip-core must not depend on Python' >&2; exit 1; fi
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+	$(BIN)/codespell README.md CONTRIBUTING.md CHANGELOG.md docs examples python rust
 	$(BIN)/mypy
 	$(BIN)/python -m mypy.stubtest stickslip._core
 
@@ -89,6 +90,8 @@ docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pa
 	$(BIN)/python -m pytest tests/test_pages.py
 	$(BIN)/stickslip reproduce --output $(OUT)
 	cp $(OUT)/limit-cycle.png $(OUT)/energy-cycle.png $(OUT)/energy-flow.png docs
+	$(BIN)/python docs/sketches/draw.py
+	PYTHONPATH=tests/support $(BIN)/python -m pages docs/tutorial.md docs/pictures
 	$(MAKE) pages
 
 pages: $(VENV)/.extra-docs ## Write the pages to docs/_build/html; warnings are errors
@@ -123,7 +126,7 @@ $(VENV)/.created:
 MATURIN := env -u CONDA_PREFIX VIRTUAL_ENV=$(CURDIR)/$(VENV) $(BIN)/maturin develop --release --locked
 
 $(INSTALLED): $(VENV)/.created pyproject.toml $(RUST)
-	$(MATURIN) --extras test,lint,study,dask
+	$(MATURIN) --extras test,lint,study,dask,fe
 	@touch $@
 
 $(VENV)/.bench: $(INSTALLED)

@@ -12,6 +12,8 @@ extensions = [
     "sphinx.ext.mathjax",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    # Brings the scripts and fonts that typeset equations, so that pages load nothing from the network.
+    "sphinx-mathjax-offline",
 ]
 source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build"]
@@ -27,5 +29,6 @@ napoleon_numpy_docstring = True
 napoleon_google_docstring = False
 napoleon_use_ivar = True
 myst_heading_anchors = 3
+myst_enable_extensions = ["dollarmath"]
 # A word in a docstring may be an attribute of several classes; none is meant then.
 suppress_warnings = ["ref.python"]

@@ -70,6 +70,20 @@ def test_links_between_pages_lead_somewhere():
             assert (page.parent / link).exists(), f"{page}: {link}"
 
 
+def test_every_picture_of_a_page_is_shown():
+    for page in SHORT.values():
+        typed = "".join(block for _, block, _ in pages.BLOCK.findall(page.read_text(encoding="utf-8")))
+        written = re.findall(r'plot\.save\(.*, "([\w.-]+)"', typed)
+        shown = re.findall(r"\]\(pictures/([\w.-]+)\)", page.read_text(encoding="utf-8"))
+        assert page.name != "tutorial.md" or written == shown
+
+
+def test_pages_name_only_what_exists():
+    for page in SHORT.values():
+        for name in re.findall(r"`ss\.([A-Za-z_][\w.]*)", page.read_text(encoding="utf-8")):
+            operator.attrgetter(name)(ss)
+
+
 def test_the_index_names_every_page_once():
     docs = pages.ROOT / "docs"
     text = (docs / "index.md").read_text(encoding="utf-8")

@@ -259,9 +259,9 @@ class Tables(HTMLParser):
     ("name", "expected"),
     [
         ("Scene", ["x3", "x4", "1.5", "0.025", "slider speed, m/s", "0.0001 s times stiffness"]),
-        ("Modes", ["119.3580", "unstable", "49.8657"]),
+        ("Modes", ["119.3580", "unstable", "+49.8657"]),
         ("Trajectory", ["ss", "312", "0 to 0.6 s, stopped by duration", "slip+"]),
-        ("Events", ["312 events, the first 12", "0.116427801920", "velocity"]),
+        ("Events", ["Events 301 to 312", "0.584245903512", "velocity"]),
         ("Cycle", ["8.90849261 ms", "112.252 Hz", "stable", "+d", "2.37965"]),
         ("Balance", ["stored", "damping", "work, J", "−0.00213284"]),
         ("StatusTable", ["113.14", "ss"]),
@@ -289,7 +289,7 @@ def test_names_cannot_break_a_notebook():
             r"^Contact\(tangential=0, normal=1, friction=0.5, restitution=0.5, name='ball'\)$",
         ),
         ("State", r"\+\+.*8 dofs"),
-        ("Modes", r"119\.3580 +-0\.066492  unstable"),
+        ("Modes", r"119\.3580 +-0\.066492 +\+49\.8657  unstable"),
         ("Reduced", r"'\+s', 5 of 8 coordinates free"),
         ("Trajectory", r"0\.6 s, 312 events, 0 grazings, stopped by duration"),
         ("Events", r"Events\(312\)(.|\n)*302 more"),
@@ -347,7 +347,7 @@ def test_events_are_a_sequence_that_names_contacts():
     assert frame.contact.tolist() == [one.name for one in events]
     assert frame.combination.tolist() == events.combination.tolist()
     assert f"contact {events[0].name} " in repr(events).splitlines()[1]
-    assert events.summary().tables[0].rows[0][1] == events[0].name
+    assert events.summary().tables[0].rows[-1][1] == events[-1].name
 
 
 def test_a_mode_has_the_number_that_is_shown():

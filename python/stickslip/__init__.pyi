@@ -1,6 +1,6 @@
 """The public names, each from the module that holds it; `__init__.py` reads them here."""
 
-from . import errors, modes, plot, reference, study, types
+from . import errors, fe, modes, plot, reference, study, types
 from .cycles.attractors import disturbed_sliding
 from .cycles.basins import basins
 from .cycles.bifurcation import bifurcation
@@ -57,6 +57,7 @@ __all__ = [
     "disturbed_sliding",
     "entry_sensitivity",
     "errors",
+    "fe",
     "follow_branch",
     "hopf_points",
     "load_case",

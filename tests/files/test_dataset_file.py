@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import stickslip as ss
-from stickslip.files.dataset_file import csv_text, split_complex
+from stickslip.files.csv_dataset import csv_text
+from stickslip.files.plain_dataset import split_complex
 
 NUMBERS = st.floats()
 FORMATS = [".nc", ".json", ".csv", ".zarr"]

@@ -13,7 +13,7 @@ def test_loci_show_the_branches():
     figure = ss.plot.loci(branches)
     growth, frequency = figure.axes
     assert growth.get_xlabel() == "friction coefficient"
-    assert growth.get_ylabel() == "real part, 1/s"
+    assert growth.get_ylabel() == "growth rate, 1/s"
     # Two lines, all and unstable, for each of six pairs.
     lines = [line for line in frequency.lines if len(line.get_xdata()) == 3]
     assert len(lines) == 12
@@ -30,7 +30,7 @@ def test_a_stability_map_shows_growth_and_its_border():
     growth, count, *bars = figure.axes
     assert growth.get_ylabel() == "friction coefficient"
     assert growth.get_xlabel() == count.get_xlabel() == "slider speed, m/s"
-    assert [bar.get_ylabel() for bar in bars] == ["largest real part, 1/s", "number of unstable modes"]
+    assert [bar.get_ylabel() for bar in bars] == ["largest growth rate, 1/s", "number of unstable modes"]
     # One unstable mode beyond the Hopf point, two beyond the second one; no mode depends on the speed.
     borders = [np.concatenate([path.vertices for path in c.get_paths()]) for c in count.collections]
     hopf = [p.value for p in ss.hopf_points(ss.models.two_subsystems(), friction=(0.0, 3.0))]

@@ -17,6 +17,7 @@ PARTS = [
     "transient",
     "energy",
     "study",
+    "fe",
     "types",
     "files",
     "plot",

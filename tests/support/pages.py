@@ -1,10 +1,16 @@
-"""Pages of the documentation as programs: what is typed into Python or a shell, and what it prints."""
+"""Pages of the documentation as programs: what is typed into Python or a shell, and what it prints.
+
+``python -m pages docs/tutorial.md docs/pictures`` types a page and keeps the pictures that it writes.
+"""
 
 import code
 import contextlib
 import io
 import re
 import shlex
+import shutil
+import sys
+import tempfile
 from pathlib import Path
 
 from click.testing import CliRunner
@@ -72,3 +78,16 @@ def rewritten(page):
         return f"```{language}\n{block}```\n\n```text\n{next(outputs)}```\n"
 
     return BLOCK.sub(replaced, page.read_text(encoding="utf-8"))
+
+
+def redraw(page, folder):
+    """Type a page in a folder of its own and copy the pictures that it shows from there."""
+    shown = re.findall(rf"\]\({folder.name}/([\w.-]+)\)", page.read_text(encoding="utf-8"))
+    with tempfile.TemporaryDirectory() as scratch, contextlib.chdir(scratch):
+        run(page)
+        for name in shown:
+            shutil.copy(name, folder / name)
+
+
+if __name__ == "__main__":
+    redraw(*(Path(argument).resolve() for argument in sys.argv[1:]))

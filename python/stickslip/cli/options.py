@@ -10,17 +10,21 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 import stickslip as ss
+from stickslip.show.summary import cell
 
 if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
     from rich.console import Console, RenderableType
+
+    from stickslip.show.summary import Summary, Table
 
 #: What a start is given as.
 START = "position.DOF=METRES or velocity.DOF=METRES_PER_SECOND"
@@ -164,7 +168,8 @@ class Answer:
         figure
             The answer as a figure; None where there is none to draw.
         """
-        from stickslip.files.dataset_file import csv_text, json_text, write_dataset
+        from stickslip.files.csv_dataset import csv_text
+        from stickslip.files.dataset_file import json_text, write_dataset
 
         if self.json:
             click.echo(json_text(dataset()), nl=False)
@@ -258,18 +263,30 @@ def save_figure(figure: Figure, path: Path, dpi: int) -> None:
     save(figure, path, dpi)
 
 
-def table(title: str, headings: Sequence[str], rows: Sequence[Sequence[str]]) -> RenderableType:
-    """Return a table; every column but the first is aligned to the right; one without rows says so."""
-    from rich.table import Table
+def show(out: Console, summary: Summary) -> None:
+    """Print the facts and the tables of a result."""
+    width = max((len(name) for name, _ in summary.facts), default=0)
+    for name, value in summary.facts:
+        out.print(f"{name:<{width}}  {value}", markup=False)
+    for one in summary.tables:
+        out.print(table(one))
+
+
+def table(shown: Table) -> RenderableType:
+    """Return a table; every column but the first is aligned to the right; one without rows says so.
+
+    Rows of a kind of their own, such as unstable modes, are red.
+    """
+    import rich.table
     from rich.text import Text
 
-    if not rows:
-        return Text(f"{title}: none")
-    made = Table(title=title, title_justify="left", title_style="bold")
-    for column, heading in enumerate(headings):
+    if not shown.rows:
+        return Text(f"{shown.caption}: none")
+    made = rich.table.Table(title=Text(shown.caption), title_justify="left", title_style="bold")
+    for column, heading in enumerate(shown.headings):
         made.add_column(heading, justify="right" if column else "left")
-    for row in rows:
-        made.add_row(*row)
+    for row, kind in zip_longest(shown.rows, shown.kinds):
+        made.add_row(*map(Text, map(cell, row)), style="red" if kind else None)
     return made
 
 

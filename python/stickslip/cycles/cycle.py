@@ -30,6 +30,8 @@ HARMONICS = 64
 SHOWN = 24
 #: Harmonics among which the main one is looked for.
 MAIN = 32
+#: Multipliers, and frequencies of the modes of a phase, that a summary shows.
+MULTIPLIERS, LINES = 6, 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -370,22 +372,28 @@ class Cycle(Shown):
         return phase_portrait(axes_of(ax), self.run, contact)
 
     def summary(self) -> Summary:
-        """Return period, stability and a table of the phases."""
+        """Return period, stability, multipliers, and a table of the phases with the lines of their modes."""
+        multipliers = self.transverse_multipliers[:MULTIPLIERS]
+        listed = ", ".join(f"{abs(m):.6g} ∠ {np.degrees(np.angle(m)):.1f}°" for m in multipliers)
+        doubled = ", period-doubled" if self.period_doubled else ""
         facts = [
             ("period", f"{1e3 * self.period:.9g} ms"),
             ("frequency", f"{self.frequency:.6g} Hz"),
+            ("main line", f"{self.main_frequency():.6g} Hz{doubled}"),
             ("stability", self.stability),
-            (
-                "largest multiplier",
-                "not known" if np.isnan(self.largest_multiplier) else f"{self.largest_multiplier:.4g}",
-            ),
+            ("largest multipliers", "not known" if np.isnan(self.largest_multiplier) else listed),
+            ("zero by structure", str(self.structural_zeros)),
         ]
-        rows = [
-            (phase.combination, 1e3 * phase.start, 1e3 * phase.duration)
-            for phase in self.phases
-            if phase.duration > 0.0
-        ]
-        headings = ("combination", "start, ms", "duration, ms")
+        rows = []
+        for phase in self.phases:
+            if phase.duration > 0.0:
+                modes = self.modes[phase.combination]
+                lines = modes.frequencies[modes.eigenvalues.imag >= 0.0]
+                shown = " ".join(f"{line:.2f}" for line in lines[:LINES]) + (
+                    " ..." if len(lines) > LINES else ""
+                )
+                rows.append((phase.combination, 1e3 * phase.start, 1e3 * phase.duration, shown))
+        headings = ("combination", "start, ms", "duration, ms", "frequencies of its modes, Hz")
         return Summary(facts, [Table("Phases of one period", headings, rows)])
 
     def __reduce__(self) -> tuple[Any, ...]:

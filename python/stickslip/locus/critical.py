@@ -72,16 +72,21 @@ class CriticalPoint:
         """``|lambda| / (2 pi)``, Hz."""
         return float(abs(self.eigenvalue) / (2.0 * np.pi))
 
+    @property
+    def remark(self) -> str:
+        """What happens there as the parameter grows, in words."""
+        if self.kind == "separation":
+            return f"contact {self.name} {'opens' if self.direction > 0 else 'closes'}"
+        toward = {1: "destabilising", -1: "stabilising", 0: ""}[self.direction]
+        return ", ".join(filter(None, [toward, "" if self.steady_sliding else "no steady sliding there"]))
+
     def __repr__(self) -> str:
         place = f"{self.value:.14g}"
         if self.complex_value.imag:
             place += f" {self.complex_value.imag:+.3g}j"
-        if self.kind == "separation":
-            toward = "opens" if self.direction > 0 else "closes"
-            return f"CriticalPoint(separation at {self.parameter} = {place}, contact {self.name} {toward})"
-        toward = {1: ", destabilising", -1: ", stabilising", 0: ""}[self.direction]
-        toward += "" if self.steady_sliding else ", no steady sliding there"
-        return f"CriticalPoint({self.kind} at {self.parameter} = {place}, {self.frequency:.4f} Hz{toward})"
+        line = "" if self.kind == "separation" else f"{self.frequency:.4f} Hz"
+        remarks = ", ".join(filter(None, [line, self.remark]))
+        return f"CriticalPoint({self.kind} at {self.parameter} = {place}, {remarks})"
 
 
 def critical_points(

@@ -69,7 +69,7 @@ def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = 
         reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())
         if reach > 0.0:
             growth.set_ylim(-2.2 * reach, 1.1 * max(top, 0.2 * reach))
-    growth.set(xlabel=quantity(name), ylabel="real part, 1/s")
+    growth.set(xlabel=quantity(name), ylabel="growth rate, 1/s")
     frequency.set(xlabel=quantity(name), ylabel="|eigenvalue| / 2π, Hz")
 
 
@@ -105,7 +105,7 @@ def stability_map(branches: xr.Dataset) -> Figure:
     reach = float(np.abs(growth).max()) or 1.0
     levels = np.linspace(-reach, reach, 2 * LEVELS + 1)
     shades = left.contourf(*grid, growth, levels=levels, cmap="RdBu_r")
-    figure.colorbar(shades, ax=left, label="largest real part, 1/s")
+    figure.colorbar(shades, ax=left, label="largest growth rate, 1/s")
     # At least k modes are unstable where the k-th largest real part, one of each pair, is positive.
     one_of_pair = np.where(eigenvalue.imag >= 0.0, eigenvalue.real, -reach)
     ranked = np.moveaxis(-np.sort(-one_of_pair, axis=-1), -1, 0)

@@ -260,12 +260,7 @@ class Modes(Shown):
         )
 
     def __repr__(self) -> str:
-        lines = [f"Modes({self.combination!r})", "mode    frequency Hz  damping ratio"]
-        for k, (hertz, ratio) in enumerate(zip(self.frequencies, self.damping_ratios, strict=True)):
-            if self.eigenvalues[k].imag >= 0.0:
-                remark = self.remark(k)
-                lines.append(f"{k:>4}  {hertz:14.4f}  {signed(ratio, 6):>13}{'  ' if remark else ''}{remark}")
-        return "\n".join(lines)
+        return str(self.summary())
 
     def remark(self, mode: int) -> str:
         """Return what is special about a mode: real, unstable or marginal, defective, or nothing."""
@@ -285,13 +280,13 @@ class Modes(Shown):
             (
                 str(k),
                 f"{self.frequencies[k]:.4f}",
-                float(self.damping_ratios[k]) + 0.0,
-                float(self.eigenvalues[k].real) + 0.0,
+                signed(self.damping_ratios[k], 6),
+                signed(self.eigenvalues[k].real, 4),
                 self.remark(int(k)),
             )
             for k in upper
         ]
-        headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
+        headings = ("mode", "frequency, Hz", "damping ratio", "growth rate, 1/s", "")
         kinds = ["unstable" if self.unstable[k] and not self.marginal[k] else "" for k in upper]
         return Summary(tables=[Table(f"Modes of {self.combination}", headings, rows, kinds)])
 

@@ -20,6 +20,15 @@ if TYPE_CHECKING:
 
 #: Events that a table shows.
 SHOWN = 12
+#: What happens at an event of a kind.
+KINDS = {
+    "velocity": "the slip velocity reaches zero",
+    "slip+": "sticking ends, positive sliding begins",
+    "slip-": "sticking ends, negative sliding begins",
+    "release": "the contact opens",
+    "impact": "the contact closes",
+    "accumulation": "infinitely many bounces end",
+}
 
 
 class Event(NamedTuple):
@@ -146,11 +155,16 @@ class Events(Sequence[Event], Shown):
         return "\n".join([f"Events({len(self)})", *rows, *more])
 
     def summary(self) -> Summary:
-        """Return a table of the first events."""
-        rows = [(f"{one.time:.12f}", one.name, one.kind, one.combination) for one in self[:SHOWN]]
-        caption = f"{len(self)} events" + (f", the first {SHOWN}" if len(self) > SHOWN else "")
+        """Return a table of the last events, and what their kinds mean."""
+        first = max(0, len(self) - SHOWN)
+        rows = [(f"{one.time:.12f}", one.name, one.kind, one.combination) for one in self[first:]]
+        caption = f"Events {first + 1} to {len(self)}" if first else "Events"
         headings = ("time, s", "contact", "kind", "combination after")
-        return Summary(tables=[Table(caption, headings, rows)])
+        tables = [Table(caption, headings, rows)]
+        if rows:
+            kinds = dict.fromkeys(one.kind for one in self[first:])
+            tables.append(Table("Kinds", ("kind", "what happens"), [(kind, KINDS[kind]) for kind in kinds]))
+        return Summary(tables=tables)
 
 
 class Grazing(NamedTuple):

@@ -7,7 +7,6 @@ import scipy.sparse
 from markupsafe import Markup
 
 from stickslip import plot
-from stickslip.locus.critical import CriticalPoint
 from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
@@ -26,7 +25,6 @@ KINDS = {
     "crossing": "crossing of the largest real parts",
     "separation": "contact lost or regained",
 }
-TOWARD = {1: "destabilising", -1: "stabilising", 0: ""}
 
 
 def scene_section(found: Findings) -> Markup:
@@ -234,7 +232,7 @@ def loci_section(found: Findings) -> Markup:
             KINDS[point.kind],
             float(point.value),
             "" if np.isnan(point.frequency) else float(point.frequency),
-            _remark(point),
+            point.remark,
         ]
         for point in sorted(found.critical, key=lambda point: point.value)
     ]
@@ -256,13 +254,6 @@ def loci_section(found: Findings) -> Markup:
         if not exists.all()
         else "",
     )
-
-
-def _remark(point: CriticalPoint) -> str:
-    if point.contact is not None:
-        return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
-    remarks = [TOWARD[point.direction], "" if point.steady_sliding else "no steady sliding"]
-    return ", ".join(remark for remark in remarks if remark)
 
 
 def _verdict(modes: Modes, mode: int) -> str:

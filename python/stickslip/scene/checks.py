@@ -216,18 +216,20 @@ def dof_names(dofs: Sequence[str] | None, size: int) -> tuple[str, ...]:
     names = tuple(dofs)
     if len(names) != size:
         raise InputError(f"dofs: expected {size} names, got {len(names)}")
+    seen: set[str] = set()
     for name in names:
         if not isinstance(name, str):
             raise InputError(f"dofs: expected names, got {described(name)}")
         if not name.strip():
             raise InputError(f"dofs: expected names that are not empty, got {name!r}")
-        if names.count(name) > 1:
+        if name in seen:
             raise InputError(f"dofs: {name!r} names more than one dof")
+        seen.add(name)
     return names
 
 
-def package(name: str, wanted: str) -> Any:
-    """Return a package of the extra ``study``.
+def package(name: str, wanted: str, extra: str = "study") -> Any:
+    """Return a package of an extra.
 
     Raises
     ------
@@ -237,4 +239,4 @@ def package(name: str, wanted: str) -> Any:
     try:
         return import_module(name)
     except ImportError:
-        raise InputError(f"{wanted}: this needs {name}; pip install 'stickslip[study]'") from None
+        raise InputError(f"{wanted}: this needs {name}; pip install 'stickslip[{extra}]'") from None

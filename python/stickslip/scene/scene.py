@@ -36,6 +36,7 @@ from stickslip.scene.contact import (
     nearest,
     per_contact,
 )
+from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -105,6 +106,9 @@ class Scene(Shown):
         forces, or friction that another program put into its stiffness. None: no such forces. Its symmetric
         part stores energy as K does. An unsymmetric stiffness A is ``stiffness=(A + A.T) / 2,
         circulatory=(A - A.T) / 2``.
+    mesh
+        Where the dofs lie, for drawings: what `stickslip.fe.assemble` makes of its bodies; None: not known.
+        It has no part in any equation, and no place in a scene file.
 
     Raises
     ------
@@ -123,6 +127,7 @@ class Scene(Shown):
     impact_friction: bool
     gyroscopic: Matrix | None
     circulatory: Matrix | None
+    mesh: Mesh | None
     core: _core.Scene = dataclasses.field(repr=False)
     #: The model function with the arguments that this scene was made of, or None; see `save`.
     model: partial[Scene] | None = dataclasses.field(repr=False)
@@ -138,6 +143,7 @@ class Scene(Shown):
         impact_friction: bool = False,
         gyroscopic: Any = None,
         circulatory: Any = None,
+        mesh: Mesh | None = None,
     ) -> None:
         m = mass_array(mass)
         size = m.shape[0]
@@ -174,6 +180,7 @@ class Scene(Shown):
             impact_friction=bool(impact_friction),
             gyroscopic=g,
             circulatory=h,
+            mesh=mesh,
             core=core,
             model=None,
         )
@@ -267,6 +274,7 @@ class Scene(Shown):
             self.impact_friction,
             self.gyroscopic,
             self.circulatory,
+            self.mesh,
         )
         return _restored, (arguments, self.model)
 

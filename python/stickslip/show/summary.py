@@ -71,16 +71,28 @@ class Shown(ABC):
         return self.summary()._repr_html_()
 
 
+def cell(entry: object) -> str:
+    """Return an entry of a table as text; a zero has no sign."""
+    return f"{entry + 0.0:.6g}" if isinstance(entry, float | int) else str(entry)
+
+
 def _columns(table: Table) -> str:
-    numeric = [any(isinstance(row[k], float | int) for row in table.rows) for k in range(len(table.headings))]
-    cells = [list(table.headings)]
-    cells += [[f"{x + 0.0:.6g}" if isinstance(x, float | int) else str(x) for x in row] for row in table.rows]
-    widths = [max(len(row[k]) for row in cells) for k in range(len(table.headings))]
-    lines = [
-        "  ".join(
-            f"{cell:>{width}}" if right else f"{cell:<{width}}"
-            for cell, width, right in zip(row, widths, numeric, strict=True)
-        ).rstrip()
-        for row in cells
-    ]
-    return "\n".join([table.caption, *lines])
+    cells = [list(table.headings), *(list(map(cell, row)) for row in table.rows)]
+    columns = [[row[k] for row in cells] for k in range(len(table.headings))]
+    lines = zip(*map(_aligned, columns), strict=True)
+    return "\n".join([table.caption, *("  ".join(line).rstrip() for line in lines)])
+
+
+def _aligned(column: list[str]) -> list[str]:
+    """Return the cells of a column, the first its heading, as wide as the widest, numbers to the right."""
+    width = max(map(len, column))
+    numbers = column[1:] and all(map(_is_number, filter(None, column[1:])))
+    return [f"{text:>{width}}" if numbers else f"{text:<{width}}" for text in column]
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

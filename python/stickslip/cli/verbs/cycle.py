@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
-import numpy as np
 
 import stickslip as ss
 from stickslip.cli.exits import NEGATIVE
@@ -14,15 +13,9 @@ from stickslip.cli.options import (
     Number,
     answer_options,
     motion_options,
-    table,
+    show,
     waiting,
 )
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-#: Multipliers that are shown.
-SHOWN = 6
 
 
 @click.command()
@@ -62,24 +55,6 @@ def cycle(
     answer.give(
         lambda: found.to_dataset(samples),
         ("phase",),
-        lambda out: _show(out, found),
+        lambda out: show(out, found.summary()),
         lambda: limit_cycle(found),
     )
-
-
-def _show(out: Console, found: ss.Cycle) -> None:
-    verdict = "[bold red]unstable[/]" if found.stable is False else found.stability
-    doubled = ", period-doubled" if found.period_doubled else ""
-    period = f"Period {1e3 * found.period:.9g} ms ({found.frequency:.6g} Hz)"
-    out.print(f"{period}, main line {found.main_frequency():.6g} Hz{doubled}; {verdict}")
-    rows = []
-    for name, duration in zip(found.combinations, found.durations, strict=True):
-        modes = found.modes[name]
-        lines = modes.frequencies[modes.eigenvalues.imag >= 0.0]
-        rows.append((name, f"{1e3 * duration:.6f}", " ".join(f"{line:.2f}" for line in lines)))
-    out.print(table("Phases", ("status", "duration, ms", "frequencies of its modes, Hz"), rows))
-    multipliers = found.transverse_multipliers[:SHOWN]
-    listed = ", ".join(f"{abs(m):.6g} ∠ {np.degrees(np.angle(m)):.1f}°" for m in multipliers)
-    if np.isnan(found.largest_multiplier):
-        listed = "not known"
-    out.print(f"Largest multipliers: {listed}; {found.structural_zeros} zero by structure")

@@ -6,15 +6,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-import numpy as np
 
 import stickslip as ss
-from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, table, waiting
-from stickslip.modes.modes import signed
+from stickslip.cli.options import Answer, answer_options, loaded, scene_argument, show, waiting
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Console
 
 
 @click.command()
@@ -72,7 +69,7 @@ def modes(
         wrong = [number for number in numbers if number >= len(found)]
         if wrong:
             raise click.BadParameter(f"--modes: the scene has the modes 0 to {len(found) - 1}, got {wrong}")
-    answer.give(found.to_dataset, ("mode",), lambda out: _show(out, found), drawn)
+    answer.give(found.to_dataset, ("mode",), lambda out: show(out, found.summary()), drawn)
 
 
 def _numbers(text: str | None) -> list[int] | None:
@@ -82,28 +79,3 @@ def _numbers(text: str | None) -> list[int] | None:
     if not all(part.strip().isdecimal() for part in parts):
         raise click.BadParameter(f"expected numbers of modes such as 0,2,4, got {text!r}")
     return [int(part) for part in parts]
-
-
-def _show(out: Console, found: ss.Modes) -> None:
-    upper = found.eigenvalues.imag >= 0.0
-    rows = [
-        (
-            str(number),
-            f"{hertz:.4f}",
-            signed(ratio, 6),
-            signed(value.real, 4),
-            ("marginal" if marginal else "[bold red]unstable[/]" if unstable else "stable")
-            + (", real" if value.imag == 0.0 else ""),
-        )
-        for number, value, hertz, ratio, marginal, unstable in zip(
-            np.flatnonzero(upper),
-            found.eigenvalues[upper],
-            found.frequencies[upper],
-            found.damping_ratios[upper],
-            found.marginal[upper],
-            found.unstable[upper],
-            strict=True,
-        )
-    ]
-    headings = ("mode", "frequency, Hz", "damping ratio", "real part, 1/s", "")
-    out.print(table(f"Modes of status {found.combination}", headings, rows))

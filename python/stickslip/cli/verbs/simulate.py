@@ -12,26 +12,13 @@ from stickslip.cli.options import (
     Number,
     answer_options,
     motion_options,
-    table,
+    show,
     waiting,
 )
 from stickslip.scene.contact import dof_index
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
-    from rich.console import Console
-
-#: Events that are shown of a run.
-SHOWN = 12
-#: What happens at an event of a kind.
-KINDS = {
-    "velocity": "the slip velocity reaches zero",
-    "slip+": "sticking ends, positive sliding begins",
-    "slip-": "sticking ends, negative sliding begins",
-    "release": "the contact opens",
-    "impact": "the contact closes",
-    "accumulation": "infinitely many bounces end",
-}
 
 
 @click.command()
@@ -77,7 +64,7 @@ def simulate(
         answer.give(
             lambda: run.to_dataset(samples),
             ("event",) if events else ("time",),
-            lambda out: _show(out, run),
+            lambda out: show(out, run.summary()),
             lambda: _figure(run, dofs),
         )
 
@@ -95,26 +82,3 @@ def _figure(run: ss.types.Motion, dofs: tuple[str, ...]) -> Figure:
     from stickslip.plot import history
 
     return history(run, dofs or None)
-
-
-def _show(out: Console, run: ss.types.Motion) -> None:
-    out.print(repr(run), markup=False)
-    shares = run.time_by_combination()
-    total = run.duration or 1.0
-    rows = [(name, f"{time:.6g}", f"{100.0 * time / total:.2f}") for name, time in shares.items()]
-    out.print(table("Time by status combination", ("status", "time, s", "%"), rows))
-    events = run.events
-    first = max(0, len(events) - SHOWN)
-    listed = [
-        (f"{events.time[k]:.12f}", str(run.scene.contact_labels()[events.contact[k]]), *_what(events, k))
-        for k in range(first, len(events))
-    ]
-    title = f"Events {first + 1} to {len(events)}" if first else "Events"
-    out.print(table(title, ("time, s", "contact", "kind", "then"), listed))
-    kinds = dict.fromkeys(map(str, events.kind[first:]))
-    if kinds:
-        out.print("Kinds: " + "; ".join(f"{kind}: {KINDS[kind]}" for kind in kinds), markup=False)
-
-
-def _what(events: ss.types.Events, k: int) -> tuple[str, str]:
-    return str(events.kind[k]), str(events.combination[k])

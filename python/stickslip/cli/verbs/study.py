@@ -21,6 +21,7 @@ from stickslip.cli.options import (
     started,
     table,
 )
+from stickslip.show.summary import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -141,7 +142,7 @@ def _show(out: Console, made: ss.Study, results: xr.Dataset) -> None:
         for row in _rows(results, column.name)
     ]
     headings = ("output", "samples", "mean", "deviation", *(f"{q:.0%}" for q in QUANTILES), "unit")
-    out.print(table("Distributions", headings, rows))
+    out.print(table(Table("Distributions", headings, rows)))
 
 
 def _rows(results: xr.Dataset, name: str) -> list[tuple[str, ...]]:

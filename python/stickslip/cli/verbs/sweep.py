@@ -20,6 +20,7 @@ from stickslip.cli.options import (
     table,
 )
 from stickslip.files.case import parameter_values
+from stickslip.show.summary import Table
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -125,7 +126,9 @@ def _show(
     ((name, axis),) = values.items()
     if modes is not None:
         # A search for critical points would follow all modes.
-        out.print(table("Changes of stability", ("between", "and", ""), _changes(np.asarray(axis), stable)))
+        out.print(
+            table(Table("Changes of stability", ("between", "and", ""), _changes(np.asarray(axis), stable)))
+        )
         return
     limits: dict[str, Any] = {name: (float(np.min(axis)), float(np.max(axis)))}
     points = ss.critical_points(case.model, combination, over=limits)
@@ -134,11 +137,11 @@ def _show(
             point.kind.replace("_", "-"),
             f"{point.value:.12g}",
             "" if np.isnan(point.frequency) else f"{point.frequency:.4f}",
-            _remark(point, combination),
+            point.remark,
         )
         for point in points
     ]
-    out.print(table("Critical points", ("kind", name, "frequency, Hz", ""), rows))
+    out.print(table(Table("Critical points", ("kind", name, "frequency, Hz", ""), rows)))
 
 
 def _marginal(
@@ -165,12 +168,3 @@ def _changes(axis: Any, stable: Any) -> list[tuple[str, ...]]:
         (f"{ascending[k]:.6g}", f"{ascending[k + 1]:.6g}", "lost" if verdicts[k] else "gained")
         for k in changed
     ]
-
-
-def _remark(point: ss.types.CriticalPoint, combination: str | None) -> str:
-    if point.kind == "separation":
-        return f"contact {point.name} {'opens' if point.direction > 0 else 'closes'}"
-    toward = {1: "destabilising", -1: "stabilising", 0: ""}[point.direction]
-    if point.steady_sliding or combination is not None:
-        return toward
-    return f"{toward}, no steady sliding".removeprefix(", ")

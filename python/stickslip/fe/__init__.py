@@ -1,0 +1,13 @@
+"""Finite elements: bodies and their matrices, contact pairs, scenes, reduced models, motions on the mesh.
+
+Data flows one way: files or arrays -> `Body` -> `contact_pairs` -> `assemble` -> a `Scene` -> `reduce`, and
+displacements of either scene -> `write_vtu`.
+"""
+
+from stickslip.fe.assembly import assemble
+from stickslip.fe.body import Body
+from stickslip.fe.pairs import Pairs, Rotation, contact_pairs
+from stickslip.fe.readers import read
+from stickslip.fe.surface import Surface
+
+__all__ = ["Body", "Pairs", "Rotation", "Surface", "assemble", "contact_pairs", "read"]

@@ -1,0 +1,375 @@
+"""A finite-element body: sparse matrices, and where its dofs lie."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+from numpy.typing import NDArray
+
+from stickslip.faults import InputError
+from stickslip.fe.surface import Surface
+from stickslip.scene.checks import Real, described, real_array, real_matrix
+from stickslip.scene.contact import nearest
+from stickslip.scene.scene import Proportional
+from stickslip.show.mesh import Mesh
+from stickslip.show.summary import Shown, Summary
+
+#: Relative difference of two entries that mirror each other above which a matrix is not symmetric.
+SYMMETRY = 1e-10
+#: The matrices of a body, by the names of `Scene`.
+MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory")
+
+
+class Body(Shown):
+    """The matrices of one meshed part, its dofs named "node.direction", and its points.
+
+    Parameters
+    ----------
+    mass, stiffness
+        M and K, (n, n) symmetric, dense or sparse, kg and N/m; a mass may be (n,).
+    dofs
+        Names "node.direction", n of them: "12.1" is the displacement of node 12 along x, "12.2" along y,
+        "12.3" along z; directions 4 to 6 are rotations. None: every node of `points` has all directions, node
+        by node.
+    points
+        Where the nodes lie, m: (p, d) for the nodes 1 to p, d = 2 or 3, or a mapping from node number to its
+        d coordinates. None: not known; such a body has no surfaces.
+    damping
+        C: `Proportional`, an (n, n) symmetric matrix, or None.
+    gyroscopic, circulatory
+        G (skew-symmetric) and H as in `Scene`; None: no such forces.
+    cells
+        Node numbers of the elements by meshio's name of their kind, such as ``{"hexahedron": (m, 8)}``. They
+        turn the normals of surfaces outward and are drawn.
+    surfaces
+        Parts of the boundary by name: facets as node numbers, (f, 2) in the plane and (f, 3) or (f, 4) in
+        space, or a list of nodes, which has no normals. Without `cells`, the nodes of a facet run
+        counterclockwise for one who looks at the body from outside; in the plane the body lies to the left
+        of a facet.
+    name
+        Begins the names of the dofs in a scene ("pad.12.1"), which must be different over its bodies. None:
+        they stay as they are.
+
+    Attributes
+    ----------
+    notes
+        What a reader did to the files: triangles mirrored, dofs left out, matrices split.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit, a matrix is not symmetric, a number is not finite, a name is no "node.direction"
+        or comes twice, or a node is not known.
+    """
+
+    def __init__(
+        self,
+        mass: Any,
+        stiffness: Any,
+        *,
+        points: Any = None,
+        dofs: Sequence[str] | None = None,
+        damping: Any = None,
+        gyroscopic: Any = None,
+        circulatory: Any = None,
+        cells: Mapping[str, Any] | None = None,
+        surfaces: Mapping[str, Any] | None = None,
+        name: str | None = None,
+        notes: Sequence[str] = (),
+    ) -> None:
+        if name is not None and not (isinstance(name, str) and name.strip()):
+            raise InputError(f"name: expected a text that is not empty, or None, got {name!r}")
+        self.name, self.notes = name, tuple(notes)
+        self.stiffness = square("stiffness", stiffness, None, 1)
+        size = self.stiffness.shape[0]
+        lumped = not scipy.sparse.issparse(mass) and np.ndim(mass) == 1
+        self.mass = square(
+            "mass", scipy.sparse.diags_array(real_array("mass", mass, 1)) if lumped else mass, size, 1
+        )
+        proportional = damping is None or isinstance(damping, Proportional)
+        self.damping = damping if proportional else square("damping", damping, size, 1)
+        self.gyroscopic = None if gyroscopic is None else square("gyroscopic", gyroscopic, size, -1)
+        self.circulatory = None if circulatory is None else square("circulatory", circulatory, size, 0)
+        self.nodes, self.points = _nodes(points)
+        if dofs is None and self.points is None and size:
+            raise InputError("dofs: names are needed where no points are given")
+        if dofs is None:
+            assert self.points is not None
+            dofs = [f"{node}.{k + 1}" for node in self.nodes for k in range(self.points.shape[1])]
+        self.dofs = tuple(dofs)
+        if len(self.dofs) != size:
+            raise InputError(f"dofs: expected {size} names for matrices of {size} rows, got {len(self.dofs)}")
+        self.place = {_split(dof): k for k, dof in enumerate(self.dofs)}
+        if len(self.place) != size:
+            twice = next(dof for k, dof in enumerate(self.dofs) if self.place[_split(dof)] != k)
+            raise InputError(f"dofs: {twice!r} names more than one dof")
+        self._known = {int(node): k for k, node in enumerate(self.nodes)}
+        if self.points is not None:
+            for dof in self.dofs:
+                if _split(dof)[0] not in self._known:
+                    raise InputError(f"dofs: {dof!r} is of a node without a point")
+        self.cells: dict[str, NDArray[np.int64]] = {
+            kind: self.node_places(f"cells[{kind!r}]", nodes, 2) for kind, nodes in (cells or {}).items()
+        }
+        self._surfaces = {
+            key: self.node_places(f"surfaces[{key!r}]", nodes, 1, 2)
+            for key, nodes in (surfaces or {}).items()
+        }
+
+    @property
+    def size(self) -> int:
+        """Number of dofs, n."""
+        return len(self.dofs)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the dofs in a scene: with the name of the body, if it has one."""
+        return self.dofs if self.name is None else tuple(f"{self.name}.{dof}" for dof in self.dofs)
+
+    def node_places(self, argument: str, nodes: Any, *ranks: int) -> NDArray[np.int64]:
+        """Return the places of nodes among the points, for an array of node numbers.
+
+        Raises
+        ------
+        InputError
+            If the points are not known or there is no node of a number.
+        """
+        if self.points is None:
+            raise InputError(f"{argument}: the body has no points")
+        numbers = np.asarray(nodes)
+        if numbers.dtype.kind not in "iu" or numbers.ndim not in ranks or not numbers.size:
+            raise InputError(
+                f"{argument}: expected node numbers in {' or '.join(map(str, ranks))} dimensions, "
+                f"got {described(nodes)}"
+            )
+        try:
+            found = [self._known[int(number)] for number in numbers.flat]
+        except KeyError as error:
+            raise InputError(f"{argument}: there is no node {error.args[0]}") from None
+        return np.array(found, dtype=np.int64).reshape(numbers.shape)
+
+    def surface(self, surface: str | Any) -> Surface:
+        """Return a part of the boundary by its name, or for node numbers as in `surfaces`.
+
+        Raises
+        ------
+        InputError
+            If the name or a node is unknown, a facet is of another kind or has no area.
+        """
+        if not isinstance(surface, str):
+            return Surface(self, "given", self.node_places("surface", surface, 1, 2))
+        if surface not in self._surfaces:
+            known = nearest(surface, list(self._surfaces)) if self._surfaces else "; the body has none"
+            raise InputError(f"surface: unknown {surface!r}{known}")
+        return Surface(self, surface, self._surfaces[surface])
+
+    def held(self, dofs: Iterable[str] | Surface, directions: Sequence[int] = (1, 2, 3)) -> Body:
+        """Return the body with some dofs held at zero: their rows and columns are gone.
+
+        Parameters
+        ----------
+        dofs
+            Names of dofs, or a surface all of whose nodes are held.
+        directions
+            Of a surface: in which directions.
+
+        Raises
+        ------
+        InputError
+            If a name is unknown, or the surface is not one of this body.
+        """
+        if isinstance(dofs, Surface):
+            if dofs.body is not self:
+                raise InputError(f"dofs: surface {dofs.name!r} is one of another body")
+            asked = [(int(node), k) for node in dofs.numbers for k in directions]
+            gone = [self.place[key] for key in asked if key in self.place]
+        else:
+            table = {name: k for names in (self.dofs, self.names) for k, name in enumerate(names)}
+            listed = list(dofs)
+            unknown = [dof for dof in listed if dof not in table]
+            if unknown:
+                raise InputError(f"dofs: unknown dof {unknown[0]!r}{nearest(str(unknown[0]), self.dofs)}")
+            gone = [table[dof] for dof in listed]
+        kept = np.setdiff1d(np.arange(self.size), gone)
+        body = object.__new__(Body)
+        body.__dict__.update(
+            {key: value for key, value in self.__dict__.items() if key not in ("mesh",)}
+            | {
+                key: value[kept][:, kept]
+                for key in MATRICES
+                if scipy.sparse.issparse(value := getattr(self, key))
+            }
+            | {"dofs": tuple(self.dofs[k] for k in kept)}
+        )
+        body.place = {_split(dof): k for k, dof in enumerate(body.dofs)}
+        return body
+
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """Points, the dofs that move them, and cells; None where no points are known."""
+        if self.points is None:
+            return None
+        places = np.full(self.points.shape, -1, dtype=np.int64)
+        for (node, direction), k in self.place.items():
+            if direction <= self.points.shape[1]:
+                places[self._known[node], direction - 1] = k
+        return Mesh(self.points, places, self.cells)
+
+    @classmethod
+    def from_skfem(
+        cls, basis: Any, mass: Any, stiffness: Any, *, damping: Any = None, name: str | None = None
+    ) -> Body:
+        """Return the body of a scikit-fem basis: points, cells and named boundaries of its mesh come along.
+
+        Parameters
+        ----------
+        basis
+            ``skfem.Basis(mesh, skfem.ElementVector(...))`` of an element with dofs at the corners only; the
+            surfaces are ``mesh.with_boundaries(...)``.
+        mass, stiffness, damping, name
+            As above; what a form of the basis assembles.
+
+        Raises
+        ------
+        InputError
+            If the element has other dofs, or anything is ill-posed.
+        """
+        mesh, rows = basis.mesh, np.asarray(basis.nodal_dofs)
+        count = mesh.p.shape[1]
+        if rows.shape != mesh.p.shape or rows.size != basis.N:
+            raise InputError(
+                "basis: expected an ElementVector with dofs at the corners of the cells only, such as "
+                "that of ElementHex1"
+            )
+        names = [""] * basis.N
+        for k, row in enumerate(rows):
+            for node, dof in enumerate(row):
+                names[dof] = f"{node + 1}.{k + 1}"
+        kinds = {(2, 3): "triangle", (2, 4): "quad", (3, 4): "tetra", (3, 8): "hexahedron"}
+        cells = np.asarray(mesh.t).T + 1
+        if (kind := kinds.get((mesh.p.shape[0], cells.shape[1]))) is None:
+            raise InputError(
+                f"basis: cells of {cells.shape[1]} nodes in {mesh.p.shape[0]} dimensions are not known here"
+            )
+        if kind == "hexahedron":
+            cells = cells[:, SKFEM_HEXAHEDRON]
+        boundaries = {key: _facets(mesh, indices) + 1 for key, indices in (mesh.boundaries or {}).items()}
+        points = np.ascontiguousarray(mesh.p.T)[:count]
+        return cls(
+            mass,
+            stiffness,
+            points=points,
+            dofs=names,
+            damping=damping,
+            cells={kind: cells},
+            surfaces=boundaries,
+            name=name,
+        )
+
+    def __repr__(self) -> str:
+        return "\n".join(
+            [f"Body({self.size} dofs)", *(f"  {name}: {what}" for name, what in self.summary().facts)]
+        )
+
+    def summary(self) -> Summary:
+        """Return the size of the body, its surfaces, and what a reader did."""
+        facts = [("dofs", str(self.size))]
+        if self.points is not None:
+            facts.append(("points", str(len(self.points))))
+        facts += [("cells", f"{len(nodes)} {kind}") for kind, nodes in self.cells.items()]
+        if self._surfaces:
+            facts.append(("surfaces", ", ".join(self._surfaces)))
+        return Summary(facts + [("note", note) for note in self.notes])
+
+
+#: The order of the corners of a hexahedron in scikit-fem, as places in the order of VTK.
+SKFEM_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
+
+
+def square(argument: str, value: Any, size: int | None, sign: int) -> scipy.sparse.csr_array:
+    """Return a sparse square matrix that is finite and symmetric (sign 1), skew (-1), or any (0).
+
+    Raises
+    ------
+    InputError
+        Naming the first entry that is wrong.
+    """
+    rows = scipy.sparse.csr_array(real_matrix(argument, value), dtype=np.float64, copy=True)
+    rows.sum_duplicates()
+    if not rows.shape[0] or (size is not None and rows.shape != (size, size)):
+        raise InputError(f"{argument}: expected shape ({size or 'n'}, {size or 'n'}), got {rows.shape}")
+    entries = rows.tocoo()
+    if not np.isfinite(entries.data).all():
+        k = int(np.flatnonzero(~np.isfinite(entries.data))[0])
+        raise InputError(f"{argument}: must be finite, got {entries.data[k]} at {_entry(entries, k)}")
+    if sign:
+        mirrored = (sign * rows.T).tocsr()
+        wrong = (rows - mirrored).tocoo()
+        if wrong.nnz and np.abs(wrong.data).max() > SYMMETRY * np.abs(rows.data).max(initial=0.0):
+            k = int(np.abs(wrong.data).argmax())
+            i, j = int(wrong.coords[0][k]), int(wrong.coords[1][k])
+            kind = "symmetric" if sign > 0 else "skew-symmetric"
+            hint = ""
+            if argument in ("stiffness", "damping"):
+                other = "circulatory" if argument == "stiffness" else "gyroscopic"
+                hint = f"; split A as {argument}=(A + A.T) / 2, {other}=(A - A.T) / 2"
+            raise InputError(
+                f"{argument}: must be {kind}, got {rows[i, j]:g} at ({i}, {j}) and {rows[j, i]:g} at "
+                f"({j}, {i}){hint}"
+            )
+        rows = (0.5 * (rows + mirrored)).tocsr()
+    rows.sort_indices()
+    return rows
+
+
+def _entry(entries: scipy.sparse.coo_array, k: int) -> str:
+    return f"({entries.coords[0][k]}, {entries.coords[1][k]})"
+
+
+def _nodes(points: Any) -> tuple[NDArray[np.int64], Real | None]:
+    """Return node numbers and coordinates."""
+    if points is None:
+        return np.zeros(0, dtype=np.int64), None
+    if isinstance(points, Mapping):
+        numbers = list(points)
+        if not all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in numbers):
+            raise InputError(f"points: expected node numbers as keys, got {described(numbers)}")
+        nodes, rows = np.array(numbers, dtype=np.int64), real_array("points", list(points.values()), 2)
+    else:
+        rows = real_array("points", points, 2)
+        nodes = np.arange(1, len(rows) + 1)
+    if rows.shape[1] not in (2, 3):
+        raise InputError(f"points: expected 2 or 3 coordinates per node, got {rows.shape[1]}")
+    if not np.isfinite(rows).all():
+        k = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
+        raise InputError(f"points: must be finite, got {rows[k]} at node {nodes[k]}")
+    return nodes, rows
+
+
+def _split(dof: str) -> tuple[int, int]:
+    """Return node and direction of a name; 12.10 is no direction 1, names are text."""
+    node, dot, direction = dof.partition(".") if isinstance(dof, str) else ("", "", "")
+    if dot and node.lstrip("-").isdecimal() and direction in ("1", "2", "3", "4", "5", "6"):
+        return int(node), int(direction)
+    raise InputError(f"dofs: expected names 'node.direction' with a direction 1 to 6, got {dof!r}")
+
+
+def _facets(mesh: Any, indices: Any) -> NDArray[np.int64]:
+    """Return the nodes of facets of scikit-fem, around each."""
+    found = np.asarray(mesh.facets[:, np.asarray(indices)]).T
+    if found.shape[1] != 4:
+        return found
+    # scikit-fem sorts the nodes of a facet: start at the first and go round by the sense of the corners.
+    corners = mesh.p.T[found]
+    middle = corners.mean(axis=1, keepdims=True)
+    first = corners[:, :1] - middle
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, None]
+    side = np.cross(np.broadcast_to(normal, first.shape), first)
+    offsets = corners - middle
+    length, width = (np.linalg.norm(v, axis=-1) for v in (first, side))
+    angle = np.arctan2((offsets * side).sum(-1) / width, (offsets * first).sum(-1) / length)
+    return np.take_along_axis(found, np.argsort(angle, axis=1), axis=1)

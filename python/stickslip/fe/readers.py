@@ -1,0 +1,411 @@
+"""Bodies from files: CalculiX, Abaqus, Harwell-Boeing, Matrix Market, `.npz`, `.mat`."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.io
+import scipy.sparse
+
+from stickslip.faults import InputError
+from stickslip.fe.body import Body
+from stickslip.fe.entries import (
+    Entries,
+    coordinates,
+    read_lines,
+    symmetric_parts,
+    table,
+    whole,
+)
+from stickslip.fe.harwell_boeing import read_harwell_boeing
+from stickslip.scene.checks import described, package
+from stickslip.scene.contact import nearest
+from stickslip.scene.scene import Proportional
+
+#: What a file holds by the end of its name: CalculiX, and Abaqus with the number of the step.
+CALCULIX = {".sti": "stiffness", ".mas": "mass"}
+ABAQUS = {"STIF": "stiffness", "MASS": "mass", "DMPV": "damping"}
+#: Names of arrays in an archive.
+ARRAYS = {
+    "mass": ("mass", "M"),
+    "stiffness": ("stiffness", "K"),
+    "damping": ("damping", "C"),
+    "gyroscopic": ("gyroscopic", "G"),
+    "circulatory": ("circulatory", "H"),
+}
+#: Factors to SI of the units of length, mass and stiffness.
+UNITS = {"m-kg-s": (1.0, 1.0, 1.0), "mm-t-s": (1e-3, 1e3, 1e3)}
+#: A diagonal entry from which on a dof of an Abaqus matrix is constrained (it writes 1e36).
+CONSTRAINED = 1e35
+
+
+class Found(NamedTuple):
+    """A matrix of a file: with the names of its dofs, if the file has them."""
+
+    matrix: scipy.sparse.csr_array
+    dofs: tuple[str, ...] | None
+    note: str
+
+
+def read(
+    *files: str | Path,
+    mass: str | Path | None = None,
+    stiffness: str | Path | None = None,
+    damping: Any = None,
+    gyroscopic: str | Path | None = None,
+    circulatory: str | Path | None = None,
+    dofs: str | Path | Sequence[str] | None = None,
+    points: Any = None,
+    mesh: Any = None,
+    surfaces: Any = None,
+    units: str = "m-kg-s",
+    name: str | None = None,
+) -> Body:
+    """Return a body whose matrices another program wrote.
+
+    Parameters
+    ----------
+    *files
+        Files whose name says what they hold: ``pad.sti``, ``pad.mas``, ``pad.dof`` of CalculiX
+        (``*FREQUENCY, SOLVER=MATRIXSTORAGE``); ``pad_STIF2.mtx``, ``pad_MASS2.mtx``, ``pad_DMPV2.mtx`` of
+        Abaqus (``*MATRIX OUTPUT, FORMAT=MATRIX INPUT`` or ``COORDINATE``); one ``.npz`` or ``.mat`` with
+        arrays ``mass`` or ``M``, ``stiffness`` or ``K``, and so on.
+    mass, stiffness, damping, gyroscopic, circulatory
+        Files of any other name: Harwell-Boeing ``.rsa``, ``.rua``, ``.hb``; Matrix Market or Abaqus ``.mtx``;
+        a sparse ``.npz``; CalculiX. `damping` may be a `Proportional`.
+    dofs
+        Names "node.direction", or a file with one a line. None: those of the files that have them (CalculiX,
+        MATRIX INPUT), else every direction of every node of `points`.
+    points, surfaces
+        As in `Body`; `points` in the unit of length of the files.
+    mesh
+        A `meshio.Mesh`, or a file that meshio reads, instead of `points`: its points are the nodes 1, 2, ...,
+        its cells are kept.
+    units
+        ``"m-kg-s"``, or ``"mm-t-s"``: matrices in N/mm and tonnes, as most decks have them.
+    name
+        As in `Body`.
+
+    Raises
+    ------
+    InputError
+        If a file is missing, truncated or damaged, if its entries are outside, not finite, twice there or in
+        the triangle that the format does not hold, or sizes and dofs of files differ; with file and line.
+
+    Notes
+    -----
+    What was mirrored, left out or split is in `Body.notes`. An unsymmetric stiffness becomes ``stiffness``
+    and ``circulatory``, an unsymmetric damping ``damping`` and ``gyroscopic``. CalculiX writes one triangle
+    even of the unsymmetric stiffness of a contact with friction, which loses friction without a word: export
+    bodies without contact and let `contact_pairs` make the contacts.
+    """
+    if units not in UNITS:
+        raise InputError(f"units: expected {' or '.join(map(repr, UNITS))}, got {units!r}")
+    proportional = damping if isinstance(damping, Proportional) else None
+    asked = {
+        "mass": mass, "stiffness": stiffness, "damping": None if proportional else damping,
+        "gyroscopic": gyroscopic, "circulatory": circulatory, "dofs": dofs,
+    }  # fmt: skip
+    for key, path in sorted_files(files).items():
+        if asked[key] is not None:
+            raise InputError(f"{key}: given by {path} and by {asked[key]}")
+        asked[key] = path
+    named = _names(asked.pop("dofs"))
+    notes: list[str] = []
+    for needed in ("stiffness", "mass"):
+        if asked[needed] is None:
+            raise InputError(f"{needed}: no file of it; files are told by their names, or by {needed}=")
+    size = None if named is None else len(named)
+    found = {key: _read(Path(str(path)), key, size) for key, path in asked.items() if path is not None}
+    named, matrices = _together(asked, found, named, notes)
+    matrices = _split(matrices, notes)
+    length, weight, spring = UNITS[units]
+    matrices = {key: (weight if key == "mass" else spring) * matrix for key, matrix in matrices.items()}
+    cells = None
+    if mesh is not None:
+        if points is not None:
+            raise InputError("mesh: given beside points")
+        points, cells = _mesh(mesh)
+    if points is not None and length != 1.0:
+        points = (
+            {node: length * np.asarray(row) for node, row in points.items()}
+            if isinstance(points, dict)
+            else length * np.asarray(points, dtype=float)
+        )
+    if proportional is not None:
+        if "damping" in matrices:
+            raise InputError("damping: given as Proportional and by an unsymmetric matrix")
+        matrices["damping"] = proportional
+    return Body(points=points, dofs=named, cells=cells, surfaces=surfaces, name=name, notes=notes, **matrices)
+
+
+def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
+    """Return for each file what it holds, by its name.
+
+    Raises
+    ------
+    InputError
+        If a name does not say it, or two say the same.
+    """
+    found: dict[str, str] = {}
+    for file in files:
+        path = Path(file)
+        suffix = path.suffix.lower()
+        match = re.search(r"_(STIF|MASS|DMPV)\d+$", path.stem.upper())
+        if suffix in (".npz", ".mat"):
+            keys = [key for key in ARRAYS if _array_name(path, key)]
+            keys += ["dofs"] if "dofs" in _archive(path) else []
+        elif suffix in CALCULIX:
+            keys = [CALCULIX[suffix]]
+        elif suffix == ".dof":
+            keys = ["dofs"]
+        elif suffix == ".mtx" and match:
+            keys = [ABAQUS[match[1]]]
+        else:
+            raise InputError(f"{path}: its name does not say what it holds; say mass=, stiffness=, ...")
+        for key in keys:
+            if key in found:
+                raise InputError(f"{key}: given by {found[key]} and by {path}")
+            found[key] = str(path)
+    return found
+
+
+def _read(path: Path, key: str, size: int | None) -> Found:
+    suffix = path.suffix.lower()
+    if suffix in (".npz", ".mat"):
+        return _from_archive(path, key)
+    if suffix in (".rsa", ".rua", ".hb"):
+        matrix, note = read_harwell_boeing(path)
+        return Found(matrix, None, note)
+    if suffix in CALCULIX:
+        return _calculix(path, size)
+    if suffix != ".mtx":
+        raise InputError(f"{path}: expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz or .mat")
+    lines = read_lines(path)
+    if lines and lines[0].startswith("%%"):
+        return _matrix_market(path, lines)
+    kept = ["" if line.lstrip().startswith("*") else line for line in lines]
+    first = next((line for line in kept if line.strip()), "")
+    if "," in first:
+        return _matrix_input(path, kept)
+    return _coordinate(path, kept, size)
+
+
+def _calculix(path: Path, size: int | None) -> Found:
+    """Read ``row column value`` lines: the upper triangle, every diagonal entry present."""
+    entries = coordinates(path, read_lines(path), 0)
+    count = size or int(entries.columns.max(initial=-1)) + 1
+    entries.checked(count)
+    missing = np.setdiff1d(np.arange(count), entries.rows[entries.rows == entries.columns])
+    if missing.size or not count:
+        raise InputError(
+            f"{path}, line {int(entries.lines.max(initial=0))}: the file ends without an entry "
+            f"({count and missing[0] + 1}, {count and missing[0] + 1}) of {count} rows"
+        )
+    matrix, note = entries.triangle(count, "upper")
+    return Found(matrix, None, note)
+
+
+def _matrix_market(path: Path, lines: list[str]) -> Found:
+    """Read a Matrix Market file: real or integer, coordinate, general or symmetric (lower triangle)."""
+    words = lines[0].lower().split()
+    known = (
+        len(words) == 5
+        and words[:3] == ["%%matrixmarket", "matrix", "coordinate"]
+        and words[3] in ("real", "integer")
+        and words[4] in ("general", "symmetric")
+    )
+    if not known:
+        raise InputError(
+            f"{path}, line 1: expected '%%MatrixMarket matrix coordinate real general' or 'symmetric', "
+            f"got {described(lines[0])}"
+        )
+    kept = ["" if line.startswith("%") else line for line in lines]
+    head = next((k for k, line in enumerate(kept) if line.strip()), len(kept))
+    counts, numbers = table(path, kept[: head + 1], head, 3)
+    if not len(counts):
+        raise InputError(f"{path}: no line of sizes")
+    rows, columns, announced = whole(path, counts[0], np.repeat(numbers, 3), "size")
+    if rows != columns or rows < 1:
+        raise InputError(f"{path}, line {head + 1}: expected a square matrix, got {rows} x {columns}")
+    entries = coordinates(path, kept, head + 1)
+    if entries.values.size != announced:
+        raise InputError(
+            f"{path}, line {head + 1}: {announced} entries announced, {entries.values.size} there"
+        )
+    if words[4] == "symmetric":
+        matrix, note = entries.triangle(int(rows), "lower")
+        return Found(matrix, None, note)
+    return Found(
+        entries.full(int(rows)), None, f"{path.name}: all entries of {rows} x {rows}, nothing mirrored"
+    )
+
+
+def _matrix_input(path: Path, lines: list[str]) -> Found:
+    """Read lines ``node, direction, node, direction, value``; Abaqus numbers internal nodes from -1 down."""
+    found, numbers = table(path, lines, 0, 5, ",")
+    columns = [
+        whole(path, found[:, k], numbers, what)
+        for k, what in enumerate(("node", "direction", "node", "direction"))
+    ]
+    for column in (columns[1], columns[3]):
+        if (wrong := (column < 1) | (column > 6)).any():
+            k = int(np.flatnonzero(wrong)[0])
+            raise InputError(f"{path}, line {numbers[k]}: expected a direction 1 to 6, got {column[k]}")
+    ends = np.stack([columns[0], columns[1], columns[2], columns[3]], axis=1).reshape(-1, 2)
+    keys, at = np.unique(ends, axis=0, return_inverse=True)
+    at = at.reshape(-1, 2)
+    entries = Entries(path, at[:, 0], at[:, 1], found[:, 4], numbers)
+    if not len(keys):
+        raise InputError(f"{path}: no entries")
+    matrix, note = entries.either(len(keys))
+    return Found(matrix, tuple(f"{node}.{direction}" for node, direction in keys), note)
+
+
+def _coordinate(path: Path, lines: list[str], size: int | None) -> Found:
+    """Read lines ``row column value`` of Abaqus."""
+    entries = coordinates(path, lines, 0)
+    if not entries.values.size:
+        raise InputError(f"{path}: no entries")
+    entries.refuse((entries.rows < 0) | (entries.columns < 0), "an internal node; write MATRIX INPUT instead")
+    matrix, note = entries.either(size or int(max(entries.rows.max(), entries.columns.max())) + 1)
+    return Found(matrix, None, note)
+
+
+def _archive(path: Path) -> dict[str, Any]:
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    try:
+        if path.suffix.lower() == ".mat":
+            return {k: v for k, v in scipy.io.loadmat(path).items() if not k.startswith("__")}
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            if {"format", "shape"} <= set(archive.files):
+                return {"": scipy.sparse.load_npz(path)}
+            return {key: archive[key] for key in archive.files}
+    except NotImplementedError:
+        raise InputError(f"{path}: MATLAB version 7.3; save it with '-v7'") from None
+    except Exception as error:  # A damaged file makes the readers raise anything.
+        raise InputError(f"{path}: not readable: {error}") from None
+
+
+def _array_name(path: Path, key: str) -> str | None:
+    held = _archive(path)
+    return next((name for name in ARRAYS[key] if name in held), None)
+
+
+def _from_archive(path: Path, key: str) -> Found:
+    held = _archive(path)
+    name = "" if "" in held else _array_name(path, key)
+    if name is None:
+        raise InputError(f"{path}: holds no {key}{nearest(key, list(held))}")
+    array = held[name]
+    place = f"{path}, {name}" if name else str(path)
+    dense = not scipy.sparse.issparse(array)
+    if dense and key == "mass" and 1 in array.shape and array.ndim <= 2 and array.size > 1:
+        array, dense = scipy.sparse.diags_array(array.ravel()), False
+    if array.dtype.kind not in "iuf" or array.ndim != 2 or array.shape[0] != array.shape[1]:
+        raise InputError(
+            f"{place}: expected a square matrix of real numbers, got {array.dtype} {array.shape}"
+        )
+    coo = scipy.sparse.coo_array(array, dtype=np.float64)
+    rows = coo.tocsr()
+    seen = coo.coords[0].astype(np.int64) * rows.shape[0] + coo.coords[1]
+    if np.unique(seen).size < seen.size:
+        raise InputError(f"{place}: holds an entry twice")
+    if not np.isfinite(coo.data).all():
+        k = int(np.flatnonzero(~np.isfinite(coo.data))[0])
+        raise InputError(f"{place}: not finite: row {coo.coords[0][k] + 1}, column {coo.coords[1][k] + 1}")
+    told = f"{path.name}, {name}" if name else path.name
+    size = rows.shape[0]
+    return Found(rows, None, f"{told}: all entries of {size} x {size}, nothing mirrored")
+
+
+def _names(given: Any) -> tuple[str, ...] | None:
+    """Return names of dofs that are given, or stand in a file one a line."""
+    if given is None or not isinstance(given, str | Path):
+        return None if given is None else tuple(given)
+    path = Path(given)
+    if path.suffix.lower() in (".npz", ".mat"):
+        return tuple(str(np.ravel(one)[0]) for one in np.ravel(_archive(path)["dofs"]))
+    found = []
+    for k, line in enumerate(read_lines(path)):
+        if line.strip():
+            if not re.fullmatch(r"\s*\d+\.[1-6]\s*", line):
+                raise InputError(f"{path}, line {k + 1}: expected node.direction, got {described(line)}")
+            found.append(line.strip())
+    seen: set[str] = set()
+    for k, dof in enumerate(found):
+        if dof in seen:
+            raise InputError(f"{path}, line {k + 1}: {dof} came before")
+        seen.add(dof)
+    return tuple(found)
+
+
+def _together(
+    asked: dict[str, Any], found: dict[str, Found], named: tuple[str, ...] | None, notes: list[str]
+) -> tuple[tuple[str, ...] | None, dict[str, scipy.sparse.csr_array]]:
+    """Return matrices over the same dofs: those of the stiffness, without constrained ones."""
+    stiffness = found["stiffness"]
+    notes += [one.note for one in found.values()]
+    order = named if named is not None else stiffness.dofs
+    matrices = {}
+    for key, one in found.items():
+        if one.dofs is None:
+            size = stiffness.matrix.shape[0] if named is None else len(named)
+            if one.matrix.shape[0] != size:
+                told = asked["stiffness"] if named is None else "dofs"
+                raise InputError(f"{asked[key]}: {one.matrix.shape[0]} rows, but {size} in {told}")
+            matrices[key] = one.matrix
+            continue
+        if order is None:
+            raise InputError(f"{asked[key]}: names its dofs, {asked['stiffness']} does not; say dofs=")
+        place = {dof: k for k, dof in enumerate(order)}
+        strange = [dof for dof in one.dofs if dof not in place]
+        if strange:
+            whose = asked["stiffness"] if named is None else "dofs"
+            raise InputError(f"{asked[key]}: dof {strange[0]} is not one of {whose}")
+        at = np.array([place[dof] for dof in one.dofs])
+        coo = one.matrix.tocoo()
+        matrices[key] = scipy.sparse.coo_array(
+            (coo.data, (at[coo.coords[0]], at[coo.coords[1]])), shape=(len(order), len(order))
+        ).tocsr()
+    held = np.flatnonzero(matrices["stiffness"].diagonal() >= CONSTRAINED)
+    if held.size:
+        kept = np.setdiff1d(np.arange(matrices["stiffness"].shape[0]), held)
+        matrices = {key: matrix[kept][:, kept] for key, matrix in matrices.items()}
+        if order is not None:
+            order = tuple(order[k] for k in kept)
+        notes.append(f"{held.size} dofs are constrained (diagonal from {CONSTRAINED:g} on) and left out")
+    return order, matrices
+
+
+def _split(matrices: dict[str, Any], notes: list[str]) -> dict[str, Any]:
+    """Return matrices in which the skew parts of stiffness and damping stand for themselves."""
+    for key, other in (("stiffness", "circulatory"), ("damping", "gyroscopic")):
+        if key not in matrices:
+            continue
+        matrices[key], skew, note = symmetric_parts(key, matrices[key])
+        if skew is not None and note is not None:
+            if other in matrices:
+                raise InputError(f"{key}: unsymmetric, and {other} is given too")
+            matrices[other] = skew
+            notes.append(note)
+    return matrices
+
+
+def _mesh(mesh: Any) -> tuple[Any, dict[str, Any]]:
+    """Return points and cells of a mesh of meshio, nodes counted from 1."""
+    if isinstance(mesh, str | Path):
+        meshio = package("meshio", f"{mesh}", "fe")
+        if not Path(mesh).is_file():
+            raise InputError(f"{mesh}: no such file")
+        mesh = meshio.read(mesh)
+    cells: dict[str, Any] = {}
+    for block in mesh.cells:
+        nodes = np.asarray(block.data) + 1
+        cells[block.type] = np.concatenate([cells[block.type], nodes]) if block.type in cells else nodes
+    return np.asarray(mesh.points, dtype=float), cells

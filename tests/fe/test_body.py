@@ -1,0 +1,167 @@
+"""Bodies: what they refuse, surfaces with normals and loads, and the matrices of CalculiX by scikit-fem."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse
+import skfem
+
+import stickslip as ss
+from meshed import elastic
+
+CALCULIX = Path(__file__).parent / "calculix"
+BOX = np.array([0.018, 0.008, 0.006])
+
+
+def box(kind, counts=(3, 1, 2)):
+    """Return a mesh of a box with its faces named."""
+    mesh = kind.init_tensor(*(np.linspace(0.0, side, n + 1) for side, n in zip(BOX, counts, strict=True)))
+    return mesh.with_boundaries(
+        {
+            "low": lambda x: x[2] < 1e-9,
+            "top": lambda x: x[2] > BOX[2] - 1e-9,
+            "left": lambda x: x[0] < 1e-9,
+        }
+    )
+
+
+@pytest.mark.parametrize(
+    ("mesh", "element"),
+    [(skfem.MeshHex, skfem.ElementHex1()), (skfem.MeshTet, skfem.ElementTetP1())],
+)
+def test_surfaces_of_a_box_in_space(mesh, element):
+    body = elastic(box(mesh), element, name="box")
+    rng = np.random.default_rng(1)
+    for name, outward, area in (
+        ("low", [0.0, 0.0, -1.0], BOX[0] * BOX[1]),
+        ("top", [0.0, 0.0, 1.0], BOX[0] * BOX[1]),
+        ("left", [-1.0, 0.0, 0.0], BOX[1] * BOX[2]),
+    ):
+        surface = body.surface(name)
+        assert len(surface) == {"low": 8, "top": 8, "left": 6}[name]
+        np.testing.assert_allclose(surface.normals, np.tile(outward, (len(surface), 1)), atol=1e-14)
+        np.testing.assert_allclose(surface.areas.sum(axis=0), area * np.array(outward), atol=1e-18)
+        # The load does the work of the pressure on any displacement that is linear in place.
+        gradient = rng.standard_normal((3, 3))
+        force = surface.pressure(2e6)
+        moved = {
+            f"box.{node}.{k + 1}": value
+            for node, row in zip(body.nodes, body.points @ gradient.T, strict=True)
+            for k, value in enumerate(row)
+        }
+        middle = gradient @ surface.points.mean(axis=0)
+        work = sum(value * moved[dof] for dof, value in force.items())
+        assert work == pytest.approx(-2e6 * area * middle @ outward, rel=1e-12)
+        pulled = surface.traction([1e5, 0.0, 0.0])
+        assert sum(pulled.values()) == pytest.approx(1e5 * area, rel=1e-12)
+        assert {dof.rsplit(".", 1)[1] for dof in pulled} == {"1"}
+
+
+def test_cells_are_in_the_order_of_vtk():
+    """Corners 0 to 3 go round one face, counterclockwise seen from 4 to 7, which lie above them."""
+    body = elastic(box(skfem.MeshHex), skfem.ElementHex1())
+    corners = body.points[body.cells["hexahedron"]]
+    one, other, up = (corners[:, k] - corners[:, 0] for k in (1, 3, 4))
+    np.testing.assert_allclose(corners[:, 2], corners[:, 0] + one + other, atol=1e-15)
+    np.testing.assert_allclose(corners[:, 4:] - corners[:, :4], np.repeat(up[:, None], 4, axis=1), atol=1e-15)
+    volume = np.einsum("ij,ij->i", np.cross(one, other), up)
+    np.testing.assert_allclose(volume, BOX.prod() / 6, rtol=1e-12)
+
+
+def test_calculix_stores_the_matrices_that_scikit_fem_assembles():
+    """The same hexahedra with full integration; CalculiX writes 14 digits in mm, t, s."""
+    pad = ss.fe.read(
+        *(CALCULIX / f"pad{suffix}" for suffix in (".sti", ".mas", ".dof")),
+        mesh=CALCULIX / "pad.inp",
+        units="mm-t-s",
+    )
+    body = elastic(box(skfem.MeshHex), skfem.ElementHex1())
+    body = body.held(body.surface("top"))
+    assert body.size == pad.size == 48
+    place = {
+        tuple(np.round(1e6 * point).astype(int)): node
+        for node, point in zip(body.nodes, body.points, strict=True)
+    }
+    same = []
+    for dof in pad.dofs:
+        node, direction = dof.split(".")
+        point = pad.points[int(node) - 1]
+        same.append(body.dofs.index(f"{place[tuple(np.round(1e6 * point).astype(int))]}.{direction}"))
+    for name in ("mass", "stiffness"):
+        peer, ours = getattr(pad, name), getattr(body, name)[same][:, same]
+        assert abs(ours - peer).max() < 1e-13 * abs(peer).max()
+
+
+def test_a_plane_body_and_held_dofs():
+    mesh = skfem.MeshQuad.init_tensor(np.linspace(0, 0.04, 5), np.linspace(0, 0.02, 3))
+    mesh = mesh.with_boundaries({"low": lambda x: x[1] < 1e-9, "top": lambda x: x[1] > 0.02 - 1e-9})
+    body = elastic(mesh, skfem.ElementQuad1())
+    low = body.surface("low")
+    np.testing.assert_allclose(low.normals, np.tile([0.0, -1.0], (5, 1)), atol=1e-14)
+    assert sum(low.pressure(1e6, thickness=0.01).values()) == pytest.approx(1e6 * 0.04 * 0.01)
+    held = body.held(body.surface("top"))
+    assert held.size == body.size - 10
+    assert held.surface("top").pressure(1e6) == {}
+    assert held.mesh.dofs.shape == (15, 2)
+    assert (held.mesh.dofs == -1).sum() == 10
+    kept = [body.dofs.index(dof) for dof in held.dofs]
+    assert abs(held.stiffness - body.stiffness[kept][:, kept]).max() == 0.0
+    assert body.held(["1.1"]).dofs == tuple(dof for dof in body.dofs if dof != "1.1")
+    # Displacements by point: of held dofs zero.
+    shown = held.mesh.displacements(np.arange(1.0, held.size + 1.0))
+    assert shown.shape == (15, 2)
+    assert (shown == 0.0).sum() == 10
+    assert len(held.mesh.edges()) == 4 * 3 + 5 * 2
+
+
+def test_facets_without_cells_are_taken_as_they_run():
+    points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
+    surfaces = {"up": [[1, 2, 3, 4]], "down": [[4, 3, 2, 1]], "nodes": [1, 3]}
+    body = ss.fe.Body(np.ones(12), np.eye(12), points=points, surfaces=surfaces)
+    np.testing.assert_allclose(body.surface("up").normals[0], [0, 0, 1])
+    np.testing.assert_allclose(body.surface("down").normals[0], [0, 0, -1])
+    assert body.surface("nodes").facets is None
+    assert body.surface([2, 4]).numbers.tolist() == [2, 4]
+    with pytest.raises(ss.InputError, match="its facets are needed"):
+        _ = body.surface("nodes").normals
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"mass": np.ones(5)}, r"mass: expected shape \(4, 4\), got \(5, 5\)"),
+        ({"stiffness": np.triu(np.ones((4, 4)))}, "stiffness: must be symmetric, got 1 at .* split A as"),
+        ({"stiffness": np.diag([1.0, np.nan, 1.0, 1.0])}, r"stiffness: must be finite, got nan at \(1, 1\)"),
+        ({"stiffness": scipy.sparse.csr_array((0, 0)), "mass": []}, "stiffness: expected shape"),
+        ({"gyroscopic": np.eye(4)}, "gyroscopic: must be skew-symmetric"),
+        ({"dofs": ["1.1", "1.2", "2.1"]}, "dofs: expected 4 names for matrices of 4 rows, got 3"),
+        ({"dofs": ["1.1", "1.2", "2.1", "1.1"]}, "dofs: '1.1' names more than one dof"),
+        ({"dofs": ["1.1", "1.2", "2.1", "2.10"]}, "dofs: expected names 'node.direction'"),
+        ({"dofs": ["1.1", "1.2", "3.1", "3.2"]}, "dofs: '3.1' is of a node without a point"),
+        ({"points": [[0.0, 0.0], [1.0, np.inf]]}, "points: must be finite, got .* at node 2"),
+        ({"points": [[0.0], [1.0]]}, "points: expected 2 or 3 coordinates per node, got 1"),
+        ({"points": None, "dofs": None}, "dofs: names are needed where no points are given"),
+        ({"surfaces": {"a": [[1, 5]]}}, r"surfaces\['a'\]: there is no node 5"),
+        ({"cells": {"line": [[0.5, 1.0]]}}, r"cells\['line'\]: expected node numbers"),
+        ({"name": ""}, "name: expected a text that is not empty"),
+    ],
+)
+def test_what_is_ill_posed_is_refused(changes, told):
+    good = {
+        "mass": np.ones(4),
+        "stiffness": np.eye(4),
+        "points": [[0.0, 0.0], [1.0, 0.0]],
+        "surfaces": {"a": [[1, 2]], "b": [[1, 2, 2]], "c": [[1, 1]]},
+    }
+    body = ss.fe.Body(**good)
+    assert body.dofs == ("1.1", "1.2", "2.1", "2.2")
+    with pytest.raises(ss.InputError, match=told):
+        ss.fe.Body(**{**good, **changes})
+    for name, expected in (
+        ("b", "expected facets of 2 nodes, got 3"),
+        ("c", "has no area"),
+        ("d", "unknown 'd'"),
+    ):
+        with pytest.raises(ss.InputError, match=expected):
+            body.surface(name)
