@@ -110,8 +110,9 @@ class QuasiStatic:
         opening |= {k for k, _ in kinds if abs(p[2 * k + 1]) <= zero and combination[k] == "s"}
         if jumping:
             start = x
+            # What slides goes on, what sticks holds, if it can.
             options = [
-                jumping.get(k, "") + "d" if k in jumping else "s+-d" if status != "d" else "d+-"
+                jumping[k] + "d" if k in jumping else "d" if status == "d" else status + "s+-d"
                 for k, status in enumerate(combination)
             ]
             at = [node.t @ x for node in self.nodes]
@@ -143,6 +144,8 @@ class QuasiStatic:
             elif status == "s":
                 slips = {kind[4] for c, kind in kinds if c == k and kind.startswith("slip")}
                 options.append("s" + "".join(slips - {jumping.get(k)}))
+            elif (k, "velocity") in kinds:
+                options.append("s" + status)
             else:
                 options.append(status + "s" if node.static > 0.0 else status)
 
@@ -194,9 +197,11 @@ class QuasiStatic:
                 load = load - self.damping @ y[self.m :]
                 return np.concatenate([y[self.m :], load / self.mass])
 
-            def event(key, combination=combination, held=held):
+            def event(key, combination=combination, held=held, begun=begun):
                 def value(t, y):
-                    return self.functions(combination, y, held(t))[key]
+                    found = self.functions(combination, y, held(t))[key]
+                    # What has just vanished leaves from zero, on either side by rounding.
+                    return abs(found) if t - begun < 1e-10 else found
 
                 value.terminal, value.direction = True, -1.0
                 return value
@@ -211,6 +216,7 @@ class QuasiStatic:
                 return y
             x, _ = self.held(combination, y[: self.m], places, rate=False)
             places = [node.t @ x for node in self.nodes]
+            assert len(self.events) < 200, "too many events"
             hit = [key for key, times in zip(keys, solution.t_events, strict=True) if len(times)]
             combination, places, _ = self.after(combination, hit, y, places)
             self.events.append((time, "/".join(f"{k}:{kind}" for k, kind in hit), combination))
