@@ -1,5 +1,10 @@
-"""Examples, run small."""
+"""Examples, run small, and those that open as notebooks, run as they are."""
 
+import re
+import runpy
+from pathlib import Path
+
+import matplotlib.image
 import numpy as np
 import pytest
 import stiffness_uncertainty as example
@@ -33,3 +38,22 @@ def test_stiffness_uncertainty(tmp_path):
         "When does it squeal?", "At which frequency?", "How strongly?", "Which spring matters?",
     ]  # fmt: skip
     assert all(axes.has_data() for axes in figure.axes)
+
+
+NOTEBOOKS = {
+    path.name: path
+    for path in Path(example.__file__).parent.glob("*.py")
+    if path.read_text(encoding="utf-8").startswith("# %% [markdown]")
+}
+
+
+@pytest.mark.parametrize("name", sorted(NOTEBOOKS))
+def test_a_notebook_runs_and_draws_its_figures(name, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    text = NOTEBOOKS[name].read_text(encoding="utf-8")
+    drawn = re.findall(r"`([\w-]+\.png)`", text.split("# %%\n", 1)[0])
+    assert drawn
+    assert "# ## What it means" in text
+    runpy.run_path(str(NOTEBOOKS[name]))
+    for picture in drawn:
+        assert np.ptp(matplotlib.image.imread(picture)[..., :3]) > 0.5

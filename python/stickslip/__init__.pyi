@@ -11,6 +11,7 @@ from .cycles.cycle import Cycle
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection
 from .errors import InputError, RunError, StickslipError
+from .explorer import explore
 from .files.case import Case, load_case, load_scene, save
 from .files.dataset_file import read_dataset, write_dataset
 from .files.study_file import study_of
@@ -57,6 +58,7 @@ __all__ = [
     "disturbed_sliding",
     "entry_sensitivity",
     "errors",
+    "explore",
     "fe",
     "follow_branch",
     "hopf_points",

@@ -41,8 +41,9 @@ _SparseData = tuple[_Real, _Index, _Index]
 _Along = int | _Real | list[tuple[int, float]]
 #: (normal, tangential) stiffness of a compliant contact.
 _SpringData = tuple[float | None, float | None]
-#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, stiffness.
-_ContactData = tuple[_Along, _Along, float, float, float, float, float, _SpringData]
+#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force,
+#: stiffness.
+_ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float, _SpringData]
 #: A combination, with the friction forces that compliant contacts hold.
 _Statuses = str | tuple[str, list[float]]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
@@ -82,6 +83,8 @@ class Scene:
     def with_contacts(self, contacts: Sequence[_ContactData]) -> Scene: ...
     @property
     def size(self) -> int: ...
+    @property
+    def has_massless(self) -> bool: ...  # dofs or nodes of compliant contacts
     def reduced(self, combination: str) -> Reduced: ...
     def modes(self, combination: str) -> _ModesData: ...
     def sliding_combination(self) -> str: ...
@@ -186,7 +189,7 @@ class Trajectory:
         scene: Scene,
         position: _Real,
         velocity: _Real,
-        combination: str,
+        combination: _Statuses,
         duration: float,
         method: Literal["auto", "modal", "taylor"],
         max_events: int | None,

@@ -23,6 +23,7 @@ PARTS = [
     "plot",
     "reference",
     "report",
+    "explorer",
     "cli",
 ]
 #: Files in a folder.

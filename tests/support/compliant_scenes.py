@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-
-import stickslip as ss
 from tests.support.quasi_static import QuasiStatic, compliant
 
+import stickslip as ss
 
-def pair(
-    mass, damping, stiffness, force, contacts: list[dict[str, object]]
-) -> tuple[ss.Scene, QuasiStatic]:
+
+def pair(mass, damping, stiffness, force, contacts: list[dict[str, object]]) -> tuple[ss.Scene, QuasiStatic]:
     """Scene and reference of contacts given as dicts of ``t``, ``n``, ``kn``, ``kt`` and the law."""
     scene = ss.Scene(
         mass,

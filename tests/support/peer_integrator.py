@@ -45,6 +45,8 @@ class Mechanics:
             return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
 
         def direction(value):
+            if value is None:
+                return np.zeros(scene.size)
             if np.ndim(value) == 0:
                 return np.eye(scene.size)[value]
             return np.asarray(value)
@@ -82,10 +84,19 @@ class Mechanics:
     def _linear(self, combination):
         n = self.size
         held, acting, owner = [], [], []
+        given, load_of_friction = {}, np.zeros(n)
         for i, status in enumerate(combination):
             if status == "d":
                 continue
             slope = {"+": 1.0, "-": -1.0, "s": 0.0}[status] * self.contacts[i].friction
+            if self.contacts[i].normal is None:
+                given[i] = self.contacts[i].normal_force
+                load_of_friction += slope * given[i] * self.tangential[i]
+                if status == "s":
+                    held.append(self.tangential[i])
+                    acting.append(self.tangential[i])
+                    owner.append((i, "T", 0.0))
+                continue
             held.append(self.normal[i])
             acting.append(self.normal[i] + slope * self.tangential[i])
             owner.append((i, "N", slope))
@@ -101,6 +112,7 @@ class Mechanics:
             system[n + j, :n] = held[j]
         load = np.zeros((n + k, 2 * n + 1))
         load[:n, :n], load[:n, n : 2 * n], load[:n, 2 * n] = -self.stiffness, -self.damping, self.force
+        load[:n, 2 * n] += load_of_friction
         solved = np.linalg.solve(system, load)
         generator = np.zeros((2 * n, 2 * n))
         generator[:n, n:] = np.eye(n)
@@ -108,6 +120,9 @@ class Mechanics:
         offset = np.concatenate([np.zeros(n), solved[:n, 2 * n]])
         none = (np.zeros(2 * n), 0.0)
         forces = [[none, none] for _ in self.contacts]
+        for i, normal_force in given.items():
+            slope = {"+": 1.0, "-": -1.0, "s": 0.0}[combination[i]] * self.contacts[i].friction
+            forces[i] = [(none[0], normal_force), (none[0], slope * normal_force)]
         for j, (i, name, slope) in enumerate(owner):
             row, constant = solved[n + j, : 2 * n], solved[n + j, 2 * n]
             if name == "N":
@@ -124,7 +139,8 @@ class Mechanics:
         for i, status in enumerate(combination):
             (normal, normal0), (friction, friction0) = forces[i]
             if status in "+-":
-                functions.append((i, "release", normal, normal0))
+                if self.contacts[i].normal is not None:
+                    functions.append((i, "release", normal, normal0))
                 if self.static[i] > 0.0:
                     sign = -1.0 if status == "+" else 1.0
                     row = np.concatenate([np.zeros(n), sign * self.tangential[i]])
@@ -172,13 +188,15 @@ class Mechanics:
         if self.contacts[contact].restitution > 0.0:
             return combination, y
         y[: self.size] -= direction * (direction @ y[: self.size] + self.contacts[contact].gap)
-        status = "+" if self.slip(y, contact) < 0.0 else "-"
+        status = "+" if self.contacts[contact].tangential is None or self.slip(y, contact) < 0.0 else "-"
         closed = combination[:contact] + status + combination[contact + 1 :]
         return (combination if self.contact_force(closed, y, contact)[0] < 0.0 else closed), y
 
     def _response(self, direction):
         """The velocities that change with a unit of the velocity of `direction`, by an impulse along it."""
         response = np.linalg.solve(self.mass, direction)
+        if not direction.any():
+            return response
         return response / (direction @ response)
 
     def _shifted(self, y, response, change):
@@ -266,7 +284,8 @@ def assert_same_motion(scene, start, duration):
     scale = np.repeat([np.abs(theirs[:, :n]).max(), np.abs(theirs[:, n:]).max()], n)
     # What the peer changes by from steps twice as long, fourfold: at an impact of 2e-3 m/s rounding of its
     # event functions adds as much.
-    own_error = 4 * np.abs((theirs - roughly) / scale).max() + 1e-12
+    # Beside that the tolerance of a step adds up over some hundred.
+    own_error = 4 * np.abs((theirs - roughly) / scale).max() + 1e-11
     assert own_error < 1e-5, "the peer is too far off to say anything"
     assert np.abs((states - theirs) / scale).max() <= own_error
     times = np.array([fine.time, rough.time])

@@ -1,8 +1,8 @@
 """Contacts without mass by brute force: an independent reference of the theory, slow and short.
 
-``M_ii x_i'' + C_ii x_i' + (K x)_i = F_i`` and ``(K x)_b = F_b + B p``. In each status combination ``x_b`` and the
-contact forces ``p`` solve one linear system; the rest is integrated numerically, and after each event every
-combination is tried against the inequalities of the quasi-static contact problem.
+``M_ii x_i'' + C_ii x_i' + (K x)_i = F_i`` and ``(K x)_b = F_b + B p``. In each status combination ``x_b``
+and the contact forces ``p`` solve one linear system; the rest is integrated numerically, and after each
+event every combination is tried against the inequalities of the quasi-static contact problem.
 """
 
 from __future__ import annotations
@@ -96,7 +96,6 @@ class QuasiStatic:
 
     def after(self, combination, kinds, y, places):
         """The combination after an event; static friction jumps first, then rates decide."""
-        count = len(self.nodes)
         x, p = self.held(combination, y[: self.m], places, rate=False)
         x_v, _ = self.held(combination, y[self.m :], places, rate=True)
         jumping = {
@@ -121,12 +120,11 @@ class QuasiStatic:
                 for k, (node, status) in enumerate(zip(self.nodes, statuses, strict=True)):
                     moved, gap = node.t @ (x - start), node.n @ x + node.gap
                     friction, normal = p[2 * k : 2 * k + 2]
-                    if status == "d":
-                        if gap < -1e-12:
-                            return False
-                    elif normal < 0.0 or (status == "s" and abs(friction) > node.static * normal):
-                        return False
-                    elif status in SIGN and -SIGN[status] * moved < -1e-14:
+                    wrong = {
+                        "d": gap < -1e-12,
+                        "s": abs(friction) > node.static * normal,
+                    }.get(status, SIGN.get(status, 0.0) * moved > 1e-14)
+                    if wrong or normal < 0.0:
                         return False
                 return True
 
@@ -149,32 +147,29 @@ class QuasiStatic:
             else:
                 options.append(status + "s" if node.static > 0.0 else status)
 
+        def violations(k, before, status, v, rates, tie, scale):
+            """Yield what must not be true of contact k."""
+            node = self.nodes[k]
+            friction, normal = rates[2 * k : 2 * k + 2]
+            slip, gap = node.t @ v - node.speed, node.n @ v
+            if status in SIGN and node.static > 0.0:
+                yield SIGN[status] * slip > 1e-11 * scale
+            if k in opening:
+                yield status == "d" and gap < -1e-12 * scale
+                yield status != "d" and normal < -tie
+                yield status == "s" and abs(friction) > node.static * normal + tie
+            elif status == "s" and node.static == node.friction and len(options[k]) > 1:
+                # At the bound of its cone, which must not be crossed.
+                sign = SIGN[before] if before != "s" else SIGN[options[k][1]]
+                yield sign * friction > node.friction * normal + tie
+
         def consistent(statuses, v, rates):
             scale = np.abs(v).max() + np.abs(x_v).max()
-            for k, (node, status) in enumerate(zip(self.nodes, statuses, strict=True)):
-                friction, normal = rates[2 * k : 2 * k + 2]
-                slip, gap = node.t @ v - node.speed, node.n @ v
-                tie = 1e-11 * np.abs(rates).max()
-                before = combination[k]
-                if status == "d" and (k not in opening or gap < -1e-12 * scale):
-                    if k in opening:
-                        return False
-                elif k in opening and normal < -tie:
-                    return False
-                elif status == "s" and k in opening and abs(friction) > node.static * normal + tie:
-                    return False
-                elif status == "s" and k not in opening and before != status:
-                    # The cone boundary must not be crossed, unless static friction holds more.
-                    if node.static == node.friction:
-                        if SIGN[before] * friction > node.friction * normal + tie:
-                            return False
-                elif status == "s" and k not in opening and before == "s" and len(options[k]) > 1:
-                    sign = SIGN[options[k][1]]
-                    if sign * friction > node.friction * normal + tie:
-                        return False
-                elif status in SIGN and node.static > 0.0 and -SIGN[status] * slip < -1e-11 * scale:
-                    return False
-            return True
+            tie = 1e-11 * np.abs(rates).max()
+            each = enumerate(zip(combination, statuses, strict=True))
+            return not any(
+                any(violations(k, before, status, v, rates, tie, scale)) for k, (before, status) in each
+            )
 
         found = self.solutions(options, y[self.m :], places, True, consistent)
         assert found, f"no solution of the rate problem after {kinds} in {combination}"
@@ -198,8 +193,8 @@ class QuasiStatic:
                 return np.concatenate([y[self.m :], load / self.mass])
 
             def event(key, combination=combination, held=held, begun=begun):
-                def value(t, y):
-                    found = self.functions(combination, y, held(t))[key]
+                def value(t, state):
+                    found = self.functions(combination, state, held(t))[key]
                     # What has just vanished leaves from zero, on either side by rounding.
                     return abs(found) if t - begun < 1e-10 else found
 
@@ -207,8 +202,14 @@ class QuasiStatic:
                 return value
 
             solution = solve_ivp(
-                field, (time, duration), y, "DOP853", rtol=rtol, atol=1e-14,
-                events=[event(key) for key in keys], max_step=duration / 200,
+                field,
+                (time, duration),
+                y,
+                "DOP853",
+                rtol=rtol,
+                atol=1e-14,
+                events=[event(key) for key in keys],
+                max_step=duration / 200,
             )
             time, y = solution.t[-1], solution.y[:, -1]
             places = held(time)
@@ -223,7 +224,7 @@ class QuasiStatic:
 
 
 def compliant(mass, damping, stiffness, force, contacts):
-    """Compliant contacts (dicts of ``t``, ``n`` over the dofs, ``kn``, ``kt`` and the law) as nodes without mass."""
+    """Compliant contacts (dicts of ``t``, ``n``, ``kn``, ``kt`` and the law) as nodes without mass."""
     size, count = len(mass), len(contacts)
     whole = np.zeros((size + 2 * count,) * 2)
     whole[:size, :size] = stiffness

@@ -52,11 +52,18 @@ class Drawn:
 
 @st.composite
 def drawn_scenes(
-    draw, restitution=(0.0,), max_contacts=2, min_friction=0.0, max_friction=1.5, unsymmetric=False
+    draw,
+    restitution=(0.0,),
+    max_contacts=2,
+    min_friction=0.0,
+    max_friction=1.5,
+    unsymmetric=False,
+    kinds=("both",),
 ):
     """Spring networks of a few masses, some of them on sliders; contact planes rotated or along dofs.
 
-    With `unsymmetric` they have gyroscopic or circulatory terms, or both.
+    With `unsymmetric` they have gyroscopic or circulatory terms, or both. The contacts are of `kinds`: with
+    "both" directions, "stop", or "friction" under a given normal force.
     """
     count = draw(st.integers(1, max_contacts), label="contacts")
     free = draw(st.integers(1, 3), label="free dofs")
@@ -68,6 +75,7 @@ def drawn_scenes(
         draw(st.floats(0.01, 0.3), label="speed") * draw(st.sampled_from([-1, 1])) for _ in range(count)
     ]
     bounces = [draw(st.sampled_from(restitution), label="restitution") for _ in range(count)]
+    kind = [draw(st.sampled_from(kinds), label="kind") for _ in range(count)]
     terms = draw(st.sampled_from(["G", "H", "GH"]), label="terms") if unsymmetric else ""
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1), label="seed"))
 
@@ -105,18 +113,21 @@ def drawn_scenes(
         tangential, normal = np.zeros(size), np.zeros(size)
         tangential[2 * i : 2 * i + 2] = np.cos(angle), np.sin(angle)
         normal[2 * i : 2 * i + 2] = -np.sin(angle), np.cos(angle)
-        force -= normal_force[i] * (normal + np.sign(speeds[i]) * frictions[i] * tangential)
-        contacts.append(
-            ss.Contact(
-                tangential=tangential if rotated else 2 * i,
-                normal=normal if rotated else 2 * i + 1,
-                friction=frictions[i],
-                static_friction=ratios[i] * frictions[i],
-                slider_speed=speeds[i],
-                restitution=bounces[i],
-                gap=-float(normal @ equilibrium),
-            )
-        )
+        stop, given = kind[i] == "stop", kind[i] == "friction"
+        sliding = 0.0 if stop else np.sign(speeds[i]) * frictions[i]
+        force -= normal_force[i] * ((not given) * normal + sliding * tangential)
+        law = {}
+        if not stop:
+            law["tangential"] = tangential if rotated else 2 * i
+            law |= {"friction": frictions[i], "static_friction": ratios[i] * frictions[i]}
+            law["slider_speed"] = speeds[i]
+        if given:
+            law["normal_force"] = normal_force[i]
+        else:
+            law["normal"] = normal if rotated else 2 * i + 1
+            # A contact at its equilibrium: what is not closed there would be open by default.
+            law |= {"restitution": bounces[i], "gap": -float(normal @ equilibrium)}
+        contacts.append(ss.Contact(**law))
     scene = ss.Scene(
         mass if full_matrices else np.diag(mass),
         stiffness,

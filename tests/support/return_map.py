@@ -14,6 +14,8 @@ def admissible(scene, combination):
     stuck = [scene.tangential_direction(i) for i, letter in enumerate(combination) if letter == "s"]
 
     def across(directions):
+        # That of a stop along its slider, for example, is zero.
+        directions = [direction for direction in directions if direction.any()]
         if not directions:
             return np.eye(scene.size)
         return np.linalg.svd(np.array(directions))[2][len(directions) :].T

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tests.support.compliant_scenes import pair, rigid_pad
 
 import stickslip as ss
-from tests.support.compliant_scenes import pair, rigid_pad
 
 ULP = np.finfo(float).eps
 
@@ -41,9 +41,7 @@ def test_jenkins_element() -> None:
     scene = block(slider_speed=1e-3)
     held = ss.State([0.0, -normal_force / 5e4], [0.0, 0.0], "s")
     # A heavy mass stands still; what it sees is the element alone.
-    heavy = ss.Scene(
-        [2e13, 2e13], np.zeros((2, 2)), force=[0.0, -normal_force], contacts=scene.contacts
-    )
+    heavy = ss.Scene([2e13, 2e13], np.zeros((2, 2)), force=[0.0, -normal_force], contacts=scene.contacts)
     slip = friction * normal_force / (stiffness * 1e-3)
     run = ss.simulate(heavy, held, 2.0 * slip)
     assert list(run.events.kind) == ["slip+"]
@@ -63,7 +61,7 @@ def test_jenkins_element() -> None:
 @pytest.mark.parametrize("ratio", [0.999, 1.001])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 def test_closing_sticks_within_the_cone_of_the_rates(excess: float, ratio: float, sign: float) -> None:
-    """A node that closes sticks if `|kt (v - x')| <= mu_static kn |y'|`, and else slides with kinetic friction."""
+    """A node that closes sticks if `|kt (v - x')| <= mu_static kn |y'|`, and else slides."""
     scene = block(static_friction=0.5 * excess)
     fall = 0.3
     slip = sign * ratio * 0.5 * excess * 5e4 * fall / 2e4
@@ -82,7 +80,9 @@ def test_jump_of_static_friction() -> None:
     run = ss.simulate(scene, start, 1.0, max_events=1)
     assert list(run.events.kind) == ["jump"]
     assert list(run.events.combination) == ["+"]
-    before, after = (run.sample([time]).friction_force.item() for time in (np.nextafter(run.duration, 0.0), run.duration))
+    before, after = (
+        run.sample([time]).friction_force.item() for time in (np.nextafter(run.duration, 0.0), run.duration)
+    )
     np.testing.assert_allclose([before, after], [static * 40.0, friction * 40.0], rtol=1e-12)
     lost = 0.5 * (before + after) * (before - after) / stiffness
     balance = run.balance()
@@ -90,7 +90,9 @@ def test_jump_of_static_friction() -> None:
     assert abs(balance.residual) <= 1e-14 * abs(balance.external + balance.contact)
 
 
-@pytest.mark.parametrize(("seed", "points", "static"), [(1, 2, False), (4, 2, True), (0, 3, False), (1, 3, True)])
+@pytest.mark.parametrize(
+    ("seed", "points", "static"), [(1, 2, False), (4, 2, True), (0, 3, False), (1, 3, True)]
+)
 def test_rigid_pad_against_brute_force(seed: int, points: int, static: bool) -> None:
     """A rigid pad on several points meets the reference, whose statuses are tried one by one."""
     scene, reference, start = rigid_pad(seed, points, static=static)
@@ -127,7 +129,9 @@ def test_random_pads(seed: int, points: int, static: bool) -> None:
     assert normal.min() >= -1e-10 * scale
     static_friction = np.array([contact.static_friction for contact in scene.contacts])
     assert np.all(np.abs(friction) <= static_friction * normal + 1e-10 * scale)
-    gaps = np.stack([sample.position.values @ np.asarray(contact.normal) for contact in scene.contacts], axis=1)
+    gaps = np.stack(
+        [sample.position.values @ np.asarray(contact.normal) for contact in scene.contacts], axis=1
+    )
     opened = sample.status.values == "d"
     assert np.all(gaps[opened] >= -1e-12)
     assert np.all(normal[opened] == 0.0)
@@ -174,13 +178,18 @@ def test_kept_and_slipping_mass_mix_with_rigid_contacts() -> None:
 def test_modes_of_steady_sliding() -> None:
     """In steady sliding a node follows at once: T = mu kn (y), the mass-spring matrix with that one entry."""
     scene, _ = pair(
-        [1.0, 2.0], np.zeros((2, 2)), [[3e4, 1e3], [1e3, 2e4]], [0.0, -50.0],
+        [1.0, 2.0],
+        np.zeros((2, 2)),
+        [[3e4, 1e3], [1e3, 2e4]],
+        [0.0, -50.0],
         [{"t": [1.0, 0.0], "n": [0.0, 1.0], "kn": 4e4, "kt": 1e4, "friction": 0.6, "speed": 0.1}],
     )
     matrix = np.array([[3e4, 1e3 + 0.6 * 4e4], [1e3 / 2.0, 6e4 / 2.0]])
     expected = np.sqrt(np.linalg.eigvals(matrix).astype(complex))
     found = ss.complex_modes(scene, "+").eigenvalues
-    np.testing.assert_allclose(np.sort(np.unique(np.abs(found.imag).round(9))), np.sort(expected.real), rtol=1e-9)
+    np.testing.assert_allclose(
+        np.sort(np.unique(np.abs(found.imag).round(9))), np.sort(expected.real), rtol=1e-9
+    )
     equilibrium = ss.sliding_equilibrium(scene)
     forces = equilibrium.contact_forces(scene)
     np.testing.assert_allclose(forces.normal_force, -4e4 * equilibrium.position[1])

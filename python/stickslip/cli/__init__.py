@@ -7,11 +7,11 @@ import click
 from stickslip.cli.completion import completion
 from stickslip.cli.exits import Verbs
 from stickslip.cli.verbs.cycle import cycle
-from stickslip.cli.verbs.figures import figures
+from stickslip.cli.verbs.explore import explore, listen
 from stickslip.cli.verbs.init import init
 from stickslip.cli.verbs.modes import modes
 from stickslip.cli.verbs.report import report
-from stickslip.cli.verbs.reproduce import reproduce
+from stickslip.cli.verbs.reproduce import figures, reproduce
 from stickslip.cli.verbs.simulate import simulate
 from stickslip.cli.verbs.study import study
 from stickslip.cli.verbs.sweep import sweep
@@ -42,5 +42,6 @@ def main() -> None:
 
 
 # Verb modules import what they compute with when they run: --help and completion stay quick.
-for verb in (init, modes, sweep, simulate, cycle, study, report, reproduce, figures, completion):
+VERBS = (init, modes, sweep, simulate, cycle, listen, study, report, explore, reproduce, figures, completion)
+for verb in VERBS:
     main.add_command(verb)

@@ -27,6 +27,10 @@ OUTSIDE, UNKNOWN = -1, -2
 STRETCH = 60.0
 #: First looks' time after which a motion counts as one that does not recur.
 LOOKS = 30
+#: Growth of the disturbance, as a power of e, over the transient that is shown.
+GROWTH = 30.0
+#: Bounds of its length, in periods of the leading mode.
+SHORTEST, LONGEST = 20.0, 400.0
 #: Part of the slider speed at which the most unstable mode starts.
 DISTURBANCE = 0.5
 #: Growth of neighbours, as a power of e, beyond which it says something: less is what the shape of a torus
@@ -60,6 +64,15 @@ def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:
     ]
     largest = max(slips, default=0.0)
     return start.perturbed(velocity=shape * (DISTURBANCE / largest if largest > 0.0 else 1e-3))
+
+
+def shown_duration(modes: Modes) -> float:
+    """Return how long the leading mode takes to show itself, s."""
+    leading = modes.eigenvalues[int(np.argmax(modes.eigenvalues.real))]
+    frequency = abs(leading.imag) / (2.0 * np.pi) or abs(leading) or 1.0
+    growth = abs(leading.real)
+    periods = GROWTH / growth * frequency if growth > 0.0 else LONGEST
+    return float(min(max(periods, SHORTEST), LONGEST) / frequency)
 
 
 def described(kind: str, growth: Growth, stop_message: str) -> tuple[str, str]:

@@ -102,6 +102,10 @@ class Case:
         zero = np.zeros(self.scene.size)
         return self._moved(State(zero, zero, combination, self.scene.dofs))
 
+    def started(self, equilibrium: State) -> State:
+        """Return the start in the same model at other parameters, of which a sliding equilibrium is given."""
+        return self.initial_state() if self._combination() is not None else self._moved(equilibrium)
+
     def _combination(self) -> str | None:
         combination = self.start.get("combination")
         if combination is None or isinstance(combination, str):

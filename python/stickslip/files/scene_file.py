@@ -35,8 +35,6 @@ MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsyste
 MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
 SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact")
 CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
-#: What a contact has to have.
-CONTACT_NEEDS = ("tangential", "normal", "friction")
 
 Matrices = Literal["auto", "inline", "npz", "mat", "mtx"]
 
@@ -100,7 +98,9 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
     if not isinstance(contacts, list):
         raise InputError(f"{path}: [scene]: contact: expected tables [[scene.contact]], got {contacts!r}")
     for i, contact in enumerate(contacts):
-        known(f"{path}: contact {i}", contact, CONTACT_KEYS, CONTACT_NEEDS)
+        # A stop has no tangential direction and no friction.
+        needs = ("normal",) if "tangential" not in contact else ("tangential", "friction")
+        known(f"{path}: contact {i}", contact, CONTACT_KEYS, needs)
     arguments = {key: _matrix(path, key, table[key]) for key in MATRICES if key in table}
     with located(f"{path}: [scene]"):
         return Scene(

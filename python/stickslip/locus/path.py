@@ -18,7 +18,7 @@ import scipy.fft
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
-from stickslip.scene.contact import law_entry
+from stickslip.scene.contact import concerns, law_entry
 from stickslip.scene.family import Family
 from stickslip.scene.scene import Proportional, Scene
 
@@ -92,7 +92,9 @@ class Sliding:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        if not isinstance(self.family.model, Scene):
+        # Friction enters linearly where every dof has mass.
+        model = self.family.model
+        if not isinstance(model, Scene) or model.core.has_massless:
             return _Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})
@@ -106,7 +108,7 @@ class Sliding:
 def moved_friction(scene: Scene, name: str) -> list[int]:
     """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
     field, contact = law_entry(scene.contacts, name)
-    everything = list(range(len(scene.contacts)))
+    everything = [i for i, one in enumerate(scene.contacts) if concerns("friction", one)]
     return [] if field != "friction" else everything if contact is None else [contact]
 
 
@@ -186,6 +188,8 @@ class _Interpolation:
 
 def _is_proportional(scene: Scene) -> bool:
     """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
+    if scene.core.has_massless:
+        return False
     if scene.damping is None:
         return scene.gyroscopic is None
     return isinstance(scene.damping, Proportional) and not scene.unsymmetric

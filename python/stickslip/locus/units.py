@@ -7,7 +7,14 @@ from typing import Any
 from stickslip.scene.family import Family
 
 #: Of a contact's law, by whatever model.
-LAW_UNITS = {"friction": "1", "static_friction": "1", "slider_speed": "m/s", "restitution": "1", "gap": "m"}
+LAW_UNITS = {
+    "friction": "1",
+    "static_friction": "1",
+    "slider_speed": "m/s",
+    "restitution": "1",
+    "gap": "m",
+    "normal_force": "N",
+}
 #: Of the functions of `stickslip.models`; stiffnesses are told by the end of their names.
 MODEL_UNITS = {
     "upper_mass": "kg",

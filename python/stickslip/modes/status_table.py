@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -12,6 +13,7 @@ import xarray as xr
 
 from stickslip.faults import InputError
 from stickslip.modes.modes import complex_modes
+from stickslip.scene.contact import letters_of
 from stickslip.scene.scene import Scene, checked
 from stickslip.show.summary import Shown, Summary, Table
 
@@ -100,7 +102,8 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
     scene
         The scene.
     combinations
-        Which ones; None: all that are possible, without those in which a frictionless contact sticks.
+        Which ones; None: all that are possible: a contact without friction does not stick, a stop is ``+``
+        or ``d``, and friction under a given normal force never ``d``.
 
     Raises
     ------
@@ -108,18 +111,11 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
         If a combination does not fit the scene, or None stands for more than 256 of them.
     """
     if combinations is None:
-        count = len(checked(scene).contacts)
-        if 4**count > _LARGEST:
-            raise InputError(f"combinations: {4**count} are too many for one table, choose some")
-        stuck = [
-            contact.friction if contact.static_friction is None else contact.static_friction
-            for contact in scene.contacts
-        ]
-        chosen = [
-            "".join(letters)
-            for letters in itertools.product("+-sd", repeat=count)
-            if all(letter != "s" or static > 0.0 for letter, static in zip(letters, stuck, strict=True))
-        ]
+        possible = [letters_of(contact) for contact in checked(scene).contacts]
+        count = math.prod(map(len, possible))
+        if count > _LARGEST:
+            raise InputError(f"combinations: {count} are too many for one table, choose some")
+        chosen = ["".join(letters) for letters in itertools.product(*possible)]
     else:
         chosen = list(combinations)
         if isinstance(combinations, str) or not chosen:

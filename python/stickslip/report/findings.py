@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from stickslip.cycles.attractors import set_in_motion
+from stickslip.cycles.attractors import set_in_motion, shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint, critical_points
@@ -28,10 +28,6 @@ from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.transient.simulate import simulate
 from stickslip.transient.trajectory import Trajectory
 
-#: Growth of the disturbance, as a power of e, over the transient that is shown.
-GROWTH = 30.0
-#: Bounds of its length, in periods of the leading mode.
-SHORTEST, LONGEST = 20.0, 400.0
 #: Values of friction in the loci, and eigenvalues beyond which loci are left out: each value is a problem.
 VALUES, LARGE = 301, 120
 #: Dofs beyond which energy is left out.
@@ -172,7 +168,7 @@ def findings(
         reasons["run"] = f"no motion: there is no steady sliding to disturb ({reasons['equilibrium']})"
     else:
         told("computing the motion")
-        chosen = {"duration": _duration(modes), "time_limit": PATIENCE, **(settings or {})}
+        chosen = {"duration": shown_duration(modes), "time_limit": PATIENCE, **(settings or {})}
         started = time.perf_counter()
         run = _motion(scene, begin, chosen, reasons)
         spent = time.perf_counter() - started
@@ -279,15 +275,6 @@ def _loci_over(
         reasons["loci"] = f"no loci: {error}"
         return "", None, []
     return name, branches, list(points)
-
-
-def _duration(modes: Modes) -> float:
-    """Return how long the leading mode takes to show itself, s."""
-    leading = modes.eigenvalues[int(np.argmax(modes.eigenvalues.real))]
-    frequency = abs(leading.imag) / (2.0 * np.pi) or abs(leading) or 1.0
-    growth = abs(leading.real)
-    periods = GROWTH / growth * frequency if growth > 0.0 else LONGEST
-    return float(min(max(periods, SHORTEST), LONGEST) / frequency)
 
 
 def _motion(

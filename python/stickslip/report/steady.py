@@ -37,6 +37,7 @@ def scene_section(found: Findings) -> Markup:
         damped = f"C = {number(damping.mass)} 1/s M + {number(damping.stiffness)} s K"
     else:
         damped = "a matrix"
+    with_force = any(contact.normal_force is not None for contact in scene.contacts)
     contacts = table(
         "Contacts",
         [
@@ -48,6 +49,7 @@ def scene_section(found: Findings) -> Markup:
             "slider speed, m/s",
             "restitution",
             "gap at x = 0, m",
+            *(["normal force, N"] if with_force else []),
         ],
         [
             [
@@ -59,6 +61,7 @@ def scene_section(found: Findings) -> Markup:
                 contact.slider_speed,
                 contact.restitution,
                 contact.gap,
+                *(["" if contact.normal_force is None else contact.normal_force] if with_force else []),
             ]
             for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
         ],
@@ -269,4 +272,4 @@ def _direction(vector: np.ndarray, dofs: tuple[str, ...]) -> str:
     moved = np.flatnonzero(vector)
     parts = [dofs[k] if vector[k] == 1.0 else f"{number(vector[k], 4)} {dofs[k]}" for k in moved[:4]]
     more = f" + {moved.size - 4} more" if moved.size > 4 else ""
-    return " + ".join(parts) + more
+    return " + ".join(parts) + more or "none"

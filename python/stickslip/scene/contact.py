@@ -1,4 +1,4 @@
-"""A frictional unilateral contact with a rigid moving slider."""
+"""A contact with a rigid moving slider: with friction, a stop, or friction under a given normal force."""
 
 from __future__ import annotations
 
@@ -21,7 +21,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
 class Contact:
-    """One contact: two directions in the space of the displacements x, and its law.
+    """One contact: its directions in the space of the displacements x, and its law.
+
+    With both directions it is unilateral contact with friction. Without a tangential one it is a *stop*: it
+    has no friction, and is closed, written ``+``, or open, ``d``. Without a normal one it is friction under a
+    given `normal_force`: it slides or sticks, and never opens.
 
     A direction is the index of a dof, the name of a dof, a vector (n,), or a mapping from dofs to its
     entries, such as ``{"12.1": 1.0, "907.1": -1.0}`` between two nodes; the other entries are 0.
@@ -29,12 +33,13 @@ class Contact:
     Parameters
     ----------
     tangential
-        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s.
+        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: a stop.
     normal
-        Direction n; the gap is ``n . x + gap`` >= 0, m. It points from the slider to the mass.
+        Direction n; the gap is ``n . x + gap`` >= 0, m. It points from the slider to the mass. None: friction
+        under `normal_force`.
     friction
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
-        ``-friction N`` where it is positive.
+        ``-friction N`` where it is positive. A stop needs none.
     static_friction
         Coefficient up to which a sticking contact holds, >= friction; None: equal to it.
     slider_speed
@@ -44,25 +49,40 @@ class Contact:
     gap
         Clearance at x = 0, m; negative: an interference.
     normal_stiffness, tangential_stiffness
-        Springs, N/m, between the contact and the dofs that its directions name; None: it is rigid. The contact is
-        then a node without mass: its gap closes without an impact, its slip velocity is that of the node. With a
-        normal stiffness only, slip is that of the dofs; a tangential one needs a normal one, too.
+        Springs, N/m, between the contact and the dofs that its directions name; None: it is rigid. The
+        contact is then a node without mass: its gap closes without an impact, its slip velocity is that of
+        the node. With a normal stiffness only, slip is that of the dofs; a tangential one needs a normal
+        one, or a given normal force.
+    normal_force
+        N > 0 of a contact without a normal direction, N; None of one with it.
     name
         How tables call the contact; None: its index.
+
+    Raises
+    ------
+    InputError
+        If a contact with a tangential direction has no friction.
     """
 
-    tangential: Any
-    normal: Any
-    friction: float
+    tangential: Any = None
+    normal: Any = None
+    friction: float = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
     static_friction: float | None = None
     slider_speed: float = 0.0
     restitution: float = 0.0
     gap: float = 0.0
     normal_stiffness: float | None = None
     tangential_stiffness: float | None = None
+    normal_force: float | None = None
     name: str | None = None
 
     def __post_init__(self) -> None:
+        if self.friction is None:
+            if self.tangential is not None:
+                raise InputError(
+                    "friction: missing; only a contact without a tangential direction needs none"
+                )
+            object.__setattr__(self, "friction", 0.0)
         for name in ("tangential", "normal"):
             if isinstance(direction := getattr(self, name), Mapping):
                 object.__setattr__(self, name, dict(direction))
@@ -74,17 +94,35 @@ class Contact:
 
     def __repr__(self) -> str:
         given = {
-            field.name: getattr(self, field.name)
+            field.name: value
             for field in dataclasses.fields(self)
-            if field.default is dataclasses.MISSING or getattr(self, field.name) != field.default
+            # A direction may be an array.
+            if (value := getattr(self, field.name)) is not None
+            and (field.default is None or value != field.default)
         }
         return f"Contact({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
 
 #: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
-LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap")
+LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force")
 #: Stiffnesses of a compliant contact, None where it is rigid.
 SPRINGS = ("normal_stiffness", "tangential_stiffness")
+
+
+def concerns(field: str, contact: Contact) -> bool:
+    """Return whether a field of the law is about a contact: it has the directions that the field needs."""
+    if field == "normal_force":
+        return contact.normal is None
+    direction = contact.normal if field in ("restitution", "gap") else contact.tangential
+    return direction is not None
+
+
+def letters_of(contact: Contact) -> str:
+    """Return the statuses that a contact can have."""
+    if contact.tangential is None:
+        return "+d"
+    static = contact.friction if contact.static_friction is None else contact.static_friction
+    return "+-" + ("s" if static > 0.0 else "") + ("" if contact.normal is None else "d")
 
 
 def contact_labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
@@ -132,13 +170,14 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
     friction = real_number(f"{place}: friction", contact.friction)
     static = contact.static_friction
     return (
-        _direction(f"{place}: tangential", contact.tangential, dofs),
-        _direction(f"{place}: normal", contact.normal, dofs),
+        None if contact.tangential is None else _direction(f"{place}: tangential", contact.tangential, dofs),
+        None if contact.normal is None else _direction(f"{place}: normal", contact.normal, dofs),
         friction,
         friction if static is None else real_number(f"{place}: static_friction", static),
         real_number(f"{place}: slider_speed", contact.slider_speed),
         real_number(f"{place}: restitution", contact.restitution),
         real_number(f"{place}: gap", contact.gap),
+        0.0 if contact.normal_force is None else real_number(f"{place}: normal_force", contact.normal_force),
         (_spring(place, contact, "normal_stiffness"), _spring(place, contact, "tangential_stiffness")),
     )
 
@@ -198,7 +237,9 @@ def nearest(word: str, known: Sequence[str]) -> str:
 
 
 def described_direction(direction: Any, dofs: Sequence[str]) -> str:
-    """Return a direction in the names of the dofs: ``x3``, or ``0.8 x1 + 0.6 x2``."""
+    """Return a direction in the names of the dofs: ``x3``, or ``0.8 x1 + 0.6 x2``; ``none`` for None."""
+    if direction is None:
+        return "none"
     if isinstance(direction, str):
         return direction
     if isinstance(direction, Mapping):

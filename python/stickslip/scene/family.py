@@ -27,7 +27,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, core_contact, law_entry, nearest, per_contact
+from stickslip.scene.contact import LAW, concerns, core_contact, law_entry, nearest, per_contact
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 
@@ -37,7 +37,7 @@ Model = Scene | Callable[..., Scene]
 #: Fields of a chain as a whole.
 WHOLE = ("wall_stiffness", "damping")
 #: Fields of the contacts of a chain.
-CHAIN_LAW = tuple(name for name in LAW if name != "gap")
+CHAIN_LAW = tuple(name for name in LAW if name not in ("gap", "normal_force"))
 
 
 class Slot(NamedTuple):
@@ -277,6 +277,10 @@ class Family:
             scene = self.scene({})
             entry, place = law_entry(scene.contacts, entry)
             numbers = [getattr(contact, entry) for contact in scene.contacts]
+            if place is None:
+                numbers = [
+                    number for number, c in zip(numbers, scene.contacts, strict=True) if concerns(entry, c)
+                ]
         else:
             numbers = per_contact(name, self._standing(entry), count)
         wanted = set(numbers) if place is None else {numbers[place]}
@@ -286,6 +290,39 @@ class Family:
                 f"{name}: has no one value to start from; give it one, such as over={{{name!r}: ...}}"
             )
         return real_number(name, number)
+
+    def numbers(self) -> dict[str, float | None]:
+        """Return every parameter that stands for one number, with its value where nothing is said.
+
+        The value is None where it follows another, as static friction does unless it is told.
+        """
+        if isinstance(self.model, Scene):
+            return _law_numbers(self.model, LAW)
+        if self.is_chain:
+            singles = {
+                name: slot for name, slot in self._parts.items() if (slot.place is None) == (slot.places == 1)
+            }
+            return {name: self._chain_number(*slot[:2]) for name, slot in singles.items()}
+        found: dict[str, float | None] = {}
+        for keyword in self.keywords:
+            value = self._standing(keyword)
+            if _is_number(value):
+                found[keyword] = float(value)
+            elif np.ndim(value) == 1 and len(value) and all(map(_is_number, value)):
+                found |= {f"{keyword}_{k}": float(one) for k, one in enumerate(value)}
+        if all(one.kind is not inspect.Parameter.VAR_KEYWORD for one in self.keywords.values()):
+            found |= _law_numbers(self.scene({}), [name for name in LAW if name not in self.keywords])
+        return found
+
+    def _chain_number(self, entry: str, place: int | None) -> float | None:
+        chain, at = self._chain, place or 0
+        if entry in WHOLE:
+            return float(chain.get(entry, 1e-4))
+        if entry in CHAIN_LAW:
+            value = getattr(self.template.contacts[at], entry)
+            return None if value is None else float(value)
+        part = chain["links"] if entry.startswith("link_") else chain["subsystems"]
+        return float(getattr(part[at], entry.removeprefix("link_")))
 
     @cached_property
     def template(self) -> Scene:
@@ -317,3 +354,17 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     for name in law:
         law_entry(scene.contacts, name)
     return scene.replace(**law) if law else scene
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float | np.number) and not isinstance(value, bool)
+
+
+def _law_numbers(scene: Scene, fields: Iterable[str]) -> dict[str, float | None]:
+    """Return fields of the law of every contact by the names of single parameters."""
+    several = len(scene.contacts) > 1
+    return {
+        f"{name}_{k}" if several else name: getattr(contact, name)
+        for name in fields
+        for k, contact in enumerate(scene.contacts)
+    }

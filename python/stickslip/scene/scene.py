@@ -29,6 +29,7 @@ from stickslip.scene.checks import (
 from stickslip.scene.contact import (
     LAW,
     Contact,
+    concerns,
     contact_labels,
     core_contact,
     described_direction,
@@ -206,8 +207,9 @@ class Scene(Shown):
         ----------
         **changes
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
-            ``slider_speed``, ``restitution``, ``gap``) as a scalar or with one value per contact, or of one
-            contact by index or name (``friction_0``, ``friction_left``).
+            ``slider_speed``, ``restitution``, ``gap``, ``normal_force``) as a scalar or with one value per
+            contact, or of one contact by index or name (``friction_0``, ``friction_left``). A scalar goes to
+            the contacts that it is about: friction to those with a tangential direction, for example.
 
         Raises
         ------
@@ -247,11 +249,11 @@ class Scene(Shown):
         return contact_labels(self.contacts)
 
     def tangential_direction(self, contact: int) -> Real:
-        """Return the direction t of a contact, (n,)."""
+        """Return the direction t of a contact, (n,); zeros where it has none."""
         return self._direction(contact, 0)
 
     def normal_direction(self, contact: int) -> Real:
-        """Return the direction n of a contact, (n,)."""
+        """Return the direction n of a contact, (n,); zeros where it has none."""
         return self._direction(contact, 1)
 
     def _direction(self, contact: int, which: int) -> Real:
@@ -259,6 +261,8 @@ class Scene(Shown):
         if isinstance(core, np.ndarray):
             return core
         direction = np.zeros(self.size)
+        if core is None:
+            return direction
         for dof, entry in core if isinstance(core, list) else [(core, 1.0)]:
             direction[dof] = entry
         return direction
@@ -290,6 +294,7 @@ class Scene(Shown):
             law += f", slider speed {contact.slider_speed:g} m/s"
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
             law += f", gap {contact.gap:g} m" if contact.gap else ""
+            law += f", normal force {contact.normal_force:g} N" if contact.normal_force else ""
             place = " / ".join(
                 described_direction(direction, self.dofs)
                 for direction in (contact.tangential, contact.normal)
@@ -299,6 +304,8 @@ class Scene(Shown):
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""
+        given = any(contact.normal_force is not None for contact in self.contacts)
+        headings = (*HEADINGS, "normal force, N") if given else HEADINGS
         rows = [
             (
                 str(label),
@@ -309,6 +316,7 @@ class Scene(Shown):
                 float(contact.slider_speed),
                 float(contact.restitution),
                 float(contact.gap),
+                *(["" if contact.normal_force is None else float(contact.normal_force)] if given else []),
             )
             for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
         ]
@@ -321,7 +329,7 @@ class Scene(Shown):
             ("damping", described_damping(self.damping)),
             *((name, "matrix") for name in self.unsymmetric),
         ]
-        return Summary(facts, [Table("Contacts of the scene", HEADINGS, rows)])
+        return Summary(facts, [Table("Contacts of the scene", headings, rows)])
 
 
 def checked(scene: Any) -> Scene:
@@ -393,7 +401,12 @@ def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list
             raise InputError(f"replace: unknown field {name!r}{nearest(name, [*others, *LAW])}") from None
         values = law.setdefault(field, [getattr(contact, field) for contact in contacts])
         given = per_contact(name, value, len(contacts) if place is None else 1)
-        for k in range(len(contacts)) if place is None else [place]:
+        places = range(len(contacts)) if place is None else [place]
+        if place is None and np.ndim(value) == 0:
+            places = [k for k in places if concerns(field, contacts[k])]
+        if len(contacts) and not places:
+            raise InputError(f"replace: {name!r} is about no contact of the scene")
+        for k in places:
             if (field, k) in setting:
                 raise InputError(f"replace: {name!r} and {setting[field, k]!r} set the same number")
             setting[field, k] = name

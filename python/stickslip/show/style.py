@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import BinaryIO
 
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -31,7 +32,7 @@ def quantity(name: object, units: str = "1") -> str:
     return words if units in ("", "1") else f"{words}, {units}"
 
 
-def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
+def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
     Parameters
@@ -39,16 +40,19 @@ def save(figure: Figure, path: str | Path, dpi: int = DPI) -> None:
     figure
         The figure.
     path
-        The file.
+        The file, or what takes its bytes.
     dpi
         Points per inch of a `.png`, and of what is drawn as points in other forms.
+    form
+        ``png``, ``pdf``, ``svg``, ``eps``; None: by the suffix.
     """
     import matplotlib
 
     # What would tell when and by which version a file was made.
-    metadata = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+    metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
+    kind = Path(path).suffix[1:] if form is None and isinstance(path, str | Path) else form
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
-        figure.savefig(path, dpi=dpi, metadata=metadata.get(Path(path).suffix))
+        figure.savefig(path, dpi=dpi, format=kind or None, metadata=metadata.get(kind or ""))
 
 
 def axes_of(ax: Axes | None) -> Axes:

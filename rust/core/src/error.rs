@@ -102,6 +102,28 @@ pub enum Error {
         /// `tangential` or `normal`.
         direction: &'static str,
     },
+    /// A contact has neither a tangential nor a normal direction.
+    #[error("contact {contact}: must have a tangential or a normal direction, got none")]
+    NoDirection {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// A contact cannot have a status, because it lacks a direction.
+    #[error(
+        "combination {combination:?}: contact {contact} has no {direction} direction, so its status is {expected}, got '{status}'"
+    )]
+    InadmissibleStatus {
+        /// Index of the contact.
+        contact: usize,
+        /// `tangential` or `normal`: the direction that it lacks.
+        direction: &'static str,
+        /// The letters that it can have.
+        expected: &'static str,
+        /// The letter given.
+        status: char,
+        /// The combination given.
+        combination: String,
+    },
     /// The two directions of a contact are multiples of each other.
     #[error(
         "contact {contact}: normal: must differ from the tangential direction, got a multiple of it"
@@ -112,14 +134,15 @@ pub enum Error {
     },
     /// The contacts need more independent directions than there are dofs.
     #[error(
-        "contacts: {} for {} independent directions, {}; give each contact a small mass of its own, tied to the body by stiff springs",
+        "contacts: {} for {directions} independent directions, {}; give each contact a small mass of its own, tied to the body by stiff springs",
         counted(*contacts, "contact asks", "contacts ask"),
-        2 * contacts,
         counted(*dofs, "dof has 1", &format!("dofs have {dofs}"))
     )]
     TooManyDirections {
-        /// Number of contacts; each needs two directions.
+        /// Number of contacts.
         contacts: usize,
+        /// Number of directions of all of them.
+        directions: usize,
         /// Number of dofs.
         dofs: usize,
     },
@@ -172,17 +195,21 @@ pub enum Error {
         /// Its normal force, N, negative: compression is positive.
         normal_force: f64,
     },
-    /// The combination given has no steady sliding, because a closed contact would have to pull.
+    /// The combination given has no steady sliding, because a closed contact would have to pull, or an open one
+    /// penetrates.
     #[error(
-        "combination: no steady sliding in {combination:?}, where contact {contact} would pull, normal force {} N; {}",
-        rounded(*normal_force),
+        "combination: no steady sliding in {combination:?}, where contact {contact} would {} {}; {}",
+        if *open { "penetrate, gap" } else { "pull, normal force" },
+        format_args!("{} {}", rounded(*margin), if *open { "m" } else { "N" }),
         advice(combination, admissible.as_deref())
     )]
     NoSteadySliding {
         /// Index of the contact.
         contact: usize,
-        /// Its normal force, N, negative: compression is positive.
-        normal_force: f64,
+        /// Its normal force, N, or its gap, m, where it is open; negative.
+        margin: f64,
+        /// Whether it is open in the combination.
+        open: bool,
         /// The combination, one letter per contact.
         combination: String,
         /// The one with open contacts in which the static load finds its equilibrium, where there is one.
@@ -247,7 +274,7 @@ pub enum Error {
     },
     /// A tangential stiffness without a normal one.
     #[error(
-        "contact {contact}: tangential_stiffness: needs normal_stiffness, too; at a rigid contact with mass the normal force jumps, and with it the place of a node that slides"
+        "contact {contact}: tangential_stiffness: needs normal_stiffness, too, or a given normal_force; at a rigid contact the normal force jumps, and with it the place of a node that slides"
     )]
     RigidNormal {
         /// Index of the contact.

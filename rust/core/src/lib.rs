@@ -13,8 +13,9 @@
 //! use stickslip_core::*;
 //!
 //! let belt = ContactInput {
-//!     tangential: Direction::Dof(0),
-//!     normal: Direction::Dof(1),
+//!     tangential: Some(Direction::Dof(0)),
+//!     normal: Some(Direction::Dof(1)),
+//!     normal_force: 0.0,
 //!     friction: 0.5,
 //!     static_friction: 1.0,
 //!     slider_speed: 0.1,

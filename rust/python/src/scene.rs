@@ -30,8 +30,17 @@ enum DampingInput<'py> {
 /// (normal, tangential) stiffness of a compliant contact.
 type SpringData = (Option<f64>, Option<f64>);
 
-pub type ContactData<'py> =
-    (DirectionInput<'py>, DirectionInput<'py>, f64, f64, f64, f64, f64, SpringData);
+pub type ContactData<'py> = (
+    Option<DirectionInput<'py>>,
+    Option<DirectionInput<'py>>,
+    f64,
+    f64,
+    f64,
+    f64,
+    f64,
+    f64,
+    SpringData,
+);
 
 /// The combination of a state, with the friction forces that its compliant contacts hold.
 #[derive(FromPyObject)]
@@ -48,29 +57,30 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     };
     contacts
         .iter()
-        .map(
-            |(
+        .map(|contact| {
+            let (
                 tangential,
                 normal,
                 friction,
                 static_friction,
-                slider_speed,
+                speed,
                 restitution,
                 gap,
+                force,
                 springs,
-            )| {
-                core::ContactInput {
-                    tangential: direction(tangential),
-                    normal: direction(normal),
-                    friction: *friction,
-                    static_friction: *static_friction,
-                    slider_speed: *slider_speed,
-                    restitution: *restitution,
-                    gap: *gap,
-                    springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
-                }
-            },
-        )
+            ) = contact;
+            core::ContactInput {
+                tangential: tangential.as_ref().map(direction),
+                normal: normal.as_ref().map(direction),
+                normal_force: *force,
+                friction: *friction,
+                static_friction: *static_friction,
+                slider_speed: *speed,
+                restitution: *restitution,
+                gap: *gap,
+                springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
+            }
+        })
         .collect()
 }
 
@@ -175,7 +185,13 @@ impl Scene {
 
     #[getter]
     fn size(&self) -> usize {
-        self.core().size()
+        self.core().dofs()
+    }
+
+    /// Whether some dofs or compliant contacts have no mass.
+    #[getter]
+    fn has_massless(&self) -> bool {
+        self.core().has_massless()
     }
 
     fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
@@ -191,7 +207,7 @@ impl Scene {
         let combination = self.combination(py, combination)?;
         let found = detached(py, || core::Modes::new(self.core(), &combination))?
             .map_err(|error| raise(py, &error))?;
-        modes::modes(py, self.core().size(), found)
+        modes::modes(py, self.core().dofs(), found)
     }
 
     /// The combination of sliding as the sliders drive.
@@ -252,13 +268,13 @@ impl Scene {
     /// By row: the tangential and the normal direction of every contact.
     fn contact_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.input.directions();
-        matrix(py, rows.len(), self.size(), rows.concat())
+        matrix(py, rows.len(), self.core().dofs(), rows.concat())
     }
 
     /// By row: how contact forces along each direction are told from a load on the dofs.
     fn contact_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let columns = detached(py, || self.core().contact_basis())?;
-        matrix(py, columns.len(), self.size(), columns.concat())
+        matrix(py, columns.len(), self.core().dofs(), columns.concat())
     }
 }
 

@@ -222,7 +222,7 @@ impl Trajectory {
             }
             (positions, velocities)
         })?;
-        let (rows, columns) = (self.inner.events.len(), self.inner.size());
+        let (rows, columns) = (self.inner.events.len(), self.inner.dofs());
         Ok((matrix(py, rows, columns, positions)?, matrix(py, rows, columns, velocities)?))
     }
 
@@ -234,7 +234,7 @@ impl Trajectory {
         let times = vector(&times);
         let sample =
             detached(py, || self.inner.sample(&times))?.map_err(|error| raise(py, &error))?;
-        let (rows, dofs, contacts) = (times.len(), self.inner.size(), self.inner.contact_count());
+        let (rows, dofs, contacts) = (times.len(), self.inner.dofs(), self.inner.contact_count());
         let codes: Vec<u8> = sample.status.iter().map(|status| status.letter() as u8).collect();
         Ok((
             matrix(py, rows, dofs, sample.position)?,

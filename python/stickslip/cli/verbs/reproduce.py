@@ -1,4 +1,4 @@
-"""`stickslip reproduce`: every published number beside the computed one."""
+"""`stickslip reproduce`: every published number beside the computed one; `stickslip figures`: the figures."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from stickslip.cli.exits import NEGATIVE
-from stickslip.cli.options import console, dpi_option
+from stickslip.cli.options import Number, console, dpi_option, save_figure
+from stickslip.show.progress import tracked
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -136,3 +137,36 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
 
 def _notes(found: list[Row]) -> list[str]:
     return list(dict.fromkeys(row.note for row in found if row.note))
+
+
+@click.command()
+@click.argument("numbers", nargs=-1, type=Number(2, 15))
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(file_okay=False, path_type=Path),
+    default="figures",
+    show_default=True,
+    help="Folder; created if missing.",
+)
+@click.option(
+    "--format", "suffix", type=click.Choice(["pdf", "svg", "eps", "png"]), default="pdf", show_default=True
+)
+@dpi_option
+def figures(numbers: tuple[int, ...], out: Path, suffix: str, dpi: int) -> None:
+    """Draw figures of the paper, 2 to 15, computed anew; without numbers all of them.
+
+    They are as wide as a column of a journal, 85 mm, with letters of at least 6 points.
+
+    \b
+    Example:
+      stickslip figures 3 9 --format svg
+    """
+    from stickslip.reference.figures import FIGURES
+
+    out.mkdir(parents=True, exist_ok=True)
+    for number in tracked(numbers or tuple(FIGURES), "figures"):
+        path = out / f"figure-{number:02}.{suffix}"
+        save_figure(FIGURES[number](), path, dpi)
+        click.echo(f"wrote {path}: {(FIGURES[number].__doc__ or '').splitlines()[0]}", err=True)

@@ -14,6 +14,7 @@ use nalgebra::DMatrix;
 use crate::contact::event_kind::EventKind;
 use crate::linalg::dense::Factors;
 use crate::scene::condensation::Condensed;
+use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -203,7 +204,10 @@ fn of_contact(
             let sign = -status.friction_sign();
             let slip = (law.static_friction > 0.0)
                 .then(|| function(EventKind::Velocity, slip_velocity(scene, contact).scaled(sign)));
-            slip.into_iter().chain([function(EventKind::Release, normal)]).collect()
+            // A given normal force does not vanish.
+            let opens = law.directions != Directions::Tangential;
+            let release = opens.then(|| function(EventKind::Release, normal));
+            slip.into_iter().chain(release).collect()
         }
         Status::Sticking => {
             let cone = |sign: f64| {

@@ -117,6 +117,14 @@ impl Path {
         lower: f64,
         upper: f64,
     ) -> Result<Self, Error> {
+        if scene.has_massless() {
+            // Friction does not enter linearly where it moves what has no mass.
+            return Err(Error::Shape {
+                argument: "scene".into(),
+                expected: "mass on every dof and no compliant contact".into(),
+                got: "dofs without mass".into(),
+            });
+        }
         let reduced = Reduced::new(scene, combination)?;
         let m = reduced.size();
         let moved = |contact: usize| contacts.contains(&contact);

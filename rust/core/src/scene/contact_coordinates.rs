@@ -8,6 +8,8 @@
 //! Only dofs that a direction or the mass joins depend on each other here. Each such group is transformed by itself, so
 //! that sparse matrices stay sparse: lumped masses and contacts on single dofs are their own coordinates, and a contact
 //! between two nodes mixes the dofs of these two.
+//!
+//! A direction that a contact has not gets a coordinate beyond those of the dofs, on which no matrix acts.
 
 use nalgebra::DMatrix;
 
@@ -15,7 +17,7 @@ use crate::error::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{ContactInput, INDEPENDENCE};
+use crate::scene::contact_law::{ContactInput, Direction, INDEPENDENCE};
 
 /// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
 const COUPLING_ROUNDING: f64 = 1e-13;
@@ -25,6 +27,9 @@ const COUPLING_ROUNDING: f64 = 1e-13;
 pub struct Coordinates {
     /// (tangential, normal) coordinate of each contact.
     pub slots: Vec<(usize, usize)>,
+    /// Number of directions that contacts have not; their coordinates are the last ones.
+    pub missing: usize,
+    dofs: usize,
     transform: Option<Transform>,
     /// `D' M^-1 D` over (tangential, normal) of each contact, when mass couples contact coordinates with each other;
     /// `None` when it is diagonal.
@@ -52,17 +57,34 @@ impl Coordinates {
     /// `mass` is symmetric and positive definite.
     pub fn new(mass: &SparseMatrix, contacts: &[ContactInput]) -> Result<Self, Error> {
         let size = mass.size();
-        let directions: Vec<Vec<(usize, f64)>> = contacts
+        let stated: Vec<Option<&Direction>> = contacts
             .iter()
-            .flat_map(|contact| [contact.tangential.nonzero(), contact.normal.nonzero()])
+            .flat_map(|contact| [contact.tangential.as_ref(), contact.normal.as_ref()])
             .collect();
+        // Place of each direction among (tangential, normal) of all contacts.
+        let whose: Vec<usize> = (0..stated.len()).filter(|&k| stated[k].is_some()).collect();
+        let directions: Vec<Vec<(usize, f64)>> =
+            stated.iter().flatten().map(|direction| direction.nonzero()).collect();
         let count = directions.len();
+        let missing = stated.len() - count;
         if count > size {
-            return Err(Error::TooManyDirections { contacts: contacts.len(), dofs: size });
+            return Err(Error::TooManyDirections {
+                contacts: contacts.len(),
+                directions: count,
+                dofs: size,
+            });
         }
         let dependent = |index: usize| Error::DependentDirection {
-            contact: index / 2,
-            direction: ["tangential", "normal"][index % 2],
+            contact: whose[index] / 2,
+            direction: ["tangential", "normal"][whose[index] % 2],
+        };
+        let in_pairs = |slots: &[usize]| -> Vec<(usize, usize)> {
+            let mut beyond = size..;
+            let mut all: Vec<Option<usize>> = vec![None; stated.len()];
+            whose.iter().zip(slots).for_each(|(&k, &slot)| all[k] = Some(slot));
+            let mut all =
+                all.into_iter().map(|slot| slot.or_else(|| beyond.next()).unwrap_or(size));
+            contacts.iter().filter_map(|_| Some((all.next()?, all.next()?))).collect()
         };
         let nodal = directions.iter().all(|direction| matches!(direction[..], [(_, 1.0)]));
         if nodal && mass.is_diagonal() {
@@ -71,7 +93,13 @@ impl Coordinates {
             let again = slots.iter().position(|&dof| std::mem::replace(&mut taken[dof], true));
             return match again {
                 Some(index) => Err(dependent(index)),
-                None => Ok(Self { slots: in_pairs(&slots), transform: None, delassus: None }),
+                None => Ok(Self {
+                    slots: in_pairs(&slots),
+                    missing,
+                    dofs: size,
+                    transform: None,
+                    delassus: None,
+                }),
             };
         }
         let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
@@ -133,21 +161,28 @@ impl Coordinates {
         });
         let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
         let delassus = coupled.then(|| {
-            let mut whole = DMatrix::zeros(count, count);
+            // A direction that a contact has not is coupled with none.
+            let mut whole = DMatrix::identity(stated.len(), stated.len());
             for (_, own, group) in &transformed {
                 for (i, j) in (0..own.len()).flat_map(|i| (0..own.len()).map(move |j| (i, j))) {
-                    whole[(own[i], own[j])] = group.delassus[(i, j)];
+                    whole[(whose[own[i]], whose[own[j]])] = group.delassus[(i, j)];
                 }
             }
             whole
         });
-        Ok(Self { slots: in_pairs(&slots), transform, delassus })
+        Ok(Self { slots: in_pairs(&slots), missing, dofs: size, transform, delassus })
     }
 
-    /// Contact coordinates themselves, with the contacts' (tangential, normal).
-    pub fn of_contacts(slots: Vec<(usize, usize)>, delassus: Option<DMatrix<f64>>) -> Self {
+    /// Contact coordinates themselves, `size` of them, with the contacts' (tangential, normal).
+    pub fn of_contacts(
+        size: usize,
+        slots: Vec<(usize, usize)>,
+        delassus: Option<DMatrix<f64>>,
+    ) -> Self {
         Self {
             slots,
+            missing: 0,
+            dofs: size,
             transform: None,
             delassus: delassus.filter(|delassus| !is_diagonal(delassus)),
         }
@@ -156,23 +191,38 @@ impl Coordinates {
     /// `T' matrix T`
     pub fn transformed(&self, matrix: SparseMatrix) -> SparseMatrix {
         match &self.transform {
-            None => matrix,
-            Some(transform) => matrix.transformed(&transform.forward),
+            None => self.extended(matrix),
+            Some(transform) => self.extended(matrix.transformed(&transform.forward)),
+        }
+    }
+
+    /// With empty rows and columns of the directions that contacts have not.
+    fn extended(&self, matrix: SparseMatrix) -> SparseMatrix {
+        match self.missing {
+            0 => matrix,
+            missing => SparseMatrix::from_rows(self.dofs + missing, |row, entries| {
+                if row < self.dofs {
+                    entries.extend(matrix.row(row));
+                }
+            }),
         }
     }
 
     /// The same of a symmetric matrix.
     pub fn congruent(&self, matrix: SparseMatrix) -> SparseMatrix {
         match &self.transform {
-            None => matrix,
-            Some(transform) => matrix.congruent(&transform.forward),
+            None => self.extended(matrix),
+            Some(transform) => self.extended(matrix.congruent(&transform.forward)),
         }
     }
 
     /// Column `slot` of T: how the dofs move where that coordinate moves by one, and how a force along the contact
-    /// direction of that coordinate is told from forces on the dofs.
+    /// direction of that coordinate is told from forces on the dofs. Zero where the contact has no such direction.
     pub fn column(&self, slot: usize, size: usize) -> Vec<f64> {
         let mut column = vec![0.0; size];
+        if slot >= self.dofs {
+            return column;
+        }
         match &self.transform {
             None => column[slot] = 1.0,
             Some(transform) => {
@@ -184,23 +234,25 @@ impl Coordinates {
 
     /// `T q`
     pub fn to_dofs(&self, q: &[f64]) -> Vec<f64> {
+        let q = &q[..self.dofs];
         self.transform.as_ref().map_or_else(|| q.to_vec(), |transform| transform.forward.apply(q))
     }
 
     /// `T^-1 x`
     pub fn of_dofs(&self, x: &[f64]) -> Vec<f64> {
-        self.transform.as_ref().map_or_else(|| x.to_vec(), |transform| transform.inverse.apply(x))
+        let applied = |transform: &Transform| transform.inverse.apply(x);
+        let mut q = self.transform.as_ref().map_or_else(|| x.to_vec(), applied);
+        q.resize(self.dofs + self.missing, 0.0);
+        q
     }
 
     /// `T' f`: forces on the coordinates from forces on the dofs.
     pub fn forces_of_dofs(&self, force: &[f64]) -> Vec<f64> {
         let applied = |transform: &Transform| transform.transposed.apply(force);
-        self.transform.as_ref().map_or_else(|| force.to_vec(), applied)
+        let mut forces = self.transform.as_ref().map_or_else(|| force.to_vec(), applied);
+        forces.resize(self.dofs + self.missing, 0.0);
+        forces
     }
-}
-
-fn in_pairs(slots: &[usize]) -> Vec<(usize, usize)> {
-    slots.chunks_exact(2).map(|pair| (pair[0], pair[1])).collect()
 }
 
 impl Group {

@@ -1,6 +1,7 @@
-//! A frictional unilateral contact with a rigid moving slider.
+//! A frictional unilateral contact with a rigid moving slider, a stop without friction, or friction under a given force.
 
 use crate::error::Error;
+use crate::scene::status::Status;
 
 /// A direction whose part independent of the others is smaller than this is refused.
 pub(crate) const INDEPENDENCE: f64 = 1e-10;
@@ -31,13 +32,15 @@ impl Direction {
     }
 }
 
-/// A contact as a user states it: two directions in the space of x, and its law.
+/// A contact as a user states it: its directions in the space of x, and its law. One direction may be missing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ContactInput {
-    /// t: the slip velocity is `t . x' - slider_speed`.
-    pub tangential: Direction,
-    /// n: the gap is `n . x + gap`.
-    pub normal: Direction,
+    /// t: the slip velocity is `t . x' - slider_speed`. None: a stop without friction.
+    pub tangential: Option<Direction>,
+    /// n: the gap is `n . x + gap`. None: friction under the normal force `normal_force`, which never opens.
+    pub normal: Option<Direction>,
+    /// Normal force of a contact without a normal direction, N, positive; 0 with one.
+    pub normal_force: f64,
     /// mu, the coefficient of kinetic friction, -, not negative: |T| = mu N while the contact slides.
     pub friction: f64,
     /// Coefficient up to which a sticking contact holds, -, at least `friction`.
@@ -68,12 +71,40 @@ pub(crate) enum Inertia {
     Full,
     /// The tangential one alone: gaps close without an impact.
     Tangential,
+    /// The normal one alone: refused.
+    Normal,
     None,
 }
 
-/// A contact in contact coordinates: its slip and gap are coordinates of their own.
+/// Which directions a contact has.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Directions {
+    /// Friction and unilateral contact.
+    Both,
+    /// A stop: statuses `+` (closed) and `d`.
+    Normal,
+    /// Friction under a given normal force: statuses `+`, `-` and `s`.
+    Tangential,
+}
+
+impl Directions {
+    /// Whether a contact with these directions can have a status.
+    pub const fn admit(self, status: Status) -> bool {
+        match self {
+            Directions::Both => true,
+            Directions::Normal => matches!(status, Status::Positive | Status::Detached),
+            Directions::Tangential => status.is_closed(),
+        }
+    }
+}
+
+/// A contact in contact coordinates: its slip and gap are coordinates of their own. That of a direction which it has not
+/// is always zero: the tangential one of a stop never moves, and the normal one of friction under a given normal force
+/// N is a closed gap without mass on which the load -N acts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
+    /// Which directions it has.
+    pub directions: Directions,
     /// Index of the tangential coordinate.
     pub tangential: usize,
     /// Index of the normal coordinate, which *is* the gap.
@@ -101,10 +132,21 @@ impl Contact {
     }
 }
 
+impl Contact {
+    /// Speed of the slider, m/s; 1 of a stop, whose one closed status is `+`.
+    pub(crate) fn drive(&self) -> f64 {
+        if self.directions == Directions::Normal { 1.0 } else { self.slider_speed }
+    }
+}
+
 impl ContactInput {
     pub(crate) fn validate(&self, contact: usize, size: usize) -> Result<(), Error> {
         let named = |field: &str| format!("contact {contact}: {field}");
+        if self.tangential.is_none() && self.normal.is_none() {
+            return Err(Error::NoDirection { contact });
+        }
         for (field, direction) in [("tangential", &self.tangential), ("normal", &self.normal)] {
+            let Some(direction) = direction else { continue };
             match direction {
                 Direction::Dof(dof) if *dof >= size => {
                     return Err(Error::Shape {
@@ -125,7 +167,26 @@ impl ContactInput {
                 Direction::Entries(entries) => check_entries(&named(field), entries, size)?,
             }
         }
-        let checks: [(&str, f64, &'static str, bool); 5] = [
+        let (stop, given) = (self.tangential.is_none(), self.normal.is_none());
+        let only = |value: f64, missing: bool| !missing || value == 0.0;
+        let without_tangential = "0 without a tangential direction";
+        let without_normal = "0 without a normal direction";
+        let (force, force_holds) = match given {
+            true => ("> 0 without a normal direction", self.normal_force > 0.0),
+            false => ("0 with a normal direction", self.normal_force == 0.0),
+        };
+        let checks: [(&str, f64, &'static str, bool); 11] = [
+            ("friction", self.friction, without_tangential, only(self.friction, stop)),
+            (
+                "static_friction",
+                self.static_friction,
+                without_tangential,
+                only(self.static_friction, stop),
+            ),
+            ("slider_speed", self.slider_speed, without_tangential, only(self.slider_speed, stop)),
+            ("restitution", self.restitution, without_normal, only(self.restitution, given)),
+            ("gap", self.gap, without_normal, only(self.gap, given)),
+            ("normal_force", self.normal_force, force, force_holds),
             ("friction", self.friction, ">= 0", self.friction >= 0.0),
             (
                 "static_friction",
@@ -153,7 +214,16 @@ impl ContactInput {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
-        if self.springs.tangential.is_some() && self.springs.normal.is_none() {
+        let missing = [
+            ("normal_stiffness", self.springs.normal, given, without_normal),
+            ("tangential_stiffness", self.springs.tangential, stop, without_tangential),
+        ];
+        for (field, stiffness, missing, requirement) in missing {
+            if let Some(value) = stiffness.filter(|_| missing) {
+                return Err(Error::Range { argument: named(field), requirement, value });
+            }
+        }
+        if self.springs.tangential.is_some() && self.springs.normal.is_none() && !given {
             return Err(Error::RigidNormal { contact });
         }
         self.check_directions(contact)?;
@@ -162,9 +232,38 @@ impl ContactInput {
 }
 
 impl ContactInput {
+    /// What has mass of it, if its tangential and its normal coordinate lack it; None where the normal one alone has any.
+    pub(crate) fn inertia(&self, tangential: bool, normal: bool) -> Inertia {
+        match (self.directions(), tangential, normal) {
+            (Directions::Tangential, true, _) | (_, true, true) => Inertia::None,
+            (_, false, true) => Inertia::Tangential,
+            (_, true, false) => Inertia::Normal,
+            _ => Inertia::Full,
+        }
+    }
+
+    /// Which directions it has, of the one at least that it must have.
+    pub(crate) fn directions(&self) -> Directions {
+        match (&self.tangential, &self.normal) {
+            (None, _) => Directions::Normal,
+            (_, None) => Directions::Tangential,
+            _ => Directions::Both,
+        }
+    }
+
     /// Refuses a zero direction, and a normal that is a multiple of the tangential direction.
     fn check_directions(&self, contact: usize) -> Result<(), Error> {
-        let [t, n] = [&self.tangential, &self.normal].map(Direction::nonzero);
+        let (Some(t), Some(n)) = (&self.tangential, &self.normal) else {
+            let given = [("tangential", &self.tangential), ("normal", &self.normal)];
+            let zero = given.into_iter().find(|(_, direction)| {
+                direction.as_ref().is_some_and(|direction| direction.nonzero().is_empty())
+            });
+            return match zero {
+                Some((direction, _)) => Err(Error::ZeroDirection { contact, direction }),
+                None => Ok(()),
+            };
+        };
+        let [t, n] = [t, n].map(Direction::nonzero);
         if let ([t], [n]) = (&t[..], &n[..]) {
             return if t.0 == n.0 { Err(Error::NormalIsTangential { contact }) } else { Ok(()) };
         }

@@ -30,7 +30,7 @@ pub(crate) struct Massless {
 pub(crate) struct Group {
     /// Ascending.
     pub coordinates: Vec<usize>,
-    /// The contacts whose gap is one of them, ascending.
+    /// The contacts whose gap or slip is one of them, ascending.
     pub contacts: Vec<usize>,
     /// Y over the coordinates, m/N.
     pub flexibility: DMatrix<f64>,
@@ -48,18 +48,21 @@ impl Massless {
         mass: &SparseMatrix,
         stiffness: &SparseMatrix,
         contacts: &[Contact],
+        known: usize,
     ) -> Result<Self, Error> {
+        // Beyond those that are `known` are the directions which contacts have not.
         let size = mass.size();
-        let coordinates: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) == 0.0).collect();
+        let lacks = |k: usize| k < known && mass.get(k, k) == 0.0;
+        let coordinates: Vec<usize> = (0..size).filter(|&k| lacks(k)).collect();
         if coordinates.is_empty() {
             return Ok(Self::default());
         }
         let mut partner = vec![None; size];
-        for law in contacts.iter().filter(|law| law.inertia == Inertia::None) {
+        let both = |law: &&Contact| law.inertia == Inertia::None && lacks(law.normal);
+        for law in contacts.iter().filter(both) {
             partner[law.tangential] = Some(law.normal);
             partner[law.normal] = Some(law.tangential);
         }
-        let lacks = |k: usize| mass.get(k, k) == 0.0;
         let parts = components(size, |k, found| {
             if lacks(k) {
                 found.extend(partner[k]);
@@ -75,7 +78,11 @@ impl Massless {
                     pivot,
                 })?;
                 let within = |law: &Contact| {
-                    law.inertia != Inertia::Full && coordinates.contains(&law.normal)
+                    let own = match law.inertia {
+                        Inertia::None => law.tangential,
+                        _ => law.normal,
+                    };
+                    coordinates.contains(&own)
                 };
                 let contacts = (0..contacts.len()).filter(|&i| within(&contacts[i])).collect();
                 Ok(Group { flexibility: factor.inverse(), contacts, coordinates })
@@ -117,17 +124,27 @@ pub(crate) struct Nodes {
     pub size: usize,
     /// (tangential, normal) dof of the node of each contact, where it has one.
     places: Vec<(Option<usize>, Option<usize>)>,
-    /// (dof of the node, direction on the body, stiffness) of every spring.
-    springs: Vec<(usize, Vec<(usize, f64)>, f64)>,
+    springs: Vec<Spring>,
+}
+
+/// A spring of a compliant contact.
+#[derive(Debug)]
+struct Spring {
+    /// Dof of the node.
+    node: usize,
+    /// On the body.
+    direction: Vec<(usize, f64)>,
+    stiffness: f64,
 }
 
 impl Nodes {
     pub fn new(size: usize, contacts: &[ContactInput]) -> Self {
         let mut nodes = Self { size, places: Vec::new(), springs: Vec::new() };
         for law in contacts {
-            let mut place = |direction: &Direction, stiffness: Option<f64>| {
-                let stiffness = stiffness?;
-                nodes.springs.push((nodes.size, direction.nonzero(), stiffness));
+            let mut place = |direction: &Option<Direction>, stiffness: Option<f64>| {
+                let (direction, stiffness) = (direction.as_ref()?, stiffness?);
+                let direction = direction.nonzero();
+                nodes.springs.push(Spring { node: nodes.size, direction, stiffness });
                 nodes.size += 1;
                 Some(nodes.size - 1)
             };
@@ -161,7 +178,7 @@ impl Nodes {
             return stiffness;
         }
         let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
-        for (node, direction, k) in &self.springs {
+        for Spring { node, direction, stiffness: k } in &self.springs {
             let stretch = || {
                 let body = direction.iter().map(|&(dof, entry)| (dof, -entry));
                 body.chain([(*node, 1.0)])
@@ -183,11 +200,12 @@ impl Nodes {
             Direction::Vector(_) if !self.is_empty() => Direction::Entries(direction.nonzero()),
             _ => direction.clone(),
         };
+        let stated = |direction: &Option<Direction>| direction.as_ref().map(sparse);
         let moved =
             |(law, &(tangential, normal)): (&ContactInput, &(Option<usize>, Option<usize>))| {
                 ContactInput {
-                    tangential: tangential.map_or_else(|| sparse(&law.tangential), Direction::Dof),
-                    normal: normal.map_or_else(|| sparse(&law.normal), Direction::Dof),
+                    tangential: tangential.map(Direction::Dof).or_else(|| stated(&law.tangential)),
+                    normal: normal.map(Direction::Dof).or_else(|| stated(&law.normal)),
                     ..law.clone()
                 }
             };
@@ -197,7 +215,7 @@ impl Nodes {
     /// Positions or velocities over dofs, with nodes where their springs are relaxed.
     pub fn extended(&self, x: &[f64]) -> Vec<f64> {
         let mut whole = x.to_vec();
-        for (_, direction, _) in &self.springs {
+        for Spring { direction, .. } in &self.springs {
             whole.push(direction.iter().map(|&(dof, entry)| entry * x[dof]).sum());
         }
         whole
@@ -219,7 +237,7 @@ pub(crate) fn condensed_stiffness(
     mass: &SparseMatrix,
     stiffness: &SparseMatrix,
 ) -> Result<SparseMatrix, Error> {
-    let massless = Massless::new(mass, stiffness, &[])?;
+    let massless = Massless::new(mass, stiffness, &[], mass.size())?;
     if massless.is_empty() {
         return Ok(stiffness.clone());
     }

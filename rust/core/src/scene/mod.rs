@@ -13,7 +13,7 @@ pub(crate) mod statics;
 pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
-pub use contact_law::{Contact, ContactInput, Direction, Springs};
+pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
 pub use reduction::{Reduced, Reduction};
 pub use statics::{Statics, Steady};

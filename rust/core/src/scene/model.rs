@@ -8,7 +8,9 @@ use crate::error::Error;
 use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
-use crate::scene::contact_law::{Contact, ContactInput, Inertia, check_finite};
+use crate::scene::contact_law::{
+    Contact, ContactInput, Direction, Directions, Inertia, check_finite,
+};
 use crate::scene::massless::{Massless, Nodes, condensed_stiffness};
 use crate::scene::status::{Combination, Status};
 
@@ -85,13 +87,14 @@ impl SceneInput {
         [mass, damping, stiffness.combined(1.0, h, 1.0), elastic, skew]
     }
 
-    /// D by columns: the tangential and the normal direction of every contact.
+    /// D by columns: the tangential and the normal direction of every contact; zero where it has none.
     pub fn directions(&self) -> Vec<Vec<f64>> {
         let directions = self.contacts.iter().flat_map(|law| [&law.tangential, &law.normal]);
         directions
             .map(|direction| {
                 let mut column = vec![0.0; self.force.len()];
-                direction.nonzero().into_iter().for_each(|(dof, entry)| column[dof] = entry);
+                let entries = direction.iter().flat_map(Direction::nonzero);
+                entries.for_each(|(dof, entry)| column[dof] = entry);
                 column
             })
             .collect()
@@ -103,7 +106,8 @@ impl SceneInput {
 /// `contacts[i].tangential` less the slider speed.
 #[derive(Debug)]
 pub struct Scene {
-    /// Coordinates: one for each dof, and those of the nodes of compliant contacts.
+    /// Contact coordinates: one for each dof, one for each node of a compliant contact, and one for each direction that
+    /// a contact has not.
     pub(crate) size: usize,
     /// Dofs as the user numbers them.
     pub(crate) dofs: usize,
@@ -271,11 +275,11 @@ impl Scene {
             .iter()
             .zip(&coordinates.slots)
             .map(|(law, &(tangential, normal))| Contact {
-                inertia: match (mass.get(tangential, tangential), mass.get(normal, normal)) {
-                    (0.0, 0.0) => Inertia::None,
-                    (_, 0.0) => Inertia::Tangential,
-                    _ => Inertia::Full,
-                },
+                directions: law.directions(),
+                inertia: law.inertia(
+                    tangential < size && mass.get(tangential, tangential) == 0.0,
+                    normal < size && mass.get(normal, normal) == 0.0,
+                ),
                 tangential,
                 normal,
                 friction: law.friction,
@@ -285,7 +289,8 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
-        check_massless(&mass, &contacts, &coordinates)?;
+        check_massless(&contacts, &coordinates)?;
+        let (known, size) = (size, size + coordinates.missing);
         let lumped = mass.is_diagonal();
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
         let symmetric_stiffness = coordinates.congruent(stiffness);
@@ -316,8 +321,13 @@ impl Scene {
             Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
             _ => proportions(&damping, &mass, &stiffness),
         };
-        let massless = Massless::new(&mass, &stiffness, &contacts)?;
+        let massless = Massless::new(&mass, &stiffness, &contacts, known)?;
         let mut force = coordinates.forces_of_dofs(&force);
+        for (contact, law) in contacts.iter().zip(&input.contacts) {
+            if contact.directions == Directions::Tangential {
+                force[contact.normal] = -law.normal_force;
+            }
+        }
         if contacts.iter().any(|contact| contact.gap != 0.0) {
             let mut clearance = vec![0.0; size];
             for contact in &contacts {
@@ -345,13 +355,18 @@ impl Scene {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
+    pub fn dofs(&self) -> usize {
         self.dofs
     }
 
     /// The contacts in contact coordinates, in the order in which they were given.
     pub fn contacts(&self) -> &[Contact] {
         &self.contacts
+    }
+
+    /// Whether some dofs or compliant contacts have no mass.
+    pub fn has_massless(&self) -> bool {
+        !self.massless.is_empty()
     }
 
     /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
@@ -362,11 +377,14 @@ impl Scene {
     /// Coordinates that a combination leaves free.
     pub(crate) fn free(&self, combination: &Combination) -> usize {
         let held = |(law, status): (&Contact, &Status)| {
-            usize::from(status.is_closed() && law.normal_has_mass())
-                + usize::from(*status == Status::Sticking && law.tangential_has_mass())
+            let moves = |coordinate: usize| !self.massless.contains(coordinate);
+            usize::from(status.is_closed() && moves(law.normal))
+                + usize::from(*status == Status::Sticking && moves(law.tangential))
         };
+        let stop = |law: &&Contact| law.directions == Directions::Normal;
+        let stops = self.contacts.iter().filter(stop).count();
         let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
-        self.size - self.massless.coordinates.len() - held
+        self.size - self.massless.coordinates.len() - stops - held
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,
@@ -434,11 +452,27 @@ impl Scene {
         }
     }
 
-    /// Refuses a combination in which a frictionless contact sticks.
+    /// Refuses a combination in which a frictionless contact sticks, or a contact has a status for which it lacks a
+    /// direction.
     pub fn check_combination(&self, combination: &Combination) -> Result<(), Error> {
         for (contact, (law, &status)) in
             self.contacts.iter().zip(combination.statuses()).enumerate()
         {
+            if !law.directions.admit(status) {
+                let (direction, expected) = match law.directions {
+                    Directions::Normal => ("tangential", "'+' (closed) or 'd'"),
+                    _ => ("normal", "'+', '-' or 's'"),
+                };
+                let combination = combination.to_string();
+                let status = status.letter();
+                return Err(Error::InadmissibleStatus {
+                    contact,
+                    direction,
+                    expected,
+                    status,
+                    combination,
+                });
+            }
             if status == Status::Sticking && law.static_friction == 0.0 {
                 return Err(Error::FrictionlessStick {
                     contact,
@@ -504,18 +538,14 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
 
 /// Refuses contacts of which only the gap has mass, that bounce without mass, or that have none beside others that mass
 /// couples.
-fn check_massless(
-    mass: &SparseMatrix,
-    contacts: &[Contact],
-    coordinates: &Coordinates,
-) -> Result<(), Error> {
+fn check_massless(contacts: &[Contact], coordinates: &Coordinates) -> Result<(), Error> {
     for (contact, law) in contacts.iter().enumerate() {
         if law.inertia == Inertia::Full {
-            if mass.get(law.tangential, law.tangential) == 0.0 {
-                let reason = "its normal direction has mass and its tangential one has none; give both mass, or a normal_stiffness";
-                return Err(Error::MixedMass { contact, reason });
-            }
             continue;
+        }
+        if law.inertia == Inertia::Normal {
+            let reason = "its normal direction has mass and its tangential one has none; give both mass, or a normal_stiffness";
+            return Err(Error::MixedMass { contact, reason });
         }
         if law.restitution != 0.0 {
             return Err(Error::RestitutionWithoutMass { contact, restitution: law.restitution });

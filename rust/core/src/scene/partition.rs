@@ -82,6 +82,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
         condensed: false,
         impact_friction: scene.impact_friction,
         coordinates: Coordinates::of_contacts(
+            coordinates.len(),
             laws.iter().map(|law| (law.tangential, law.normal)).collect(),
             delassus,
         ),

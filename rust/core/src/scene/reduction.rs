@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::condensation::Condensed;
-use crate::scene::contact_law::Contact;
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -57,6 +57,8 @@ impl Reduction {
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {
             dropped[law.normal] |= status.is_closed();
+            // A stop has no tangential motion.
+            dropped[law.tangential] |= law.directions == Directions::Normal;
             if status == Status::Sticking {
                 dropped[law.tangential] = true;
                 sticking.push((law.tangential, law.slider_speed));

@@ -9,6 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::Error;
 use crate::linalg::dense::{regular_solution, smallest_relative_pivot, solve};
 use crate::scene::condensation::Condensed;
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::{Scene, State};
 use crate::scene::reduction::Reduced;
 use crate::scene::status::{Combination, Status};
@@ -30,7 +31,7 @@ pub struct Statics {
     pub rows: DMatrix<f64>,
     /// One entry per contact: the normal entry of F, N, of closed contacts, 0 of open ones.
     pub offsets: Vec<f64>,
-    /// Of the sliders, m/s.
+    /// Of the sliders, m/s; 1 of stops, which have none.
     pub speeds: Vec<f64>,
 }
 
@@ -86,7 +87,7 @@ impl Statics {
             load: reduced.force_constant.clone(),
             rows,
             offsets,
-            speeds: scene.contacts.iter().map(|law| law.slider_speed).collect(),
+            speeds: scene.contacts.iter().map(Contact::drive).collect(),
         })
     }
 
@@ -115,12 +116,32 @@ fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
 
 impl Scene {
     /// Every contact sliding as its slider drives it: `+` for a positive slider speed, because the mass at rest slips by
-    /// `-slider_speed`. It is the default wherever a combination is asked for.
+    /// `-slider_speed`; stops open or closed as the equilibrium has them, and closed where there is none. It is the default
+    /// wherever a combination is asked for.
     pub fn sliding_combination(&self) -> Result<Combination, Error> {
         let statuses = self.contacts.iter().enumerate().map(|(contact, law)| {
-            Status::driven_by(law.slider_speed).ok_or(Error::NoSlidingDirection { contact })
+            Status::driven_by(law.drive()).ok_or(Error::NoSlidingDirection { contact })
         });
-        Ok(Combination::new(statuses.collect::<Result<Vec<_>, _>>()?))
+        let closed = Combination::new(statuses.collect::<Result<Vec<_>, _>>()?);
+        let stops = (0..self.contacts.len())
+            .filter(|&contact| self.contacts[contact].directions == Directions::Normal);
+        let stops: Vec<usize> = stops.collect();
+        let mut settled = closed.clone();
+        for _ in 0..EXCHANGES {
+            let margins = match stops.is_empty() {
+                true => return Ok(closed),
+                false => self.steady(&settled)?.margins,
+            };
+            let mut violated = stops.iter().filter(|&&stop| margins[stop] < 0.0).peekable();
+            if violated.peek().is_none() {
+                return Ok(settled);
+            }
+            settled = violated.fold(settled.clone(), |next, &stop| {
+                let open = settled.statuses()[stop].is_closed();
+                next.with(stop, if open { Status::Detached } else { Status::Positive })
+            });
+        }
+        Ok(closed)
     }
 
     /// `K_s q = F0` of the sliding combination.
@@ -149,7 +170,14 @@ impl Scene {
         if let Some(condensed) = Condensed::new(self, &combination)? {
             condensed.complete(&mut q, &mut vec![0.0; self.size]);
         }
-        for (contact, law) in self.contacts.iter().enumerate() {
+        for (contact, (law, status)) in self.contacts.iter().zip(combination.statuses()).enumerate()
+        {
+            if !status.is_closed() {
+                if !(q[law.normal] >= 0.0) {
+                    return Err(Error::Penetration { contact, gap: q[law.normal] });
+                }
+                continue;
+            }
             let normal_force = self.stiffness.row_dot(law.normal, &q) - self.force[law.normal];
             if !(normal_force > 0.0) {
                 return Err(Error::TensileEquilibrium { contact, normal_force });
@@ -170,30 +198,36 @@ impl Scene {
     pub fn steady_sliding(&self) -> Result<Combination, Error> {
         let combination = self.sliding_combination()?;
         let margins = self.steady(&combination)?.margins;
-        match margins.iter().position(|&normal_force| normal_force < 0.0) {
+        match margins.iter().position(|&margin| margin < 0.0) {
             None => Ok(combination),
             Some(contact) => Err(Error::NoSteadySliding {
                 contact,
-                normal_force: margins[contact],
+                margin: margins[contact],
+                open: !combination.statuses()[contact].is_closed(),
                 admissible: self.admissible(&combination, &margins)?.map(|open| open.to_string()),
                 combination: combination.to_string(),
             }),
         }
     }
 
-    /// An equilibrium of steady sliding with some contacts open, given the margins with all of them closed: contacts
+    /// An equilibrium of steady sliding with other contacts open, given the margins of the sliding combination: contacts
     /// that pull are opened and those that penetrate closed, until none does.
     fn admissible(
         &self,
-        closed: &Combination,
+        sliding: &Combination,
         margins: &[f64],
     ) -> Result<Option<Combination>, Error> {
         let count = margins.len();
         let with_open = |open: &[bool]| {
-            let opened = (0..count).filter(|&contact| open[contact]);
-            opened.fold(closed.clone(), |found, contact| found.with(contact, Status::Detached))
+            let laws = self.contacts.iter().zip(open);
+            let status = |(law, &open): (&Contact, &bool)| match open {
+                true if law.directions.admit(Status::Detached) => Status::Detached,
+                _ => Status::driven_by(law.drive()).unwrap_or(Status::Positive),
+            };
+            Combination::new(laws.map(status).collect())
         };
-        let mut open = vec![false; count];
+        let mut open: Vec<bool> =
+            sliding.statuses().iter().map(|status| !status.is_closed()).collect();
         let mut margins = margins.to_vec();
         for _ in 0..EXCHANGES {
             open.iter_mut().zip(&margins).for_each(|(open, &margin)| *open ^= margin < 0.0);
@@ -205,7 +239,7 @@ impl Scene {
             margins = found.margins;
         }
         if count <= ENUMERATED {
-            for choice in 1..1_usize << count {
+            for choice in 0..1_usize << count {
                 open.iter_mut().enumerate().for_each(|(k, open)| *open = choice >> k & 1 == 1);
                 let combination = with_open(&open);
                 if self.steady(&combination)?.exists {

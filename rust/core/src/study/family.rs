@@ -7,7 +7,7 @@ use std::sync::Arc;
 use crate::error::Error;
 use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
 use crate::scene::chain::{Link, Subsystem, chain};
-use crate::scene::contact_law::ContactInput;
+use crate::scene::contact_law::{ContactInput, Directions};
 use crate::scene::model::{Damping, Mass, Scene, SceneInput};
 use crate::scene::status::Status;
 
@@ -48,6 +48,8 @@ pub enum Field {
     Restitution,
     /// [`ContactInput::gap`], m.
     Gap,
+    /// [`ContactInput::normal_force`], N.
+    NormalForce,
 }
 
 impl Field {
@@ -71,6 +73,7 @@ impl Field {
             "slider_speed" => Field::SliderSpeed,
             "restitution" => Field::Restitution,
             "gap" => Field::Gap,
+            "normal_force" => Field::NormalForce,
             _ => return None,
         })
     }
@@ -120,7 +123,11 @@ impl Chain {
 
     /// How every contact slides as its slider drives it; None where a slider rests.
     pub(crate) fn sliding_statuses(&self) -> Option<Vec<Status>> {
-        self.contacts.iter().map(|law| Status::driven_by(law.slider_speed)).collect()
+        let slides = |law: &ContactInput| law.directions() == Directions::Both;
+        self.contacts
+            .iter()
+            .map(|law| Status::driven_by(law.slider_speed).filter(|_| slides(law)))
+            .collect()
     }
 
     /// The verdict on a chain whose contacts all slide, and its normal forces, see [`chain_growth`].
@@ -225,7 +232,16 @@ impl Template {
     /// The validated scene of the numbers now in the template.
     pub fn scene(&self) -> Result<Arc<Scene>, Error> {
         let input = match self {
-            Template::Chain(chain) => chain.input(),
+            Template::Chain(chain) => {
+                let input = chain.input();
+                // Every mass of a chain is one of its parameters.
+                if let Mass::Lumped(mass) = &input.mass
+                    && let Some(dof) = mass.iter().position(|&mass| mass == 0.0)
+                {
+                    return Err(Error::IndefiniteMass { dof, value: 0.0 });
+                }
+                input
+            }
             Template::Scene(input) => (**input).clone(),
         };
         Scene::new(input).map(Arc::new)
@@ -257,12 +273,24 @@ fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) 
         }
     }
     let place = slot.place;
+    // A number for all contacts is one for those that have what it is about.
+    let mut laws = |about: [Directions; 2], entry: fn(&mut ContactInput) -> &mut f64| {
+        let concerned = |(k, law): &(usize, &mut ContactInput)| match place {
+            Some(place) => *k == place,
+            None => about.contains(&law.directions()),
+        };
+        let chosen = contacts.iter_mut().enumerate().filter(concerned);
+        chosen.for_each(|(_, law)| change(entry(law)));
+    };
+    let slipping = [Directions::Both, Directions::Tangential];
+    let closing = [Directions::Both, Directions::Normal];
     match (slot.field, chain) {
-        (Field::Friction, _) => each(contacts, place, |law| &mut law.friction, change),
-        (Field::StaticFriction, _) => each(contacts, place, |law| &mut law.static_friction, change),
-        (Field::SliderSpeed, _) => each(contacts, place, |law| &mut law.slider_speed, change),
-        (Field::Restitution, _) => each(contacts, place, |law| &mut law.restitution, change),
-        (Field::Gap, _) => each(contacts, place, |law| &mut law.gap, change),
+        (Field::Friction, _) => laws(slipping, |law| &mut law.friction),
+        (Field::StaticFriction, _) => laws(slipping, |law| &mut law.static_friction),
+        (Field::SliderSpeed, _) => laws(slipping, |law| &mut law.slider_speed),
+        (Field::Restitution, _) => laws(closing, |law| &mut law.restitution),
+        (Field::Gap, _) => laws(closing, |law| &mut law.gap),
+        (Field::NormalForce, _) => laws([Directions::Tangential; 2], |law| &mut law.normal_force),
         (_, None) => {}
         (field, Some((parts, links, wall, damping))) => match field {
             Field::UpperMass => each(parts, place, |part| &mut part.upper_mass, change),

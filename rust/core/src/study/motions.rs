@@ -189,7 +189,7 @@ fn settled(
         Attractor::Equilibrium => {
             settled.kind = SettledKind::Equilibrium;
             settled.sequence = last.combinations_in_order().pop().into_iter().collect();
-            settled.amplitude = vec![0.0; last.scene().size];
+            settled.amplitude = vec![0.0; last.scene().dofs];
         }
         Attractor::Aperiodic(growth) => {
             settled.kind = SettledKind::Aperiodic;
@@ -240,7 +240,7 @@ fn disturbed_sliding(scene: &Scene) -> Result<State, Error> {
             fastest = k;
         }
     }
-    let shape: Vec<f64> = modes.shapes[scene.size * fastest..scene.size * (fastest + 1)]
+    let shape: Vec<f64> = modes.shapes[scene.dofs * fastest..scene.dofs * (fastest + 1)]
         .iter()
         .map(|entry| entry.re)
         .collect();

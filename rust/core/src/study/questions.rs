@@ -19,7 +19,7 @@ use crate::modes::growth::{ChainMatrices, Growth};
 use crate::motion::propagators::Propagators;
 use crate::scene::contact_law::Contact;
 use crate::scene::model::{Scene, State};
-use crate::scene::status::Combination;
+use crate::scene::status::{Combination, Status};
 use crate::study::failure::{Failure, FailureKind};
 use crate::study::family::{Family, Template};
 use crate::study::motions::{Followed, MotionAnswer, MotionQuestions, follow};
@@ -275,5 +275,7 @@ fn hopf_point(
 fn normal_forces_at_rest(scene: &Scene, state: &State) -> Vec<f64> {
     let (q, _) = scene.to_coordinates(&state.position, &state.velocity);
     let row = |law: &Contact| scene.stiffness.row_dot(law.normal, &q) - scene.force[law.normal];
-    scene.contacts.iter().map(row).collect()
+    let force =
+        |(law, status): (&Contact, &Status)| if status.is_closed() { row(law) } else { 0.0 };
+    scene.contacts.iter().zip(state.combination.statuses()).map(force).collect()
 }

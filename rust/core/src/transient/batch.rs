@@ -151,7 +151,7 @@ fn run(
 pub(crate) mod tests {
     use super::*;
     use crate::linalg::SparseMatrix;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 
     /// A mass carried by a belt, pressed on it by `load`.
     pub fn oscillator(load: f64) -> Arc<Scene> {
@@ -163,8 +163,9 @@ pub(crate) mod tests {
             circulatory: None,
             force: vec![0.0, -load],
             contacts: vec![ContactInput {
-                tangential: Direction::Dof(0),
-                normal: Direction::Dof(1),
+                tangential: Some(Direction::Dof(0)),
+                normal: Some(Direction::Dof(1)),
+                normal_force: 0.0,
                 friction: 0.5,
                 static_friction: 0.7,
                 slider_speed: 0.1,

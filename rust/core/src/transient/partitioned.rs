@@ -246,8 +246,9 @@ mod tests {
     #[test]
     fn uncoupled_parts_are_not_run_as_one() {
         let contact = |part: usize| ContactInput {
-            tangential: Direction::Dof(2 * part),
-            normal: Direction::Dof(2 * part + 1),
+            tangential: Some(Direction::Dof(2 * part)),
+            normal: Some(Direction::Dof(2 * part + 1)),
+            normal_force: 0.0,
             friction: 0.5,
             static_friction: 0.7,
             slider_speed: 0.1,

@@ -256,6 +256,13 @@ impl Trajectory {
         Ok(self.scene().state(&cursor.q, &cursor.u, combination))
     }
 
+    /// (q, q') at a time within the motion; at an event time those after it.
+    pub(crate) fn coordinates(&self, time: f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let mut cursor = Cursor::new(self);
+        cursor.seek("time", time)?;
+        Ok((cursor.q, cursor.u))
+    }
+
     /// States and contact forces at `times`, in any order.
     pub fn sample(&self, times: &[f64]) -> Result<Sample, Error> {
         let mut sample = Sample::default();
@@ -328,7 +335,7 @@ impl Trajectory {
     }
 
     /// Number of dofs.
-    pub fn size(&self) -> usize {
+    pub fn dofs(&self) -> usize {
         self.scene().dofs
     }
 

@@ -12,8 +12,9 @@ use stickslip_core::{
 /// A contact with tangential and normal dof, as hard as it comes: no friction, a slider at rest, no bounce, no gap.
 pub fn contact(tangential: usize, normal: usize) -> ContactInput {
     ContactInput {
-        tangential: Direction::Dof(tangential),
-        normal: Direction::Dof(normal),
+        tangential: Some(Direction::Dof(tangential)),
+        normal: Some(Direction::Dof(normal)),
+        normal_force: 0.0,
         friction: 0.0,
         static_friction: 0.0,
         slider_speed: 0.0,

@@ -69,7 +69,7 @@ fn check(propagators: &Arc<Propagators>, cycle: &Cycle, kinds: &[EventKind]) {
         assert!(orbit.steps.iter().any(|step| step.kind == *kind), "no {kind:?}");
     }
     let one = orbit.trajectory().expect("one period");
-    let n = one.size();
+    let n = one.dofs();
     let range = |k: usize| {
         let times: Vec<f64> = (0..200).map(|i| orbit.period * f64::from(i) / 200.0).collect();
         let sample = one.sample(&times).expect("within the period");

@@ -6,6 +6,7 @@ use crate::contact::coupled::contacts::{Coupled, Resting};
 use crate::contact::settlement::Series;
 use crate::error::RunFailure;
 use crate::linalg::dense::solve;
+use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -72,7 +73,10 @@ pub(crate) fn close_jointly(
         let pressed: Vec<(usize, f64)> = problem
             .iter()
             .enumerate()
-            .filter(|(k, _)| solution.statuses[*k].is_closed())
+            .filter(|(k, (i, _))| {
+                let opens = contacts[*i].directions != Directions::Tangential;
+                opens && solution.statuses[*k].is_closed()
+            })
             .map(|(k, &(i, _))| (i, solution.forces[2 * k + 1]))
             .collect();
         let count = moving.len();

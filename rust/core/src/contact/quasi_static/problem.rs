@@ -109,6 +109,10 @@ impl Problem {
         let rank = |answer: &Answer| {
             let keeps = |(node, status): &(&Node, &Status)| match node.case {
                 Case::Slipping { towards, at_bound: false, .. } => **status == towards,
+                // Static friction is what a contact has before it slips.
+                Case::Touching => {
+                    node.static_friction > node.friction && **status == Status::Sticking
+                }
                 Case::Pressed { before } => {
                     node.static_friction > node.friction && **status == before
                 }

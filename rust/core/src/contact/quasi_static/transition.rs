@@ -61,6 +61,7 @@ pub(crate) fn settle_group(
     }
     let cases: Vec<Case> = (0..count)
         .map(|k| {
+            // Without a jump.
             let touches = matches!(own[k], Some(EventKind::Closing | EventKind::Release)) && !jump;
             let towards = match statuses[k] {
                 Status::Sticking => onset(k).filter(|_| slips(k)),
@@ -154,6 +155,8 @@ impl GroupEvent<'_> {
         let places = self.places();
         let w = DMatrix::from_fn(places.len(), places.len(), |i, j| match (places[i], places[j]) {
             (Some(i), Some(j)) => self.group.flexibility[(i, j)],
+            // A normal force that is given.
+            (None, None) if i == j && i % 2 == 1 => 1.0,
             _ => 0.0,
         });
         let nodes = cases.iter().zip(&self.group.contacts).map(|(&case, &contact)| {
@@ -202,7 +205,12 @@ impl GroupEvent<'_> {
             };
             place.map_or(0.0, |place| free[place] - from)
         });
-        let a0 = DVector::from_vec(a0.collect());
+        let mut a0 = DVector::from_vec(a0.collect());
+        for (k, &contact) in group.contacts.iter().enumerate() {
+            if places[2 * k + 1].is_none() {
+                a0[2 * k + 1] = scene.force[scene.contacts[contact].normal];
+            }
+        }
         let answer = self.solve(&cases, a0, "forces")?;
         for (place, force) in places.iter().zip(&answer.forces) {
             if let Some(place) = place {

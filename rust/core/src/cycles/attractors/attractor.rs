@@ -149,8 +149,7 @@ fn comes_to_rest(run: &Trajectory) -> bool {
     if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
         return false;
     }
-    let Ok(end) = run.state(run.end) else { return false };
-    let (q, u) = scene.to_coordinates(&end.position, &end.velocity);
+    let Ok((q, u)) = run.coordinates(run.end) else { return false };
     let reduced = &modes.reduced;
     let mut force = reduced.force_constant.clone();
     for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {

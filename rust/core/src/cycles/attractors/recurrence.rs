@@ -263,8 +263,7 @@ pub fn is_followed(orbit: &Orbit) -> bool {
     let mut turned = orbit.clone();
     turned.steps.rotate_left(longest);
     let Ok(expected) = turned.trajectory() else { return false };
-    let Ok(end) = run.state(run.end) else { return false };
-    let (q, u) = orbit.scene().to_coordinates(&end.position, &end.velocity);
+    let Ok((q, u)) = run.coordinates(run.end) else { return false };
     lasting_combinations(&expected, orbit.period) == lasting_combinations(&run, orbit.period)
         && orbit.scales().distance(&[q, u].concat(), &middle) < SAME
 }

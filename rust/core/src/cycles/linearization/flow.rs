@@ -176,11 +176,10 @@ impl<'a> Flow<'a> {
 
 /// The fastest rate is at most the root of the trace of `M^-1 K`, or the trace of `M^-1 C`, where M is diagonal.
 fn fastest(scene: &Scene) -> f64 {
-    let (stiff, damped) = (0..scene.size).fold((0.0, 0.0), |(stiff, damped), k| {
+    // What has no mass does not move.
+    let massive = (0..scene.size).filter(|&k| scene.mass.get(k, k) > 0.0);
+    let (stiff, damped) = massive.fold((0.0, 0.0), |(stiff, damped), k| {
         let mass = scene.mass.get(k, k);
-        if mass == 0.0 {
-            return (stiff, damped);
-        }
         (stiff + scene.stiffness.get(k, k) / mass, damped + scene.damping.get(k, k) / mass)
     });
     f64::max(stiff.sqrt(), damped)

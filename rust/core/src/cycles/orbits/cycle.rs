@@ -171,10 +171,10 @@ impl Orbit {
                 argument: "scene".into(),
                 expected: format!(
                     "{} dofs and {} contacts, like the orbit",
-                    self.scene().size,
+                    self.scene().dofs,
                     self.scene().contacts.len()
                 ),
-                got: format!("{} dofs and {} contacts", scene.size, scene.contacts.len()),
+                got: format!("{} dofs and {} contacts", scene.dofs, scene.contacts.len()),
             }
             .into());
         }
@@ -188,9 +188,11 @@ impl Orbit {
     /// Smallest and largest displacement of every dof; where a velocity changes sign, by Newton's method.
     pub fn extremes(&self) -> Result<Extremes, Error> {
         let scene = self.scene();
-        let n = scene.size;
-        let mut extremes =
-            Extremes { minimum: vec![f64::INFINITY; n], maximum: vec![f64::NEG_INFINITY; n] };
+        let (n, dofs_count) = (scene.size, scene.dofs);
+        let mut extremes = Extremes {
+            minimum: vec![f64::INFINITY; dofs_count],
+            maximum: vec![f64::NEG_INFINITY; dofs_count],
+        };
         let dofs = |state: &[f64]| {
             let (q, u) = state.split_at(n);
             (scene.positions(q), scene.velocities(u))
@@ -201,7 +203,7 @@ impl Orbit {
             let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
             for i in 0..=count {
                 let at = dofs(&flow.end(&step.state, width * i as f64));
-                for dof in 0..n {
+                for dof in 0..dofs_count {
                     extremes.include(dof, at.0[dof]);
                     let turns = before.as_ref().is_some_and(|b| b.1[dof] * at.1[dof] < 0.0);
                     if let (true, Some(before)) = (turns, &before) {

@@ -296,14 +296,15 @@ mod tests {
             _ => 0.0,
         };
         let contact = ContactInput {
-            tangential: Direction::Dof(0),
-            normal: Direction::Dof(1),
+            tangential: Some(Direction::Dof(0)),
+            normal: Some(Direction::Dof(1)),
+            normal_force: 0.0,
             friction: 0.3,
             static_friction: 0.4,
             slider_speed: 0.2,
             restitution: 0.0,
             gap: 0.0,
-            springs: Springs::default(),
+            springs: crate::scene::contact_law::Springs::default(),
         };
         let scene = Scene::new(SceneInput {
             mass: Mass::Lumped(vec![1.0; size]),

@@ -1,0 +1,84 @@
+"""`stickslip explore`: a page on which parameters are dragged; `stickslip listen`: the motion as sound."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+import stickslip as ss
+from stickslip.cli.exits import INTERRUPTED
+from stickslip.cli.options import Number, loaded, motion_options, naming
+
+
+@click.command()
+@click.argument("scene", type=click.Path(exists=True, dir_okay=False, path_type=Path), required=False)
+@click.option(
+    "--set",
+    "changes",
+    multiple=True,
+    metavar="NAME=VALUE",
+    help="Change a parameter, such as friction=2.2; repeatable.",
+)
+@click.option(
+    "--port",
+    type=Number(0, 65535),
+    default=0,
+    show_default=True,
+    help="Where to listen; 0: any that is free.",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address and open no window.")
+def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser: bool) -> None:
+    """Show a scene on a page on which its parameters are dragged and the motion follows.
+
+    Without a file: the published model. The page is served on 127.0.0.1 alone and needs no network; Ctrl-C
+    ends it.
+
+    \b
+    Example:
+      stickslip explore brake.toml
+    """
+    if scene is None:
+        case, title = ss.Case(ss.models.two_subsystems), "two_subsystems"
+        if changes:
+            from stickslip.cli.options import named, parameter
+
+            case = case.replace(**named("--set", map(parameter, changes)))
+    else:
+        case, title = loaded(scene, changes), scene.stem
+    with naming(Path(f"port {port}")):
+        page = ss.explore(case, port=port, open_browser=not no_browser, title=title)
+    click.echo(f"{page.url}  (Ctrl-C ends it)")
+    try:
+        page.wait()
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None
+
+
+@click.command()
+@motion_options
+@click.option("--contact", type=Number(min=0), default=0, show_default=True, help="Index of the contact.")
+@click.option(
+    "-o",
+    "--output",
+    "out",
+    type=click.Path(dir_okay=False, writable=True, path_type=Path),
+    required=True,
+    help="The sound, .wav.",
+)
+def listen(case: ss.Case, settings: dict[str, Any], contact: int, out: Path) -> None:
+    """Write the tangential velocity of a contact as sound, from the start on, at its own speed.
+
+    \b
+    Example:
+      stickslip listen brake.toml --duration 3 -o squeal.wav
+    """
+    from stickslip.explorer import sound
+
+    if out.suffix != ".wav":
+        raise click.BadParameter(f"expected a file .wav, got {str(out)!r}", param_hint="-o / --output")
+    run = case.simulate(**settings)
+    with naming(out):
+        out.write_bytes(sound(run, contact))
+    click.echo(f"wrote {out}: {run.duration:g} s of contact {contact}")

@@ -1,0 +1,118 @@
+"""What a page hands on of a point: the scene as TOML and as Python, a figure, a sound."""
+
+from __future__ import annotations
+
+import io
+import tempfile
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from stickslip.cycles.attractors import shown_duration
+from stickslip.explorer.sound import sound
+from stickslip.explorer.wanted import PATIENCE, SECONDS, Wanted
+from stickslip.faults import InputError
+from stickslip.files.case import Case
+from stickslip.modes.modes import complex_modes
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.show.style import save
+from stickslip.transient.simulate import simulate
+from stickslip.transient.trajectory import Trajectory
+
+
+def texts(wanted: Wanted) -> dict[str, str]:
+    """Return the point as a scene file, and as Python that computes its limit cycle."""
+    scene = wanted.scene()
+    start = _start(wanted, scene)
+    case = wanted.explored.case
+    moved = case.replace(**wanted.changed) if wanted.changed else case
+    zero = sliding_equilibrium(scene)
+    added = {"position": start.position - zero.position, "velocity": start.velocity - zero.velocity}
+    amounts = {
+        name: {scene.dofs[k]: float(vector[k]) for k in range(scene.size) if vector[k]}
+        for name, vector in added.items()
+    }
+    told: dict[str, Any] = {name: amount for name, amount in amounts.items() if amount}
+    if start.combination != zero.combination:
+        told = {"position": start.position, "velocity": start.velocity, "combination": start.combination}
+    run = {"duration": _duration(wanted, scene), **case.run}
+    return {"toml": _toml(moved, told, run, scene), "python": _python(wanted, told, run)}
+
+
+def _toml(moved: Case, start: dict[str, Any], run: dict[str, Any], scene: Scene) -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "scene.toml"
+        try:
+            Case(moved.model, start, run).save(path, "inline")
+        except InputError:
+            # A function of your own has no name in a file; its scene has matrices.
+            Case(scene, start, run).save(path, "inline")
+        return path.read_text(encoding="utf-8")
+
+
+def _python(wanted: Wanted, start: dict[str, Any], run: dict[str, Any]) -> str:
+    model = (
+        wanted.explored.family.replaced(wanted.changed) if wanted.changed else wanted.explored.family.given
+    )
+    named = isinstance(model, partial) and model.func.__module__ == "stickslip.scene.models"
+    lines = ["import stickslip as ss", ""]
+    if isinstance(model, partial) and named and model.func.__name__ == "two_subsystems":
+        arguments = ", ".join(f"{name}={_plain(value)!r}" for name, value in model.keywords.items())
+        lines.append(f"scene = ss.models.two_subsystems({arguments})")
+    elif (
+        model is wanted.explored.family.given and getattr(model, "__module__", "") == "stickslip.scene.models"
+    ):
+        lines.append(f"scene = ss.models.{model.__name__}()")
+    else:
+        changes = ", ".join(f"{name}={value!r}" for name, value in wanted.changed.items())
+        lines.append('case = ss.load_case("scene.toml")  # the file that this page was started with')
+        lines.append(f"scene = case.replace({changes}).scene" if changes else "scene = case.scene")
+    lines += ["start = ss.sliding_equilibrium(scene)"]
+    if "combination" in start:
+        parts = ", ".join(repr(_plain(start[name])) for name in ("position", "velocity", "combination"))
+        lines[-1] = f"start = ss.State({parts}, scene.dofs)"
+    elif start:
+        lines[-1] += f".perturbed({', '.join(f'{name}={value!r}' for name, value in start.items())})"
+    settings = ", ".join(f"{name}={value!r}" for name, value in run.items())
+    lines += [f"run = ss.simulate(scene, start, {settings})", "cycle = run.limit_cycle()", "print(cycle)"]
+    return "\n".join(lines) + "\n"
+
+
+def _plain(value: Any) -> Any:
+    listed = getattr(value, "tolist", lambda: value)()
+    return [_plain(one) for one in listed] if isinstance(listed, list | tuple) else listed
+
+
+def drawn(wanted: Wanted) -> bytes:
+    """Return a figure of the limit cycle, or of the motion where there is none, as PDF."""
+    from stickslip.plot import history, limit_cycle
+
+    run = _run(wanted, _duration(wanted, wanted.scene()))
+    try:
+        figure = limit_cycle(run.limit_cycle(time_limit=PATIENCE[1]))
+    except RuntimeError:
+        figure = history(run)
+    stream = io.BytesIO()
+    save(figure, stream, form="pdf")
+    return stream.getvalue()
+
+
+def heard(wanted: Wanted) -> bytes:
+    """Return the motion of a contact from its start on as a WAV file."""
+    return sound(_run(wanted, wanted.number("seconds", SECONDS)), wanted.contact())
+
+
+def _start(wanted: Wanted, scene: Scene) -> State:
+    equilibrium = sliding_equilibrium(scene)
+    return wanted.start(scene, equilibrium, complex_modes(scene, equilibrium.combination))[0]
+
+
+def _run(wanted: Wanted, duration: float) -> Trajectory:
+    scene = wanted.scene()
+    return simulate(scene, _start(wanted, scene), duration, time_limit=PATIENCE[1])
+
+
+def _duration(wanted: Wanted, scene: Scene) -> float:
+    given = wanted.explored.case.run.get("duration")
+    return float(given) if given is not None else shown_duration(complex_modes(scene))

@@ -1,0 +1,97 @@
+"""The parameters of a model as sliders: their values, ranges and units."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+from stickslip.locus.units import parameter_units
+from stickslip.scene.contact import LAW
+from stickslip.scene.family import Family
+
+#: Ranges of a parameter that stands at zero, by its unit, and of any other.
+AT_ZERO = {"m/s": (-0.1, 0.1), "N": (-100.0, 100.0), "m": (0.0, 1e-3), "s": (0.0, 1e-3)}
+ANYTHING = (-1.0, 1.0)
+#: Multiples of its value between which a parameter moves that must stay positive, such as a stiffness.
+POSITIVE = (0.1, 2.5)
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One parameter.
+
+    Attributes
+    ----------
+    name
+        As in `sweep`.
+    entry
+        The field or keyword that it is a part of: ``friction`` of ``friction_0``.
+    value
+        Where it stands; None: it follows another parameter, as static friction does.
+    low, high
+        The range of its slider.
+    unit
+        "" where it is not known.
+    """
+
+    name: str
+    entry: str
+    value: float | None
+    low: float
+    high: float
+    unit: str
+
+
+def knobs(family: Family) -> dict[str, Knob]:
+    """Return every parameter of a model by its name."""
+    numbers = family.numbers()
+    found = {}
+    for name, value in numbers.items():
+        entry = family.slot(name).entry
+        unit = parameter_units(family.given, name).get("units", "")
+        found[name] = Knob(name, entry, value, *_range(entry, unit, value), "" if unit == "1" else unit)
+    return found
+
+
+def joint(family: Family, known: Mapping[str, Knob]) -> dict[str, list[str]]:
+    """Return the parameters that one name sets together, such as ``friction`` of all contacts.
+
+    Only those that stand at one value: others have none that they could be moved from together.
+    """
+    by_entry: dict[str, list[str]] = {}
+    for name, knob in known.items():
+        stem = name.rpartition("_")[0]
+        # The field of a late slot names its contact too.
+        by_entry.setdefault(stem if knob.entry == name else knob.entry, []).append(name)
+    return {
+        entry: names
+        for entry, names in by_entry.items()
+        # What a function of your own does with one number for an array is not known.
+        if len(names) > 1
+        and (family.is_chain or entry in LAW)
+        and len({known[name].value for name in names}) == 1
+    }
+
+
+def told(
+    values: Mapping[str, float | None], moved: Iterable[str], sets: Mapping[str, list[str]]
+) -> dict[str, float]:
+    """Return the values that stay as they are where the parameters `moved` go over a range."""
+    gone = {single for name in moved for single in (name, *sets.get(name, ()))}
+    return {name: value for name, value in values.items() if value is not None and name not in gone}
+
+
+def _range(entry: str, unit: str, value: float | None) -> tuple[float, float]:
+    if entry.startswith(("friction", "static_friction")):
+        return 0.0, max(3.0, 2.0 * (value or 0.0))
+    if entry.startswith("restitution"):
+        return 0.0, 1.0
+    if unit == "rad":
+        return min(-0.2, 1.5 * (value or 0.0)), max(1.2, 1.5 * (value or 0.0))
+    if not value:
+        return AT_ZERO.get(unit, ANYTHING)
+    if unit in ("kg", "N/m"):
+        return POSITIVE[0] * value, POSITIVE[1] * value
+    low, high = sorted((0.0, 4.0 * value))
+    # A slider at rest has no direction to slide in.
+    return (0.04 * value, high) if unit == "m/s" and value > 0.0 else (low, high)

@@ -1,0 +1,316 @@
+"use strict";
+// The panels: each draws what the last answer of the server says, and where the time cursor is.
+
+const decode = (text, Kind) => {
+  const raw = atob(text), bytes = new Uint8Array(raw.length);
+  for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
+  return new Kind(bytes.buffer);
+};
+const MICRO = 1e6;
+
+// A stretch of motion with its arrays unpacked.
+function unpacked(series, contacts, dofs) {
+  const found = { begin: series.begin, end: series.end, speed: series.speed, contacts, dofs };
+  for (const name of ["time", "position", "displaced", "slip"]) found[name] = decode(series[name], Float32Array);
+  found.status = decode(series.status, Uint8Array);
+  found.count = found.time.length;
+  return found;
+}
+
+// The last instant of a stretch not after a time.
+function indexAt(series, time) {
+  let low = 0, high = series.count - 1;
+  while (low < high) {
+    const middle = (low + high + 1) >> 1;
+    if (series.time[middle] <= time) low = middle; else high = middle - 1;
+  }
+  return low;
+}
+const column = (array, width, k) => {
+  const found = new Float32Array(array.length / width);
+  for (let i = 0; i < found.length; i++) found[i] = array[i * width + k];
+  return found;
+};
+
+// Runs of one status of contact k: [letter code, first, last] with the instant after it, so that lines join.
+function runsOf(series, k) {
+  const c = series.contacts.length, runs = [];
+  for (let i = 0, from = 0; i < series.count; i++) {
+    if (i + 1 === series.count || series.status[(i + 1) * c + k] !== series.status[from * c + k]) {
+      runs.push([series.status[from * c + k], from, Math.min(i + 1, series.count - 1)]);
+      from = i + 1;
+    }
+  }
+  return runs;
+}
+const colourOf = (code) => scene.colourOf[String.fromCharCode(code)] || theme.ink;
+
+function drawMap(plot, map, x, y, point) {
+  const ctx = plot.begin();
+  plot.auto = { x: [x.low, x.high], y: [y.low, y.high] };
+  if (map && map.x === x.name && map.y === y.name) {
+    plot.clipped(() => {
+      ctx.imageSmoothingEnabled = false;
+      const w = (x.high - x.low) / (map.columns - 1) / 2, h = (y.high - y.low) / (map.rows - 1) / 2;
+      const left = plot.X(x.low - w), top = plot.Y(y.high + h);
+      ctx.drawImage(map.image, left, top, plot.X(x.high + w) - left, plot.Y(y.low - h) - top);
+      ctx.strokeStyle = theme.ink; ctx.lineWidth = 1.5; ctx.beginPath();
+      for (const [a, b, c, d] of map.border) {
+        ctx.moveTo(plot.X(a), plot.Y(b)); ctx.lineTo(plot.X(c), plot.Y(d));
+      }
+      ctx.stroke();
+    });
+  }
+  plot.frame(x.label, y.label);
+  plot.clipped(() => {
+    ctx.strokeStyle = theme.ink; ctx.lineWidth = 1; ctx.setLineDash([3, 3]); ctx.beginPath();
+    ctx.moveTo(plot.X(point.x), plot.box.y); ctx.lineTo(plot.X(point.x), plot.box.y + plot.box.h);
+    ctx.moveTo(plot.box.x, plot.Y(point.y)); ctx.lineTo(plot.box.x + plot.box.w, plot.Y(point.y));
+    ctx.stroke(); ctx.setLineDash([]);
+    plot.dot(ctx, point.x, point.y, theme.ink, 7);
+  });
+}
+
+// The image of a map and the line on which the largest growth rate is zero, by marching squares.
+function mapOf(answer, columns, rows, x, y) {
+  const growth = decode(answer.growth, Float32Array), image = document.createElement("canvas");
+  image.width = columns; image.height = rows;
+  const ctx = image.getContext("2d"), pixels = ctx.createImageData(columns, rows);
+  let largest = 0;
+  for (const g of growth) if (Math.abs(g) > largest) largest = Math.abs(g);
+  const rgb = (hex) => [1, 3, 5].map((k) => parseInt(hex.slice(k, k + 2), 16));
+  const stable = rgb(scene.colours.stable), unstable = rgb(scene.colours.unstable);
+  for (let j = 0; j < rows; j++) for (let i = 0; i < columns; i++) {
+    const g = growth[j * columns + i], to = 4 * ((rows - 1 - j) * columns + i);
+    const colour = Number.isNaN(g) ? ((i + j) % 2 ? [150, 150, 150] : [185, 185, 185]) : g > 0 ? unstable : stable;
+    pixels.data.set(colour, to);
+    pixels.data[to + 3] = Number.isNaN(g) ? 255 : 60 + 170 * Math.sqrt(Math.abs(g) / (largest || 1));
+  }
+  ctx.putImageData(pixels, 0, 0);
+  const border = [], px = (i) => x.low + (x.high - x.low) * i / (columns - 1), py = (j) => y.low + (y.high - y.low) * j / (rows - 1);
+  for (let j = 0; j + 1 < rows; j++) for (let i = 0; i + 1 < columns; i++) {
+    const corners = [[i, j], [i + 1, j], [i + 1, j + 1], [i, j + 1]], cuts = [];
+    for (let k = 0; k < 4; k++) {
+      const [a, b] = corners[k], [c, d] = corners[(k + 1) % 4], g = growth[b * columns + a], h = growth[d * columns + c];
+      if ((g > 0) !== (h > 0) && !Number.isNaN(g) && !Number.isNaN(h)) {
+        const s = g / (g - h);
+        cuts.push(px(a + s * (c - a)), py(b + s * (d - b)));
+      }
+    }
+    for (let k = 0; k + 3 < cuts.length; k += 4) border.push(cuts.slice(k, k + 4));
+  }
+  return { x: x.name, y: y.name, columns, rows, growth, image, border };
+}
+
+function drawLoci(plot, loci, modes) {
+  const ctx = plot.begin();
+  if (!loci || loci.error) {
+    plot.frame("growth rate, 1/s", "frequency, Hz");
+    if (loci) write(plot, ctx, loci.error);
+    return;
+  }
+  const n = loci.count;
+  plot.auto = { x: extent(loci.growth), y: extent(loci.frequency) };
+  plot.clipped(() => {
+    ctx.strokeStyle = theme.quiet; ctx.lineWidth = 1; ctx.setLineDash([2, 3]); ctx.beginPath();
+    ctx.moveTo(plot.X(0), plot.box.y); ctx.lineTo(plot.X(0), plot.box.y + plot.box.h); ctx.stroke(); ctx.setLineDash([]);
+    for (let b = 0; b < loci.branches; b++) {
+      for (const side of [false, true]) {
+        ctx.beginPath(); ctx.strokeStyle = side ? scene.colours.unstable : scene.colours.stable; ctx.lineWidth = 1.6;
+        for (let k = 0; k + 1 < n; k++) {
+          const i = b * n + k;
+          if ((loci.growth[i] + loci.growth[i + 1] > 0) !== side) continue;
+          ctx.moveTo(plot.X(loci.growth[i]), plot.Y(loci.frequency[i]));
+          ctx.lineTo(plot.X(loci.growth[i + 1]), plot.Y(loci.frequency[i + 1]));
+        }
+        ctx.stroke();
+      }
+    }
+    for (const { frequency } of loci.hopf) plot.dot(ctx, 0, frequency, theme.paper, 4, theme.ink);
+  });
+  plot.frame("growth rate, 1/s", "frequency, Hz");
+  if (modes) plot.clipped(() => modes.growth.forEach((g, k) =>
+    plot.dot(ctx, g, modes.frequency[k], g > 0 ? scene.colours.unstable : scene.colours.stable, 5, theme.ink)));
+}
+
+function write(plot, ctx, text) {
+  ctx.fillStyle = theme.quiet; ctx.font = "12px system-ui, sans-serif"; ctx.textAlign = "center";
+  ctx.fillText(text.slice(0, 90), plot.box.x + plot.box.w / 2, plot.box.y + plot.box.h / 2);
+}
+
+// Phase portraits side by side: plots[k] is that of the k-th contact drawn.
+function drawPortrait(plot, k, motion, way) {
+  const ctx = plot.begin();
+  const c = motion.contacts.length, u = column(motion.displaced, c, k), v = column(motion.slip, c, k);
+  for (let i = 0; i < u.length; i++) u[i] *= MICRO;
+  plot.auto = { x: extent(u), y: extent([...extent(v, 0), motion.speed[k]], 0.08) };
+  plot.clipped(() => {
+    if (way) {
+      ctx.strokeStyle = theme.line; ctx.lineWidth = 0.8; ctx.beginPath();
+      for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(way.displaced[i * c + k] * MICRO), plot.Y(way.slip[i * c + k]));
+      ctx.stroke();
+    }
+    ctx.strokeStyle = theme.ink; ctx.lineWidth = 1; ctx.setLineDash([5, 3]); ctx.beginPath();
+    ctx.moveTo(plot.box.x, plot.Y(motion.speed[k])); ctx.lineTo(plot.box.x + plot.box.w, plot.Y(motion.speed[k])); ctx.stroke(); ctx.setLineDash([]);
+    ctx.lineWidth = 2;
+    for (const [code, first, last] of runsOf(motion, k)) {
+      ctx.strokeStyle = colourOf(code); ctx.beginPath();
+      for (let i = first; i <= last; i++) ctx[i > first ? "lineTo" : "moveTo"](plot.X(u[i]), plot.Y(v[i]));
+      ctx.stroke();
+    }
+  });
+  plot.frame(`contact ${scene.contacts[motion.contacts[k]]}: displacement, \u00b5m`, "velocity, m/s");
+}
+
+function ribbon(plot, ctx, series, top, height) {
+  const each = height / series.contacts.length;
+  series.contacts.forEach((_, k) => {
+    for (const [code, first, last] of runsOf(series, k)) {
+      ctx.fillStyle = colourOf(code);
+      const a = plot.X(1e3 * series.time[first]), b = plot.X(1e3 * series.time[last]);
+      ctx.fillRect(a, top + k * each + 1, Math.max(b - a, 0.7), each - 2);
+    }
+  });
+}
+
+function drawRibbon(plot, motion) {
+  const ctx = plot.begin();
+  plot.auto = { x: [1e3 * motion.begin, 1e3 * motion.end], y: [0, 1] };
+  plot.clipped(() => ribbon(plot, ctx, motion, plot.box.y, plot.box.h));
+  plot.frame("time, ms", "", { yticks: false });
+  ctx.fillStyle = theme.quiet; ctx.textAlign = "right"; ctx.textBaseline = "middle"; ctx.font = "11px system-ui, sans-serif";
+  const each = plot.box.h / motion.contacts.length;
+  motion.contacts.forEach((i, k) => ctx.fillText(String(scene.contacts[i]).slice(0, 8), plot.box.x - 6, plot.box.y + (k + 0.5) * each));
+}
+
+function drawWay(plot, way, dof) {
+  const ctx = plot.begin(), m = way.dofs, x = column(way.position, m, m - 1);
+  let mean = 0;
+  for (const value of x) mean += value / x.length;
+  for (let i = 0; i < x.length; i++) x[i] = (x[i] - mean) * MICRO;
+  plot.auto = { x: [1e3 * way.begin, 1e3 * way.end], y: extent(x, 0.1) };
+  plot.clipped(() => {
+    ctx.strokeStyle = theme.accent; ctx.lineWidth = 1; ctx.beginPath();
+    for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(1e3 * way.time[i]), plot.Y(x[i]));
+    ctx.stroke();
+    ribbon(plot, ctx, way, plot.box.y + plot.box.h - 16, 16);
+  });
+  plot.frame("time, ms", `${scene.dofs[dof]}, \u00b5m`);
+}
+
+function drawLines(plot, lines) {
+  const ctx = plot.begin();
+  const logs = lines.amplitude.map((a) => Math.log10(Math.max(a, 1e-12)));
+  let top = -12;
+  for (const a of logs) if (a > top) top = a;
+  const floor = top - 5;
+  let far = 1;
+  lines.frequency.forEach((f, k) => { if (logs[k] > floor) far = f; });
+  plot.auto = { x: [0, 1.05 * far], y: [floor, top + 0.4] };
+  plot.clipped(() => {
+    ctx.strokeStyle = ctx.fillStyle = theme.accent; ctx.lineWidth = 1.5; ctx.beginPath();
+    lines.frequency.forEach((f, k) => {
+      if (lines.exact) { ctx.moveTo(plot.X(f), plot.Y(floor)); ctx.lineTo(plot.X(f), plot.Y(logs[k])); }
+      else ctx[k ? "lineTo" : "moveTo"](plot.X(f), plot.Y(logs[k]));
+    });
+    ctx.stroke();
+    if (lines.exact) lines.frequency.forEach((f, k) => { if (logs[k] > floor) plot.dot(ctx, f, logs[k], theme.accent, 3); });
+  });
+  plot.frame("frequency, Hz", "amplitude, \u00b5m");
+}
+
+function drawEnergy(plot, rows) {
+  const ctx = plot.begin();
+  let low = 0, high = 0;
+  for (const row of rows) {
+    const works = Object.values(row.parts);
+    low = Math.min(low, works.reduce((s, w) => s + Math.min(w, 0), 0));
+    high = Math.max(high, works.reduce((s, w) => s + Math.max(w, 0), 0));
+  }
+  plot.auto = { x: extent([low, high]), y: [0, 1] };
+  const each = plot.box.h / rows.length, others = { impact: theme.ink, other: theme.quiet };
+  rows.forEach((row, r) => {
+    let below = 0, above = 0;
+    for (const [part, work] of Object.entries(row.parts)) {
+      const from = work < 0 ? below : above, to = from + work;
+      if (work < 0) below = to; else above = to;
+      ctx.fillStyle = others[part] || scene.colourOf[part];
+      const a = plot.X(Math.min(from, to)), b = plot.X(Math.max(from, to));
+      ctx.fillRect(a, plot.box.y + r * each + 2, b - a, each - 4);
+    }
+  });
+  plot.frame("mJ", "", { yticks: false });
+  ctx.strokeStyle = theme.ink; ctx.beginPath(); ctx.moveTo(plot.X(0), plot.box.y); ctx.lineTo(plot.X(0), plot.box.y + plot.box.h); ctx.stroke();
+  ctx.fillStyle = theme.quiet; ctx.textAlign = "right"; ctx.textBaseline = "middle"; ctx.font = "11px system-ui, sans-serif";
+  rows.forEach((row, r) => ctx.fillText(row.name.slice(0, 14), plot.box.x - 6, plot.box.y + (r + 0.5) * each));
+}
+
+// The structure at an instant: bodies where they are, springs between them, sliders below the contacts.
+function drawStructure(plot, series, index, scale) {
+  const ctx = plot.begin(1), { bodies, springs, walls, sent } = scene, m = series.dofs;
+  const xs = bodies.map((b) => b.x), ys = bodies.map((b) => b.y);
+  const [x0, x1] = extent(xs, 0), [y0, y1] = extent(ys, 0);
+  const px = (x) => 50 + (plot.width - 100) * (x1 > x0 ? (x - x0) / (x1 - x0) : 0.5);
+  const py = (y) => plot.height - 52 - (plot.height - 88) * (y1 > y0 ? (y - y0) / (y1 - y0) : 0.5);
+  const size = Math.max(5, Math.min(11, 120 / Math.sqrt(bodies.length + 1) / 6));
+  const places = bodies.map((body) => {
+    let right = 0, up = 0;
+    for (const [dof, r, u] of body.along) {
+      const q = series.position[index * m + sent.indexOf(dof)] - scale.middle[sent.indexOf(dof)];
+      right += r * q; up += u * q;
+    }
+    return [px(body.x) + scale.factor * right, py(body.y) - scale.factor * up];
+  });
+  ctx.strokeStyle = theme.quiet; ctx.lineWidth = 1.3;
+  const coil = (a, b) => {
+    const [dx, dy] = [b[0] - a[0], b[1] - a[1]], long = Math.hypot(dx, dy) || 1, [nx, ny] = [-dy / long, dx / long];
+    ctx.beginPath(); ctx.moveTo(...a);
+    for (let k = 1; k < 12; k++) {
+      const s = 0.2 + 0.6 * k / 12, side = k % 2 ? 4 : -4;
+      ctx.lineTo(a[0] + s * dx + side * nx, a[1] + s * dy + side * ny);
+    }
+    ctx.lineTo(...b); ctx.stroke();
+  };
+  for (const [a, b] of springs) coil(places[a], places[b]);
+  for (const [a] of walls) {
+    const [x, y] = [px(bodies[a].x), py(bodies[a].y)], end = bodies[a].y > 0 || bodies[a].contact === null ? [x, y - 32] : [x - 34, y];
+    coil(places[a], end);
+    ctx.beginPath();
+    if (end[1] < y) { ctx.moveTo(x - 9, end[1]); ctx.lineTo(x + 9, end[1]); } else { ctx.moveTo(end[0], y - 9); ctx.lineTo(end[0], y + 9); }
+    ctx.lineWidth = 2.5; ctx.stroke(); ctx.lineWidth = 1.3;
+  }
+  bodies.forEach((body, k) => {
+    const [x, y] = places[k];
+    let colour = theme.accent;
+    if (body.contact !== null) {
+      const shownAt = series.contacts.indexOf(body.contact);
+      if (shownAt >= 0) colour = colourOf(series.status[index * series.contacts.length + shownAt]);
+      const a = Math.cos(body.angle), b = Math.sin(body.angle), sx = px(body.x) + b * (size + 5), sy = py(body.y) + a * (size + 5);
+      ctx.strokeStyle = theme.ink; ctx.lineWidth = 3; ctx.beginPath();
+      ctx.moveTo(sx - 30 * a, sy + 30 * b); ctx.lineTo(sx + 30 * a, sy - 30 * b); ctx.stroke();
+    }
+    ctx.fillStyle = colour; ctx.strokeStyle = theme.paper; ctx.lineWidth = 1.5;
+    ctx.beginPath(); ctx.arc(x, y, size, 0, 2 * Math.PI); ctx.fill(); ctx.stroke();
+    if (bodies.length <= 16) {
+      ctx.fillStyle = theme.quiet; ctx.font = "11px system-ui, sans-serif"; ctx.textAlign = "left";
+      ctx.fillText(body.name, px(body.x) + size + 10, py(body.y) - size - 6);
+    }
+  });
+}
+
+// Where dofs move about, and how many pixels a metre is, so that the largest displacement is seen.
+function scaleOf(series) {
+  const m = series.dofs, count = scene.sent.length, middle = new Float32Array(count);
+  let largest = 0;
+  for (let d = 0; d < count; d++) {
+    let low = Infinity, high = -Infinity;
+    for (let i = 0; i < series.count; i++) {
+      const q = series.position[i * m + d];
+      if (q < low) low = q;
+      if (q > high) high = q;
+    }
+    middle[d] = (low + high) / 2;
+    largest = Math.max(largest, (high - low) / 2);
+  }
+  return { middle, factor: largest ? 26 / largest : 0 };
+}

@@ -1,0 +1,252 @@
+"""What a page shows at one point: the motion, what it settles to, its spectrum, its energy, a sentence."""
+
+from __future__ import annotations
+
+import base64
+import time
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stickslip.cycles.attractors import shown_duration
+from stickslip.cycles.cycle import Cycle
+from stickslip.explorer.wanted import PATIENCE, Wanted
+from stickslip.faults import InputError
+from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.schematic import Body
+from stickslip.motion.energy import STATUSES, Balance
+from stickslip.motion.errors import NotPeriodicError, RunError
+from stickslip.motion.figures import instants
+from stickslip.motion.motion import Motion
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.show.html import number
+from stickslip.transient.simulate import simulate
+from stickslip.transient.trajectory import Trajectory
+
+#: Instants of one period, of a last stretch, and of the way there.
+PERIOD, STRETCH, WAY = 257, 1201, 1501
+#: Dofs whose displacements go to the page, contacts that it draws, harmonics of a spectrum.
+DOFS, CONTACTS, HARMONICS = 64, 4, 40
+#: What is looked at of a motion without period: its last part.
+LAST = 0.2
+#: How much longer than the transient a motion is followed for what it settles to, s of motion.
+FURTHER = 3.0
+
+
+def picture(wanted: Wanted) -> dict[str, Any]:
+    """Return all that is shown of the motion at a point; where there is none, ``sentence`` says why."""
+    begun = time.thread_time()
+    patience = wanted.number("patience", PATIENCE)
+    dof = wanted.dof()
+    try:
+        scene = wanted.scene()
+    except InputError as error:
+        return {"error": str(error), "sentence": f"There is no such scene: {error}."}
+    found: dict[str, Any] = {"error": None}
+    try:
+        equilibrium = sliding_equilibrium(scene)
+    except InputError as error:
+        return {"error": str(error), "sentence": f"There is no steady sliding: {error}."}
+    modes = complex_modes(scene, equilibrium.combination)
+    found["modes"] = _modes(modes)
+    start, remark = wanted.start(scene, equilibrium, modes)
+    duration = float(wanted.explored.case.run.get("duration", shown_duration(modes)))
+    try:
+        run = simulate(scene, start, duration, time_limit=patience)
+    except RunError as error:
+        if not isinstance(error.partial, Trajectory):
+            return {**found, "error": str(error), "sentence": f"{_stability(modes)} {error}."}
+        run, remark = error.partial, f"{remark} The motion could not be continued: {error}.".strip()
+    except InputError as error:
+        return {**found, "error": str(error), "sentence": f"{_stability(modes)} No start: {error}."}
+    cycle, last, since, ending = _settled(run, duration, patience)
+    chosen, dofs = _contacts(run), sent_dofs(wanted)
+    found |= {
+        "way": series(run, WAY, chosen, dofs, start=0.0),
+        "motion": series(last, STRETCH if cycle is None else PERIOD, chosen, dofs, start=since),
+        "contacts": chosen,
+        "cycle": None if cycle is None else _cycle(cycle),
+        "lines": _lines(cycle, last, since, dof),
+        "energy": _energy(last.balance(since), scene),
+        "state": _state(last),
+        "sentence": " ".join(part for part in (_stability(modes), ending, remark) if part),
+        "seconds": time.thread_time() - begun,
+    }
+    return found
+
+
+def _modes(modes: Modes) -> dict[str, Any]:
+    upper = modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+    return {
+        "combination": modes.combination,
+        "growth": upper.real.tolist(),
+        "frequency": (np.abs(upper) / (2.0 * np.pi)).tolist(),
+    }
+
+
+def _stability(modes: Modes) -> str:
+    unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag >= 0.0))
+    if not unstable.size:
+        return "Steady sliding is marginal." if modes.marginal.any() else "Steady sliding is stable."
+    k = unstable[int(np.argmax(modes.eigenvalues[unstable].real))]
+    more = "" if unstable.size == 1 else f", and {unstable.size - 1} more modes grow"
+    growth, frequency = number(modes.eigenvalues[k].real, 3), number(modes.frequencies[k], 4)
+    return f"Steady sliding is unstable: {frequency} Hz grows at {growth} 1/s{more}."
+
+
+def _settled(run: Trajectory, duration: float, patience: float) -> tuple[Cycle | None, Motion, float, str]:
+    """Return the cycle, the motion to look at, from when on, and how it ends in a sentence."""
+    since = (1.0 - LAST) * run.duration
+    if run.stop_reason != "duration":
+        why = {"time_limit": "computing took too long", "unbounded": "it grows without bound"}
+        reason = why.get(run.stop_reason, run.stop_reason)
+        return None, run, since, f"The motion is shown up to {number(run.duration, 3)} s: {reason}."
+    try:
+        cycle = run.limit_cycle(max(FURTHER, duration), time_limit=patience)
+    except NotPeriodicError as error:
+        last: Motion = error.partial if isinstance(error.partial, Motion) else run
+        if error.kind == "equilibrium":
+            return None, run, since, "Disturbed, it comes to rest again."
+        return None, last, (1.0 - LAST) * last.duration, f"{str(error)[:1].upper()}{str(error)[1:]}."
+    except RunError as error:
+        return None, run, since, f"The motion could not be continued: {error}."
+    return cycle, cycle.run, 0.0, _told(cycle)
+
+
+def _told(cycle: Cycle) -> str:
+    """Return what happens on a cycle in a sentence."""
+    times = cycle.durations / cycle.period
+    parts = []
+    for i, label in enumerate(cycle.scene.contact_labels()[:CONTACTS]):
+        shares = {
+            letter: 100.0
+            * float(sum(times[k] for k, name in enumerate(cycle.combinations) if name[i] == letter))
+            for letter in "sd-"
+        }
+        words = {"s": "sticks", "d": "is open", "-": "slides backwards"}
+        happens = [f"{words[letter]} {share:.0f} %" for letter, share in shares.items() if share >= 0.5]
+        parts.append(f"contact {label} {' and '.join(happens) if happens else 'never stops sliding'}")
+    which = "an unstable" if cycle.stable is False else "a"
+    return (
+        f"The motion settles to {which} limit cycle of {number(1e3 * cycle.period, 5)} ms "
+        f"({number(cycle.frequency, 5)} Hz): {', '.join(parts)} of the time."
+    )
+
+
+def _contacts(run: Motion) -> list[int]:
+    """Return the contacts that are drawn: all, or those with most events."""
+    count = len(run.scene.contacts)
+    changes = np.bincount(run.events.contact, minlength=count)
+    return sorted(np.argsort(-changes, kind="stable")[:CONTACTS].tolist())
+
+
+def sent_dofs(wanted: Wanted) -> list[int]:
+    """Return the dofs whose displacements go to the page: those of the drawing, and the one asked for."""
+    bodies = wanted.explored.schematic.bodies
+    return [*drawn_dofs(bodies), wanted.dof()]
+
+
+def drawn_dofs(bodies: Sequence[Body]) -> list[int]:
+    """Return the dofs that move the bodies of a drawing."""
+    return sorted({dof for body in bodies for dof, _, _ in body.along})[:DOFS]
+
+
+def series(
+    run: Motion, samples: int, contacts: Sequence[int], dofs: Sequence[int], start: float
+) -> dict[str, Any]:
+    """Return a stretch of a motion as the page draws it, from `start` to its end.
+
+    Displacements are those of `dofs`, tangential motion and statuses those of `contacts`; every array is in
+    base64, of float32 or letters, in rows of one instant each.
+    """
+    if len(run.events) > samples:
+        times = np.linspace(start, run.duration, samples)
+    else:
+        times = instants(run, samples, contacts, start)
+    position, velocity, _, _, status = run.core.sample(times)
+    directions = [run.scene.tangential_direction(i) for i in contacts]
+    along = np.array(directions).reshape(len(contacts), run.scene.size).T
+    return {
+        "begin": start,
+        "end": run.duration,
+        "time": packed(times),
+        "position": packed(position[:, list(dofs)]),
+        "displaced": packed(position @ along),
+        "slip": packed(velocity @ along),
+        "status": base64.b64encode(status[:, list(contacts)].tobytes()).decode(),
+        "speed": [run.scene.contacts[i].slider_speed for i in contacts],
+    }
+
+
+def packed(values: Any) -> str:
+    """Return numbers as float32 in base64."""
+    return base64.b64encode(np.asarray(values, dtype="<f4").tobytes()).decode()
+
+
+def _cycle(cycle: Cycle) -> dict[str, Any]:
+    return {
+        "period": cycle.period,
+        "frequency": cycle.frequency,
+        "combinations": list(cycle.combinations),
+        "stability": cycle.stability,
+    }
+
+
+def _lines(cycle: Cycle | None, last: Motion, since: float, dof: int) -> dict[str, Any]:
+    """Return the spectrum of a dof, in µm."""
+    if cycle is not None:
+        size = 2.0 * np.abs(cycle.core.harmonics(HARMONICS)[1:, dof])
+        lines = cycle.frequency * np.arange(1, HARMONICS + 1)
+        return {"exact": True, "frequency": lines.tolist(), "amplitude": (1e6 * size).tolist()}
+    if last.duration <= since:
+        return {"exact": False, "frequency": [], "amplitude": []}
+    sampled = last.spectrum(last.scene.dofs[dof], begin=since, samples=2048)
+    kept = slice(1, 512)
+    return {
+        "exact": False,
+        "frequency": sampled.frequency.to_numpy()[kept].tolist(),
+        "amplitude": (1e6 * sampled.amplitude.to_numpy()[kept]).tolist(),
+    }
+
+
+def _energy(balance: Balance, scene: Scene) -> list[dict[str, Any]]:
+    """Return the works of every contact by status and of the rest, in mJ, into the structure positive."""
+    table = balance.contacts
+    works = 1e3 * table.work.sel(status=list(STATUSES)).transpose("contact", "status").to_numpy()
+    heat = 1e3 * table.friction_heat.sum("status").to_numpy()
+    impact = -1e3 * table.impact_normal.to_numpy()
+    rows = [
+        {
+            "name": f"contact {label}",
+            "parts": {
+                **{letter: float(work) for letter, work in zip(STATUSES, works[i], strict=True)},
+                "impact": float(impact[i]),
+            },
+            "heat": float(heat[i]),
+        }
+        for i, label in enumerate(scene.contact_labels()[:12])
+    ]
+    others = {"external": balance.external, "circulatory": balance.circulatory, "damping": -balance.damping}
+    others |= {"stored": -balance.stored}
+    return [
+        *rows,
+        *(
+            {"name": name, "parts": {"other": 1e3 * work}, "heat": 0.0}
+            for name, work in others.items()
+            if name != "circulatory" or work
+        ),
+    ]
+
+
+def _state(last: Motion) -> dict[str, Any]:
+    """Return the state from which a motion at other parameters goes on: within its longest phase."""
+    begins = np.concatenate([[0.0], last.events.time, [last.duration]])
+    longest = int(np.argmax(np.diff(begins)))
+    state: State = last.state(0.5 * float(begins[longest] + begins[longest + 1]))
+    return {
+        "position": state.position.tolist(),
+        "velocity": state.velocity.tolist(),
+        "combination": state.combination,
+    }

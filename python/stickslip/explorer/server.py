@@ -1,0 +1,203 @@
+"""The page's server: on 127.0.0.1, for its own page alone, without a state that a message could change."""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Callable
+from functools import cached_property
+from http import HTTPStatus
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from importlib.resources import files
+from typing import Any
+
+from stickslip.errors import StickslipError
+from stickslip.explorer.copies import drawn, heard, texts
+from stickslip.explorer.maps import loci, verdicts
+from stickslip.explorer.picture import drawn_dofs, picture
+from stickslip.explorer.wanted import Explored, MalformedError, Wanted
+from stickslip.show.style import COLOURS, CONTACT, NAMES, STABLE, UNSTABLE
+
+ADDRESS = "127.0.0.1"
+#: What the page is made of; nothing else is read.
+FILES = {
+    "/": ("page.html", "text/html"),
+    "/page.css": ("page.css", "text/css"),
+    "/plots.js": ("plots.js", "text/javascript"),
+    "/panels.js": ("panels.js", "text/javascript"),
+    "/page.js": ("page.js", "text/javascript"),
+}
+#: Bytes of a message, and messages that may wait while one is computed.
+LONGEST, WAITING = 1_000_000, 8
+#: After this long without a word a connection is closed, s.
+SILENCE = 60.0
+#: The page loads from its own server alone, and only a page of this machine may frame it.
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; connect-src 'self'; media-src blob:; "
+    "img-src 'self' data: blob:; frame-ancestors 'self' http://127.0.0.1:* http://localhost:*"
+)
+
+#: What a page may ask for: a JSON object, or the bytes of a file and their type.
+ANSWERS: dict[str, Callable[[Wanted], Any]] = {
+    "/motion": picture,
+    "/loci": loci,
+    "/map": verdicts,
+    "/text": texts,
+    "/figure": lambda wanted: ("application/pdf", drawn(wanted)),
+    "/sound": lambda wanted: ("audio/wav", heard(wanted)),
+}
+
+
+class Server(ThreadingHTTPServer):
+    """Answers a page; every message holds all it needs, so nothing of one is left for the next."""
+
+    daemon_threads = True
+    allow_reuse_address = True
+
+    def __init__(self, explored: Explored, port: int) -> None:
+        super().__init__((ADDRESS, port), Handler)
+        self.explored = explored
+        self.url = f"http://{ADDRESS}:{self.server_port}/"
+        self.hosts = {f"{name}:{self.server_port}" for name in (ADDRESS, "localhost")}
+        #: One message is computed at a time: the core may use every processor itself.
+        self.computing = threading.Lock()
+        self.room = threading.BoundedSemaphore(WAITING)
+
+    @cached_property
+    def scene(self) -> dict[str, Any]:
+        """What the page is told once."""
+        explored = self.explored
+        scene = explored.scene
+        drawing = explored.schematic
+        return {
+            "title": explored.title,
+            "dofs": list(scene.dofs),
+            "sent": drawn_dofs(drawing.bodies),
+            "contacts": [str(label) for label in scene.contact_labels()],
+            "combination": _sliding(explored),
+            "knobs": [vars(knob) for knob in explored.knobs.values()],
+            "joint": explored.joint,
+            "start": "file" if explored.case.start or explored.known.start is not None else "mode",
+            "bodies": [vars(body) for body in drawing.bodies],
+            "springs": drawing.springs,
+            "walls": drawing.walls,
+            "statuses": [
+                {"letter": letter, "name": NAMES[letter], "colour": COLOURS[letter]} for letter in COLOURS
+            ],
+            "colours": {"stable": STABLE, "unstable": UNSTABLE, "contact": CONTACT},
+        }
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Let a connection that breaks off go without a word: its page was closed."""
+
+
+def _sliding(explored: Explored) -> str | None:
+    try:
+        return explored.scene.core.steady_sliding()
+    except StickslipError:
+        return None
+
+
+class Handler(BaseHTTPRequestHandler):
+    """Answers one connection."""
+
+    server: Server
+    protocol_version = "HTTP/1.1"
+    timeout = SILENCE
+    server_version = "stickslip"
+    sys_version = ""
+
+    def do_GET(self) -> None:
+        """Answer with a file of the page, or with what it is told once."""
+        if not self._is_own():
+            self._refuse(HTTPStatus.FORBIDDEN)
+        elif self.path == "/scene":
+            self._answer(self.server.scene)
+        elif self.path in FILES:
+            name, kind = FILES[self.path]
+            text = files("stickslip.explorer").joinpath("page", name).read_text(encoding="utf-8")
+            self._send(HTTPStatus.OK, f"{kind}; charset=utf-8", text.encode())
+        else:
+            self._refuse(HTTPStatus.NOT_FOUND)
+
+    def do_POST(self) -> None:
+        """Compute what a message asks for."""
+        try:
+            length = int(self.headers.get("Content-Length", ""))
+        except ValueError:
+            length = -1
+        if not 0 <= length <= LONGEST or "Transfer-Encoding" in self.headers:
+            self._refuse(HTTPStatus.REQUEST_ENTITY_TOO_LARGE)
+            return
+        body = self.rfile.read(length)
+        kind = self.headers.get("Content-Type", "")
+        # A page from elsewhere cannot send this type without asking first, and is not answered then.
+        origin = self.headers.get("Origin")
+        if not self._is_own() or origin not in self._origins() or kind != "application/json":
+            self._refuse(HTTPStatus.FORBIDDEN)
+        elif self.path not in ANSWERS:
+            self._refuse(HTTPStatus.NOT_FOUND)
+        elif not self.server.room.acquire(blocking=False):
+            self._refuse(HTTPStatus.SERVICE_UNAVAILABLE)
+        else:
+            try:
+                self._compute(ANSWERS[self.path], body)
+            finally:
+                self.server.room.release()
+
+    def _compute(self, what: Callable[[Wanted], Any], body: bytes) -> None:
+        try:
+            message = json.loads(body, parse_constant=_refused)
+            with self.server.computing:
+                answer = what(Wanted(self.server.explored, message))
+        except StickslipError as error:
+            answer = {"error": str(error)}
+        except (MalformedError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+            self._answer({"error": f"malformed message: {error}"}, HTTPStatus.BAD_REQUEST)
+            return
+        if isinstance(answer, tuple):
+            self._send(HTTPStatus.OK, *answer)
+        else:
+            self._answer(answer)
+
+    def _is_own(self) -> bool:
+        # A name that resolves to this machine for the moment is not one of its own.
+        return self.headers.get("Host", "") in self.server.hosts
+
+    def _origins(self) -> set[str]:
+        return {f"http://{host}" for host in self.server.hosts}
+
+    def _refuse(self, status: HTTPStatus) -> None:
+        self.close_connection = True
+        self._answer({"error": status.phrase}, status)
+
+    def _answer(self, answer: Any, status: HTTPStatus = HTTPStatus.OK) -> None:
+        self._send(status, "application/json", json.dumps(_finite(answer), allow_nan=False).encode())
+
+    def _send(self, status: HTTPStatus, kind: str, body: bytes) -> None:
+        self.send_response(status)
+        self.send_header("Content-Type", kind)
+        self.send_header("Content-Length", str(len(body)))
+        self.send_header("Content-Security-Policy", POLICY)
+        self.send_header("X-Content-Type-Options", "nosniff")
+        self.send_header("Referrer-Policy", "no-referrer")
+        self.send_header("Cache-Control", "no-store")
+        self.end_headers()
+        self.wfile.write(body)
+
+    def log_message(self, format: str, *args: Any) -> None:
+        """Keep quiet: the page tells its user what matters."""
+
+
+def _refused(constant: str) -> float:
+    raise MalformedError(f"{constant} is no number")
+
+
+def _finite(answer: Any) -> Any:
+    """Return an answer with null for what JSON has no number for."""
+    if isinstance(answer, float):
+        return answer if math.isfinite(answer) else None
+    if isinstance(answer, dict):
+        return {name: _finite(value) for name, value in answer.items()}
+    return [_finite(value) for value in answer] if isinstance(answer, list | tuple) else answer

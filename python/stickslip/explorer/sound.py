@@ -1,0 +1,63 @@
+"""The motion of a contact as sound."""
+
+from __future__ import annotations
+
+import io
+import wave
+
+import numpy as np
+
+from stickslip.faults import InputError
+from stickslip.scene.checks import whole_number
+from stickslip.transient.trajectory import Trajectory
+
+#: Samples a second, and how many times as many are taken before what cannot be heard is filtered out.
+RATE, FINER = 44_100, 2
+#: Largest amplitude, of what 16 bits hold, and s over which the sound begins and ends softly.
+LOUD, SOFT = 0.8, 0.01
+
+
+def sound(run: Trajectory, contact: int = 0) -> bytes:
+    """Return the tangential velocity of a contact as a WAV file, 16 bits, one channel, at its own speed.
+
+    The motion is sampled finer than the file and filtered, so that the corners of its velocity do not come
+    back as tones that are not there. What is heard is the velocity of the contact itself, without the way
+    through structure and air, at a loudness that says nothing.
+
+    Parameters
+    ----------
+    run
+        The motion; all of it is heard.
+    contact
+        Index of the contact.
+
+    Raises
+    ------
+    InputError
+        If there is no such contact, or the motion is too short to be heard.
+    """
+    from scipy.signal import resample_poly
+
+    count = len(run.scene.contacts)
+    if not 0 <= whole_number("contact", contact, 0) < count:
+        raise InputError(f"contact: expected an index below {count}, got {contact}")
+    samples = int(run.duration * RATE) * FINER
+    if samples < 2 * FINER:
+        raise InputError(f"run: {run.duration:g} s are too short to be heard")
+    times = np.arange(samples) / (RATE * FINER)
+    direction = run.scene.tangential_direction(contact)
+    # A dof is all that is kept of the samples of many.
+    velocity = np.concatenate(
+        [run.core.sample(part)[1] @ direction for part in np.array_split(times, -(-samples // 2**15))]
+    )
+    heard = resample_poly(velocity - velocity.mean(), 1, FINER)
+    soft = np.minimum(1.0, np.arange(heard.size) / (SOFT * RATE))
+    heard *= soft * soft[::-1]
+    largest = float(np.abs(heard).max()) or 1.0
+    stream = io.BytesIO()
+    with wave.open(stream, "wb") as file:
+        file.setnchannels(1)
+        file.setsampwidth(2)
+        file.setframerate(RATE)
+        file.writeframes((heard * (LOUD * 32767.0 / largest)).astype("<i2").tobytes())
+    return stream.getvalue()

@@ -1,0 +1,200 @@
+"""What a page asks for: read from JSON, every name and number checked before anything is computed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+from stickslip.cycles.attractors import is_valid, set_in_motion
+from stickslip.explorer.knobs import Knob, joint, knobs, told
+from stickslip.files.case import Case
+from stickslip.modes.modes import Modes
+from stickslip.modes.schematic import Schematic, schematic
+from stickslip.scene.family import Family
+from stickslip.scene.known import Known
+from stickslip.scene.scene import Scene
+from stickslip.scene.state import State
+
+#: Computing time of a motion while a point is dragged and when it has come to rest, s.
+PATIENCE = (0.02, 5.0)
+#: Values of a parameter over which loci are followed, cells of a map in one direction, s of sound.
+VALUES, CELLS, SECONDS = (5, 301), (2, 96), (0.1, 20.0)
+#: Kinds of starts.
+STARTS = ("file", "mode", "kick", "on")
+
+
+class MalformedError(ValueError):
+    """A message that no page of this package sends."""
+
+
+@dataclass(frozen=True, eq=False)
+class Explored:
+    """The model that a page explores.
+
+    Parameters
+    ----------
+    case
+        The model with its start and the settings of its run.
+    known
+        What is known of the scene beyond its numbers.
+    title
+        What the page calls it.
+    """
+
+    case: Case
+    known: Known
+    title: str
+    family: Family = field(init=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "family", Family(self.case.model))
+
+    @property
+    def scene(self) -> Scene:
+        """The scene, with every parameter as it stands."""
+        return self.case.scene
+
+    @cached_property
+    def knobs(self) -> dict[str, Knob]:
+        """Its parameters."""
+        return knobs(self.family)
+
+    @cached_property
+    def joint(self) -> dict[str, list[str]]:
+        """Names that set several parameters together."""
+        return joint(self.family, self.knobs)
+
+    @cached_property
+    def schematic(self) -> Schematic:
+        """The drawing of the scene."""
+        return schematic(self.scene, self.known.columns)
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """A message of the page; `MalformedError` is raised where an entry is of another kind than it must be."""
+
+    explored: Explored
+    message: Mapping[str, Any]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.message, dict):
+            raise MalformedError("expected an object")
+
+    @cached_property
+    def values(self) -> dict[str, float | None]:
+        """Every parameter that is set."""
+        given = self.message.get("values", {})
+        if not isinstance(given, dict):
+            raise MalformedError("values: expected an object")
+        return {
+            self._of("values", name, self.explored.knobs): None
+            if value is None
+            else finite(f"values.{name}", value)
+            for name, value in given.items()
+        }
+
+    @property
+    def changed(self) -> dict[str, float]:
+        """The parameters that differ from where they stand in the model."""
+        knobs = self.explored.knobs
+        return {
+            name: value
+            for name, value in self.values.items()
+            if value is not None and value != knobs[name].value
+        }
+
+    def scene(self) -> Scene:
+        """Return the scene at these values; `InputError` where it is ill-posed."""
+        changed = self.changed
+        return self.explored.family.scene(changed) if changed else self.explored.scene
+
+    def axis(self, name: str) -> tuple[str, float, float]:
+        """Return a parameter and its range."""
+        given = self.message.get(name)
+        if not isinstance(given, list) or len(given) != 3:
+            raise MalformedError(f"{name}: expected [parameter, low, high]")
+        parameter = self._of(name, given[0], {**self.explored.knobs, **self.explored.joint})
+        low, high = finite(name, given[1]), finite(name, given[2])
+        if not low < high:
+            raise MalformedError(f"{name}: expected low < high")
+        return parameter, low, high
+
+    def fixed(self, *moved: str) -> dict[str, float]:
+        """Return the values that stay while some parameters move."""
+        return told(self.changed, moved, self.explored.joint)
+
+    def whole(self, name: str, bounds: tuple[int, int]) -> int:
+        """Return a whole number within bounds."""
+        given = self.message.get(name)
+        if not isinstance(given, int) or isinstance(given, bool) or not bounds[0] <= given <= bounds[1]:
+            raise MalformedError(f"{name}: expected a whole number from {bounds[0]} to {bounds[1]}")
+        return given
+
+    def number(self, name: str, bounds: tuple[float, float]) -> float:
+        """Return a number, moved to the nearest one within bounds."""
+        return min(max(finite(name, self.message.get(name)), bounds[0]), bounds[1])
+
+    def contact(self) -> int:
+        """Return the index of a contact."""
+        return self.whole("contact", (0, len(self.explored.scene.contacts) - 1))
+
+    def dof(self) -> int:
+        """Return the index of the dof whose history and spectrum are shown."""
+        return self.whole("dof", (0, self.explored.scene.size - 1))
+
+    def start(self, scene: Scene, equilibrium: State, modes: Modes) -> tuple[State, str]:
+        """Return where the motion starts, and a remark where that is not what was asked for."""
+        given = self.message.get("start")
+        if not isinstance(given, dict):
+            raise MalformedError("start: expected an object")
+        kind = self._of("start", given.get("kind"), STARTS)
+        if kind == "file" and self.explored.case.start:
+            return self.explored.case.started(equilibrium), ""
+        if kind == "file" and self.explored.known.start is not None:
+            moved = self.explored.known.start.velocity
+            return equilibrium.perturbed(velocity=moved), ""
+        if kind == "kick":
+            dof = given.get("dof")
+            if not isinstance(dof, int) or isinstance(dof, bool) or not 0 <= dof < scene.size:
+                raise MalformedError("start.dof: expected the index of a dof")
+            return equilibrium.perturbed(velocity={dof: finite("start.velocity", given.get("velocity"))}), ""
+        if kind == "on":
+            state = self._state(given, scene)
+            if is_valid(scene, state):
+                return state, ""
+            return set_in_motion(scene, equilibrium, modes), (
+                "The motion shown before violates a contact here, so this one starts anew."
+            )
+        return set_in_motion(scene, equilibrium, modes), ""
+
+    def _state(self, given: Mapping[str, Any], scene: Scene) -> State:
+        def vector(name: str) -> list[float]:
+            entries = given.get(name)
+            if not isinstance(entries, list) or len(entries) != scene.size:
+                raise MalformedError(f"start.{name}: expected {scene.size} numbers")
+            return [finite(f"start.{name}", entry) for entry in entries]
+
+        letters = given.get("combination")
+        if (
+            not isinstance(letters, str)
+            or len(letters) != len(scene.contacts)
+            or not set(letters) <= set("+-sd")
+        ):
+            raise MalformedError("start.combination: expected one letter of + - s d per contact")
+        return State(vector("position"), vector("velocity"), letters, scene.dofs)
+
+    def _of(self, place: str, name: Any, allowed: Mapping[str, Any] | Sequence[str]) -> str:
+        if not isinstance(name, str) or name not in allowed:
+            raise MalformedError(f"{place}: unknown name")
+        return name
+
+
+def finite(place: str, value: Any) -> float:
+    """Return a finite number."""
+    if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
+        raise MalformedError(f"{place}: expected a finite number")
+    return float(value)

@@ -1,0 +1,166 @@
+"""A drawing of any scene from its matrices: bodies, springs between them, walls, and sliders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.sparse
+
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.known import Column
+from stickslip.scene.scene import Scene
+
+#: Bodies that are drawn at most; contacts go first.
+MOST = 48
+#: Part of a diagonal entry of K below which what its row leaves over is rounding, not a spring to a wall.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Body:
+    """What moves as one.
+
+    Attributes
+    ----------
+    name
+        Of its dofs, or of the mass.
+    x, y
+        Where it rests in the drawing: columns from 0 on to the right, layers from 0 on upwards.
+    along
+        (dof, right, up) for every dof that moves it: how far one metre of the dof moves it.
+    contact
+        The contact that it rubs in; None: in none.
+    angle
+        Inclination of its slider, rad.
+    """
+
+    name: str
+    x: float
+    y: float
+    along: tuple[tuple[int, float, float], ...]
+    contact: int | None = None
+    angle: float = 0.0
+
+
+@dataclass(frozen=True)
+class Schematic:
+    """Bodies, springs between two of them (a, b, N/m), and springs to a wall (a, N/m).
+
+    `omitted` dofs move no body of the drawing.
+    """
+
+    bodies: tuple[Body, ...]
+    springs: tuple[tuple[int, int, float], ...]
+    walls: tuple[tuple[int, float], ...]
+    omitted: int
+
+    def moved(self, displacement: Real | Complex) -> Real | Complex:
+        """Return how far the bodies move to the right and upwards, (bodies, 2), for displacements (n,)."""
+        moved: Any = np.zeros((len(self.bodies), 2), dtype=np.asarray(displacement).dtype)
+        for place, body in enumerate(self.bodies):
+            for dof, right, up in body.along:
+                moved[place] += displacement[dof] * np.array([right, up])
+        found: Real | Complex = moved
+        return found
+
+
+def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
+    """Return the drawing of a scene.
+
+    A matrix tells no places. So every contact is a body, in a row at the bottom, which moves along its
+    tangential and normal direction; every dof that belongs to no contact is a body of its own, which moves to
+    the right, in layers above by the number of springs to the next contact. Bodies whose dofs K couples are
+    tied by a spring, as stiff as the largest of these entries. A body is tied to the wall where a diagonal
+    entry of K is larger than all others of its row together: the rest is what holds it alone.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    columns
+        The masses of a scene whose places are known, see `Known`; none: from the matrices.
+    """
+    bodies = _known(columns) if columns else _found(scene)
+    owner = np.full(scene.size, -1)
+    for place, body in reversed(list(enumerate(bodies))):
+        for dof, _, _ in body.along:
+            owner[dof] = place
+    entries = scipy.sparse.coo_array(scene.stiffness)
+    row, column = (np.asarray(part) for part in entries.coords)
+    stiffness = np.asarray(entries.data)
+    springs: dict[tuple[int, int], float] = {}
+    for a, b, k in zip(owner[row], owner[column], np.abs(stiffness), strict=True):
+        if 0 <= a < b and k > 0.0:
+            springs[int(a), int(b)] = max(springs.get((int(a), int(b)), 0.0), float(k))
+    diagonal = np.zeros(scene.size)
+    others = np.zeros(scene.size)
+    on = row == column
+    np.add.at(diagonal, row[on], stiffness[on])
+    np.add.at(others, row[~on], np.abs(stiffness[~on]))
+    rest = diagonal - others
+    walls: dict[int, float] = {}
+    for dof in np.flatnonzero((rest > ROUNDING * np.abs(diagonal)) & (owner >= 0)).tolist():
+        place = int(owner[dof])
+        walls[place] = max(walls.get(place, 0.0), float(rest[dof]))
+    if not columns:
+        bodies = _layered(bodies, springs)
+    return Schematic(
+        tuple(bodies),
+        tuple((a, b, k) for (a, b), k in springs.items()),
+        tuple(walls.items()),
+        int((owner < 0).sum()),
+    )
+
+
+def _known(columns: Sequence[Column]) -> list[Body]:
+    bodies = []
+    for k, ((name, horizontal, vertical), (below, tangential, normal), angle) in enumerate(columns):
+        a, b = float(np.cos(angle)), float(np.sin(angle))
+        bodies.append(Body(name, float(k), 1.0, ((horizontal, 1.0, 0.0), (vertical, 0.0, 1.0))))
+        bodies.append(Body(below, float(k), 0.0, ((tangential, a, b), (normal, -b, a)), k, angle))
+    return bodies
+
+
+def _found(scene: Scene) -> list[Body]:
+    labels = scene.contact_labels()
+    bodies, taken = [], np.zeros(scene.size, dtype=bool)
+    for i in range(min(len(scene.contacts), MOST)):
+        tangential, normal = scene.tangential_direction(i), scene.normal_direction(i)
+        dofs = np.flatnonzero((tangential != 0.0) | (normal != 0.0))
+        taken[dofs] = True
+        along = tuple((int(k), float(tangential[k]), float(normal[k])) for k in dofs)
+        bodies.append(Body(f"contact {labels[i]}", float(i), 0.0, along, i))
+    for dof in np.flatnonzero(~taken)[: MOST - len(bodies)].tolist():
+        bodies.append(Body(scene.dofs[dof], 0.0, 1.0, ((int(dof), 1.0, 0.0),)))
+    return bodies
+
+
+def _layered(bodies: list[Body], springs: dict[tuple[int, int], float]) -> list[Body]:
+    """Return the bodies in layers by their distance from a contact, near those they are tied to."""
+    tied: list[set[int]] = [set() for _ in bodies]
+    for a, b in springs:
+        tied[a].add(b)
+        tied[b].add(a)
+    layer = [k for k, body in enumerate(bodies) if body.contact is not None] or list(range(len(bodies)))[:1]
+    height, depth = dict.fromkeys(layer, 0), 0
+    while len(height) < len(bodies):
+        reached = sorted({b for a in layer for b in tied[a]} - set(height))
+        # What no spring leads to stands in a layer of its own.
+        layer = reached or [k for k in range(len(bodies)) if k not in height]
+        depth += 1
+        height |= dict.fromkeys(layer, depth)
+    widest = max(sum(h == level for h in height.values()) for level in range(depth + 1))
+    x: dict[int, float] = {}
+    for level in range(depth + 1):
+        row = [k for k in range(len(bodies)) if height[k] == level]
+
+        below = {k: [x[b] for b in tied[k] if b in x] or [float(k)] for k in row}
+        row.sort(key=lambda k: float(np.mean(below[k])))
+        x |= {k: (place + 0.5) * widest / len(row) - 0.5 for place, k in enumerate(row)}
+    return [
+        Body(body.name, x[k], float(height[k]), body.along, body.contact, body.angle)
+        for k, body in enumerate(bodies)
+    ]

@@ -1,0 +1,364 @@
+"""The explorer's server: it shows what the package computes, and answers nobody but its own page."""
+
+import base64
+import http.client
+import io
+import json
+import os
+import signal
+import subprocess
+import sys
+import wave
+from functools import partial
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.explorer import sound
+from stickslip.explorer.knobs import joint, knobs
+from stickslip.scene.family import Family
+
+
+@pytest.fixture(scope="module")
+def page():
+    with ss.explore() as page:
+        yield page
+
+
+def sent(page, path, message=None, method="POST", **headers):
+    """Return status and body of one message; headers that are None are left out."""
+    host = page.url.removeprefix("http://").strip("/")
+    given = {"Host": host, "Origin": f"http://{host}", "Content-Type": "application/json"}
+    body = message if isinstance(message, bytes) else json.dumps(message).encode()
+    given |= {"Content-Length": str(len(body))}
+    given |= {name.replace("_", "-"): value for name, value in headers.items()}
+    connection = http.client.HTTPConnection(host, timeout=60)
+    connection.putrequest(method, path, skip_host=True)
+    for name, value in given.items():
+        if value is not None:
+            connection.putheader(name, value)
+    connection.endheaders(body if method == "POST" else None)
+    answer = connection.getresponse()
+    found = answer.status, answer.read()
+    connection.close()
+    return found
+
+
+def asked(page, path, **message):
+    status, body = sent(page, path, message)
+    assert status == 200, body
+    return json.loads(body)
+
+
+def unpacked(text, width=1):
+    return np.frombuffer(base64.b64decode(text), dtype="<f4").reshape(-1, width)
+
+
+def motion_of(page, **values):
+    return asked(page, "/motion", values=values, dof=0, patience=2.0, start={"kind": "file"})
+
+
+@pytest.mark.parametrize(("friction", "speed"), [(1.5, 0.025), (2.0, 0.06), (0.9, 0.02)])
+def test_the_shown_cycle_is_the_limit_cycle_of_the_point(page, friction, speed):
+    values = {
+        f"{name}_{k}": one for name, one in (("friction", friction), ("slider_speed", speed)) for k in "01"
+    }
+    shown = motion_of(page, **values)
+    scene = ss.models.two_subsystems(friction=friction, slider_speed=speed)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, start, 0.6).limit_cycle()
+    assert shown["cycle"]["combinations"] == list(cycle.combinations)
+    # Both are refined to rounding, from runs of different length.
+    assert shown["cycle"]["period"] == pytest.approx(cycle.period, rel=1e-9)
+    times = unpacked(shown["motion"]["time"])[:, 0].astype(float)
+    exact = cycle.run.core.sample(np.minimum(times, cycle.period))
+    tangential = np.stack([scene.tangential_direction(k) for k in (0, 1)], axis=1)
+    slip = unpacked(shown["motion"]["slip"], 2)
+    # Times go over in single precision: away from events by so much times the acceleration.
+    away = np.min(np.abs(times[:, None] - cycle.run.events.time), axis=1) > 1e-6
+    scale = np.abs(slip).max()
+    assert away.sum() > 200
+    assert np.abs(slip - exact[1] @ tangential)[away].max() < 1e-3 * scale
+    status = np.frombuffer(base64.b64decode(shown["motion"]["status"]), np.uint8).reshape(-1, 2)
+    assert np.array_equal(status[away], exact[4][away])
+    balance = cycle.balance()
+    works = (balance.contacts.work.sum("status") - balance.contacts.impact_normal).to_numpy()
+    for row, work in zip(shown["energy"], works, strict=False):
+        assert sum(row["parts"].values()) == pytest.approx(1e3 * work, rel=1e-3, abs=1e-6)
+
+
+def test_the_first_picture_is_that_of_the_scene_as_given(page):
+    shown = motion_of(page)
+    assert shown["error"] is None
+    assert shown["cycle"]["combinations"] == ["++", "+d", "++", "s+", "ss", "s+"]
+    assert "limit cycle of 8.9085 ms" in shown["sentence"]
+    assert "contact 0 sticks 57 %" in shown["sentence"]
+    assert shown["lines"]["frequency"][0] == pytest.approx(112.2524, rel=1e-6)
+
+
+def test_a_stable_point_says_so_and_an_ill_posed_one_why(page):
+    stable = motion_of(page, friction_0=0.3, friction_1=0.3)
+    assert stable["sentence"] == "Steady sliding is stable. Disturbed, it comes to rest again."
+    assert stable["cycle"] is None
+    assert "static_friction: must be >= friction" in motion_of(page, static_friction_0=0.1)["sentence"]
+    lifted = motion_of(page, external_force_0=-1e6)
+    assert lifted["sentence"].startswith("There is no steady sliding: ")
+    assert "contact 0 would pull" in lifted["sentence"]
+
+
+def test_loci_and_map_are_those_of_the_package(page):
+    found = asked(page, "/loci", values={}, x=["friction", 0.0, 3.0], count=31, critical=True)
+    sweep = ss.sweep(ss.models.two_subsystems, friction=np.linspace(0.0, 3.0, 31), progress=False)
+    growth = unpacked(found["growth"]).reshape(found["branches"], 31)
+    assert growth.max() == pytest.approx(float(sweep.eigenvalue.to_numpy().real.max()), rel=1e-6)
+    assert [point["value"] for point in found["hopf"]] == pytest.approx([0.70156717308523, 2.1002056016114])
+    answer = asked(
+        page, "/map", values={}, x=["friction", 0.0, 3.0], y=["inclination_0", 0.1, 0.5], columns=7, rows=5
+    )
+    x, y = np.meshgrid(np.linspace(0.0, 3.0, 7), np.linspace(0.1, 0.5, 5))
+    verdicts = ss.stability(
+        ss.models.two_subsystems, over={"friction": x.ravel(), "inclination_0": y.ravel()}
+    )
+    expected = np.where(verdicts.steady_sliding, verdicts.growth_rate, np.nan)
+    assert unpacked(answer["growth"])[:, 0] == pytest.approx(expected, rel=1e-6, nan_ok=True)
+
+
+def test_a_motion_goes_on_from_the_one_before(page):
+    before = motion_of(page)
+    on = asked(
+        page,
+        "/motion",
+        values={"friction_0": 1.52},
+        dof=0,
+        patience=2.0,
+        start={"kind": "on", **before["state"]},
+    )
+    assert on["error"] is None
+    assert np.isclose(unpacked(on["way"]["position"], 9)[0, 0], before["state"]["position"][0])
+    # It is on a cycle from the start: no growth from small motion.
+    way = unpacked(on["way"]["slip"], 2)[:, 0]
+    assert np.ptp(way[:200]) > 0.5 * np.ptp(way)
+
+
+def test_copies_compute_the_cycle_that_is_shown(page, tmp_path):
+    values = {"friction_0": 1.8, "friction_1": 1.8, "vertical_stiffness_1": 3.3e4}
+    shown = motion_of(page, **values)
+    copied = asked(page, "/text", values=values, start={"kind": "file"})
+    (tmp_path / "scene.toml").write_text(copied["toml"], encoding="utf-8")
+    case = ss.load_case(tmp_path / "scene.toml")
+    assert case.simulate().limit_cycle().period == pytest.approx(shown["cycle"]["period"], rel=1e-9)
+    names = {}
+    exec(compile(copied["python"], "copied", "exec"), names)
+    assert names["cycle"].period == pytest.approx(shown["cycle"]["period"], rel=1e-9)
+    for path, begins in (("/figure", b"%PDF-"), ("/sound", b"RIFF")):
+        status, body = sent(
+            page, path, {"values": values, "start": {"kind": "file"}, "seconds": 0.3, "contact": 0}
+        )
+        assert status == 200
+        assert body.startswith(begins)
+
+
+def test_a_sound_has_the_main_line_of_the_cycle():
+    scene = ss.models.two_subsystems()
+    run = ss.simulate(scene, ss.disturbed_sliding(scene), 2.0)
+    with wave.open(io.BytesIO(sound(run)), "rb") as file:
+        assert (file.getnchannels(), file.getsampwidth(), file.getframerate()) == (1, 2, 44100)
+        heard = np.frombuffer(file.readframes(file.getnframes()), "<i2")
+    assert heard.size == 2 * 44100
+    late = heard[44100:].astype(float)
+    lines = np.abs(np.fft.rfft(late * np.hanning(late.size)))
+    assert np.argmax(lines) == pytest.approx(run.limit_cycle().main_frequency("x3"), abs=1.0)
+    assert np.abs(heard).max() == pytest.approx(0.8 * 32767, rel=1e-3)
+    with pytest.raises(ss.InputError, match="contact: expected an index below 2, got 2"):
+        sound(run, 2)
+
+
+FOREIGN = [
+    {"Origin": "http://evil.example"},
+    {"Origin": None},
+    {"Origin": "null"},
+    {"Host": "evil.example"},
+    {"Content_Type": "text/plain"},
+    {"Content_Type": None},
+]
+
+
+@pytest.mark.parametrize("headers", FOREIGN, ids=str)
+def test_no_other_page_is_answered(page, headers):
+    status, body = sent(page, "/motion", {"values": {}}, **headers)
+    assert (status, json.loads(body)) == (403, {"error": "Forbidden"})
+
+
+def test_nothing_but_the_page_is_read(page):
+    for path in ("/", "/page.js", "/plots.js", "/panels.js", "/page.css", "/scene"):
+        assert sent(page, path, method="GET")[0] == 200
+    for path in (
+        "/../server.py",
+        "/page/page.js",
+        "/%2e%2e/server.py",
+        "//etc/passwd",
+        "/page.js?x=/etc/passwd",
+    ):
+        assert sent(page, path, method="GET")[0] == 404
+    assert sent(page, "/", method="GET", Host="evil.example")[0] == 403
+    assert sent(page, "/", method="DELETE")[0] == 501
+
+
+HOSTILE = [
+    b"",
+    b"[]",
+    b"null",
+    b"{",
+    b"\xff\xfe",
+    b"[" * 100_000,
+    b'{"values": {"friction_0": NaN}}',
+    b'{"values": {"friction_0": 1e999}}',
+    {"values": []},
+    {"values": {"friction_0": "1.5"}},
+    {"values": {"friction_0": True}},
+    {"values": {"friction_0": [1.0]}},
+    {"values": {"__class__": 1.0}},
+    {"values": {"friction": 1.5}},
+    {"values": {}, "dof": -1},
+    {"values": {}, "dof": 10**30},
+    {"values": {}, "dof": 0.0},
+    {"values": {}, "dof": 0, "patience": "long"},
+    {"values": {}, "dof": 0, "patience": 1, "start": {"kind": "../x"}},
+    {"values": {}, "dof": 0, "patience": 1, "start": {"kind": ["file"]}},
+    {"values": {}, "dof": 0, "patience": 1, "start": {"kind": "kick", "dof": 99, "velocity": 1.0}},
+    {"values": {}, "dof": 0, "patience": 1, "start": {"kind": "on", "position": [1.0], "velocity": []}},
+]
+
+
+@pytest.mark.parametrize("message", HOSTILE, ids=lambda message: str(message)[:60])
+def test_hostile_messages_are_refused_and_change_nothing(page, message):
+    status, body = sent(page, "/motion", message)
+    assert status == 400, body
+    assert "error" in json.loads(body)
+
+
+def test_hostile_ranges_are_refused(page):
+    grid = {"x": ["friction", 0.0, 1.0], "y": ["slider_speed", 0.01, 0.1], "columns": 4, "rows": 4}
+    assert sent(page, "/map", {"values": {}, **grid})[0] == 200
+    for change in (
+        {"columns": 10**6},
+        {"rows": 1},
+        {"rows": 4.0},
+        {"x": ["friction", 1.0, 0.0]},
+        {"x": ["friction"]},
+        {"x": ["os", 0.0, 1.0]},
+        {"y": "friction"},
+    ):
+        assert sent(page, "/map", {"values": {}, **grid, **change})[0] == 400, change
+    # Two names of one number, and what is ill-posed, are errors of the question: they are told in words.
+    status, body = sent(page, "/map", {"values": {}, **grid, "y": ["friction_0", 0.0, 1.0]})
+    assert status == 200
+    assert "set the same number" in json.loads(body)["error"]
+
+
+def test_too_long_a_message_is_not_read(page):
+    for length in ("1000001", "-1", "ten"):
+        assert sent(page, "/motion", b"{}", Content_Length=length)[0] == 413
+    assert motion_of(page)["cycle"]["period"] == pytest.approx(8.908492605779e-3, rel=1e-9)
+
+
+def test_what_may_wait_is_bounded(page):
+    server = page._server
+    for _ in range(8):
+        assert server.room.acquire(timeout=30.0)
+    try:
+        assert sent(page, "/motion", {})[0] == 503
+    finally:
+        for _ in range(8):
+            server.room.release()
+    assert motion_of(page)["error"] is None
+
+
+def test_every_parameter_has_a_slider():
+    family = Family(partial(ss.models.two_subsystems, static_friction=2.0, friction=[1.5, 1.2]))
+    known = knobs(family)
+    assert {name: known[name].value for name in ("friction_1", "static_friction_0", "damping")} == {
+        "friction_1": 1.2,
+        "static_friction_0": 2.0,
+        "damping": 1e-4,
+    }
+    assert len(known) == 28
+    assert all(knob.low < knob.high for knob in known.values())
+    assert all(knob.value is None or knob.low <= knob.value <= knob.high for knob in known.values())
+    # What stands at different values is not moved by one slider.
+    assert "static_friction" in joint(family, known)
+    assert "friction" not in joint(family, known)
+
+
+@pytest.mark.parametrize("kind", ["scene", "chain", "function"])
+def test_any_model_can_be_explored(kind):
+    def block(mu=0.3, stiffness=(100.0, 1e4)):
+        contact = ss.Contact(tangential=0, normal=1, friction=mu, slider_speed=0.1, name="pad")
+        return ss.Scene([1.0, 1.0], np.diag(stiffness), force=[0.0, -10.0], contacts=[contact])
+
+    models = {
+        "scene": block(),
+        "function": block,
+        "chain": partial(
+            ss.models.chain,
+            [
+                ss.models.Subsystem(
+                    upper_mass=0.3,
+                    contact_mass=0.3,
+                    inclination=0.1,
+                    vertical_stiffness=4e5,
+                    horizontal_stiffness=3e5,
+                    ceiling_stiffness=6e4,
+                    preload_displacement=1e-3,
+                )
+            ],
+            [],
+            wall_stiffness=1e6,
+            friction=0.4,
+            slider_speed=0.02,
+        ),
+    }
+    if kind == "chain":
+        models["chain"] = models["chain"]()
+    with ss.explore(models[kind]) as page:
+        scene = json.loads(sent(page, "/scene", method="GET")[1])
+        names = [knob["name"] for knob in scene["knobs"]]
+        assert {"scene": "friction", "function": "mu", "chain": "friction"}[kind] in names
+        if kind == "function":
+            assert {"stiffness_0", "slider_speed"} <= set(names)
+        assert scene["bodies"]
+        values = {knob["name"]: knob["value"] for knob in scene["knobs"]}
+        shown = asked(page, "/motion", values=values, dof=0, patience=1.0, start={"kind": "mode"})
+        assert shown["sentence"]
+        moved = asked(
+            page, "/map", values={}, x=[names[0], 0.1, 0.5], y=["slider_speed", 0.01, 0.2], columns=3, rows=3
+        )
+        assert moved["error"] is None
+
+
+def test_what_cannot_be_explored_is_refused():
+    with pytest.raises(ss.InputError, match="the scene has no contact"):
+        ss.explore(ss.Scene([1.0], [[1.0]]))
+    with pytest.raises(ss.InputError, match="port: expected a number from 0 to 65535, got 70000"):
+        ss.explore(port=70000)
+    with pytest.raises(ss.InputError, match="expected a Scene or a function"):
+        ss.explore(3)
+    with ss.explore() as page, pytest.raises(OSError, match="in use"):
+        ss.explore(port=int(page.url.rstrip("/").rpartition(":")[2]))
+    assert repr(page) == "Explorer(closed)"
+
+
+@pytest.mark.process
+def test_ctrl_c_ends_the_command(tmp_path):
+    command = [sys.executable, "-c", "from stickslip.cli import main; main()", "explore", "--no-browser"]
+    with subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=os.environ
+    ) as run:
+        line = run.stdout.readline()
+        assert line.startswith("http://127.0.0.1:")
+        assert line.rstrip().endswith("(Ctrl-C ends it)")
+        run.send_signal(signal.SIGINT)
+        _, told = run.communicate(timeout=30)
+    assert run.returncode == 130
+    assert "Traceback" not in told
