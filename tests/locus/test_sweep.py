@@ -265,9 +265,10 @@ def test_chosen_modes_that_meet_are_followed_beyond():
     assert every.meetings.size == 2
     for meeting in every.meetings:
         assert np.abs(chosen.meetings - meeting).min() <= (values[1] - values[0]) / 4.0
-    # Which of both branches goes on beyond a meeting is a convention, the largest real parts are not.
+    # Which of both branches goes on beyond a meeting is a convention; how fast those that grow do so is not.
     largest, kept = (np.sort(found.eigenvalue.to_numpy().real.max(axis=0)) for found in (every, chosen))
-    np.testing.assert_allclose(kept, largest[-6:], rtol=1e-9)
+    assert np.count_nonzero(largest > 0.0) == 4
+    np.testing.assert_allclose(kept[-4:], largest[-4:], rtol=1e-9)
 
 
 def test_stability_is_that_of_all_modes_although_few_are_followed():

@@ -6,8 +6,21 @@ displacements of either scene -> `write_vtu`.
 
 from stickslip.fe.assembly import assemble
 from stickslip.fe.body import Body
+from stickslip.fe.formats.readers import read
 from stickslip.fe.pairs import Pairs, Rotation, contact_pairs
-from stickslip.fe.readers import read
+from stickslip.fe.reduced.reduction import Reduction, reduce
 from stickslip.fe.surface import Surface
+from stickslip.fe.vtu import write_vtu
 
-__all__ = ["Body", "Pairs", "Rotation", "Surface", "assemble", "contact_pairs", "read"]
+__all__ = [
+    "Body",
+    "Pairs",
+    "Reduction",
+    "Rotation",
+    "Surface",
+    "assemble",
+    "contact_pairs",
+    "read",
+    "reduce",
+    "write_vtu",
+]

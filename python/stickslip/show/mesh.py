@@ -9,18 +9,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-#: Nodes of the edges of a cell, by the name that meshio gives it, of its corners alone.
-EDGES = {
-    "line": ((0, 1),),
-    "triangle": ((0, 1), (1, 2), (2, 0)),
-    "quad": ((0, 1), (1, 2), (2, 3), (3, 0)),
-    "tetra": ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3)),
-    "hexahedron": (
-        (0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4), (0, 4), (1, 5), (2, 6), (3, 7),
-    ),
-    "wedge": ((0, 1), (1, 2), (2, 0), (3, 4), (4, 5), (5, 3), (0, 3), (1, 4), (2, 5)),
-    "pyramid": ((0, 1), (1, 2), (2, 3), (3, 0), (0, 4), (1, 4), (2, 4), (3, 4)),
-}  # fmt: skip
+#: Corners of the faces of a cell by the name that meshio gives its kind; of a plane cell it is one.
+FACES = {
+    "triangle": ((0, 1, 2),),
+    "quad": ((0, 1, 2, 3),),
+    "tetra": ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+    "hexahedron": ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    "wedge": ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5)),
+    "pyramid": ((0, 3, 2, 1), (0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)),
+}
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,9 +44,13 @@ class Mesh:
         # The place -1 is the last one: a dof that does not move.
         return np.concatenate([position, held], axis=-1)[..., self.dofs]
 
-    def edges(self) -> NDArray[np.int64]:
-        """Return the edges of the cells as pairs of node places, (e, 2), each once."""
-        found = [np.zeros((0, 2), dtype=np.int64)]
+    def faces(self) -> list[NDArray[np.int64]]:
+        """Return the faces that bound the cells, of plane cells the cells, as node places around each."""
+        found: dict[frozenset[int], NDArray[np.int64] | None] = {}
         for kind, cells in self.cells.items():
-            found += [np.sort(cells[:, list(edge)], axis=1) for edge in EDGES.get(kind, ())]
-        return np.unique(np.concatenate(found), axis=0)
+            for corners in FACES.get(kind, ()):
+                for face in cells[:, list(corners)]:
+                    key = frozenset(face.tolist())
+                    # A face of two cells lies inside.
+                    found[key] = None if key in found else face
+        return [face for face in found.values() if face is not None]

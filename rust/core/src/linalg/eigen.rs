@@ -168,11 +168,11 @@ fn small_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
     let smallest = (f64::EPSILON * form.amax()).max(f64::MIN_POSITIVE);
     let whole = |vector: &[Complex64], from: usize, to: usize| -> Vec<Complex64> {
         let mut whole = vec![Complex64::default(); n];
-        for (column, z) in rotation.column_iter().zip(vector).take(to).skip(from) {
+        for (column, z) in rotation.as_slice().chunks_exact(n).zip(vector).take(to).skip(from) {
             if z.im == 0.0 {
-                whole.iter_mut().zip(&column).for_each(|(sum, q)| sum.re += q * z.re);
+                whole.iter_mut().zip(column).for_each(|(sum, q)| sum.re += q * z.re);
             } else {
-                whole.iter_mut().zip(&column).for_each(|(sum, q)| *sum += q * z);
+                whole.iter_mut().zip(column).for_each(|(sum, q)| *sum += q * z);
             }
         }
         whole

@@ -65,12 +65,12 @@ fn reduced_to_hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
             square += vector[i] * vector[i];
         }
         let length = if vector[m] > 0.0 { -square.sqrt() } else { square.sqrt() };
-        let half_norm = square - vector[m] * length;
+        let inverse = 1.0 / (square - vector[m] * length);
         vector[m] -= length;
         // Row by row, as the matrix is stored: first all factors of the columns, then the rows.
         factors.fill(0.0);
         for i in m..n {
-            let entry = vector[i] / half_norm;
+            let entry = vector[i] * inverse;
             let row = &h[i * n + m..(i + 1) * n];
             factors[m..].iter_mut().zip(row).for_each(|(factor, a)| *factor += entry * a);
         }
@@ -82,14 +82,14 @@ fn reduced_to_hessenberg(n: usize, h: &mut [f64], mut q: Option<&mut [f64]>) {
         for row in h.chunks_exact_mut(n) {
             let (row, vector) = (&mut row[m..], &vector[m..]);
             let dot: f64 = row.iter().zip(vector).map(|(a, v)| a * v).sum();
-            let factor = dot / half_norm;
+            let factor = dot * inverse;
             row.iter_mut().zip(vector).for_each(|(a, v)| *a -= factor * v);
         }
         if let Some(q) = q.as_deref_mut() {
             factors.fill(0.0);
             let rows = q.chunks_exact(n).zip(&*vector).skip(m);
             rows.for_each(|(row, v)| factors.iter_mut().zip(row).for_each(|(f, a)| *f += a * v));
-            factors.iter_mut().for_each(|factor| *factor /= half_norm);
+            factors.iter_mut().for_each(|factor| *factor *= inverse);
             let rows = q.chunks_exact_mut(n).zip(&*vector).skip(m);
             rows.for_each(|(row, v)| row.iter_mut().zip(&*factors).for_each(|(a, f)| *a -= f * v));
         }
@@ -299,8 +299,10 @@ fn sweep(
             h[at(k, k - 1)] = -h[at(k, k - 1)];
         }
         p += length;
-        let (u0, u1, u2) = (p / length, r / length, s / length);
-        let (v1, v2) = (r / p, s / p);
+        // Each quotient by a product: divisions are what a sweep waits for.
+        let (by_length, by_first) = (1.0 / length, 1.0 / p);
+        let (u0, u1, u2) = (p * by_length, r * by_length, s * by_length);
+        let (v1, v2) = (r * by_first, s * by_first);
         let (u, v) = ([u0, u1, u2], [1.0, v1, v2]);
         reflect_rows(n, &mut h[k * n..], k..row_end, three, u, v);
         let bottom = last.min(k + 3);

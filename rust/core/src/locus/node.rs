@@ -41,9 +41,9 @@ pub(crate) struct Node {
     pub unstable: Vec<bool>,
     /// `|a|` of each mode.
     sizes: Vec<f64>,
-    /// `M xi` and `C xi`, one mode after the other.
-    mass: Vec<Complex64>,
-    damping: Vec<Complex64>,
+    /// `M xi` and `C xi`.
+    mass: Columns,
+    damping: Columns,
     /// Whether both vectors of a mode are real: of proportional damping they are, until two modes lock in.
     real: Vec<bool>,
 }
@@ -71,6 +71,12 @@ impl Node {
             modes.iter().for_each(|mode| all.extend(rows.rounded_product(&mode.right)));
             all
         };
+        let real: Vec<bool> =
+            modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect();
+        let packed = |all: &[Complex64]| {
+            let columns = all.chunks_exact(pencil.size.max(1)).zip(&real);
+            Columns::new(pencil.size, columns.map(|(column, &real)| (column, !real)))
+        };
         let mass = products(&pencil.mass);
         let damping = match &pencil.damping {
             PencilDamping::General(rows) => products(rows),
@@ -80,7 +86,7 @@ impl Node {
                 stiffness
             }
         };
-        let moved = moved_entries(&path.derivative(value));
+        let moved = moved_entries(&path.expansion(value).slopes);
         Ok(Self {
             value,
             slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
@@ -90,9 +96,9 @@ impl Node {
                 .map(|m| m.eigenvalue.re > 0.0 && m.growth_sign(m.rounding(&pencil)) > 0.0)
                 .collect(),
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
-            real: modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect(),
-            mass,
-            damping,
+            mass: packed(&mass),
+            damping: packed(&damping),
+            real,
             modes,
         })
     }
@@ -153,22 +159,18 @@ impl Node {
         let size = other.modes.first().map_or(0, |mode| mode.right.len());
         let lefts = rows.iter().map(|&r| (&self.modes[r].left[..], !self.real[r]));
         let lefts = Columns::new(size, lefts);
-        let products = |all: &[Complex64]| {
-            let columns = all.chunks_exact(size.max(1)).zip(&other.real);
-            lefts.products(&Columns::new(size, columns.map(|(column, &real)| (column, !real))))
-        };
-        let (mass, damping) = (products(&other.mass), products(&other.damping));
+        let (mass, damping) = (lefts.products(&other.mass), lefts.products(&other.damping));
         let correlation = |row: usize, s: usize| {
             let r = rows[row];
             let sum = self.modes[r].eigenvalue + other.modes[s].eigenvalue;
             let product = sum * mass.get(row, false, s) + damping.get(row, false, s);
             product.norm_sqr() / (self.sizes[r] * other.sizes[s])
         };
-        let every = 0..rows.len();
-        every
-            .flat_map(|row| (0..other.modes.len()).map(move |s| (row, s)))
-            .map(|(row, s)| correlation(row, s))
-            .collect()
+        let mut all = Vec::with_capacity(rows.len() * other.modes.len());
+        for row in 0..rows.len() {
+            all.extend((0..other.modes.len()).map(|s| correlation(row, s)));
+        }
+        all
     }
 
     /// The decisive continuation of all modes, if there is one, and the correlations, row by row.

@@ -6,11 +6,10 @@
 //! sensitivities and exceptional points need.
 
 use nalgebra::DMatrix;
-use num_complex::Complex64;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::locus::series::{Series, StaticSeries};
+use crate::locus::series::{Number, Series, StaticSeries};
 use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 use crate::scene::model::Scene;
 use crate::scene::reduction::{Reduced, Reduction};
@@ -62,11 +61,11 @@ pub struct Path {
     pieces: Vec<Piece>,
 }
 
-/// M, C, K and their derivatives to p at one, possibly complex, p.
+/// M, C, K and their derivatives to p at one real or complex p.
 #[derive(Debug, Clone)]
-pub(crate) struct Expansion {
-    pub matrices: [DMatrix<Complex64>; 3],
-    pub slopes: [DMatrix<Complex64>; 3],
+pub(crate) struct Expansion<T> {
+    pub matrices: [DMatrix<T>; 3],
+    pub slopes: [DMatrix<T>; 3],
 }
 
 impl Path {
@@ -104,8 +103,8 @@ impl Path {
 
     /// (M, C, K, M', C', K') at a real p.
     pub fn matrices(&self, p: f64) -> [DMatrix<f64>; 6] {
-        let Expansion { matrices: [m, c, k], slopes: [dm, dc, dk] } = self.expansion(p.into());
-        [m, c, k, dm, dc, dk].map(|matrix| matrix.map(|z| z.re))
+        let Expansion { matrices: [m, c, k], slopes: [dm, dc, dk] } = self.expansion(p);
+        [m, c, k, dm, dc, dk]
     }
 
     /// The contact law of a scene: the friction of `contacts` from `lower` to `upper`, one value for all of them, or
@@ -209,31 +208,13 @@ impl Path {
         }
     }
 
-    /// (M', C', K') at a real p.
-    pub(crate) fn derivative(&self, p: f64) -> [DMatrix<f64>; 3] {
-        let piece = self.piece(p);
-        let constant = |series: &Series| series.0.len() == 1;
-        if let PathDamping::Proportional { alpha, beta } = &piece.damping
-            && let ([_, mass], [_, stiffness]) = (&*piece.mass.0, &*piece.stiffness.0)
-            && constant(alpha)
-            && constant(beta)
-        {
-            // Of friction, and of any other parameter that enters linearly.
-            let (mass, stiffness) = (mass / piece.half_width, stiffness / piece.half_width);
-            let damping = &mass * alpha.0[0][0] + &stiffness * beta.0[0][0];
-            return [mass, damping, stiffness];
-        }
-        let Expansion { slopes, .. } = self.expansion(p.into());
-        slopes.map(|slope| slope.map(|z| z.re))
-    }
-
-    /// The problem and its derivative at a complex p.
-    pub(crate) fn expansion(&self, p: Complex64) -> Expansion {
-        let piece = self.piece(p.re);
-        let t = (p - piece.centre) / piece.half_width;
+    /// The problem and its derivative at p.
+    pub(crate) fn expansion<T: Number>(&self, p: T) -> Expansion<T> {
+        let piece = self.piece(p.real());
+        let t = (p - T::from_real(piece.centre)).unscale(piece.half_width);
         let scaled = |series: &Series| {
             let (value, slope) = series.expanded(t);
-            (value, slope / Complex64::from(piece.half_width))
+            (value, slope.unscale(piece.half_width))
         };
         let (mass, mass_slope) = scaled(&piece.mass);
         let (stiffness, stiffness_slope) = scaled(&piece.stiffness);

@@ -1,10 +1,13 @@
 //! Matrices and statics along a path as Chebyshev series of their entries.
 
-use nalgebra::DMatrix;
-use num_complex::Complex64;
+use nalgebra::{ComplexField, DMatrix};
 
 use crate::numerics::double_double::Doubled;
 use crate::scene::statics::Statics;
+
+/// A real or a complex parameter.
+pub(crate) trait Number: ComplexField<RealField = f64> + Copy {}
+impl<T: ComplexField<RealField = f64> + Copy> Number for T {}
 
 /// Coefficients of `sum_k T_k(t) c_k` for matrices c_k of one shape, vectors as columns.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -51,19 +54,19 @@ impl Series {
         self.doubled((0, 0), t).value()
     }
 
-    /// (value, derivative to t) at a complex t, from `T_k` and `T_k' = k U_{k-1}`.
-    pub(crate) fn expanded(&self, t: Complex64) -> (DMatrix<Complex64>, DMatrix<Complex64>) {
+    /// (value, derivative to t) at a real or complex t, from `T_k` and `T_k' = k U_{k-1}`.
+    pub(crate) fn expanded<T: Number>(&self, t: T) -> (DMatrix<T>, DMatrix<T>) {
         let (rows, columns) = self.0.first().map_or((0, 0), DMatrix::shape);
         let mut value = DMatrix::zeros(rows, columns);
         let mut slope = value.clone();
-        let (mut chebyshev, mut next) = (Complex64::from(1.0), t);
-        let (mut second, mut second_next) = (Complex64::default(), Complex64::from(1.0));
+        let (mut chebyshev, mut next) = (T::one(), t);
+        let (mut second, mut second_next) = (T::zero(), T::one());
         for (k, coefficient) in self.0.iter().enumerate() {
-            let derivative = k as f64 * second;
-            value.zip_apply(coefficient, |value, c| *value += chebyshev * c);
-            slope.zip_apply(coefficient, |slope, c| *slope += derivative * c);
-            (chebyshev, next) = (next, 2.0 * t * next - chebyshev);
-            (second, second_next) = (second_next, 2.0 * t * second_next - second);
+            let derivative = second.scale(k as f64);
+            value.zip_apply(coefficient, |value, c| *value += chebyshev.scale(c));
+            slope.zip_apply(coefficient, |slope, c| *slope += derivative.scale(c));
+            (chebyshev, next) = (next, t.scale(2.0) * next - chebyshev);
+            (second, second_next) = (second_next, t.scale(2.0) * second_next - second);
         }
         (value, slope)
     }

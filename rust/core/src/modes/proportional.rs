@@ -217,7 +217,7 @@ pub(crate) fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Compl
             return (lambda, lambda.conj());
         }
     }
-    let root = (half * half - kappa).sqrt();
+    let root = square_root(half * half - kappa);
     // The sum without cancellation first, the other root from their product.
     let root = if (half.conj() * root).re >= 0.0 { root } else { -root };
     let larger = -(half + root);
@@ -225,4 +225,12 @@ pub(crate) fn roots_of_mode(kappa: Complex64, d: Complex64) -> (Complex64, Compl
     let smaller = if larger == zero { larger } else { kappa / larger };
     // No zero keeps a minus.
     (larger + zero, smaller + zero)
+}
+
+/// The root with a real part of zero or more, without angles: studies take it millions of times.
+fn square_root(z: Complex64) -> Complex64 {
+    let larger = (0.5 * (z.norm() + z.re.abs())).sqrt();
+    let smaller = if larger == 0.0 { 0.0 } else { 0.5 * z.im.abs() / larger };
+    let (re, im) = if z.re < 0.0 { (smaller, larger) } else { (larger, smaller) };
+    Complex64::new(re, im.copysign(z.im))
 }

@@ -33,7 +33,7 @@ pub(crate) struct ImplicitDeterminant {
 impl ImplicitDeterminant {
     /// `right` and `left` near the null vectors, `v' P ~ 0`.
     pub fn new(
-        expansion: &Expansion,
+        expansion: &Expansion<Complex64>,
         lambda: Complex64,
         right: &[Complex64],
         left: &[Complex64],

@@ -267,7 +267,7 @@ impl Search<'_> {
         {
             let here = sign_at(p);
             let newton = slowest.map_or(f64::NAN, |mode| {
-                let expansion = self.path.expansion(p.into());
+                let expansion = self.path.expansion(Complex64::from(p));
                 let d = ImplicitDeterminant::new(
                     &expansion,
                     Complex64::default(),

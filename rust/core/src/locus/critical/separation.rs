@@ -119,8 +119,8 @@ impl Path {
         let (piece, t) = self.place(p);
         let StaticSeries { load, rows, offsets, .. } = &piece.statics;
         let both = |series: &Series| {
-            let (value, slope) = series.expanded(t.into());
-            (value.map(|z| z.re), slope.map(|z| z.re / piece.half_width))
+            let (value, slope) = series.expanded(t);
+            (value, slope / piece.half_width)
         };
         let ((stiffness, stiffness_slope), (load, load_slope)) =
             (both(&piece.stiffness), both(load));

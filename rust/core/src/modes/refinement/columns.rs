@@ -26,7 +26,7 @@ struct Place {
 }
 
 /// Vectors of equal length, packed: block after block, each row by row; columns that are left over hold zeros.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Columns {
     rows: usize,
     places: Vec<Place>,
@@ -73,6 +73,11 @@ impl Columns {
         &self.slices[b * self.rows..(b + 1) * self.rows]
     }
 
+    /// The entries of one column.
+    fn column(&self, k: usize) -> impl Iterator<Item = f64> + '_ {
+        self.block(k / WIDTH).iter().map(move |slice| slice[k % WIDTH])
+    }
+
     fn get(&self, row: usize, column: usize) -> f64 {
         self.slices[column / WIDTH * self.rows + row][column % WIDTH]
     }
@@ -92,8 +97,10 @@ impl Columns {
     pub fn products(&self, other: &Self) -> Products {
         let mut products = Self::zeros(self.width, other.width, other.places.clone());
         let unit = VectorUnit::default();
+        let mut weights = Vec::with_capacity(self.rows);
         for a in 0..self.width {
-            let weights: Vec<f64> = (0..self.rows).map(|i| self.get(i, a)).collect();
+            weights.clear();
+            weights.extend(self.column(a));
             for b in 0..other.blocks() {
                 let combine = Combine { weights: &weights, slices: other.block(b) };
                 products.slices[b * self.width + a] = unit.run(combine);

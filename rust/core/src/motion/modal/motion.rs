@@ -2,17 +2,26 @@
 //!
 //! The modes move about a reference, where it can be the equilibrium of the phase: rounding of the projection, which
 //! grows with the square of the condition of the modes, is then a part of the motion and not of the static
-//! displacement. `z' = lambda z + p0 + p1 t` for each mode, p0 and p1 what the reference leaves unbalanced. With
-//! `w = z''`, which is a pure exponential,
+//! displacement. `z' = lambda z + p` for each mode, `p = p0 + p1 t` what the reference leaves unbalanced. With `w = z''`,
+//! which is a pure exponential,
 //!
 //! ```text
 //! z(t + h) = z + h z' + h^2 phi2(lambda h) w,   z'(t + h) = z' + h phi1(lambda h) w,   w(t + h) = e^{lambda h} w
 //! ```
 //!
-//! holds for every lambda, zero included, without cancellation.
+//! holds for every lambda, zero included, without cancellation. From panel to panel
+//!
+//! ```text
+//! z(t + h) = e^{lambda h} z + h phi1(lambda h) p + h^2 phi2(lambda h) p1
+//! ```
+//!
+//! is taken instead, with z' and w of the result: a rounding of z then moves, and decays, as the mode does, where one of z'
+//! in the first form is integrated for the rest of the phase.
 
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::{Level, Step};
+use crate::motion::modal::reference::{Reference, largest};
+use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{ComplexGroup, Group, Kernel, Lanes, VectorUnit, ZEROS};
 
 /// The first leap, in powers of two panels.
@@ -46,13 +55,17 @@ pub(super) struct Bounds {
 #[derive(Debug, Default)]
 pub(crate) struct ModalMotion {
     pub(super) unit: VectorUnit,
-    pub(super) start: f64,
+    /// Local time at which the panel starts: summed in doubled precision, because one width is added over and over and
+    /// errs to one side.
+    pub(super) start: Doubled,
     pub(super) panels: u32,
     pub(super) level: usize,
     pub(super) quiet: u32,
     pub(super) leap: usize,
     /// At the start of the panel.
     pub(super) modes: Vec<Modes>,
+    /// p at the start of the panel.
+    pub(super) force: Vec<ComplexGroup>,
     pub(super) middle: Vec<Modes>,
     pub(super) bounds: Vec<Bounds>,
     /// Weight times w of one event function.
@@ -75,7 +88,7 @@ pub(crate) struct ModalMotion {
 impl ModalMotion {
     /// Starts a phase at local time 0 from (q, q').
     pub fn restart(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        self.start = 0.0;
+        self.start = Doubled::default();
         self.panels = 0;
         self.level = 0;
         self.quiet = 0;
@@ -97,22 +110,21 @@ impl ModalMotion {
 
     /// Chooses the equilibrium as the reference, unless it is so far away that the difference would cost digits.
     fn refer(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        for (index, reference) in basis.references.iter().enumerate().rev() {
-            self.about.clear();
-            self.about.extend_from_slice(&reference.at);
-            for (sticking, &at) in reference.sticking.iter().zip(&self.stuck) {
-                for (about, of) in self.about.iter_mut().zip(sticking) {
-                    about[0] += of * at;
-                }
-            }
-            let largest = |x: &[f64]| x.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-            let part = |k: usize| self.about.iter().fold(0.0, |size: f64, x| size.max(x[k].abs()));
-            if part(0) <= FARTHEST * largest(q) && part(1) <= FARTHEST * largest(u) {
-                self.reference = index;
-                return;
+        let size = [largest(q), largest(u)];
+        let is_near = |reference: &Reference| {
+            let stuck = reference.sticking.iter().zip(&self.stuck);
+            let position = stuck.fold(reference.size[0], |sum, (of, at)| sum + of.size * at.abs());
+            position <= FARTHEST * size[0] && reference.size[1] <= FARTHEST * size[1]
+        };
+        self.reference = basis.references.iter().rposition(is_near).unwrap_or(0);
+        let reference = &basis.references[self.reference];
+        self.about.clear();
+        self.about.extend_from_slice(&reference.at);
+        for (sticking, at) in reference.sticking.iter().zip(&self.stuck) {
+            for (about, of) in self.about.iter_mut().zip(&sticking.of) {
+                about[0] += of * at;
             }
         }
-        self.reference = 0;
     }
 
     #[cold]
@@ -121,6 +133,7 @@ impl ModalMotion {
         let modes = Modes { z: zero, dz: zero, w: zero };
         self.modes.resize(groups, modes);
         self.middle.resize(groups, modes);
+        self.force.resize(groups, zero);
         let bounds = Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, fast: ZEROS };
         self.bounds.resize(groups, bounds);
         self.gains.resize(groups, zero);
@@ -141,7 +154,7 @@ impl ModalMotion {
         gathered.clear();
         let kept = basis.kept.iter().zip(&self.about);
         gathered.extend(kept.map(|(&k, about)| [q[k] - about[0], u[k] - about[1]]));
-        let force = &basis.references[self.reference].force[..groups];
+        let forces = &basis.references[self.reference].force[..groups];
         for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
             let mut z = ComplexGroup::ZERO;
             let rows = basis.projection[g..].iter().step_by(groups);
@@ -149,30 +162,37 @@ impl ModalMotion {
                 z = z.add_scaled(simd, simd.splat_f64s(q), row.position);
                 z = z.add_scaled(simd, simd.splat_f64s(u), row.velocity);
             }
-            let (force, lambda) = (&force[g], basis.lambda.0[g]);
-            let mut constant = force.constant;
-            for (&stick, &at) in force.sticking.iter().zip(&self.stuck) {
-                constant = constant.add_scaled(simd, simd.splat_f64s(at), stick);
+            let mut force = forces[g].constant;
+            for (&stick, &at) in forces[g].sticking.iter().zip(&self.stuck) {
+                force = force.add_scaled(simd, simd.splat_f64s(at), stick);
             }
-            let dz = constant.add_product(simd, lambda, z);
-            *modes = Modes { z, dz, w: force.linear.add_product(simd, lambda, dz) };
+            self.force[g] = force;
+            *modes = Modes::of(simd, z, basis.lambda.0[g], force, forces[g].linear);
         }
     }
 
     pub fn start(&self) -> f64 {
-        self.start
+        self.start.high
     }
 
     pub(super) fn advance_by(&mut self, basis: &ModalBasis, level: &Level) {
         self.unit.run(Advance { motion: self, basis, level });
-        self.start += level.width;
+        self.start = self.start.add(level.width.into());
         self.panels += 1;
     }
 
     #[inline(always)]
-    fn shift<S: Lanes>(&mut self, groups: usize, simd: S, level: &Level) {
-        for (modes, at) in self.modes[..groups].iter_mut().zip(&level.modes[..groups]) {
-            *modes = modes.after(simd, &at.whole, level.width);
+    fn shift<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, level: &Level) {
+        let width = simd.splat_f64s(level.width);
+        let forces = &basis.references[self.reference].force[..groups];
+        for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
+            let (step, linear) = (&level.modes[g].whole, forces[g].linear);
+            let z = ComplexGroup::ZERO
+                .add_product(simd, step.phi2, linear)
+                .add_product(simd, step.phi1, self.force[g])
+                .add_product(simd, step.exponential, modes.z);
+            self.force[g] = self.force[g].add_scaled(simd, width, linear);
+            *modes = Modes::of(simd, z, basis.lambda.0[g], self.force[g], linear);
         }
     }
 
@@ -182,6 +202,19 @@ impl ModalMotion {
 }
 
 impl Modes {
+    /// At z, where the force is p and grows by `linear` per unit of time.
+    #[inline(always)]
+    fn of<S: Lanes>(
+        simd: S,
+        z: ComplexGroup,
+        lambda: ComplexGroup,
+        force: ComplexGroup,
+        linear: ComplexGroup,
+    ) -> Self {
+        let dz = force.add_product(simd, lambda, z);
+        Self { z, dz, w: linear.add_product(simd, lambda, dz) }
+    }
+
     /// A step of `h` later.
     #[inline(always)]
     pub(super) fn after<S: Lanes>(&self, simd: S, step: &Step, h: f64) -> Self {
@@ -235,6 +268,6 @@ impl Kernel for Advance<'_> {
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
         let Self { motion, basis, level } = self;
-        with_groups!(basis.groups, motion.shift(simd, level));
+        with_groups!(basis.groups, motion.shift(simd, basis, level));
     }
 }

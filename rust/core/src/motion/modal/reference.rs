@@ -16,12 +16,22 @@ use crate::scene::reduction::Reduced;
 pub(super) struct Reference {
     /// Of the kept coordinates at local time 0 with every sticking contact at 0, and the velocity.
     pub at: Vec<[f64; 2]>,
+    /// The largest entries of `at`, in modulus.
+    pub size: [f64; 2],
     /// What each sticking contact adds to the position per unit of its own.
-    pub sticking: Vec<Vec<f64>>,
+    pub sticking: Vec<Sticking>,
     /// For each group of modes.
     pub force: Vec<ModalForce>,
     /// For each event function.
     pub functions: Vec<AffineFunction>,
+}
+
+/// Kept coordinates per unit of a sticking one.
+#[derive(Debug)]
+pub(super) struct Sticking {
+    pub of: Vec<f64>,
+    /// The largest of them, in modulus.
+    pub size: f64,
 }
 
 /// `z' = lambda z + constant + linear t`: forces that do not hold the reference in balance.
@@ -40,6 +50,11 @@ pub(super) struct AffineFunction {
     pub slope: f64,
     /// Added to the constant per unit of the position of each sticking contact.
     pub sticking: Vec<f64>,
+}
+
+/// The largest modulus. Phases ask for it: a comparison costs a third of `f64::max`, which looks for NaN.
+pub(super) fn largest(x: &[f64]) -> f64 {
+    x.iter().map(|x| x.abs()).fold(0.0, |size, x| if x > size { x } else { size })
 }
 
 /// The kept coordinates along a reference.
@@ -143,8 +158,13 @@ impl At {
         Reference {
             force: force.collect(),
             functions: functions.iter().map(affine).collect(),
+            size: [largest(&self.position), largest(&self.velocity)],
             at: self.position.into_iter().zip(self.velocity).map(|(q, u)| [q, u]).collect(),
-            sticking: self.sticking,
+            sticking: self
+                .sticking
+                .into_iter()
+                .map(|of| Sticking { size: largest(&of), of })
+                .collect(),
         }
     }
 }

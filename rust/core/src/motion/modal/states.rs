@@ -17,7 +17,7 @@ impl ModalMotion {
     pub fn state(&mut self, basis: &ModalBasis, offset: f64, q: &mut [f64], u: &mut [f64]) {
         self.unit.run(StateAt { motion: self, basis, offset, q, u });
         for (&(k, speed), &at) in basis.sticking.iter().zip(&self.stuck) {
-            q[k] = at + speed * (self.start + offset);
+            q[k] = at + speed * (self.start.high + offset);
             u[k] = speed;
         }
     }
@@ -71,9 +71,8 @@ impl ModalMotion {
         let lambda = basis.lambda.get(r);
         let Modes { z, dz, w } = self.modes[r / GROUP];
         let [z, dz, w] = [z, dz, w].map(|group| group.get(r % GROUP));
+        let force = self.force[r / GROUP].get(r % GROUP);
         let linear = basis.references[self.reference].force[r / GROUP].linear.get(r % GROUP);
-        // The force at the start of the panel.
-        let force = dz - lambda * z;
         // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
         // the static part, is larger than what moves.
         if force.norm_sqr() <= STATIC * (lambda * z).norm_sqr()
@@ -100,7 +99,7 @@ impl ModalMotion {
     ) {
         self.modes_at(groups, simd, basis, offset);
         let at = &self.at[..groups];
-        let time = self.start + offset;
+        let time = self.start.high + offset;
         let kept = basis.kept.chunks(GROUP).zip(self.about.chunks(GROUP));
         for ((kept, about), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
             let (mut position, mut velocity) = (ZEROS, ZEROS);

@@ -21,7 +21,7 @@ const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 /// One phase by Taylor series; its buffers serve every phase of a run.
 #[derive(Debug, Default)]
 pub(crate) struct TaylorMotion {
-    start: f64,
+    start: Doubled,
     panels: u32,
     /// Of the panel, s.
     width: f64,
@@ -57,7 +57,7 @@ impl TaylorMotion {
         u: &[f64],
     ) {
         let n = scene.size;
-        self.start = 0.0;
+        self.start = Doubled::default();
         self.panels = 0;
         self.size = n;
         self.origin.clear();
@@ -106,12 +106,12 @@ impl TaylorMotion {
     }
 
     pub fn start(&self) -> f64 {
-        self.start
+        self.start.high
     }
 
     /// Local time to which the series holds.
     pub fn end(&self) -> f64 {
-        self.start + self.width
+        self.start.high + self.width
     }
 
     /// Q_2 and up from Q_0 and Q_1.
@@ -299,7 +299,7 @@ impl TaylorMotion {
         for &(i, speed) in &operator.equation.reduction.sticking {
             self.terms[n + i] = speed * operator.width;
         }
-        self.start += self.width;
+        self.start = self.start.add(self.width.into());
         self.panels += 1;
         self.fill(scene, operator);
     }

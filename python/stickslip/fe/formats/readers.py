@@ -13,7 +13,7 @@ import scipy.sparse
 
 from stickslip.faults import InputError
 from stickslip.fe.body import Body
-from stickslip.fe.entries import (
+from stickslip.fe.formats.entries import (
     Entries,
     coordinates,
     read_lines,
@@ -21,7 +21,7 @@ from stickslip.fe.entries import (
     table,
     whole,
 )
-from stickslip.fe.harwell_boeing import read_harwell_boeing
+from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
 from stickslip.scene.checks import described, package
 from stickslip.scene.contact import nearest
 from stickslip.scene.scene import Proportional

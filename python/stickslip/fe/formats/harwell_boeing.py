@@ -15,7 +15,7 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.fe.entries import Entries, read_lines
+from stickslip.fe.formats.entries import Entries, read_lines
 from stickslip.scene.checks import described
 
 #: A Fortran format of equal fields: (1P,5E16.8), (16I5), (4D20.12).

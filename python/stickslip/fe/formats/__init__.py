@@ -1,0 +1,1 @@
+"""Matrices in the files of finite-element programs."""

@@ -1,0 +1,188 @@
+"""Contact coordinates of a sparse scene, and its matrices while a status combination holds.
+
+New coordinates ``y = (p, z)``: p the displacements along the contact directions (the columns of B, so that
+``p = B' x``), z what is left, ``B' N = 0``: ``x = B (B' B)^-1 p + N z``. Dofs that share contacts are taken
+together, the others stay as they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from stickslip.faults import InputError
+from stickslip.scene.contact import core_contact
+from stickslip.scene.scene import Proportional, Scene
+
+#: Directions whose smallest part that is independent of the others is below this are dependent.
+INDEPENDENT = 1e-10
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One contact coordinate: of which contact, and "tangential" or "normal"."""
+
+    contact: int
+    kind: str
+
+
+@dataclass(frozen=True, eq=False)
+class Matrices:
+    """The matrices of a scene in contact coordinates y; the first ones are those of `kinds`."""
+
+    kinds: tuple[Coordinate, ...]
+    #: x = transform y
+    transform: scipy.sparse.csc_array
+    #: p = directions' x
+    directions: scipy.sparse.csc_array
+    #: M, C, G, K and H; G and H are None where the scene has none.
+    mass: Any
+    damping: Any
+    gyroscopic: Any
+    stiffness: Any
+    circulatory: Any
+
+    @property
+    def count(self) -> int:
+        """Number of contact coordinates."""
+        return len(self.kinds)
+
+
+def contact_matrices(scene: Scene) -> Matrices:
+    """Return the matrices of a scene in contact coordinates.
+
+    Raises
+    ------
+    InputError
+        If directions of contacts depend on one another.
+    """
+    kinds, directions = contact_directions(scene)
+    transform = _transform(directions)
+
+    def changed(matrix: Any) -> Any:
+        return scipy.sparse.csc_array(transform.T @ sparse(matrix, scene.size) @ transform)
+
+    mass, stiffness = changed(scene.mass), changed(scene.stiffness)
+    if isinstance(scene.damping, Proportional):
+        damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
+    else:
+        damping = scipy.sparse.csc_array(mass.shape) if scene.damping is None else changed(scene.damping)
+    gyroscopic, circulatory = (
+        None if matrix is None else changed(matrix) for matrix in (scene.gyroscopic, scene.circulatory)
+    )
+    return Matrices(kinds, transform, directions, mass, damping, gyroscopic, stiffness, circulatory)
+
+
+def pencil(matrices: Any, right: Any, left: Any) -> list[Any]:
+    """Return ``L' M R``, ``L' (C + G) R`` and ``L' (K + H) R``."""
+    rate, place = matrices.damping, matrices.stiffness
+    if matrices.gyroscopic is not None:
+        rate = rate + matrices.gyroscopic
+    if matrices.circulatory is not None:
+        place = place + matrices.circulatory
+    return [left.T @ matrix @ right for matrix in (matrices.mass, rate, place)]
+
+
+def contact_directions(scene: Scene) -> tuple[tuple[Coordinate, ...], scipy.sparse.csc_array]:
+    """Return the contact coordinates of a scene and B, (n, b), whose columns are their directions."""
+    kinds: list[Coordinate] = []
+    rows, columns, values = [], [], []
+    for i, contact in enumerate(scene.contacts):
+        core = core_contact(contact, i, scene.dofs)
+        for kind, direction in zip(("tangential", "normal"), core[:2], strict=True):
+            if direction is None:
+                continue
+            if isinstance(direction, np.ndarray):
+                entries = [(int(k), float(direction[k])) for k in np.flatnonzero(direction)]
+            else:
+                entries = direction if isinstance(direction, list) else [(direction, 1.0)]
+            for dof, value in entries:
+                rows.append(dof)
+                columns.append(len(kinds))
+                values.append(value)
+            kinds.append(Coordinate(i, kind))
+    shape = (scene.size, len(kinds))
+    return tuple(kinds), scipy.sparse.csc_array((values, (rows, columns)), shape=shape)
+
+
+def sparse(matrix: Any, size: int) -> scipy.sparse.csc_array:
+    """Return a matrix, dense, sparse or the diagonal of one, as columns."""
+    if not scipy.sparse.issparse(matrix) and np.ndim(matrix) == 1:
+        return scipy.sparse.csc_array(scipy.sparse.diags_array(matrix, shape=(size, size)))
+    return scipy.sparse.csc_array(matrix)
+
+
+def combined(
+    kinds: tuple[Coordinate, ...], size: int, scene: Scene, combination: str
+) -> tuple[scipy.sparse.csc_array, scipy.sparse.csc_array]:
+    """Return R and L, (size, m): the motions that a combination leaves, and how its equations combine.
+
+    A sliding contact loses its normal coordinate, and its normal row is added to its tangential row with
+    factor -friction in ``+`` and +friction in ``-``; one that sticks loses both.
+    """
+    place = {kind: k for k, kind in enumerate(kinds)}
+    gone, merged = set(), []
+    for i, (status, contact) in enumerate(zip(combination, scene.contacts, strict=True)):
+        normal, tangential = place.get(Coordinate(i, "normal")), place.get(Coordinate(i, "tangential"))
+        if status == "d":
+            continue
+        if normal is not None:
+            gone.add(normal)
+        if status == "s" and tangential is not None:
+            gone.add(tangential)
+        elif status in "+-" and normal is not None and tangential is not None:
+            slope = -float(contact.friction) if status == "+" else float(contact.friction)
+            merged.append((normal, tangential, slope))
+    kept = np.setdiff1d(np.arange(size), np.array(sorted(gone), dtype=np.int64))
+    column = {int(k): j for j, k in enumerate(kept)}
+    right = scipy.sparse.csc_array(
+        (np.ones(kept.size), (kept, np.arange(kept.size))), shape=(size, kept.size)
+    )
+    added = scipy.sparse.csc_array(
+        (
+            [slope for _, _, slope in merged],
+            ([n for n, _, _ in merged], [column[t] for _, t, _ in merged]),
+        ),
+        shape=right.shape,
+    )
+    return right, scipy.sparse.csc_array(right + added)
+
+
+def _transform(directions: scipy.sparse.csc_array) -> scipy.sparse.csc_array:
+    """Return ``[B (B' B)^-1, N]``, its last columns an orthonormal basis of what no direction sees."""
+    size, count = directions.shape
+    entries = directions.tocoo()
+    graph = scipy.sparse.coo_array(
+        (np.ones(entries.nnz), (entries.coords[0], entries.coords[1] + size)), shape=(size + count,) * 2
+    )
+    _, label = connected_components(graph, directed=False)
+    parts: list[tuple[NDArray[Any], NDArray[Any], NDArray[Any]]] = []
+    touched = np.zeros(size, dtype=bool)
+    after = count
+    for group in np.unique(label[size:]):
+        rows = np.flatnonzero(label[:size] == group)
+        columns = np.flatnonzero(label[size:] == group)
+        block = directions[rows][:, columns].toarray()
+        q, r = scipy.linalg.qr(block)
+        width = columns.size
+        diagonal = np.abs(np.diag(r))
+        if width > rows.size or diagonal.min() < INDEPENDENT * diagonal.max():
+            raise InputError("contacts: their directions depend on one another; they cannot be coordinates")
+        pseudo = q[:, :width] @ np.linalg.inv(r[:width]).T
+        local = np.concatenate([columns, after + np.arange(rows.size - width)])
+        after += rows.size - width
+        touched[rows] = True
+        parts.append((rows, local, np.column_stack([pseudo, q[:, width:]])))
+    free = np.flatnonzero(~touched)
+    rows = np.concatenate([np.repeat(r, c.size) for r, c, _ in parts] + [free])
+    columns = np.concatenate([np.tile(c, r.size) for r, c, _ in parts] + [after + np.arange(free.size)])
+    values = np.concatenate([block.ravel() for _, _, block in parts] + [np.ones(free.size)])
+    found = scipy.sparse.csc_array((values, (rows, columns)), shape=(size, size))
+    found.eliminate_zeros()
+    return found

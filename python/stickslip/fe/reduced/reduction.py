@@ -1,0 +1,310 @@
+"""Reduced models that fit the contact law: Craig-Bampton in contact coordinates.
+
+Craig, Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968): displacements are those
+that the contact coordinates p cause statically, and modes with these held, ``x = x0 + Psi p + Phi q``,
+``K_zz Psi_z = -K_zp``, ``K_zz Phi = M_zz Phi diag(w^2)``, ``Phi' M_zz Phi = 1``. With ``r = q + M_qp p`` mass
+does not couple p and r: ``M = diag(S, 1)``, ``S = M_pp - M_pq M_qp``, the inertia that the modes leave at
+the contacts. What is done with S is the choice of `boundary`.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import xarray as xr
+
+from stickslip.faults import InputError
+from stickslip.fe.reduced.contact_coordinates import Coordinate, combined, contact_matrices, pencil
+from stickslip.fe.reduced.craig_bampton import Boundary, Held, Model, reduced_model
+from stickslip.fe.reduced.spectrum import full_eigenvalues, matched, reduced_eigenvalues
+from stickslip.modes.modes import Modes
+from stickslip.scene.checks import Real, real_array, real_number, whole_number
+from stickslip.scene.scene import Proportional, Scene, checked, checked_combination
+from stickslip.scene.state import State
+from stickslip.show.summary import Shown, Summary, Table
+
+#: Fixed-interface modes up to this multiple of the band are there from the start.
+ABOVE = 1.5
+#: By how much the number of modes grows in one step, what error is left by a step that still pays, and after
+#: how many that do not the boundary is what limits the error.
+GROWTH, PAYS, PATIENCE = 1.5, 0.8, 2
+#: Modes above which a reduced model is none.
+MOST = 1000
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Reduction(Shown):
+    """A reduced model and the way between it and the full one; made by `reduce`.
+
+    Attributes
+    ----------
+    scene
+        The reduced scene: dofs ``t0, n0, t1, ...`` of the contacts, then ``q0, q1, ...`` of the modes.
+    full
+        The scene that was reduced.
+    boundary
+        ``lumped``, ``consistent`` or ``massless``.
+    frequencies
+        Of the modes with held contacts, Hz, (q,).
+    basis, offset
+        ``x = offset + basis y``: (n, m) and (n,), m. The offset is how constant forces displace the structure
+        with held contacts; so their static effect is exact.
+    errors
+        xarray.Dataset over ``mode``, the eigenvalues of the full scene in the band: ``full`` and ``reduced``,
+        1/s, and ``error``, their relative distance. Attributes ``combination``, ``boundary``, ``lumping``.
+    """
+
+    scene: Scene
+    full: Scene
+    boundary: Boundary
+    frequencies: Real
+    basis: Real
+    offset: Real
+    errors: xr.Dataset
+    #: p and r of a displacement: (m, n)
+    dual: Real
+
+    def project(self, state: State) -> State:
+        """Return a state of the full scene as one of the reduced scene.
+
+        Contact coordinates, and with them gaps and slip velocities, are kept; of the rest of the motion the
+        part that the modes hold, ``r = Phi' M (x - x0)``.
+
+        Raises
+        ------
+        InputError
+            If the state is not one of the full scene.
+        """
+        if not isinstance(state, State) or state.position.size != self.full.size:
+            raise InputError(f"state: expected a State of {self.full.size} dofs, got {state!r}")
+        position = self.dual @ (state.position - self.offset)
+        return State(position, self.dual @ state.velocity, state.combination, self.scene.dofs)
+
+    def expand(self, motion: Any) -> Any:
+        """Return displacements of the reduced scene as those of the full one.
+
+        Parameters
+        ----------
+        motion
+            What `Motion.sample` returns, a `State`, the `Modes` of the reduced scene (their shapes), or an
+            array (..., m) of displacements.
+
+        Returns
+        -------
+        xarray.Dataset, State or array
+            The same over the n dofs of the full scene; of modes what `Modes.to_dataset` returns.
+
+        Raises
+        ------
+        InputError
+            If it is not of the reduced scene.
+        """
+        if isinstance(motion, Modes):
+            motion = motion.to_dataset()
+        if isinstance(motion, State):
+            self._fits(motion.position.shape)
+            return State(
+                self.offset + self.basis @ motion.position,
+                self.basis @ motion.velocity,
+                motion.combination,
+                self.full.dofs,
+            )
+        if isinstance(motion, xr.Dataset):
+            moved = {name: values for name, values in motion.data_vars.items() if "dof" in values.dims}
+            if not moved:
+                raise InputError("motion: expected a Dataset with displacements over dof")
+            whole = motion.drop_vars([*moved, "dof"]).assign_coords(dof=list(self.full.dofs))
+            for name, values in moved.items():
+                last = values.transpose(..., "dof")
+                self._fits(last.shape)
+                shown = last.to_numpy() @ self.basis.T + (self.offset if name == "position" else 0.0)
+                whole[name] = (last.dims, shown, values.attrs)
+            return whole
+        array = np.asarray(motion)
+        self._fits(array.shape)
+        return array @ self.basis.T + self.offset
+
+    def _fits(self, shape: tuple[int, ...]) -> None:
+        if not shape or shape[-1] != self.scene.size:
+            raise InputError(
+                f"motion: expected {self.scene.size} dofs of the reduced scene, got shape {shape}"
+            )
+
+    def __repr__(self) -> str:
+        return "Reduction\n" + "\n".join(f"  {name}: {value}" for name, value in self.summary().facts)
+
+    def summary(self) -> Summary:
+        """Return sizes, and how well the eigenvalues of the band agree."""
+        errors = self.errors.error.to_numpy()
+        facts = [
+            ("full", f"{self.full.size} dofs, {len(self.full.contacts)} contacts"),
+            ("reduced", f"{self.scene.size} dofs, {self.frequencies.size} of them modes with held contacts"),
+            ("boundary", f"{self.boundary}{self.errors.attrs['lumping']}"),
+            (
+                "largest error",
+                f"{errors.max():.2g} of {errors.size} eigenvalues of {self.errors.attrs['combination']}",
+            ),
+        ]
+        rows = [
+            (
+                str(k),
+                abs(full) / (2.0 * np.pi),
+                abs(reduced) / (2.0 * np.pi),
+                full.real,
+                reduced.real,
+                float(error),
+            )
+            for k, (full, reduced, error) in enumerate(
+                zip(self.errors.full.to_numpy(), self.errors.reduced.to_numpy(), errors, strict=True)
+            )
+        ]
+        headings = ("mode", "full, Hz", "reduced, Hz", "growth, 1/s", "reduced growth, 1/s", "error")
+        return Summary(facts, [Table("Eigenvalues of full and reduced scene", headings, rows)])
+
+
+def reduce(
+    scene: Scene,
+    band: tuple[float, float],
+    boundary: Boundary = "lumped",
+    tolerance: float = 1e-3,
+    *,
+    combination: str | None = None,
+    modes: int | None = None,
+    modal_damping: float | None = None,
+) -> Reduction:
+    """Return a reduced model with the same contacts: contact coordinates and modes with held contacts.
+
+    Modes are added until every eigenvalue of the full scene in the band is met within the tolerance.
+
+    Parameters
+    ----------
+    scene
+        The full scene; its matrices are sparse.
+    band
+        Lowest and highest frequency of the eigenvalues that are wanted, Hz.
+    boundary
+        What becomes of the inertia S that the modes leave at the contacts. ``lumped``: row sums within the
+        normal and within the tangential direction, so that an impact of one contact moves no other;
+        ``consistent``: kept, so that mass couples the contacts; ``massless``: left out, so that there are no
+        impacts.
+    tolerance
+        Largest relative distance of an eigenvalue.
+    combination
+        Whose eigenvalues are compared; None: that of steady sliding.
+    modes
+        Number of modes with held contacts; None: as the tolerance asks. With a number the errors are told,
+        whatever they are.
+    modal_damping
+        Damping ratio of the modes of the reduced structure without its contacts, added to the damping that
+        the scene has. Errors are those without it.
+
+    Raises
+    ------
+    InputError
+        If the band or the tolerance is ill-posed, the structure can move freely while its contacts are held,
+        an inertia at a contact is not positive, or the boundary does not allow the tolerance however many
+        modes there are.
+
+    Notes
+    -----
+    Damping, gyroscopic and circulatory matrices and forces are carried along by the same basis;
+    `Proportional` damping stays proportional to the reduced matrices.
+    """
+    ends = real_array("band", band, 1)
+    if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1] < np.inf:
+        raise InputError(f"band: expected (lowest, highest) in Hz, got {band!r}")
+    if boundary not in ("lumped", "consistent", "massless"):
+        raise InputError(f"boundary: expected 'lumped', 'consistent' or 'massless', got {boundary!r}")
+    if boundary == "massless":
+        raise InputError("boundary: 'massless' needs contacts without mass, which scenes do not have yet")
+    wanted = real_number("tolerance", tolerance)
+    if not 0.0 < wanted < 1.0:
+        raise InputError(f"tolerance: expected a number between 0 and 1, got {wanted:g}")
+    if not checked(scene).contacts:
+        raise InputError("scene: it has no contacts; there is no boundary")
+    ratio = None if modal_damping is None else real_number("modal_damping", modal_damping)
+    if ratio is not None and not 0.0 <= ratio < 1.0:
+        raise InputError(f"modal_damping: expected a ratio from 0 to below 1, got {ratio:g}")
+    status = checked_combination(scene, combination)
+    matrices = contact_matrices(scene)
+    kinds, size = matrices.kinds, scene.size
+    held = Held(scene, matrices)
+    right, left = combined(kinds, size, scene, status)
+    mass, rate, stiffness = pencil(matrices, right, left)
+    full = full_eigenvalues(mass, rate, stiffness, (float(ends[0]), float(ends[1])))
+    if not full.size:
+        raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
+    most = min(MOST, size - matrices.count - 1)
+    if modes is None:
+        count = held.below(ABOVE * ends[1], most)
+    elif (count := whole_number("modes", modes, 1)) > most:
+        raise InputError(f"modes: expected at most {most}, got {count}")
+    best, fewer, waited = np.inf, 0, 0
+    while True:
+        model = reduced_model(held, scene, boundary, count)
+        bases = [basis.toarray() for basis in combined(kinds, len(model.mass), scene, status)]
+        values, errors = matched(full, reduced_eigenvalues(*pencil(model, *bases)))
+        worst = float(errors.max())
+        if modes is not None or worst <= wanted:
+            break
+        waited = waited + 1 if worst > PAYS * best else 0
+        if waited > PATIENCE or count >= most:
+            raise InputError(
+                f"tolerance: {wanted:g} is not reached with a {boundary} boundary: {count} modes leave an "
+                f"error of {worst:.2g}, {fewer} left {best:.2g}; ask for less, or take another boundary"
+            )
+        if worst < best:
+            best, fewer = worst, count
+        count = min(most, max(count + 4, int(GROWTH * count)))
+    errors_of = xr.Dataset(
+        {
+            "full": ("mode", full, {"units": "1/s"}),
+            "reduced": ("mode", values, {"units": "1/s"}),
+            "error": ("mode", errors, {"units": "1"}),
+        },
+        attrs={"combination": status, "boundary": boundary, "lumping": model.lumping},
+    )
+    return Reduction(
+        _scene(model, scene, kinds, ratio),
+        scene,
+        boundary,
+        np.sqrt(model.squares) / (2.0 * np.pi),
+        model.basis,
+        held.offset,
+        errors_of,
+        model.dual,
+    )
+
+
+def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...], ratio: float | None) -> Scene:
+    """Return the reduced scene, with the damping of its modes that a ratio asks for."""
+    names = [f"{one.kind[0]}{one.contact}" for one in kinds]
+    directions: list[dict[str, Any]] = [{} for _ in scene.contacts]
+    for one, name in zip(kinds, names, strict=True):
+        directions[one.contact][one.kind] = name
+    damping: Any = scene.damping
+    if damping is not None and not isinstance(damping, Proportional):
+        damping = model.damping
+    if ratio:
+        squares, shapes = scipy.linalg.eigh(model.stiffness, model.mass)
+        moved = model.mass @ shapes
+        added = (moved * (2.0 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ moved.T
+        damping = model.damping + 0.5 * (added + added.T)
+    diagonal = np.diag(model.mass)
+    return Scene(
+        diagonal if np.count_nonzero(model.mass) == np.count_nonzero(diagonal) else model.mass,
+        model.stiffness,
+        damping=damping,
+        force=model.force,
+        contacts=[
+            dataclasses.replace(contact, **of) for contact, of in zip(scene.contacts, directions, strict=True)
+        ],
+        dofs=[*names, *(f"q{k}" for k in range(model.squares.size))],
+        impact_friction=scene.impact_friction,
+        gyroscopic=model.gyroscopic,
+        circulatory=model.circulatory,
+    )

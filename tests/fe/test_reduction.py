@@ -1,0 +1,224 @@
+"""Reduced models against full ones: eigenvalues, equilibria, matrices carried along, the way back."""
+
+import numpy as np
+import pytest
+import scipy.sparse
+
+import stickslip as ss
+from meshed import block, plate
+
+
+def on_belt(columns, rows, every=1, friction=0.3, **changes):
+    """Return the scene of a block on a belt with one in `every` lower node in contact."""
+    body = block(columns, rows)
+    low = body.surface("low")
+    chosen = low.numbers[np.argsort(low.points[:, 0])][::every]
+    pairs = ss.fe.contact_pairs(low, None, velocity=(1.0, 0.0), friction=friction, gap=-1e-6)
+    kept = [c for c, node in zip(pairs.contacts, pairs.nodes, strict=True) if node in set(chosen)]
+    return ss.fe.assemble(body, kept).replace(**changes)
+
+
+@pytest.fixture(scope="module")
+def small():
+    """A block of 60 dofs with 6 contacts, a force inside it, and all its interior modes."""
+    scene = on_belt(5, 5)
+    return scene.replace(force=_force(scene, {"20.1": 3.0, "21.2": -5.0}))
+
+
+def _force(scene, forces):
+    vector = np.zeros(scene.size)
+    for dof, value in forces.items():
+        vector[scene.dofs.index(dof)] = value
+    return vector
+
+
+ALL = (100.0, 3e5)
+
+
+def eigenvalues(scene, combination="++++++"):
+    values = ss.complex_modes(scene, combination).eigenvalues
+    return values[values.imag >= 0.0]
+
+
+def nearest(wanted, offered):
+    """Return the largest relative distance from wanted eigenvalues to the nearest offered one."""
+    return max(np.abs(offered - value).min() / abs(value) for value in wanted)
+
+
+def test_with_every_mode_nothing_is_lost(small):
+    every = small.size - 12 - 1
+    reduced = ss.fe.reduce(small, ALL, "consistent", modes=every)
+    # One mode short of all: what is missing is the highest one.
+    assert reduced.scene.size == small.size - 1
+    full = eigenvalues(small)
+    assert nearest(full[: full.size // 2], eigenvalues(reduced.scene)) < 1e-4
+    table = reduced.errors
+    assert table.sizes["mode"] == ((np.abs(full) > 200 * np.pi) & (np.abs(full) < 6e5 * np.pi)).sum()
+    assert nearest(table.full.to_numpy(), full) < 1e-9
+    assert nearest(table.reduced.to_numpy(), eigenvalues(reduced.scene)) < 1e-9
+
+
+@pytest.mark.parametrize("boundary", ["lumped", "consistent"])
+def test_steady_sliding_is_exact_with_few_modes(small, boundary):
+    """Contact coordinates and the offset carry the static response, whatever the modes."""
+    reduced = ss.fe.reduce(small, (100.0, 40e3), boundary, modes=3)
+    full, few = ss.sliding_equilibrium(small), ss.sliding_equilibrium(reduced.scene)
+    scale = np.abs(full.position).max()
+    np.testing.assert_allclose(reduced.expand(few).position, full.position, rtol=0, atol=1e-12 * scale)
+    one, other = (state.contact_forces(scene) for state, scene in ((full, small), (few, reduced.scene)))
+    np.testing.assert_allclose(other.normal_force, one.normal_force, rtol=1e-9)
+    np.testing.assert_allclose(other.friction_force, one.friction_force, rtol=1e-9)
+
+
+@pytest.mark.parametrize("boundary", ["lumped", "consistent"])
+def test_gyroscopic_circulatory_and_damping_matrices_are_carried_along(small, boundary):
+    rng = np.random.default_rng(3)
+    skew = scipy.sparse.random_array((small.size, small.size), density=0.05, rng=rng).tocsr()
+    damping = (1e-7 * small.stiffness).tolil()
+    damping[3, 3] += 1.0
+    general = small.replace(gyroscopic=5.0 * (skew - skew.T), circulatory=1e6 * skew, damping=damping.tocsr())
+    reduced = ss.fe.reduce(general, (100.0, 150e3), boundary, modes=40)
+    # The basis holds all but the highest shapes; this coarse mesh has a coarse lumped boundary.
+    error = float(reduced.errors.error.max())
+    assert error < (3e-3 if boundary == "consistent" else 5e-2)
+    full, few = eigenvalues(general), eigenvalues(reduced.scene)
+    low = full[(np.abs(full) > 200 * np.pi) & (np.abs(full) < 3e5 * np.pi)]
+    assert nearest(low, few) == pytest.approx(error, rel=1e-3)
+    # Without them other eigenvalues come out: they count.
+    plain = eigenvalues(reduced.scene.replace(gyroscopic=None, circulatory=None))
+    if boundary == "consistent":
+        assert nearest(low, plain) > 3.0 * error
+
+
+def test_the_way_there_and_back(small):
+    reduced = ss.fe.reduce(small, (100.0, 60e3), modes=20)
+    rng = np.random.default_rng(5)
+    moved = ss.State(1e-6 * rng.random(32), rng.random(32), "ssssdd", reduced.scene.dofs)
+    back = reduced.project(reduced.expand(moved))
+    np.testing.assert_allclose(
+        back.position, moved.position, rtol=0, atol=1e-12 * np.abs(moved.position).max()
+    )
+    np.testing.assert_allclose(back.velocity, moved.velocity, rtol=0, atol=1e-10)
+    assert back.combination == "ssssdd"
+    # Of any state, gaps and slip velocities stay.
+    state = ss.State(rng.random(small.size), rng.random(small.size), "++++++", small.dofs)
+    few = reduced.project(state)
+    for k in range(6):
+        for way in ("normal_direction", "tangential_direction"):
+            full, kept = getattr(small, way)(k), getattr(reduced.scene, way)(k)
+            assert kept @ few.position == pytest.approx(full @ state.position, rel=1e-9, abs=1e-12)
+            assert kept @ few.velocity == pytest.approx(full @ state.velocity, rel=1e-9, abs=1e-12)
+
+
+def test_motions_and_modes_on_the_full_dofs(small):
+    reduced = ss.fe.reduce(small, (100.0, 60e3), modes=20)
+    start = ss.sliding_equilibrium(reduced.scene).perturbed(velocity={"q0": 1e-4})
+    run = ss.simulate(reduced.scene, start, duration=1e-5)
+    sampled = run.sample([0.0, 3e-6])
+    whole = reduced.expand(sampled)
+    assert whole.position.dims == ("time", "dof")
+    assert list(whole.dof.values) == list(small.dofs)
+    np.testing.assert_array_equal(whole.normal_force, sampled.normal_force)
+    expanded = reduced.expand(run.state(3e-6))
+    np.testing.assert_allclose(whole.position[1], expanded.position, rtol=0, atol=1e-18)
+    np.testing.assert_allclose(whole.velocity[1], expanded.velocity, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(reduced.expand(sampled.position.to_numpy()), whole.position, atol=1e-20)
+    modes = ss.complex_modes(reduced.scene)
+    shapes = reduced.expand(modes)
+    full = ss.complex_modes(small)
+    # The lowest mode of both: parallel.
+    one, other = shapes.shape[0].to_numpy(), full.shapes[:, 0]
+    assert abs(np.vdot(one, other)) / np.linalg.norm(one) / np.linalg.norm(other) > 1 - 1e-3
+    with pytest.raises(ss.InputError, match="motion: expected 32 dofs of the reduced scene"):
+        reduced.expand(np.zeros(31))
+    with pytest.raises(ss.InputError, match="state: expected a State of 60 dofs"):
+        reduced.project(start)
+
+
+def test_modes_are_added_until_the_tolerance_is_met(small):
+    loose = ss.fe.reduce(small, (100.0, 60e3), "consistent", tolerance=1e-2)
+    tight = ss.fe.reduce(small, (100.0, 60e3), "consistent", tolerance=1e-4)
+    assert loose.frequencies.size < tight.frequencies.size < 47
+    assert float(tight.errors.error.max()) <= 1e-4
+    assert float(loose.errors.error.max()) <= 1e-2
+    with pytest.raises(ss.InputError, match="tolerance: 1e-06 is not reached with a lumped boundary"):
+        ss.fe.reduce(small, (100.0, 60e3), "lumped", tolerance=1e-6)
+
+
+def test_a_lumped_boundary_couples_no_contacts(small):
+    lumped = ss.fe.reduce(small, (100.0, 60e3), "lumped", modes=20)
+    assert lumped.scene.mass.ndim == 1
+    assert "tangential by row sums, normal by row sums" in repr(lumped)
+    consistent = ss.fe.reduce(small, (100.0, 60e3), "consistent", modes=20)
+    assert consistent.scene.mass.shape == (32, 32)
+    # Row sums keep the inertia of all contacts that move together, which the modes leave there.
+    together = np.arange(12) % 2 == 0
+    left = consistent.scene.mass[:12, :12]
+    assert lumped.scene.mass[:12][together].sum() == pytest.approx(left[np.ix_(together, together)].sum())
+
+
+def test_modal_damping(small):
+    damped = small.replace(damping=None)
+    reduced = ss.fe.reduce(damped, (100.0, 60e3), modes=20, modal_damping=0.03)
+    modes = ss.complex_modes(reduced.scene, "dddddd")
+    np.testing.assert_allclose(modes.damping_ratios, 0.03, rtol=1e-8)
+    added = ss.fe.reduce(small, (100.0, 60e3), modes=20, modal_damping=0.03)
+    both = ss.complex_modes(added.scene, "dddddd")
+    expected = 0.03 + 0.5e-7 * np.abs(both.eigenvalues)
+    np.testing.assert_allclose(both.damping_ratios[:10], expected[:10], rtol=1e-6)
+
+
+def test_two_flexible_bodies():
+    """Pad and disc: contact coordinates are relative motions, of node to node and of node to face."""
+    for counts in ((4, 4, 1), (3, 5, 1)):
+        disc = plate(counts, (0.04, 0.04, 0.006), (0.0, 0.0, 0.0), young=100e9, density=7000.0, name="disc")
+        disc = disc.held(disc.surface("bottom"))
+        pad = plate((2, 2, 2), (0.02, 0.02, 0.01), (0.01, 0.01, 0.006), name="pad")
+        top = pad.surface("top")
+        pad = pad.held(top, directions=(1, 2))
+        pairs = ss.fe.contact_pairs(
+            pad.surface("bottom"), disc.surface("top"), velocity=(2, 0, 0), friction=0.3
+        )
+        pressure = pad.surface("top").pressure(1e6)
+        scene = ss.fe.assemble([pad, disc], pairs, force=pressure, damping=ss.Proportional(stiffness=1e-7))
+        combination = "+" * len(pairs)
+        reduced = ss.fe.reduce(scene, (100.0, 60e3), combination=combination, tolerance=5e-2)
+        assert reduced.scene.size < scene.size / 2
+        found = ss.complex_modes(reduced.scene, combination).eigenvalues
+        expected = ss.complex_modes(scene, combination).eigenvalues
+        low = expected[(expected.imag > 0) & (np.abs(expected) < 2 * np.pi * 60e3)]
+        assert low.size >= 5
+        assert nearest(low, found) < 5e-2
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("every", "modes"), [(8, 40), (8, 100), (4, 40), (4, 100), (2, 40), (2, 100)])
+def test_the_block_of_1640_dofs(every, modes):
+    scene = on_belt(40, 20, every)
+    assert scene.size == 1640
+    contacts = len(scene.contacts)
+    assert contacts == 40 // every + 1
+    reduced = ss.fe.reduce(scene, (1e3, 100e3), "lumped", combination="+" * contacts, modes=modes)
+    assert reduced.scene.size == 2 * contacts + modes
+    assert reduced.errors.error[:6].max() < 3.5e-3
+
+
+def test_what_is_ill_posed_is_refused(small):
+    loose = ss.fe.assemble(plate((2, 1, 1), (0.02, 0.01, 0.004), (0.0, 0.0, 0.0)))
+    pad = plate((2, 1, 1), (0.02, 0.01, 0.004), (0.0, 0.0, 0.0))
+    pairs = ss.fe.contact_pairs(pad.surface("bottom"), None, velocity=(1, 0, 0), friction=0.1)
+    floating = ss.fe.assemble(pad, pairs)
+    for scene, options, told in (
+        (small, {"band": (0.0, 1.0, 2.0)}, "band: expected .lowest, highest. in Hz"),
+        (small, {"band": (10.0, 5.0)}, "band: expected"),
+        (small, {"band": (1.0, 2.0)}, "band: the scene has no eigenvalue from 1 to 2 Hz"),
+        (small, {"boundary": "free"}, "boundary: expected 'lumped', 'consistent' or 'massless', got 'free'"),
+        (small, {"tolerance": 0.0}, "tolerance: expected a number between 0 and 1"),
+        (small, {"modes": 60}, "modes: expected at most 47, got 60"),
+        (small, {"modal_damping": -0.1}, "modal_damping: expected a ratio"),
+        (small, {"combination": "ssssss", "modes": 0}, "modes: expected an integer >= 1"),
+        (loose, {}, "scene: it has no contacts"),
+        (floating, {"combination": "+" * len(pairs)}, "with its contacts held"),
+    ):  # fmt: skip
+        with pytest.raises(ss.InputError, match=told):
+            ss.fe.reduce(scene, **{"band": (100.0, 60e3), **options})
