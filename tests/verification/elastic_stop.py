@@ -1,8 +1,8 @@
 """A mass on a spring runs into a stop of finite stiffness.
 
 While the stop is pressed, ``m x'' + (k + K) x = 0`` from x = 0 with the speed v: ``x = v / W sin W t`` with
-``W = sqrt((k + K) / m)``. The largest force is ``K v / W``, contact lasts ``pi / W``, and the mass leaves with
--v; half a period of k alone later, ``pi sqrt(m / k)``, it is there again.
+``W = sqrt((k + K) / m)``. The largest force is ``K v / W``, contact lasts ``pi / W``, and the mass leaves
+with -v; half a period of k alone later, ``pi sqrt(m / k)``, it is there again.
 """
 
 import numpy as np
@@ -26,11 +26,13 @@ def quantities():
     flight = mp.pi * mp.sqrt(mass / spring)
     return [
         Quantity(
-            name="largest force", unit="N", expected=stop * speed / rate, computed=largest, reference="9950.37"
+            name="largest force",
+            unit="N",
+            expected=stop * speed / rate,
+            computed=largest,
+            reference="9950.37",
         ),
-        Quantity(
-            name="contact", unit="s", expected=mp.pi / rate, computed=release, reference="0.0312600"
-        ),
+        Quantity(name="contact", unit="s", expected=mp.pi / rate, computed=release, reference="0.0312600"),
         Quantity(name="closing again", unit="s", expected=mp.pi / rate + flight, computed=closing),
     ]
 

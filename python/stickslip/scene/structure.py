@@ -54,8 +54,8 @@ class Structure:
         """
         if scene.core.has_massless:
             raise InputError(
-                "scene: energies of modes and harmonics need mass on every dof and rigid contacts; Trajectory.energy"
-                " and Trajectory.balance have those of a motion"
+                "scene: energies of modes and harmonics need mass on every dof and rigid contacts;"
+                " Trajectory.energy and Trajectory.balance have those of a motion"
             )
         core, shape = scene.core, (scene.size, scene.size)
         mass, damping, stiffness, elastic, circulatory = (

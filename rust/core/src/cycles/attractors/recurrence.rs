@@ -11,7 +11,7 @@
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::linearization::saltation::{Passage, passages};
+use crate::cycles::linearization::saltation::{Passage, jumps_alone, passages};
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
 use crate::motion::method::Method;
@@ -174,6 +174,10 @@ fn steps(
         let flow = Flow::new(&run.propagators, combination, method).ok()?;
         let end = flow.end(start, duration);
         let (events, after) = &labels[phase];
+        let mut jumps = events.iter().filter(|event| event.1 == EventKind::Jump);
+        if !jumps.all(|event| jumps_alone(run.scene(), event.0, after)) {
+            return None;
+        }
         let mut found = passages(run.scene(), combination, [start, &end], events);
         // The limit of the bounces of a contact comes before what coincides with it.
         let is_limit =

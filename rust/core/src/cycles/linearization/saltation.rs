@@ -357,11 +357,29 @@ pub(crate) fn passages(
         events
             .iter()
             .filter(|event| !joined.contains(&event.0))
-            .map(|&(contact, kind)| Passage::new(scene, before, contact, kind))
+            .map(|&(contact, kind)| match kind {
+                EventKind::Jump => onset(scene, before, contact, end),
+                kind => Passage::new(scene, before, contact, kind),
+            })
             .filter(own),
     );
     found.sort_by_key(|passage| passage.contact);
     found
+}
+
+/// The end of sticking at which the friction of a contact without mass drops: at the bound that it is nearer to.
+fn onset(scene: &Scene, before: &Combination, contact: usize, end: &[f64]) -> Passage {
+    let [one, other] = [EventKind::SlipPositive, EventKind::SlipNegative]
+        .map(|trigger| Passage::new(scene, before, contact, trigger));
+    if one.value(end).0 <= other.value(end).0 { one } else { other }
+}
+
+/// Whether the neighbours of a motion jump with it as they are, along with none but this contact: what slides
+/// afterwards has no place of its own.
+pub(crate) fn jumps_alone(scene: &Scene, contact: usize, after: &Combination) -> bool {
+    let groups = &scene.massless.groups;
+    let own = groups.iter().find(|group| group.contacts.contains(&contact));
+    after.statuses()[contact].is_sliding() && own.is_some_and(|group| group.contacts.len() == 1)
 }
 
 /// The joint closings among the events of one instant: an impact comes with them, whose contact may close as well. The
