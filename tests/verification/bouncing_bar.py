@@ -74,8 +74,8 @@ CASES = [
         ),
         model=(
             "A bar of length 10 m, modulus 900 Pa, density 1 kg/m^3 and cross-section 1 m^2 falls from 5 m "
-            "under 10 m/s^2. It touches the floor from 1 s to 5/3 s, flies for 2 s and touches it from 11/3 s "
-            "to 13/3 s. Linear elements with lumped masses, of which the lower end has none."
+            "under 10 m/s^2. It touches the floor from 1 s to 5/3 s, flies for 2 s and touches it from 11/3 "
+            "s to 13/3 s. Linear elements with lumped masses, of which the lower end has none."
         ),
         tolerance=(
             "The fall: 1e-12. Times of contact: `0.3 n^(-2/3)` s with n elements, which is how a front "

@@ -148,8 +148,8 @@ def entry_sensitivity(
     law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
     if scene.core.has_massless and law.stiffness:
         raise InputError(
-            "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts are"
-            " compliant; state it as a matrix to differentiate"
+            "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"
+            " are compliant; state it as a matrix to differentiate"
         )
     factors = {
         "mass": value**2 + law.mass * value,
