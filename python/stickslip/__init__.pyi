@@ -19,7 +19,8 @@ from .locus.critical import critical_points, hopf_points
 from .locus.sensitivity import entry_sensitivity, sensitivity
 from .locus.stability import stability
 from .locus.sweep import sweep
-from .modes.modes import Modes, complex_modes
+from .modes.complex_modes import complex_modes
+from .modes.modes import Modes
 from .modes.shape import mode_power
 from .modes.status_table import status_table
 from .motion.energy import Balance

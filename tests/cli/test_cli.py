@@ -505,3 +505,16 @@ def test_distributions_of_a_file_have_the_moments_they_say():
         found = distribution("x", law)
         assert found.mean() == pytest.approx(mean, rel=1e-12)
         assert found.std() == pytest.approx(deviation, rel=1e-12)
+
+
+def test_modes_of_a_band_and_near_frequencies(brake):
+    every = ss.complex_modes(ss.models.two_subsystems(friction=1.5))
+    wanted = (every.frequencies >= 100.0) & (every.frequencies <= 400.0) & (every.eigenvalues.real >= -100.0)
+    fixed = ("--set", "friction=[1.5,1.5]", "--csv")
+    band = run("modes", brake, *fixed, "--band", 100, 400, "--growth", -100, "none").stdout
+    assert len(list(csv.DictReader(io.StringIO(band)))) == np.count_nonzero(wanted) > 0
+    near = run("modes", brake, *fixed, "--near", 120, "--near", 300, "--count", 1).stdout
+    assert len(list(csv.DictReader(io.StringIO(near)))) == 4
+    assert "growth: goes with band" in run("modes", brake, "--growth", 0, "none", code=2).stderr
+    assert "expected two numbers" in run("modes", brake, "--band", 0, 9, "--growth", 0, "x", code=2).stderr
+    assert "--all goes with neither" in run("modes", brake, "--all", "--band", 0, 9, code=2).stderr

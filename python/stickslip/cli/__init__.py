@@ -8,7 +8,7 @@ from stickslip.cli.completion import completion
 from stickslip.cli.exits import Verbs
 from stickslip.cli.verbs.cycle import cycle
 from stickslip.cli.verbs.explore import explore, listen
-from stickslip.cli.verbs.init import init
+from stickslip.cli.verbs.init import init, reduce
 from stickslip.cli.verbs.modes import modes
 from stickslip.cli.verbs.report import report
 from stickslip.cli.verbs.reproduce import figures, reproduce
@@ -42,6 +42,20 @@ def main() -> None:
 
 
 # Verb modules import what they compute with when they run: --help and completion stay quick.
-VERBS = (init, modes, sweep, simulate, cycle, listen, study, report, explore, reproduce, figures, completion)
+VERBS = (
+    init,
+    modes,
+    reduce,
+    sweep,
+    simulate,
+    cycle,
+    listen,
+    study,
+    report,
+    explore,
+    reproduce,
+    figures,
+    completion,
+)
 for verb in VERBS:
     main.add_command(verb)

@@ -9,7 +9,8 @@ import numpy as np
 
 from stickslip import _core
 from stickslip.faults import InputError
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.modes import Modes
 from stickslip.scene.checks import finite_time
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium

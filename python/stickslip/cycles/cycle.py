@@ -12,7 +12,8 @@ import xarray as xr
 from stickslip import _core
 from stickslip.cycles.harmonics import fourier_series, harmonic_energy
 from stickslip.cycles.phases import CyclePhase, Margin, phases_of
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.modes import Modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import Complex, Real, whole_number

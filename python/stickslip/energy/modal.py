@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.reduction import reduce
@@ -124,7 +124,7 @@ class Deviations:
             inverse = 1.0 / rate
             prescribed, velocity = _prescribed(scene, structure, combination)
             coordinates = np.linalg.pinv(reduced.right_basis) @ (np.eye(scene.size) - prescribed)
-            momentum = left @ modes.state_a
+            momentum: Complex = left @ modes.state_a
             load = left[:, :free] @ reduced.left_basis.T
             # The load on the free coordinates: F - C x_p' - K x_p, which changes as -K x_p'.
             change = -load @ structure.stiffness @ velocity

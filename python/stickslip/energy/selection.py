@@ -27,7 +27,7 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_array, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium

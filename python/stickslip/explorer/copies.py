@@ -13,7 +13,7 @@ from stickslip.explorer.sound import sound
 from stickslip.explorer.wanted import PATIENCE, SECONDS, Wanted
 from stickslip.faults import InputError
 from stickslip.files.case import Case
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.show.style import save

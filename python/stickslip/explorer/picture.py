@@ -13,7 +13,8 @@ from stickslip.cycles.attractors import shown_duration
 from stickslip.cycles.cycle import Cycle
 from stickslip.explorer.wanted import PATIENCE, Wanted
 from stickslip.faults import InputError
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.modes import Modes
 from stickslip.modes.schematic import Body
 from stickslip.motion.energy import STATUSES, Balance
 from stickslip.motion.errors import NotPeriodicError, RunError

@@ -6,20 +6,24 @@ displacements of either scene -> `write_vtu`.
 
 from stickslip.fe.assembly import assemble
 from stickslip.fe.body import Body
+from stickslip.fe.drawing import draw
 from stickslip.fe.formats.readers import read
 from stickslip.fe.pairs import Pairs, Rotation, contact_pairs
+from stickslip.fe.reduced.craig_bampton import Boundary
 from stickslip.fe.reduced.reduction import Reduction, reduce
 from stickslip.fe.surface import Surface
 from stickslip.fe.vtu import write_vtu
 
 __all__ = [
     "Body",
+    "Boundary",
     "Pairs",
     "Reduction",
     "Rotation",
     "Surface",
     "assemble",
     "contact_pairs",
+    "draw",
     "read",
     "reduce",
     "write_vtu",

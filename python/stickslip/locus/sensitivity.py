@@ -22,7 +22,8 @@ from stickslip.faults import InputError
 from stickslip.locus.asked import asked
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.locus.units import parameter_units
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
 from stickslip.scene.reduction import reduce

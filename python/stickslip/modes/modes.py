@@ -1,4 +1,4 @@
-"""Complex modes of a status combination."""
+"""Complex modes of a status combination: eigenvalues and vectors, all of them or a part."""
 
 from __future__ import annotations
 
@@ -8,11 +8,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+import scipy.sparse
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
-from stickslip.scene.scene import Scene, checked_combination
+from stickslip.scene.scene import Matrix
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -78,7 +79,13 @@ class Modes(Shown):
         about ``sqrt(epsilon s / (|v|' |M_s| |xi|))``; the smaller one counts. Whatever says ``unstable`` or
         ``stable`` (sweeps, verdicts, studies, tables) takes a growth rate within it as zero.
     mass, damping, stiffness
-        M_s, C_s and K_s, (m / 2, m / 2).
+        M_s, C_s and K_s, (m / 2, m / 2); sparse if only a part of the modes of a large scene was computed.
+    missing
+        Number of eigenvalues that were asked for and not found, conjugates included, by the winding of det P
+        round the band: near 0 if they are all here. Not a whole number, since it is an integral by
+        quadrature. 0 of all modes; None near given points, where it is not known.
+    doubts
+        What could not be settled about a band, in words; empty if nothing.
     """
 
     combination: str
@@ -92,10 +99,12 @@ class Modes(Shown):
     defective: NDArray[np.bool_]
     residual: Real
     rounding: Real
-    mass: Real
-    damping: Real
-    stiffness: Real
+    mass: Matrix
+    damping: Matrix
+    stiffness: Matrix
     dofs: tuple[str, ...]
+    missing: float | None = 0.0
+    doubts: tuple[str, ...] = ()
 
     @cached_property
     def right(self) -> Complex:
@@ -111,15 +120,15 @@ class Modes(Shown):
         return np.concatenate([self.left_displacement, self.left_displacement * self.eigenvalues])
 
     @cached_property
-    def state_a(self) -> Real:
+    def state_a(self) -> Matrix:
         """A, (m, m)."""
-        return np.block([[self.damping, self.mass], [self.mass, np.zeros_like(self.mass)]])
+        return _blocks(self.damping, self.mass, self.mass, 0.0 * self.mass)
 
     @cached_property
-    def state_b(self) -> Real:
+    def state_b(self) -> Matrix:
         """B, (m, m)."""
-        zero = np.zeros_like(self.mass)
-        return np.block([[self.stiffness, zero], [zero, -self.mass]])
+        zero = 0.0 * self.mass
+        return _blocks(self.stiffness, zero, zero, -self.mass)
 
     @property
     def frequencies(self) -> Real:
@@ -288,7 +297,19 @@ class Modes(Shown):
         ]
         headings = ("mode", "frequency, Hz", "damping ratio", "growth rate, 1/s", "")
         kinds = ["unstable" if self.unstable[k] and not self.marginal[k] else "" for k in upper]
-        return Summary(tables=[Table(f"Modes of {self.combination}", headings, rows, kinds)])
+        facts = [("missing", "not known" if self.missing is None else f"{self.missing:.4f}")]
+        facts += [("doubt", doubt) for doubt in self.doubts]
+        whole = self.missing == 0.0 and not self.doubts
+        table = Table(f"Modes of {self.combination}", headings, rows, kinds)
+        return Summary([] if whole else facts, tables=[table])
+
+
+def _blocks(*quarters: Matrix) -> Matrix:
+    """Return a matrix of four quarters, sparse if they are."""
+    rows = [list(quarters[:2]), list(quarters[2:])]
+    if scipy.sparse.issparse(quarters[0]):
+        return scipy.sparse.block_array(rows, format="csr")
+    return np.block(rows)
 
 
 def signed(value: float, digits: int) -> str:
@@ -296,31 +317,3 @@ def signed(value: float, digits: int) -> str:
     if value != 0.0 and abs(value) < 0.5 * 10.0**-digits:
         return f"{value:+.1e}"
     return f"{value + 0.0:+.{digits}f}"
-
-
-def complex_modes(scene: Scene, combination: str | None = None) -> Modes:
-    """Return the complex modes of a scene.
-
-    Parameters
-    ----------
-    scene
-        The scene.
-    combination
-        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
-        the sign of its contact.
-
-    Raises
-    ------
-    InputError
-        If `combination` does not fit the scene, or a slider speed is zero where none is given.
-    NoSteadySlidingError
-        If none is given and a contact would pull in steady sliding. With a combination the modes are computed
-        whether or not the static load keeps its contacts closed.
-
-    Notes
-    -----
-    Errors of the eigenvalues are `condition` times rounding times the norm of the problem; every pair's
-    `residual` is checked by the core.
-    """
-    chosen = checked_combination(scene, combination)
-    return Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))

@@ -8,7 +8,8 @@ import numpy as np
 import xarray as xr
 
 from stickslip.faults import InputError
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene

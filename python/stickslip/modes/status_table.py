@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from stickslip.faults import InputError
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.contact import letters_of
 from stickslip.scene.scene import Scene, checked
 from stickslip.show.summary import Shown, Summary, Table

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from stickslip.cycles.cycle import Cycle
 from stickslip.locus.critical import critical_points
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.reference.numbers import (
     TABLE_1_FREQUENCIES,
     Misprint,

@@ -24,7 +24,7 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.energy.figures import SAMPLES as ENERGY_SAMPLES
 from stickslip.locus.critical import hopf_points
 from stickslip.locus.sweep import sweep
-from stickslip.modes.modes import complex_modes
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.shape import orbit
 from stickslip.motion.motion import Motion
 from stickslip.reference.comparison import FRICTIONS, UPPER_VERTICAL, attractor, standard_run

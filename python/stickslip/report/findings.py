@@ -17,7 +17,8 @@ from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError
 from stickslip.locus.critical import CriticalPoint, critical_points
 from stickslip.locus.sweep import sweep
-from stickslip.modes.modes import Modes, complex_modes
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.modes import Modes
 from stickslip.motion.energy import Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.motion import Motion

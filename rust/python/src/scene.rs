@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
+use num_complex::Complex64;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArrayDyn, PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
+    PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -208,6 +210,41 @@ impl Scene {
         let found = detached(py, || core::Modes::new(self.core(), &combination))?
             .map_err(|error| raise(py, &error))?;
         modes::modes(py, self.core().dofs(), found)
+    }
+
+    /// `L' M R`, `L' C R` and `L' K R` of a combination as compressed rows.
+    fn sparse_pencil<'py>(
+        &self,
+        py: Python<'py>,
+        combination: &str,
+    ) -> PyResult<[SparseParts<'py>; 3]> {
+        let combination = self.combination(py, combination)?;
+        let matrices = detached(py, || core::modes::sparse_pencil(self.core(), &combination))?
+            .map_err(|error| raise(py, &error))?;
+        Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
+    }
+
+    /// Pairs found elsewhere, by rows of (k, m), corrected and judged on the stated matrices.
+    fn judged_pairs<'py>(
+        &self,
+        py: Python<'py>,
+        combination: &str,
+        eigenvalues: PyReadonlyArray1<'py, Complex64>,
+        right: PyReadonlyArray2<'py, Complex64>,
+        left: PyReadonlyArray2<'py, Complex64>,
+    ) -> PyResult<Bound<'py, PyDict>> {
+        let combination = self.combination(py, combination)?;
+        let rows = |array: &PyReadonlyArray2<'_, Complex64>| -> Vec<Vec<Complex64>> {
+            array.as_array().rows().into_iter().map(|row| row.to_vec()).collect()
+        };
+        let values = eigenvalues.as_array().to_vec();
+        let vectors = rows(&right).into_iter().zip(rows(&left));
+        let pairs =
+            values.into_iter().zip(vectors).map(|(value, (right, left))| (value, right, left));
+        let pairs = pairs.collect();
+        let judged = detached(py, || core::modes::judged_pairs(self.core(), &combination, pairs))?
+            .map_err(|error| raise(py, &error))?;
+        modes::pairs(py, self.core().dofs(), &judged)
     }
 
     /// The combination of sliding as the sliders drive.

@@ -1,4 +1,4 @@
-"""`stickslip init`: a commented scene file."""
+"""Verbs that write scene files: `stickslip init`, a commented one, and `stickslip reduce`, a reduced one."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ from importlib.resources import files
 from pathlib import Path
 
 import click
+
+import stickslip as ss
+from stickslip.cli.options import loaded, scene_argument, waiting
 
 MODELS = ("two_subsystems", "oscillator")
 
@@ -32,3 +35,54 @@ def init(scene: Path, model: str, force: bool) -> None:
     text = files("stickslip.cli").joinpath(f"templates/{model}.toml").read_text(encoding="utf-8")
     scene.write_text(text, encoding="utf-8")
     click.echo(f"wrote {scene}", err=True)
+
+
+@click.command()
+@scene_argument
+@click.option(
+    "--band", nargs=2, type=float, required=True, metavar="LOW HIGH", help="Frequencies that count, Hz."
+)
+@click.option(
+    "--boundary",
+    type=click.Choice(["lumped", "consistent", "massless"]),
+    default="lumped",
+    show_default=True,
+    help="What becomes of the inertia that the modes leave at the contacts.",
+)
+@click.option(
+    "--tolerance",
+    type=float,
+    default=1e-3,
+    show_default=True,
+    help="Largest relative error of an eigenvalue.",
+)
+@click.option("--modes", type=int, help="Number of modes with held contacts; default: as the tolerance asks.")
+@click.option("-c", "--combination", help="Whose eigenvalues are compared; default: that of steady sliding.")
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False, path_type=Path),
+    required=True,
+    help="Scene file of the reduced model.",
+)
+def reduce(
+    scene: Path,
+    changes: tuple[str, ...],
+    band: tuple[float, float],
+    boundary: ss.fe.Boundary,
+    tolerance: float,
+    modes: int | None,
+    combination: str | None,
+    output: Path,
+) -> None:
+    """Reduce a large scene to its contacts and its lowest modes.
+
+    \b
+    Example:
+      stickslip reduce brake.toml --band 0 20e3 --output small.toml
+    """
+    case = loaded(scene, changes)
+    with waiting("reducing the scene"):
+        reduced = ss.fe.reduce(case.scene, band, boundary, tolerance, modes=modes, combination=combination)
+    ss.save(reduced.scene, output)
+    click.echo(str(reduced.summary()))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,28 @@ if TYPE_CHECKING:
     metavar="NUMBERS",
     help="Modes to draw, such as 0,2,4 of the table; default: at most 9 with the largest growth rates.",
 )
+@click.option(
+    "--band",
+    nargs=2,
+    type=float,
+    metavar="LOW HIGH",
+    help="Frequencies in Hz: of a large scene the modes between, and how many of them are missing.",
+)
+@click.option(
+    "--growth",
+    nargs=2,
+    callback=lambda _ctx, _option, bounds: _growth(bounds),
+    metavar="LOW HIGH",
+    help="With --band: growth rates in 1/s; none stands for no bound.",
+)
+@click.option(
+    "--near",
+    multiple=True,
+    type=float,
+    metavar="HZ",
+    help="Of a large scene the modes nearest to a frequency.",
+)
+@click.option("--count", type=int, default=20, show_default=True, help="With --near: how many.")
 @click.option("--all", "every", is_flag=True, help="All status combinations: frequencies and stability.")
 @answer_options
 def modes(
@@ -33,6 +56,10 @@ def modes(
     changes: tuple[str, ...],
     combination: str | None,
     numbers: list[int] | None,
+    band: tuple[float, float] | None,
+    growth: tuple[float | None, float | None],
+    near: tuple[float, ...],
+    count: int,
     every: bool,
     answer: Answer,
 ) -> None:
@@ -41,13 +68,14 @@ def modes(
     \b
     Example:
       stickslip modes brake.toml --set friction=2.2 -c +s --plot shapes.pdf
+      stickslip modes mesh.toml --band 0 20e3 --growth -50 none
     """
     if numbers is not None and answer.plot is None:
         raise click.UsageError("--modes goes with --plot")
     case = loaded(scene, changes)
     if every:
-        if combination is not None or answer.plot is not None:
-            raise click.UsageError("--all goes with neither --combination nor --plot")
+        if combination is not None or answer.plot is not None or band is not None or near:
+            raise click.UsageError("--all goes with neither --combination nor --plot, --band and --near")
         statuses = ss.status_table(case.scene)
         answer.give(
             lambda: statuses.data,
@@ -57,7 +85,14 @@ def modes(
         )
         return
     with waiting("computing the modes"):
-        found = ss.complex_modes(case.scene, combination)
+        found = ss.complex_modes(
+            case.scene,
+            combination,
+            band=band,
+            growth=growth,
+            near=[2j * math.pi * hertz for hertz in near] or None,
+            count=count,
+        )
 
     def drawn() -> Figure:
         from stickslip.plot import shapes
@@ -70,6 +105,16 @@ def modes(
         if wrong:
             raise click.BadParameter(f"--modes: the scene has the modes 0 to {len(found) - 1}, got {wrong}")
     answer.give(found.to_dataset, ("mode",), lambda out: show(out, found.summary()), drawn)
+
+
+def _growth(bounds: tuple[str, str] | None) -> tuple[float | None, float | None]:
+    if bounds is None:
+        return None, None
+    try:
+        low, high = (None if bound == "none" else float(bound) for bound in bounds)
+    except ValueError:
+        raise click.BadParameter(f"expected two numbers in 1/s or none, got {' '.join(bounds)}") from None
+    return low, high
 
 
 def _numbers(text: str | None) -> list[int] | None:

@@ -102,7 +102,7 @@ def write_figures(folder: Path, dpi: int) -> list[Path]:
 
     from stickslip import plot
     from stickslip.locus.sweep import sweep
-    from stickslip.modes.modes import complex_modes
+    from stickslip.modes.complex_modes import complex_modes
     from stickslip.reference.comparison import FRICTIONS, attractor, standard_run
     from stickslip.reference.numbers import published
     from stickslip.scene.models import two_subsystems

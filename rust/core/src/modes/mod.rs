@@ -5,6 +5,7 @@ pub(crate) mod general;
 pub(crate) mod growth;
 pub(crate) mod mass_factor;
 pub(crate) mod mode;
+pub(crate) mod pairs;
 pub(crate) mod problem;
 pub(crate) mod proportional;
 pub(crate) mod quadratic_pencil;
@@ -13,3 +14,4 @@ pub(crate) mod spectrum;
 
 pub use complex_modes::Modes;
 pub use growth::{Growth, Verdict};
+pub use pairs::{JudgedPair, judged_pairs, sparse_pencil};

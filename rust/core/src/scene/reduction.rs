@@ -121,6 +121,21 @@ impl Reduction {
         reduced
     }
 
+    /// The same, sparse.
+    pub(crate) fn sparse_matrix(&self, matrix: &SparseMatrix) -> SparseMatrix {
+        let mut sums = vec![0.0; self.size()];
+        let mut touched: Vec<usize> = Vec::new();
+        SparseMatrix::from_rows(self.size(), |i, entries| {
+            for (j, factor, entry) in self.row(matrix, i) {
+                sums[j] += factor * entry;
+                touched.push(j);
+            }
+            touched.sort_unstable();
+            touched.dedup();
+            entries.extend(touched.drain(..).map(|j| (j, std::mem::take(&mut sums[j]))));
+        })
+    }
+
     /// The part of it that merges add.
     pub(crate) fn merged_matrix(&self, matrix: &SparseMatrix) -> DMatrix<f64> {
         let mut merged = DMatrix::zeros(self.size(), self.size());

@@ -1,0 +1,213 @@
+"""The complex modes of a scene: all of them, those of a band, or those near given points."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.faults import InputError
+from stickslip.modes.modes import Modes
+from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
+from stickslip.modes.sparse.region import Region
+from stickslip.modes.sparse.search import Search, search_region
+from stickslip.modes.sparse.shift_invert import Found
+from stickslip.scene.checks import Complex, real_array, whole_number
+from stickslip.scene.scene import Scene, checked_combination
+
+#: Free coordinates up to which all modes are computed and a part of them chosen: that takes less time than a
+#: search.
+_ALL = 100
+#: Largest distance to a bound, relative to the rounding of an eigenvalue, at which its side is in doubt.
+_BORDER = 10.0
+
+
+def complex_modes(
+    scene: Scene,
+    combination: str | None = None,
+    *,
+    band: Sequence[float] | None = None,
+    growth: Sequence[float | None] = (None, None),
+    near: ArrayLike | None = None,
+    count: int = 20,
+) -> Modes:
+    """Return the complex modes of a scene: all, or of a large scene those that are wanted.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    combination
+        One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
+        the sign of its contact.
+    band
+        Lowest and highest frequency ``|lambda| / 2 pi``, Hz: all modes between, both included, and
+        `Modes.missing`, the number of those that were not found.
+    growth
+        With `band`: lowest and highest growth rate Re lambda, 1/s, both included; None: no bound.
+    near
+        One point of the plane of eigenvalues or several, 1/s: the modes nearest to each.
+    count
+        With `near`: number of eigenvalues at each point, of conjugate pairs one. Their conjugates are in the
+        result as well.
+
+    Raises
+    ------
+    InputError
+        If `combination` does not fit the scene, or a slider speed is zero where none is given; if `band`,
+        `growth`, `near` or `count` is ill-posed, or both `band` and `near` are given.
+    NoSteadySlidingError
+        If none is given and a contact would pull in steady sliding. With a combination the modes are computed
+        whether or not the static load keeps its contacts closed.
+
+    Notes
+    -----
+    All modes: errors of the eigenvalues are `condition` times rounding times the norm of the problem; every
+    pair's `residual` is checked by the core.
+
+    A part of them: block Arnoldi on ``[[0, 1], [-K, -C]] y = lambda [[1, 0], [0, M]] y``, shifted and
+    inverted with one sparse LU of ``P(sigma) = sigma^2 M + sigma C + K`` per shift, for right and for left
+    vectors (Saad 2011, chapters 6 and 8). Every eigenvalue is then corrected by ``v' P(lambda) x / v'
+    P'(lambda) x`` with the stated matrices in doubled precision, so that its error is about `condition` times
+    rounding times ``|lambda|``; `residual` is ``|P(lambda) x| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |x|)``
+    in the largest entry and row sum, `condition` ``2 |lambda| |x|_M |v|_M / |v' P'(lambda) x|``.
+
+    Shifts are added until their discs cover the band. Whether an eigenvalue was missed is then counted by the
+    winding of ``det P`` round a wide contour, with those found divided out: see `Modes.missing`.
+    """
+    chosen = checked_combination(scene, combination)
+    if near is not None and band is not None:
+        raise InputError("near: goes without band; take the union of two results, or one of them")
+    if band is None and tuple(growth) != (None, None):
+        raise InputError(f"growth: goes with band, got {growth!r} without")
+    region = None if band is None else _region(band, growth)
+    points = np.zeros(0, dtype=complex) if near is None else _points(near)
+    whole_number("count", count, 1)
+    if near is None and region is None:
+        return Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))
+    matrices = scene.core.sparse_pencil(chosen)
+    size = matrices[0][2].size - 1
+    if size <= _ALL:
+        modes = Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))
+        upper = np.where(modes.eigenvalues.imag >= 0.0, modes.eigenvalues, np.inf)
+        if region is not None:
+            wanted = region.holds(modes.eigenvalues)
+            return _bordered(_part(modes, wanted), region)
+        wanted = np.isin(np.arange(len(modes)), _nearest(upper, points, count))
+        return _part(modes, wanted | np.roll(wanted & (modes.eigenvalues.imag > 0.0), 1))
+    pencil = SparsePencil.of_matrices(*map(sparse_array, matrices))
+    if region is not None:
+        answer = search_region(pencil, region)
+        modes = _judged(scene, chosen, pencil, answer.found)
+        return _bordered(dataclasses.replace(modes, missing=answer.missing, doubts=answer.doubts), region)
+    asked = count
+    while True:
+        search = Search(pencil)
+        search.near(list(points), min(asked, 2 * size))
+        merged = search.merged()
+        if asked >= 2 * size or all(
+            np.count_nonzero(found.eigenvalues.imag >= -1e-9 * np.abs(found.eigenvalues)) >= min(count, size)
+            for found in search.found
+        ):
+            break
+        # Near the real axis half of those found are conjugates.
+        asked *= 2
+    modes = _judged(scene, chosen, pencil, merged.kept(_nearest(merged.eigenvalues, points, count)))
+    return dataclasses.replace(modes, missing=None)
+
+
+def _region(band: Sequence[float], growth: Sequence[float | None]) -> Region:
+    ends = real_array("band", band, 1)
+    if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1]:
+        raise InputError(f"band: expected (lowest, highest) in Hz, 0 <= lowest < highest, got {band!r}")
+    if not isinstance(growth, Sequence | np.ndarray) or len(growth) != 2:
+        raise InputError(f"growth: expected (lowest, highest) in 1/s, each a number or None, got {growth!r}")
+    left, right = (
+        default if bound is None else float(real_array("growth", [bound], 1)[0])
+        for bound, default in zip(growth, (-np.inf, np.inf), strict=True)
+    )
+    if not left < right:
+        raise InputError(f"growth: expected (lowest, highest), lowest < highest, got {growth!r}")
+    region = Region(2.0 * np.pi * ends[0], 2.0 * np.pi * ends[1], left, right)
+    if left >= region.high or right <= -region.high:
+        raise InputError(f"growth: no eigenvalue of the band {band!r} can have a growth rate in {growth!r}")
+    return region
+
+
+def _points(near: ArrayLike) -> Complex:
+    try:
+        points = np.atleast_1d(np.asarray(near, dtype=complex))
+    except (TypeError, ValueError):
+        raise InputError(f"near: expected one or several complex numbers in 1/s, got {near!r}") from None
+    if points.ndim != 1 or points.size == 0 or not np.isfinite(points).all():
+        raise InputError(f"near: expected one or several finite complex numbers in 1/s, got {near!r}")
+    # The spectrum is mirrored in the real axis.
+    upper: Complex = points.real + 1j * np.abs(points.imag)
+    return upper
+
+
+def _nearest(values: Complex, points: Complex, count: int) -> Any:
+    """Return the places of the `count` eigenvalues nearest to each point, ascending."""
+    chosen = [np.argsort(np.abs(values - point), kind="stable")[:count] for point in points]
+    places = np.unique(np.concatenate(chosen))
+    return places[np.isfinite(values[places])]
+
+
+def _part(modes: Modes, wanted: Any) -> Modes:
+    """Return some of all modes."""
+    columns = {
+        name: getattr(modes, name)[..., wanted]
+        for name in (
+            "eigenvalues",
+            "right_displacement",
+            "left_displacement",
+            "a",
+            "b",
+            "shapes",
+            "condition",
+            "defective",
+            "residual",
+            "rounding",
+        )
+    }
+    return dataclasses.replace(modes, **columns)
+
+
+def _judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -> Modes:
+    """Return the modes of pairs of the upper half plane, each followed by its conjugate."""
+    right, left = (np.ascontiguousarray(pencil.unscaled(vectors).T) for vectors in (found.right, found.left))
+    judged = scene.core.judged_pairs(combination, found.eigenvalues, right, left)
+    values = judged["eigenvalues"]
+    order = np.argsort(np.abs(values), kind="stable")
+    places = [(k, turned) for k in order for turned in (False, True) if not turned or values[k].imag != 0.0]
+    source = np.array([k for k, _ in places], dtype=int)
+    conjugate = np.array([turned for _, turned in places], dtype=bool)
+
+    def mirrored(array: Any) -> Any:
+        columns = array[..., source]
+        return np.where(conjugate, columns.conj(), columns) if np.iscomplexobj(array) else columns
+
+    columns = {name: mirrored(array) for name, array in judged.items()}
+    undefined = columns["defective"]
+    columns["a"][undefined] = np.nan
+    columns["left_displacement"][:, undefined] = np.nan
+    columns["b"] = -columns["eigenvalues"] * columns["a"]
+    mass, damping, stiffness = map(sparse_array, scene.core.sparse_pencil(combination))
+    return Modes(
+        combination=combination, dofs=scene.dofs, mass=mass, damping=damping, stiffness=stiffness, **columns
+    )
+
+
+def _bordered(modes: Modes, region: Region) -> Modes:
+    """Return modes with the doubt on which side of a bound those within rounding of it lie."""
+    upper = modes.eigenvalues.imag >= 0.0
+    near = upper & (region.border(modes.eigenvalues) <= _BORDER * modes.rounding)
+    doubts = tuple(
+        f"mode {k}, {modes.frequencies[k]:.6g} Hz with growth rate {modes.eigenvalues[k].real:.6g} 1/s, lies "
+        "on a bound within rounding"
+        for k in np.flatnonzero(near)
+    )
+    return dataclasses.replace(modes, doubts=modes.doubts + doubts)

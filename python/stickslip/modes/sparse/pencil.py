@@ -1,0 +1,127 @@
+"""The quadratic pencil of a large scene, scaled, and its sparse factorizations."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+import scipy.sparse
+import scipy.sparse.csgraph
+import scipy.sparse.linalg
+from threadpoolctl import threadpool_limits
+
+from stickslip.scene.checks import Complex, Real
+from stickslip.scene.scene import Scene
+
+_Item = TypeVar("_Item")
+_Made = TypeVar("_Made")
+
+#: A pivot on the diagonal is taken down to this share of the largest entry of its column: fill against
+#: accuracy.
+_PIVOT = 0.01
+
+
+@dataclass(frozen=True)
+class SparsePencil:
+    """``P(lambda) = lambda^2 M + lambda C + K`` over scaled and reordered coordinates.
+
+    Coordinates of the scene are ``q[order] = q_new``, each times its `scaling`. Scaled by the roots of its
+    masses, so that vectors are weighed by kinetic energy. The order keeps the fill of a symmetric
+    factorization low (minimum degree on A + A') and is found once.
+    """
+
+    mass: Any
+    damping: Any
+    stiffness: Any
+    scaling: Real
+    order: Any
+
+    @classmethod
+    def of(cls, scene: Scene, combination: str) -> SparsePencil:
+        """Return the pencil of a scene in one status combination."""
+        return cls.of_matrices(*(sparse_array(parts) for parts in scene.core.sparse_pencil(combination)))
+
+    @classmethod
+    def of_matrices(cls, mass: Any, damping: Any, stiffness: Any) -> SparsePencil:
+        """Return the pencil of M, C and K."""
+        inertia = np.abs(mass.diagonal())
+        scaling = 1.0 / np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
+        pattern = abs(mass) + abs(damping) + abs(stiffness)
+        # Only the pattern counts; a dominant diagonal keeps the pivots where they are.
+        shifted = pattern + scipy.sparse.diags_array(1.0 + pattern.sum(axis=0) + pattern.sum(axis=1))
+        order = np.argsort(_factors(scipy.sparse.csc_array(shifted), "MMD_AT_PLUS_A").perm_c)
+        scale = scipy.sparse.diags_array(scaling)
+
+        def prepared(matrix: Any) -> Any:
+            return scipy.sparse.csc_array((scale @ matrix @ scale).tocsc()[order][:, order])
+
+        return cls(prepared(mass), prepared(damping), prepared(stiffness), scaling, order)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates, m."""
+        return int(self.order.size)
+
+    @property
+    def frequency(self) -> float:
+        """A frequency of the problem, 1/s: the root of mean stiffness over mass."""
+        return float(np.sqrt(np.abs(self.stiffness.diagonal()).mean())) or 1.0
+
+    def at(self, value: complex) -> Any:
+        """Return ``P(value)``."""
+        return scipy.sparse.csc_array(value * (value * self.mass + self.damping) + self.stiffness)
+
+    def factors(self, value: complex) -> Any:
+        """Return the sparse LU of ``P(value)``."""
+        return _factors(self.at(value), "NATURAL")
+
+    def log_determinant(self, value: complex) -> complex:
+        """Return ``log det P(value)``, its imaginary part up to a multiple of 2 pi."""
+        factors = self.factors(value)
+        pivots: Complex = factors.U.diagonal()
+        odd = _is_odd(factors.perm_r) != _is_odd(factors.perm_c)
+        return complex(np.log(pivots).sum()) + (1j * np.pi if odd else 0.0)
+
+    def unscaled(self, vectors: Complex) -> Complex:
+        """Return vectors (m, k) over the coordinates of the scene's combination."""
+        restored = np.empty_like(vectors)
+        restored[self.order] = vectors
+        restored *= self.scaling[:, None]
+        return restored
+
+
+def sparse_array(parts: tuple[Any, Any, Any]) -> Any:
+    """Return a matrix of the core."""
+    size = parts[2].size - 1
+    return scipy.sparse.csr_array(parts, shape=(size, size))
+
+
+def on_all_cores(make: Callable[[_Item], _Made], items: Iterable[_Item]) -> list[_Made]:
+    """Return what is made of each item, one thread per processor.
+
+    The blocks of a sparse factorization are small: BLAS that splits each of them among threads takes many
+    times as long as one factorization per thread, so it is held to one.
+    """
+    listed = list(items)
+    with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(max(1, os.cpu_count() or 1)) as pool:
+        return list(pool.map(make, listed))
+
+
+def _factors(matrix: Any, order: str) -> Any:
+    return scipy.sparse.linalg.splu(
+        matrix, permc_spec=order, diag_pivot_thresh=_PIVOT, options={"SymmetricMode": True}
+    )
+
+
+def _is_odd(permutation: Any) -> bool:
+    """Return whether a permutation is odd: its length less the number of its cycles is."""
+    size = permutation.size
+    graph = scipy.sparse.csr_array(
+        (np.ones(size, dtype=bool), (np.arange(size), permutation)), shape=(size, size)
+    )
+    cycles = scipy.sparse.csgraph.connected_components(graph, directed=False, return_labels=False)
+    return bool((size - cycles) % 2)

@@ -1,0 +1,157 @@
+"""The part of the plane of eigenvalues that a band and a growth range bound, and a contour round it.
+
+The region is ``low <= |lambda| <= high``, ``left <= Re lambda <= right``, mirrored in the real axis as the
+spectrum is.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from stickslip.scene.checks import Complex, Real
+
+_Curve: TypeAlias = Callable[[Any], Any]
+
+#: Gauss points of a panel, and its length in distances to where eigenvalues may lie: what an eigenvalue at
+#: the distance d adds to the winding is then wrong by ``2 rho^(-2 points)``, ``rho = d / a + sqrt(1 + (d /
+#: a)^2) = 1.87`` with half the length ``a = 1.5 d``, that is by 1e-3.
+POINTS, _LENGTH = 6, 3.0
+#: Share of the distance to the imaginary axis that counts as that to the nearest eigenvalue.
+_AWAY = 0.7
+
+
+@dataclass(frozen=True)
+class Region:
+    """Bounds of moduli and real parts, 1/s; infinite where there is none."""
+
+    low: float
+    high: float
+    left: float
+    right: float
+
+    def holds(self, values: Complex, margin: float = 0.0) -> np.ndarray:
+        """Return which eigenvalues lie in it, (k,); a margin, 1/s, takes more."""
+        size = np.abs(values)
+        inside: np.ndarray = (
+            (size >= self.low - margin)
+            & (size <= self.high + margin)
+            & (values.real >= self.left - margin)
+            & (values.real <= self.right + margin)
+        )
+        return inside
+
+    def border(self, values: Complex) -> Real:
+        """Return the distance of each eigenvalue to the nearest bound, 1/s, (k,)."""
+        size = np.abs(values)
+        distances = [
+            np.abs(size - self.high),
+            np.abs(values.real - self.left),
+            np.abs(values.real - self.right),
+        ]
+        if self.low > 0.0:
+            distances.append(np.abs(size - self.low))
+        nearest: Real = np.min(distances, axis=0)
+        return nearest
+
+    def wider(self, width: float) -> Region:
+        """Return the region with bounds moved outwards; 0 lies at least `width` between those of growth."""
+        low = self.low - width
+        return Region(
+            low if low > 0.0 else 0.0,
+            self.high + width,
+            min(self.left, 0.0) - width,
+            max(self.right, 0.0) + width,
+        )
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A piece of a contour: `place` and `slope` of a parameter between two numbers."""
+
+    place: _Curve
+    slope: _Curve
+    start: float
+    stop: float
+
+    def halves(self) -> tuple[Panel, Panel]:
+        """Return its two halves."""
+        middle = 0.5 * (self.start + self.stop)
+        return (
+            Panel(self.place, self.slope, self.start, middle),
+            Panel(self.place, self.slope, middle, self.stop),
+        )
+
+    def nodes(self) -> tuple[Complex, Complex]:
+        """Return Gauss points and their weights times dz."""
+        t, weight = np.polynomial.legendre.leggauss(POINTS)
+        half = 0.5 * (self.stop - self.start)
+        places = 0.5 * (self.start + self.stop) + half * t
+        return self.place(places), half * weight * self.slope(places)
+
+
+def contour(region: Region, distance: float) -> list[Panel]:
+    """Return panels once round a region counterclockwise: round its upper half, if it contains real numbers.
+
+    Parameters
+    ----------
+    region
+        The region.
+    distance
+        How far eigenvalues keep from its bounds, 1/s. Eigenvalues of a lightly damped structure lie near the
+        imaginary axis; away from it panels become longer.
+    """
+    low, high = region.low, region.high
+    left, right = max(region.left, -high), min(region.right, high)
+
+    def height(radius: float, across: float) -> float:
+        return float(np.sqrt(max(radius * radius - across * across, 0.0)))
+
+    def angle(radius: float, across: float) -> float:
+        return float(np.arccos(np.clip(across / radius, -1.0, 1.0)))
+
+    def line(across: float) -> tuple[_Curve, _Curve]:
+        return (lambda t: across + 1j * np.asarray(t)), (lambda t: np.full(np.shape(t), 1j))
+
+    def arc(radius: float) -> tuple[_Curve, _Curve]:
+        return (lambda t: radius * np.exp(1j * np.asarray(t))), (
+            lambda t: 1j * radius * np.exp(1j * np.asarray(t))
+        )
+
+    pieces = [
+        (*line(right), height(low, right), height(high, right)),
+        (*arc(high), angle(high, right), angle(high, left)),
+        (*line(left), height(high, left), height(low, left)),
+    ]
+    if low > 0.0:
+        pieces.append((*arc(low), angle(low, left), angle(low, right)))
+    panels = []
+    for place, slope, start, stop in pieces:
+        if start == stop:
+            continue
+        at, rate, sign = start, abs(complex(slope(start))), np.sign(stop - start)
+
+        def length(t: float, place: _Curve = place, rate: float = rate) -> float:
+            return _LENGTH * max(distance, _AWAY * abs(complex(place(t)).real)) / rate
+
+        lengths = []
+        while (stop - at) * sign > 0.0:
+            step = length(at)
+            # Where the imaginary axis comes nearer the far end counts.
+            while step > length(at + sign * step):
+                step *= 0.8
+            lengths.append(step)
+            at += sign * step
+        # The last one is not cut short: all shrink alike.
+        ends = start + (stop - start) * np.concatenate([[0.0], np.cumsum(lengths) / np.sum(lengths)])
+        panels += [Panel(place, slope, a, b) for a, b in itertools.pairwise(ends)]
+    return panels
+
+
+def is_mirrored(region: Region) -> bool:
+    """Return whether the region contains parts of the real axis, so that its contour is half a contour."""
+    return not (region.low > 0.0 and max(-region.left, region.right) < region.low)

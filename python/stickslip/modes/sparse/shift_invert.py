@@ -1,0 +1,288 @@
+"""Eigenpairs nearest to a shift, right and left, by block Arnoldi with one sparse LU.
+
+With ``y = (x, lambda x)`` the pencil is the companion problem ``[[0, 1], [-K, -C]] y = lambda [[1, 0], [0,
+M]] y``. Shifted by sigma and inverted it takes one solution with ``P(sigma)`` a step:
+
+    w_1 = -P(sigma)^-1 (M y_2 + (C + sigma M) y_1),   w_2 = y_1 + sigma w_1,
+
+with eigenvalues ``theta = 1 / (lambda - sigma)``, the largest of which a Krylov space finds first (Saad 2011,
+chapters 6 and 8). Left vectors are right ones of the transposed pencil, with the transposed LU. The start is
+a block, because one vector finds one copy only of a multiple eigenvalue.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.sparse
+import scipy.sparse.csgraph
+
+from stickslip.modes.sparse.pencil import SparsePencil
+from stickslip.scene.checks import Complex
+
+#: Residual of a Ritz pair, relative to its theta, up to which it counts as converged; the eigenvalue of a
+#: right and a left vector has about the square as its error.
+_CONVERGED = 1e-10
+#: Relative distance up to which a right and a left Ritz value are the same eigenvalue.
+_SAME = 1e-6
+#: Relative distance up to which eigenvalues are a cluster, whose vectors are told apart together.
+_CLUSTER = 1e-4
+#: What is left of a vector, relative to before, below which it lies in the space already.
+_DEPENDENT = 1e-12
+#: Distance of an eigenvalue, in units of the shift, at which P is singular within rounding, so that no other
+#: one is found; and to where the shift is moved then: what is nearest to it stays so.
+_SINGULAR, _ASIDE = 1e-8, 1e-5
+#: Vectors of a block, dimensions of the largest Krylov space per wanted pair, and dimensions added at least.
+_BLOCK, _DIMENSIONS, _ROUND = 2, 12, 24
+
+
+@dataclass(frozen=True)
+class Found:
+    """Eigenpairs that one shift has found: all within its `radius` that a Krylov space shows.
+
+    Eigenvalues (k,), vectors over the coordinates of the pencil (m, k).
+    """
+
+    shift: complex
+    radius: float
+    eigenvalues: Complex
+    right: Complex
+    left: Complex
+
+    def kept(self, chosen: Any) -> Found:
+        """Return the pairs that an index or a mask chooses."""
+        return Found(
+            self.shift, self.radius, self.eigenvalues[chosen], self.right[:, chosen], self.left[:, chosen]
+        )
+
+
+def search_near(
+    pencil: SparsePencil,
+    shift: complex,
+    count: int,
+    radius: float = np.inf,
+    *,
+    seed: int = 0,
+    block: int = _BLOCK,
+    moves: int = 2,
+) -> Found:
+    """Return the `count` eigenpairs nearest to a shift, fewer if those within `radius` are fewer.
+
+    Parameters
+    ----------
+    pencil
+        The pencil.
+    shift
+        1/s.
+    count
+        Largest number of pairs; `Found.radius` is then smaller than `radius`.
+    radius
+        Distance from the shift within which all pairs are wanted, 1/s.
+    seed
+        Of the random start.
+    block
+        Number of vectors of the start: the largest multiplicity that is found for sure.
+    moves
+        How often the shift may be moved aside where P is singular.
+    """
+    size = pencil.size
+    # In such units both halves of a state have the same size.
+    unit = abs(shift) or pencil.frequency
+    aside = shift + _ASIDE * (1.0 + 1.0j) * unit
+    try:
+        factors = pencil.factors(shift)
+    except RuntimeError:
+        if moves == 0:
+            raise
+        return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
+    random = np.random.default_rng(seed)
+    start = random.standard_normal((2 * size, block)) + 1j * random.standard_normal((2 * size, block))
+    values, states, reach = _Krylov(pencil, shift, unit, factors, "N").nearest(start, count, radius)
+    # With an eigenvalue at the shift that one alone converges, or none.
+    if np.abs(values - shift).min(initial=0.0 if values.size == 0 else np.inf) <= _SINGULAR * unit and moves:
+        return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
+    if values.size == 0:
+        empty = np.zeros((size, 0), dtype=complex)
+        return Found(shift, reach, values, empty, empty)
+    # Left vectors are near right ones or their conjugates where friction and damping are small.
+    mix = random.standard_normal((values.size, block)) / np.linalg.norm(states, axis=0)[:, None]
+    near = np.concatenate([states @ mix, states.conj() @ mix], axis=1)
+    noise = random.standard_normal(near.shape) * np.linalg.norm(near, axis=0) / np.sqrt(2.0 * size)
+    others, duals, _ = _Krylov(pencil, shift, unit, factors, "T").nearest(
+        near + 1e-3 * noise, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9)
+    )
+    pairs = _matched(values, others, unit)
+    lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])
+    missed = float(np.abs(values[lost] - shift).min(initial=np.inf))
+    chosen, partners = (
+        np.array(side, dtype=int) for side in (zip(*pairs, strict=True) if pairs else ((), ()))
+    )
+    values, right, left = _biorthogonal(pencil, values[chosen], states[:, chosen], duals[:, partners], unit)
+    return Found(shift, min(reach, missed), values, right, left)
+
+
+@dataclass(frozen=True)
+class _Krylov:
+    """Block Arnoldi of the inverted companion problem, or of that of the transposed pencil."""
+
+    pencil: SparsePencil
+    shift: complex
+    unit: float
+    factors: Any
+    side: str
+
+    def operator(self) -> Callable[[Complex], Complex]:
+        """Return the step ``y -> w``, in units of time in which `unit` is 1."""
+        mass, damping = self.pencil.mass, self.pencil.damping
+        if self.side == "T":
+            mass, damping = mass.T, damping.T
+        inertia = (self.unit * mass).tocsr()
+        drag = (damping + self.shift * mass).tocsr()
+        size, unit, shift = self.pencil.size, self.unit, self.shift / self.unit
+        factors, side = self.factors, self.side
+
+        def step(y: Complex) -> Complex:
+            upper, lower = y[:size], y[size:]
+            w = factors.solve(-unit * (inertia @ lower + drag @ upper), side)
+            return np.concatenate([w, upper + shift * w])
+
+        return step
+
+    def nearest(self, start: Complex, count: int, radius: float) -> tuple[Complex, Complex, float]:
+        """Return eigenvalues, companion vectors (2m, k), and the radius within which they are all."""
+        step = self.operator()
+        total = start.shape[0]
+        limit = min(total, _DIMENSIONS * count + 10 * _ROUND)
+        basis = np.empty(
+            (total, min(total, 2 * count + 2 * _ROUND) + start.shape[1]), dtype=complex, order="F"
+        )
+        projected = np.zeros((limit + start.shape[1] + 1, limit), dtype=complex)
+        known = 0
+
+        def added(vectors: Complex, before: Any = None) -> int:
+            """Append what is new in the vectors; `before` takes their components along the basis."""
+            nonlocal basis, known
+            lengths = np.linalg.norm(vectors, axis=0)
+            for _ in range(2):
+                parts = basis[:, :known].conj().T @ vectors
+                vectors = vectors - basis[:, :known] @ parts
+                if before is not None:
+                    before[:known] += parts
+            fresh = known
+            for k in range(vectors.shape[1]):
+                vector = vectors[:, k]
+                for _ in range(2):
+                    parts = basis[:, fresh:known].conj().T @ vector
+                    vector = vector - basis[:, fresh:known] @ parts
+                    if before is not None:
+                        before[fresh:known, k] += parts
+                length = np.linalg.norm(vector)
+                if known == total or length <= _DEPENDENT * lengths[k]:
+                    continue
+                if known == basis.shape[1]:
+                    wider = np.empty((total, min(total, 2 * known)), dtype=complex, order="F")
+                    wider[:, :known] = basis
+                    basis = wider
+                basis[:, known] = vector / length
+                if before is not None:
+                    before[known, k] = length
+                known += 1
+            return known - fresh
+
+        added(start)
+        done, check = 0, max(_ROUND, count if np.isfinite(radius) else 2 * count)
+        while True:
+            stop = min(known, done + start.shape[1], limit)
+            if stop > done:
+                added(step(basis[:, done:stop]), projected[:, done:stop])
+            # Nothing new: the space is invariant, and no more is to be had from this start.
+            ends = stop in (done, limit) or known == stop
+            done = stop
+            if ends or done >= check:
+                result, settled = self._ritz(
+                    basis[:, :done],
+                    projected[:done, :done],
+                    projected[done:known, :done],
+                    count,
+                    radius,
+                    known == done == total,
+                )
+                if settled or ends:
+                    return result
+                check = done + max(_ROUND, done // 6)
+
+    def _ritz(
+        self, basis: Complex, projected: Complex, rest: Complex, count: int, radius: float, whole: bool
+    ) -> tuple[tuple[Complex, Complex, float], bool]:
+        """Return the result so far, and whether all that is wanted has converged."""
+        theta, shapes = scipy.linalg.eig(projected)
+        order = np.argsort(-np.abs(theta))
+        theta, shapes = theta[order], shapes[:, order]
+        with np.errstate(divide="ignore"):
+            distance = self.unit / np.abs(theta)
+        failed = np.linalg.norm(rest @ shapes, axis=0) > _CONVERGED * np.abs(theta)
+        first = theta.size if whole or not failed.any() else int(np.argmax(failed))
+        # That an eigenvalue beyond the radius has converged shows that the space has got so far.
+        inside = int(np.count_nonzero(distance <= radius))
+        settled = whole or first >= min(count, inside + 1)
+        kept = min(first, count)
+        reach = float(distance[kept - 1]) if kept else 0.0
+        if whole and kept == theta.size:
+            reach = np.inf
+        with np.errstate(divide="ignore", invalid="ignore"):
+            values = self.shift + self.unit / theta[:kept]
+        return (values, basis @ shapes[:, :kept], reach), settled
+
+
+def _matched(values: Complex, others: Complex, unit: float) -> list[tuple[int, int]]:
+    """Return pairs of equal right and left eigenvalues, each used once."""
+    free = np.ones(others.size, dtype=bool)
+    pairs = []
+    for i, value in enumerate(values):
+        distance = np.where(free, np.abs(others - value), np.inf)
+        k = int(np.argmin(distance)) if others.size else 0
+        if others.size and distance[k] <= _SAME * max(abs(value), 1e-3 * unit):
+            free[k] = False
+            pairs.append((i, k))
+    return pairs
+
+
+def clusters(values: Complex, distance: float, unit: float) -> list[Any]:
+    """Return indices of eigenvalues, those that a chain of steps below a relative distance joins together."""
+    close = np.abs(values[:, None] - values) <= distance * np.maximum(np.abs(values), 1e-3 * unit)[:, None]
+    count, labels = scipy.sparse.csgraph.connected_components(scipy.sparse.csr_array(close), directed=False)
+    return [np.flatnonzero(labels == k) for k in range(count)]
+
+
+def _biorthogonal(
+    pencil: SparsePencil, values: Complex, states: Complex, duals: Complex, unit: float
+) -> tuple[Complex, Complex, Complex]:
+    """Return eigenvalues, right and left displacements; within a cluster v_i' (C + (l_i + l_j) M) x_j = 0.
+
+    The cluster is solved again between its left and right space: ``(Y' A X)^-1 Y' B X`` with the symmetric
+    companion matrices ``A = [[C, M], [M, 0]]``, ``B = [[K, 0], [0, -M]]``.
+    """
+    size = pencil.size
+    values, right, left = values.copy(), states[:size].copy(), duals[:size].copy()
+    for group in clusters(values, _CLUSTER, unit):
+        if group.size == 1:
+            continue
+        x, v = states[:size, group], duals[:size, group]
+        dx, dv = unit * states[size:, group], unit * duals[size:, group]
+        moved = pencil.mass @ dx
+        gram = v.T @ (pencil.damping @ x + moved) + dv.T @ (pencil.mass @ x)
+        form = v.T @ (pencil.stiffness @ x) - dv.T @ moved
+        # A defective cluster has no such vectors; it keeps those of the two searches.
+        if np.linalg.cond(gram) > 1e8:
+            continue
+        small, mix = scipy.linalg.eig(-np.linalg.solve(gram, form))
+        if np.linalg.cond(mix) > 1e8:
+            continue
+        values[group] = small
+        right[:, group] = x @ mix
+        left[:, group] = v @ np.linalg.inv(gram).T @ np.linalg.inv(mix).T
+    return values, right, left

@@ -1,0 +1,120 @@
+//! Eigenpairs of a large sparse problem that were found elsewhere, corrected and judged on the stated matrices.
+//!
+//! A search by shift and invert leaves in each vector an error of its tolerance. The generalized Rayleigh quotient
+//! `v' P(lambda) xi / v' P'(lambda) xi` in doubled precision has an error of the product of both.
+
+use num_complex::Complex64;
+
+use crate::error::Error;
+use crate::linalg::parallel::each;
+use crate::linalg::sparse::SparseMatrix;
+use crate::modes::complex_modes::normalised;
+use crate::modes::mode::Mode;
+use crate::modes::quadratic_pencil::Pencil;
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduction;
+use crate::scene::status::Combination;
+
+/// Relative correction above which a quotient belongs to no eigenvalue near the given one.
+const LARGEST_CORRECTION: f64 = 1e-5;
+
+/// A right and a left vector with their eigenvalue.
+pub type Triple = (Complex64, Vec<Complex64>, Vec<Complex64>);
+
+/// One mode of a sparse problem, judged by its matrices.
+#[derive(Debug, Clone)]
+pub struct JudgedPair {
+    /// lambda, 1/s.
+    pub eigenvalue: Complex64,
+    /// xi, m entries; the largest one is 1.
+    pub right: Vec<Complex64>,
+    /// v, m entries; the largest one is 1.
+    pub left: Vec<Complex64>,
+    /// xi over all dofs of the scene, n entries.
+    pub shape: Vec<Complex64>,
+    /// `a = v' (C + 2 lambda M) xi`
+    pub a: Complex64,
+    /// Condition number of the eigenvalue in mass-normalised, scaled state space, `2 |lambda| |xi|_M |v|_M / |a|`.
+    pub condition: f64,
+    /// Whether the condition number is so large that the mode has no left vector.
+    pub defective: bool,
+    /// `|P(lambda) xi| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |xi|)` in the largest entry and row sum, -.
+    pub residual: f64,
+    /// How far rounding of the matrices moves the eigenvalue, 1/s.
+    pub rounding: f64,
+}
+
+/// `L' M R`, `L' C R` and `L' K R` of a combination, as sparse matrices.
+pub fn sparse_pencil(scene: &Scene, combination: &Combination) -> Result<[SparseMatrix; 3], Error> {
+    scene.check_combination(combination)?;
+    let reduction = Reduction::new(scene, combination);
+    Ok([&scene.mass, &scene.damping, &scene.stiffness]
+        .map(|matrix| reduction.sparse_matrix(matrix)))
+}
+
+/// Each pair with its eigenvalue corrected on the stated matrices of a combination; vectors are m long.
+pub fn judged_pairs(
+    scene: &Scene,
+    combination: &Combination,
+    pairs: Vec<Triple>,
+) -> Result<Vec<JudgedPair>, Error> {
+    let norms = sparse_pencil(scene, combination)?.map(|matrix| largest_row_sum(&matrix));
+    let reduction = Reduction::new(scene, combination);
+    let pencil = Pencil::new(scene, combination, &reduction);
+    Ok(each(pencil.size, pairs, |pair| judged(scene, &reduction, &pencil, norms, pair)))
+}
+
+fn judged(
+    scene: &Scene,
+    reduction: &Reduction,
+    pencil: &Pencil,
+    [mass, damping, stiffness]: [f64; 3],
+    (start, right, left): Triple,
+) -> JudgedPair {
+    let products = pencil.products(&right);
+    let corrected = products.corrected(start, &left);
+    // A comparison that keeps the start for NaN as well, of a defective pair.
+    let eigenvalue = match (corrected - start).norm() <= LARGEST_CORRECTION * start.norm() {
+        true => corrected,
+        false => start,
+    };
+    let a = products.slope(eigenvalue, &left);
+    let largest = |vector: &[Complex64]| vector.iter().map(|z| z.norm()).fold(0.0, f64::max);
+    let size = eigenvalue.norm();
+    let scale = (size * size * mass + size * damping + stiffness) * largest(&right);
+    let inertia = |vector: &[Complex64]| {
+        let terms = pencil.mass.rounded_product(vector).zip(vector);
+        terms.map(|(product, z)| z.conj() * product).sum::<Complex64>().norm().sqrt()
+    };
+    let condition = 2.0 * size * inertia(&right) * inertia(&left) / a.norm();
+    let mode = normalised(Mode {
+        eigenvalue,
+        a,
+        condition: if condition.is_nan() { f64::INFINITY } else { condition },
+        residual: largest(&products.rows(eigenvalue)) / scale,
+        right,
+        left,
+    });
+    let over_dofs = |part: fn(&Complex64) -> f64| {
+        let mut q = vec![0.0; scene.size];
+        reduction.kept.iter().zip(&mode.right).for_each(|(&k, z)| q[k] = part(z));
+        scene.velocities(&q)
+    };
+    let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));
+    JudgedPair {
+        shape: parts.map(|(re, im)| Complex64::new(re, im)).collect(),
+        rounding: mode.rounding(pencil),
+        defective: mode.is_defective(),
+        eigenvalue: mode.eigenvalue,
+        a: mode.a,
+        condition: mode.condition,
+        residual: mode.residual,
+        right: mode.right,
+        left: mode.left,
+    }
+}
+
+fn largest_row_sum(matrix: &SparseMatrix) -> f64 {
+    let sum = |row: usize| matrix.row(row).map(|(_, value)| value.abs()).sum::<f64>();
+    (0..matrix.size()).map(sum).fold(0.0, f64::max)
+}

@@ -1,0 +1,43 @@
+"""A scene of meshed bodies, drawn."""
+
+import matplotlib
+
+matplotlib.use("agg")
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import stickslip as ss
+from meshed import block, plate
+
+
+def test_a_plane_mesh_displaced():
+    scene = ss.fe.assemble(block(4, 2))
+    position = np.linspace(0.0, 1e-6, scene.size)
+    axes = ss.fe.draw(scene, position, scale=100.0, title="pressed")
+    (faces,) = axes.collections
+    assert axes.get_title() == "pressed"
+    assert len(faces.get_paths()) == 8
+    # Corners of the first element, displaced.
+    node = scene.mesh.cells["quad"][0]
+    expected = scene.mesh.points[node] + 100.0 * scene.mesh.displacements(position)[node]
+    np.testing.assert_allclose(faces.get_paths()[0].vertices[:4], expected, rtol=0, atol=1e-15)
+    length = np.hypot(*scene.mesh.displacements(position).T)
+    np.testing.assert_allclose(faces.get_array()[0], length[node].mean())
+
+
+def test_a_complex_shape_in_space():
+    scene = ss.fe.assemble(plate((2, 2, 1), (0.02, 0.02, 0.004), (0.0, 0.0, 0.0)))
+    shape = np.exp(1j * np.arange(scene.size))
+    axes = ss.fe.draw(scene, shape)
+    axes.figure.canvas.draw()
+    # Eight faces above and below, eight at the sides.
+    assert axes.collections[0].get_array().shape == (16,)
+    np.testing.assert_allclose(axes.collections[0].get_array(), np.sqrt(3.0))
+    plane = Figure().subplots()
+    with pytest.raises(ss.InputError, match="ax: expected axes of projection 3d"):
+        ss.fe.draw(scene, shape, plane)
+    with pytest.raises(ss.InputError, match=r"displacement: expected shape \(54,\), got \(53,\)"):
+        ss.fe.draw(scene, shape[:-1])
+    with pytest.raises(ss.InputError, match="scene: it has no points"):
+        ss.fe.draw(scene.replace(mesh=None), shape)

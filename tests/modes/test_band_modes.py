@@ -1,0 +1,255 @@
+"""Modes of a band and near points by sparse shift and invert, and the count of those missing."""
+
+import numpy as np
+import pytest
+import scipy.sparse.linalg
+from threadpoolctl import threadpool_limits
+
+import stickslip as ss
+from planted_spectra import outcome
+from quad_block import quad_block
+from spinning_disc import spinning_disc
+from stickslip.modes.sparse.certificate import FACTORIZATIONS, Certificate
+from stickslip.modes.sparse.pencil import SparsePencil
+from stickslip.modes.sparse.region import Region
+from stickslip.modes.sparse.search import search_region, with_conjugates
+
+EPS = np.finfo(float).eps
+
+
+@pytest.fixture(scope="module")
+def disc():
+    """A spinning disc of 360 dofs between pads: small enough for all its modes."""
+    return spinning_disc(2, 20, 3)
+
+
+@pytest.fixture(scope="module")
+def every(disc):
+    return ss.complex_modes(disc, "")
+
+
+def test_band_is_what_all_modes_have_in_it(disc, every):
+    """Both correct their eigenvalues in doubled precision: they differ by condition times rounding."""
+    for band, growth in (
+        ((0.0, 12e3), (-50.0, None)),
+        ((4e3, 11e3), (None, None)),
+        ((1e3, 9e3), (1.0, 40.0)),
+    ):
+        part = ss.complex_modes(disc, "", band=band, growth=growth)
+        low, high = (
+            default if g is None else g for g, default in zip(growth, (-np.inf, np.inf), strict=True)
+        )
+        wanted = (every.frequencies >= band[0]) & (every.frequencies <= band[1])
+        wanted &= (every.eigenvalues.real >= low) & (every.eigenvalues.real <= high)
+        expected = every.eigenvalues[wanted]
+        assert len(part) == expected.size > 0
+        assert np.all(np.abs(part.eigenvalues - expected) <= 10.0 * part.condition * EPS * np.abs(expected))
+        assert np.array_equal(part.unstable, every.unstable[wanted])
+        assert abs(part.missing) < 0.01
+        assert part.doubts == ()
+        # Vectors are known up to a factor, and have the same largest entry.
+        alike = np.abs(np.sum(part.shapes.conj() * every.shapes[:, wanted], axis=0))
+        sizes = np.linalg.norm(part.shapes, axis=0) * np.linalg.norm(every.shapes[:, wanted], axis=0)
+        np.testing.assert_allclose(alike, sizes, rtol=1e-9)
+
+
+def test_vectors_are_biorthogonal_and_residuals_those_of_the_stated_matrices(disc):
+    modes = ss.complex_modes(disc, "", band=(0.0, 12e3))
+    product = modes.left.T @ (modes.state_a @ modes.right)
+    off = np.abs(product - np.diag(modes.a)) / np.sqrt(np.abs(modes.a)[:, None] * np.abs(modes.a))
+    assert off.max() < 1e-7
+    np.testing.assert_allclose(modes.b, -modes.eigenvalues * modes.a, rtol=1e-14)
+    for k, value in enumerate(modes.eigenvalues):
+        x, size = modes.right_displacement[:, k], abs(value)
+        terms = (value**2 * modes.mass) @ x + (value * modes.damping) @ x + modes.stiffness @ x
+        scale = sum(
+            factor * abs(matrix).sum(axis=1).max()
+            for factor, matrix in ((size**2, modes.mass), (size, modes.damping), (1.0, modes.stiffness))
+        )
+        # Both are sums of some 80 rounded products.
+        assert abs(np.abs(terms).max() / (scale * np.abs(x).max()) - modes.residual[k]) < 20 * EPS
+    assert modes.residual.max() < 1e-13
+
+
+def test_near_points_are_their_nearest_eigenvalues(disc, every):
+    upper = every.eigenvalues[every.eigenvalues.imag >= 0.0]
+    points = [2j * np.pi * 3000.0, -40.0 + 2j * np.pi * 7000.0]
+    nearest = [np.argsort(np.abs(upper - point))[:7] for point in points]
+    expected = upper[np.unique(np.concatenate(nearest))]
+    modes = ss.complex_modes(disc, "", near=points, count=7)
+    found = modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-12)
+    assert modes.missing is None
+    # The spectrum is mirrored, and so is what is near a point of the lower half plane.
+    mirrored = ss.complex_modes(disc, "", near=np.conj(points), count=7)
+    np.testing.assert_allclose(mirrored.eigenvalues, modes.eigenvalues, rtol=1e-12)
+
+
+def test_near_the_real_axis_conjugates_are_not_counted_twice(disc, every):
+    modes = ss.complex_modes(disc, "", near=500.0, count=5)
+    upper = every.eigenvalues[every.eigenvalues.imag >= 0.0]
+    expected = upper[np.argsort(np.abs(upper - 500.0))[:5]]
+    found = modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(expected), rtol=1e-12)
+
+
+def test_a_shift_on_an_eigenvalue_is_moved_aside(disc, every):
+    value = every.eigenvalues[6]
+    for count in (1, 5):
+        modes = ss.complex_modes(disc, "", near=value, count=count)
+        assert len(modes) == 2 * count
+        assert abs(modes.eigenvalues - value).min() <= 1e-12 * abs(value)
+
+
+def test_sliding_contacts_of_a_mesh():
+    """Friction makes the reduced pencil unsymmetric: left vectors are others than right ones."""
+    scene = quad_block(20, 10, 2)
+    modes, every = ss.complex_modes(scene, band=(0.0, 60e3)), ss.complex_modes(scene)
+    expected = every.eigenvalues[every.frequencies <= 60e3]
+    assert len(modes) == expected.size > 10
+    assert np.all(np.abs(modes.eigenvalues - expected) <= 10.0 * modes.condition * EPS * np.abs(expected))
+    assert abs(modes.missing) < 0.01
+    assert np.array_equal(modes.combination, every.combination)
+    np.testing.assert_allclose(modes.shapes, every.shapes[:, every.frequencies <= 60e3], atol=1e-7)
+
+
+def test_scenes_of_few_dofs_take_a_part_of_all_modes():
+    scene = ss.models.two_subsystems(friction=2.2)
+    every, part = ss.complex_modes(scene), ss.complex_modes(scene, band=(100.0, 300.0), growth=(0.0, None))
+    wanted = (every.frequencies >= 100.0) & (every.frequencies <= 300.0) & (every.eigenvalues.real >= 0.0)
+    assert np.array_equal(part.eigenvalues, every.eigenvalues[wanted])
+    assert part.missing == 0.0
+    point = 2j * np.pi * 120.0
+    upper = every.eigenvalues[every.eigenvalues.imag > 0.0]
+    near = ss.complex_modes(scene, near=point, count=1)
+    assert near.eigenvalues[0] == upper[np.argmin(np.abs(upper - point))]
+    assert near.eigenvalues[1] == near.eigenvalues[0].conjugate()
+
+
+def test_withheld_eigenvalues_are_counted(disc):
+    pencil = SparsePencil.of(disc, "")
+    region = Region(0.0, 2.0 * np.pi * 12e3, -50.0, np.inf)
+    outer = region.wider(0.1 * region.high)
+    wide = search_region(pencil, region.wider(0.3 * region.high)).found.eigenvalues
+    certificate = Certificate.of(pencil, outer, 0.1 * region.high)
+    assert certificate.factorizations <= FACTORIZATIONS
+    assert abs(certificate.missing(with_conjugates(wide))) < 0.01
+    for count in (1, 4):
+        gone = np.argsort(np.abs(wide))[2 : 2 + count]
+        left = np.delete(wide, gone)
+        assert abs(certificate.missing(with_conjugates(left)) - 2 * count) < 0.05
+
+
+def test_planted_spectra_are_counted_right_or_in_doubt():
+    """0 to 40 eigenvalues, clusters, double ones, one next to a bound; the file itself runs thousands."""
+    words = [outcome(seed)[0] for seed in range(1000, 1012)]
+    assert set(words) <= {"right", "doubt"}
+    assert words.count("right") >= 10
+
+
+def test_an_eigenvalue_on_the_border_is_told():
+    """Undamped masses: every growth rate is zero, and so is the bound."""
+    size = 150
+    chain = scipy.sparse.diags_array(
+        [np.full(size - 1, -1.0), np.full(size, 2.0), np.full(size - 1, -1.0)], offsets=(-1, 0, 1)
+    )
+    scene = ss.Scene(np.ones(size), 1e6 * chain.tocsr())
+    modes = ss.complex_modes(scene, "", band=(0.0, 100.0), growth=(0.0, None))
+    assert modes.doubts
+    assert all("lies on a bound" in doubt for doubt in modes.doubts)
+    assert "doubt" in str(modes)
+
+
+@pytest.mark.slow
+def test_disc_of_5000_dofs():
+    """Against scipy's search at other shifts, refined by quotients in extended precision."""
+    scene = spinning_disc()
+    assert scene.size == 5040
+    band, bound = (0.0, 6e3), -50.0
+    modes = ss.complex_modes(scene, "", band=band, growth=(bound, None))
+    assert abs(modes.missing) < 0.01
+    assert modes.doubts == ()
+    # The many small blocks of SuperLU suffer from BLAS that splits them among threads.
+    with threadpool_limits(1, user_api="blas"):
+        reference = reference_eigenvalues(modes.mass, modes.damping, modes.stiffness, band[1])
+    wanted = (np.abs(reference) <= 2.0 * np.pi * band[1]) & (reference.real >= bound)
+    expected = reference[wanted]
+    found = modes.eigenvalues[modes.eigenvalues.imag > 0.0]
+    condition = modes.condition[modes.eigenvalues.imag > 0.0]
+    assert found.size == expected.size > 10
+    expected = expected[np.argsort(np.abs(expected))]
+    assert np.all(np.abs(found - expected) <= 10.0 * condition * EPS * np.abs(expected))
+
+
+def reference_eigenvalues(mass, damping, stiffness, highest):
+    """Return the eigenvalues of the upper half plane up to a frequency, and some more."""
+    size, unit = mass.shape[0], 2.0 * np.pi * highest
+    found = []
+    for shift in (0.21j, 0.52j, 0.83j):
+        sigma = shift * unit
+        factors = scipy.sparse.linalg.splu(
+            (sigma * (sigma * mass + damping) + stiffness).tocsc(), permc_spec="MMD_AT_PLUS_A",
+            options={"SymmetricMode": True}, diag_pivot_thresh=0.1,
+        )  # fmt: skip
+
+        def inverted(y, transpose="N", sigma=sigma, factors=factors):
+            m, c = (mass, damping) if transpose == "N" else (mass.T, damping.T)
+            w = -factors.solve(unit * (m @ y[size:]) + c @ y[:size] + sigma * (m @ y[:size]), transpose)
+            return np.concatenate([w, (y[:size] + sigma * w) / unit])
+
+        # theta = 1 / (lambda - sigma)
+        sides = []
+        for transpose in "NT":
+            operator = scipy.sparse.linalg.LinearOperator(
+                (2 * size, 2 * size), matvec=lambda y, t=transpose: inverted(y, t), dtype=complex
+            )
+            theta, vectors = scipy.sparse.linalg.eigs(operator, k=30, tol=1e-12, v0=np.ones(2 * size) + 0j)
+            sides.append((sigma + 1.0 / theta, vectors[:size]))
+        (values, right), (others, left) = sides
+        for k, value in enumerate(values):
+            partner = int(np.argmin(np.abs(others - value)))
+            if abs(others[partner] - value) < 1e-6 * abs(value):
+                found.append(refined(mass, damping, stiffness, value, right[:, k], left[:, partner]))
+    found = np.array([value for value in found if value.imag > 0.0])
+    found = found[np.argsort(np.abs(found))]
+    keep = np.ones(found.size, dtype=bool)
+    for k in range(1, found.size):
+        keep[k] = np.abs(found[:k] - found[k]).min() > 1e-9 * abs(found[k])
+    return found[keep]
+
+
+def refined(mass, damping, stiffness, value, right, left):
+    """Return the eigenvalue less its quotient, summed in extended precision."""
+    x, v, value = (np.asarray(z, dtype=np.clongdouble) for z in (right, left, value))
+
+    def form(matrix):
+        entries = matrix.tocoo()
+        return np.sum(v[entries.coords[0]] * entries.data.astype(np.longdouble) * x[entries.coords[1]])
+
+    m, c, k = form(mass), form(damping), form(stiffness)
+    for _ in range(3):
+        value = value - (value * (value * m + c) + k) / (2.0 * value * m + c)
+    return complex(value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"band": (0.0, 1.0), "near": 1j}, "near: goes without band"),
+        ({"growth": (0.0, None)}, "growth: goes with band"),
+        ({"band": (5.0, 1.0)}, r"band: expected \(lowest, highest\)"),
+        ({"band": (-1.0, 1.0)}, r"band: expected \(lowest, highest\)"),
+        ({"band": (0.0, 1.0, 2.0)}, r"band: expected \(lowest, highest\)"),
+        ({"band": (0.0, np.nan)}, "band"),
+        ({"band": (0.0, 1.0), "growth": (2.0, 1.0)}, "growth: expected"),
+        ({"band": (0.0, 1.0), "growth": 3.0}, "growth: expected"),
+        ({"band": (0.0, 1.0), "growth": (1e3, None)}, "growth: no eigenvalue of the band"),
+        ({"near": []}, "near: expected one or several"),
+        ({"near": np.inf}, "near: expected one or several"),
+        ({"near": "fast"}, "near: expected one or several"),
+        ({"near": 1j, "count": 0}, "count: expected an integer >= 1"),
+    ],
+)
+def test_ill_posed_questions_are_refused(disc, arguments, message):
+    with pytest.raises(ss.InputError, match=message):
+        ss.complex_modes(disc, "", **arguments)
