@@ -4,8 +4,8 @@ use crate::contact::event_function::Functional;
 use crate::contact::event_function::{contact_forces, contact_forces_in, reaction};
 use crate::contact::settlement::Departure;
 use crate::error::Error;
-use crate::scene::condensation::Condensed;
 use crate::scene::contact_law::check_finite;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
 

@@ -13,8 +13,8 @@ use nalgebra::DMatrix;
 
 use crate::contact::event_kind::EventKind;
 use crate::linalg::dense::Factors;
-use crate::scene::condensation::Condensed;
 use crate::scene::contact_law::Directions;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 

@@ -13,7 +13,7 @@ use crate::linalg::parallel::each;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
-use crate::scene::condensation::Condensed;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
 use crate::scene::status::Combination;

@@ -17,7 +17,7 @@ use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::numerics::double_double::Doubled;
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
-use crate::scene::condensation::Condensed;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduction;
 use crate::scene::statics::Steady;

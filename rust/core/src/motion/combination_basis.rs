@@ -12,7 +12,7 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::taylor::operator::TaylorOperator;
-use crate::scene::condensation::Condensed;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
 use crate::scene::reduction::Reduced;

@@ -1,7 +1,6 @@
 //! The model as a value: matrices, contacts, statuses, and the linear system that a status combination leaves.
 
 pub(crate) mod chain;
-pub(crate) mod condensation;
 pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
 pub(crate) mod equation_of_motion;

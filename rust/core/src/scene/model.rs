@@ -11,7 +11,7 @@ use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{
     Contact, ContactInput, Direction, Directions, Inertia, check_finite,
 };
-use crate::scene::massless::{Massless, Nodes, condensed_stiffness};
+use crate::scene::massless::coordinates::{Massless, Nodes, condensed_stiffness};
 use crate::scene::status::{Combination, Status};
 
 /// Mass as a user states it.
@@ -115,7 +115,7 @@ pub struct Scene {
     pub(crate) nodes: Option<Arc<Nodes>>,
     /// Coordinates without mass.
     pub(crate) massless: Massless,
-    /// Whether those that follow the others are eliminated; see [`crate::scene::condensation`].
+    /// Whether those that follow the others are eliminated; see [`crate::scene::massless::condensation`].
     pub(crate) condensed: bool,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) impact_friction: bool,

@@ -13,8 +13,8 @@ use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::condensation::Condensed;
 use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 

@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
 use crate::linalg::dense::{regular_solution, smallest_relative_pivot, solve};
-use crate::scene::condensation::Condensed;
 use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::reduction::Reduced;
 use crate::scene::status::{Combination, Status};

@@ -11,7 +11,7 @@ use crate::contact::quasi_static::problem::{Answer, Case, Node, Problem};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
 use crate::error::RunFailure;
 use crate::scene::contact_law::Inertia;
-use crate::scene::massless::Group;
+use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 

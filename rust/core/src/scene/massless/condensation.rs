@@ -15,7 +15,7 @@ use nalgebra::DMatrix;
 use crate::error::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::massless::{Group, summed};
+use crate::scene::massless::coordinates::{Group, summed};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
