@@ -29,6 +29,9 @@ def examples():
         contacts=[ss.Contact(tangential=0, normal=1, friction=0.5, restitution=0.5, name="ball")],
     )
     drop = ss.simulate(bouncing, ss.State([0.0, 0.1], [0.0, 0.0], "d"), 3.0)
+    shaken = ss.Scene(
+        [1.0], [[50.0]], damping=[[1.0]], loads=[ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")]
+    )
     grazing = ss.types.Grazing(0.1, 0, "impact", 1e-20, 1e-18, "0")
     unstable = ss.types.BranchPoint("friction", 2.5464, "period_doubling", -1.0 + 0j, None, None, cycle)
     return {
@@ -53,6 +56,11 @@ def examples():
         "Accumulation": drop.accumulations[0],
         "Outcome": next(ss.simulate_many([scene], duration=0.2, velocity={"x1": 1e-3})),
         "Cycle": cycle,
+        "Harmonic": shaken.loads[0],
+        "Steps": ss.Steps({"x1": 1.0}, times=[0.1], values=[1.0, 0.0]),
+        "FrequencyResponse": ss.frequency_response(
+            shaken, "shaker", [1.0, 1.5], start=ss.State([0.0], [0.0], "")
+        ),
         "CyclePhase": cycle.phases[0],
         "Margin": cycle.margins()[0],
         "BranchPoint": unstable,
@@ -75,10 +83,12 @@ def examples():
 
 NAMES = [
     "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
-    "CriticalPoint", "Cycle", "CyclePhase", "Event", "Events", "Grazing", "InputError", "Margin", "Mode",
+    "CriticalPoint", "Cycle", "CyclePhase", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic",
+    "InputError", "Margin", "Mode",
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome",
     "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
-    "StatusTable", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted", "Trajectory",
+    "StatusTable", "Steps", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted",
+    "Trajectory",
 ]  # fmt: skip
 
 
@@ -373,7 +383,8 @@ def test_a_mode_has_the_number_that_is_shown():
 
 #: What analyses return.
 RESULTS = [
-    "Balance", "Basins", "Bifurcation", "Branch", "Cycle", "Events", "ModeSelection", "Modes", "Motion",
+    "Balance", "Basins", "Bifurcation", "Branch", "Cycle", "Events", "FrequencyResponse",
+    "ModeSelection", "Modes", "Motion",
     "StatusTable", "Trajectory",
 ]  # fmt: skip
 

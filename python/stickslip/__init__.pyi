@@ -8,6 +8,7 @@ from .cycles.branches.arclength import trace_branch
 from .cycles.branches.branch import follow_branch
 from .cycles.branches.branch_points import branch_points
 from .cycles.cycle import Cycle
+from .cycles.frequency_response import FrequencyResponse, frequency_response
 from .energy.modal import modal_energy
 from .energy.selection import mode_selection
 from .errors import InputError, RunError, StickslipError
@@ -27,6 +28,7 @@ from .motion.energy import Balance
 from .report import write_report
 from .scene import models
 from .scene.contact import Contact
+from .scene.loads.in_time import Harmonic, Steps
 from .scene.reduction import reduce
 from .scene.scene import Proportional, Scene
 from .scene.state import State, sliding_equilibrium
@@ -41,12 +43,15 @@ __all__ = [
     "Case",
     "Contact",
     "Cycle",
+    "FrequencyResponse",
+    "Harmonic",
     "InputError",
     "Modes",
     "Proportional",
     "RunError",
     "Scene",
     "State",
+    "Steps",
     "StickslipError",
     "Study",
     "Trajectory",
@@ -62,6 +67,7 @@ __all__ = [
     "explore",
     "fe",
     "follow_branch",
+    "frequency_response",
     "hopf_points",
     "load_case",
     "load_scene",

@@ -41,6 +41,13 @@ _SparseData = tuple[_Real, _Index, _Index]
 _Along = int | _Real | list[tuple[int, float]]
 #: (normal, tangential) stiffness of a compliant contact.
 _SpringData = tuple[float | None, float | None]
+#: Loads in time: (dof entries, frequency, phase), (dof entries, times, values), and of sliders
+#: (contact, amplitude, frequency, phase).
+_LoadData = tuple[
+    list[tuple[list[tuple[int, float]], float, float]],
+    list[tuple[list[tuple[int, float]], list[float], list[float]]],
+    list[tuple[int, float, float, float]],
+]
 #: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force,
 #: stiffness.
 _ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float, _SpringData]
@@ -72,15 +79,16 @@ class _ModesData(TypedDict):
 class Scene:
     def __new__(
         cls,
-        mass: _Real,  # (n,) or (n, n)
+        mass: _Real | _SparseData,  # (n,) or (n, n)
         stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
         # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
         damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
         force: _Real,  # (n,)
         contacts: Sequence[_ContactData],
         impact_friction: bool,
+        loads: _LoadData,
     ) -> Scene: ...
-    def with_contacts(self, contacts: Sequence[_ContactData]) -> Scene: ...
+    def with_contacts(self, contacts: Sequence[_ContactData], loads: _LoadData) -> Scene: ...
     @property
     def size(self) -> int: ...
     @property
@@ -241,6 +249,7 @@ class Works:
     combination: list[str]
     contact: _Real  # (p, c) on the structure
     slider: _Real  # (p, c)
+    wear: _Real  # (p, c)
     external: _Real  # (p,)
     circulatory: _Real  # (p,)
     damping: _Real  # (p, g)
@@ -253,7 +262,7 @@ class Works:
 def works(trajectory: Trajectory, t0: float, t1: float) -> Works: ...
 def energy(trajectory: Trajectory, times: _Real) -> dict[str, Any]:
     ...
-    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider (k, c),
+    # kinetic, elastic, rate, external, circulatory (k,), damping (k, g), contact, slider, wear (k, c),
     # combination, groups
 
 @final
@@ -264,6 +273,7 @@ class Cycle:
     def from_record(scene: Scene, record: dict[str, Any]) -> Cycle: ...
     period: float
     residual: float  # largest mismatch between phases, relative
+    load_periods: int  # 0 without loads that oscillate
     combinations: list[str]  # (K,)
     durations: _Real  # (K,)
     multipliers: _Complex  # (d,) descending in modulus

@@ -41,3 +41,20 @@ def test_a_complex_shape_in_space():
         ss.fe.draw(scene, shape[:-1])
     with pytest.raises(ss.InputError, match="scene: it has no points"):
         ss.fe.draw(scene.replace(mesh=None), shape)
+
+
+def test_modes_draw_their_shapes():
+    body = block(4, 2)
+    pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.1, gap=-1e-6)
+    scene = ss.fe.assemble(body, pairs)
+    modes = ss.complex_modes(scene)
+    axes = modes.plot(number=2)
+    assert axes.get_title().startswith(f"mode 2: {modes.frequencies[2]:.2f} Hz")
+    length = np.hypot(*np.abs(scene.mesh.displacements(modes.shapes[:, 2])).T)
+    corners = scene.mesh.cells["quad"]
+    np.testing.assert_allclose(axes.collections[0].get_array(), length[corners].mean(axis=1))
+    assert modes.plot().get_xlabel() == "growth rate, 1/s"
+    with pytest.raises(ss.InputError, match="number: expected a mode in"):
+        modes.plot(number=len(modes))
+    with pytest.raises(ss.InputError, match="number: the scene has no points"):
+        ss.complex_modes(scene.replace(mesh=None)).plot(number=0)

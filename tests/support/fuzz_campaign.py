@@ -35,7 +35,7 @@ import numpy as np
 
 import stickslip as ss
 from fuzz_checks import PASSED, Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
-from fuzz_scenes import fuzz_scene
+from fuzz_scenes import from_time, fuzz_scene
 
 #: s
 DURATION = 0.1
@@ -69,11 +69,11 @@ class Outcome:
     defective: bool = False
 
 
-def run_scene(seed: int, unsymmetric: bool, index: int) -> Outcome:
+def run_scene(seed: int, unsymmetric: bool, forced: bool, index: int) -> Outcome:
     """Return the outcome of one scene."""
     began = time.perf_counter()
     outcome = Outcome(index, "ok")
-    scene, start = fuzz_scene(seed, index, unsymmetric)
+    scene, start = fuzz_scene(seed, index, unsymmetric, forced)
     try:
         examine(outcome, scene, start)
     except Exception as error:
@@ -94,8 +94,10 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
     """Run a scene by modes and by Taylor series, and write down what was found."""
     limits: dict[str, Any] = {"max_events": MAX_EVENTS, "time_limit": HANG}
 
-    def by(method: Literal["auto", "modal", "taylor"]) -> Callable[[ss.State, float], ss.Trajectory]:
-        return lambda start, duration: ss.simulate(scene, start, duration, method, **limits)
+    def by(method: Literal["auto", "modal", "taylor"]) -> Callable[..., ss.Trajectory]:
+        return lambda start, duration, begin=0.0: ss.simulate(
+            from_time(scene, begin), start, duration, method, **limits
+        )
 
     by_modes: Literal["auto", "modal"] = "modal"
     try:
@@ -135,8 +137,8 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
             outcome.verdict, outcome.detail = verdict, detail
 
 
-def finished(store: Path, seed: int, unsymmetric: bool) -> dict[int, Outcome]:
-    """Return the outcomes that a store already holds for a seed, with or without unsymmetric terms."""
+def finished(store: Path, seed: int, unsymmetric: bool, forced: bool) -> dict[int, Outcome]:
+    """Return the outcomes that a store already holds for a seed and a kind of scenes."""
     if not store.exists():
         return {}
     outcomes = {}
@@ -145,16 +147,22 @@ def finished(store: Path, seed: int, unsymmetric: bool) -> dict[int, Outcome]:
             record = json.loads(line)
         except json.JSONDecodeError:  # the line that an interruption cut
             continue
-        if (record.pop("seed"), record.pop("unsymmetric", False)) == (seed, unsymmetric):
+        kind = record.pop("seed"), record.pop("unsymmetric", False), record.pop("forced", False)
+        if kind == (seed, unsymmetric, forced):
             outcomes[record["index"]] = Outcome(**record)
     return outcomes
 
 
 def campaign(
-    scenes: int, seed: int, store: Path | None, workers: int, unsymmetric: bool = False
+    scenes: int,
+    seed: int,
+    store: Path | None,
+    workers: int,
+    unsymmetric: bool = False,
+    forced: bool = False,
 ) -> list[Outcome]:
     """Run the scenes that the store does not hold yet; return all outcomes by index."""
-    outcomes = finished(store, seed, unsymmetric) if store else {}
+    outcomes = finished(store, seed, unsymmetric, forced) if store else {}
     todo = [index for index in range(scenes) if index not in outcomes]
     with ExitStack() as stack:
         sink = stack.enter_context(store.open("a")) if store else None
@@ -163,10 +171,15 @@ def campaign(
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=spawn))
-        for outcome in pool.map(partial(run_scene, seed, unsymmetric), todo, chunksize=8):
+        for outcome in pool.map(partial(run_scene, seed, unsymmetric, forced), todo, chunksize=8):
             outcomes[outcome.index] = outcome
             if sink:
-                sink.write(json.dumps({"seed": seed, "unsymmetric": unsymmetric, **asdict(outcome)}) + "\n")
+                sink.write(
+                    json.dumps(
+                        {"seed": seed, "unsymmetric": unsymmetric, "forced": forced, **asdict(outcome)}
+                    )
+                    + "\n"
+                )
                 sink.flush()
     return [outcomes[index] for index in range(scenes)]
 
@@ -208,11 +221,17 @@ def main() -> int:
     parser.add_argument(
         "--unsymmetric", action="store_true", help="the same scenes with gyroscopic and circulatory terms"
     )
+    parser.add_argument("--forced", action="store_true", help="the same scenes under loads in time")
     arguments = parser.parse_args()
     if arguments.store:
         arguments.store.parent.mkdir(parents=True, exist_ok=True)
     outcomes = campaign(
-        arguments.scenes, arguments.seed, arguments.store, arguments.workers, arguments.unsymmetric
+        arguments.scenes,
+        arguments.seed,
+        arguments.store,
+        arguments.workers,
+        arguments.unsymmetric,
+        arguments.forced,
     )
     print(summary(outcomes))
     return int(any(outcome.verdict not in PASSED for outcome in outcomes))

@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 import stickslip as ss
-from fuzz_scenes import fastest, matrices
+from fuzz_scenes import fastest, forces, matrices, slider_speeds
 
 #: What may come of a scene; near ties are counted, since they are where a difference could hide. *Several* is
 #: a run that ends where contacts could stick in more than one way: static friction exceeds the kinetic one.
@@ -125,7 +125,7 @@ def nearby(state: ss.State, direction: int = 0) -> ss.State:
 
 
 def sensitivity(
-    run: ss.Trajectory, follow: Callable[[ss.State, float], ss.Trajectory], directions: int = 1
+    run: ss.Trajectory, follow: Callable[[ss.State, float, float], ss.Trajectory], directions: int = 1
 ) -> np.ndarray:
     """Return what nudges have moved the time of each event by so far, s; infinite from where they change one.
 
@@ -143,7 +143,7 @@ def sensitivity(
             (t, run.state(t)) for t in (float(middles[part[np.argmax(spans[part])]]) for part in parts)
         ]
         for begin, state in starts:
-            later = EventList.of(follow(nearby(state, direction), run.duration - begin))
+            later = EventList.of(follow(nearby(state, direction), run.duration - begin, begin))
             tail = events.since(begin)
             same = tail.common(later)
             effect = np.full(len(tail), np.inf)
@@ -283,19 +283,21 @@ def complementarity(sampled: Sampled) -> str:
     data, scene = sampled.between, sampled.run.scene
     position, velocity, normal, friction = data.position, data.velocity, data.normal, data.friction
     _, damping, stiffness = (np.abs(matrix) for matrix in sampled.matrices)
-    load = np.abs(position) @ stiffness.T + np.abs(velocity) @ damping.T + np.abs(scene.force)
+    stated = np.abs(forces(scene, data.time))
+    load = np.abs(position) @ stiffness.T + np.abs(velocity) @ damping.T + stated
     length = SLACK * np.abs(position).max(initial=0.0)
     contacts = scene.contacts
     static = np.array([contact.static_friction for contact in contacts])
     kinetic = np.array([contact.friction for contact in contacts])
-    slider = np.array([contact.slider_speed for contact in contacts])
+    slider = slider_speeds(scene, data.time)
     force = SLACK * (load[:, 2::4] + load[:, 3::4])
     speed = SLACK * np.maximum(np.abs(velocity).max(initial=0.0), np.abs(slider))
     gap, slip = position[:, 3::4], velocity[:, 2::4] - slider
     status = data.status
     closed = status != ord("d")
-    # With a full mass, positions are sums over contact coordinates.
-    held = float(scene.mass.ndim == 2)
+    # With a full mass positions are sums over coordinates, and a slider that vibrates carries velocities.
+    vibrates = any(contact.slider_vibration is not None for contact in contacts)
+    held = float(scene.mass.ndim == 2 or vibrates)
     along = (status == ord("+")) & (slip > speed) | (status == ord("-")) & (slip < -speed)
     checks = {
         "penetration": gap < -length,
@@ -334,7 +336,8 @@ def impact_law(sampled: Sampled) -> str:
     mass = np.diag(mass)
     # What forces change within the two ulp of time between the states compared.
     load = np.abs(position) @ np.abs(stiffness).T + np.abs(velocity) @ np.abs(damping).T
-    drift = 2.0 * np.spacing(events.time[instants])[:, None] * (load + np.abs(scene.force)) / mass
+    stated = np.abs(forces(scene, events.time[instants]))
+    drift = 2.0 * np.spacing(events.time[instants])[:, None] * (load + stated) / mass
     # Rounding of positions moves velocities by what the fastest mode makes of it.
     rate = max(
         (np.abs(damping).sum(axis=1) / mass).max(), np.sqrt((np.abs(stiffness).sum(axis=1) / mass).max())
@@ -346,7 +349,7 @@ def impact_law(sampled: Sampled) -> str:
     t, n = 4 * which + 2, 4 * which + 3
     restitution = np.array([contact.restitution for contact in contacts])[which]
     friction = np.array([contact.friction for contact in contacts])[which] * scene.impact_friction
-    speed = np.array([contact.slider_speed for contact in contacts])[which]
+    speed = slider_speeds(scene, events.time[instants])[row, which]
     approach = -velocity[row, n]
     expected = velocity.copy()
     expected[row, n] = restitution * approach
@@ -376,7 +379,8 @@ def coupled_impact_law(sampled: Sampled) -> str:
     before, after = sampled.before.velocity[single], sampled.after[1][single]
     mass, damping, stiffness = sampled.matrices
     time, position = events.time[sampled.impacts][single], sampled.before.position[single]
-    load = np.abs(position) @ np.abs(stiffness).T + np.abs(before) @ np.abs(damping).T + np.abs(scene.force)
+    stated = np.abs(forces(scene, time))
+    load = np.abs(position) @ np.abs(stiffness).T + np.abs(before) @ np.abs(damping).T + stated
     inverse = np.abs(np.linalg.inv(mass))
     rate = np.sqrt((inverse @ np.abs(stiffness)).sum(axis=1).max())
     size = np.abs(before).max(axis=1, initial=0.0) + np.abs(after).max(axis=1, initial=0.0)
@@ -420,7 +424,7 @@ def energy_residual(sampled: Sampled) -> float:
     powers = np.column_stack(
         [
             data.friction * velocity[:, 2::4],
-            velocity @ run.scene.force,
+            np.sum(velocity * forces(run.scene, data.time), axis=1),
             -np.sum((velocity @ following) * data.position, axis=1),
             -np.sum((velocity @ damping) * velocity, axis=1),
         ]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 from scipy import sparse
 
@@ -13,14 +15,114 @@ COUPLED, DEFECTIVE = 0.2, 0.1
 DEFECTIVE_POINTS = (0.612484152848668518, 1.989108991216879)
 
 
-def fuzz_scene(seed: int, index: int, unsymmetric: bool = False) -> tuple[ss.Scene, ss.State]:
+def fuzz_scene(
+    seed: int, index: int, unsymmetric: bool = False, forced: bool = False
+) -> tuple[ss.Scene, ss.State]:
     """Return a scene whose contact i has the directions 4 i + 2 and 4 i + 3, and a start state.
 
     Most are chains; others are the reference model at a random distance from a defective point, or chains
-    whose contacts mass couples. With `unsymmetric` the same scenes get gyroscopic and circulatory terms.
+    whose contacts mass couples. With `unsymmetric` the same scenes get gyroscopic and circulatory terms, with
+    `forced` loads in time.
     """
     scene, start = symmetric_scene(seed, index)
-    return with_unsymmetric_terms(scene, start, seed, index) if unsymmetric else (scene, start)
+    scene, start = with_unsymmetric_terms(scene, start, seed, index) if unsymmetric else (scene, start)
+    return with_loads(scene, start, seed, index) if forced else (scene, start)
+
+
+def with_loads(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return a scene under up to three harmonic loads and a switched one, on sliders that may vibrate."""
+    rng = np.random.default_rng([seed, index, 3])
+    count = len(scene.contacts)
+    size = np.abs(scene.force).max() * 10.0 ** rng.uniform(-2.0, 0.5)
+    loads: list[ss.Harmonic | ss.Steps] = [
+        ss.Harmonic(
+            {
+                int(dof): size * rng.normal()
+                for dof in rng.choice(4 * count, int(rng.integers(1, 4)), replace=False)
+            },
+            frequency=10.0 ** rng.uniform(1.0, 3.0),
+            phase=rng.uniform(-np.pi, np.pi),
+        )
+        for _ in range(int(rng.integers(1, 4)))
+    ]
+    if rng.random() < 0.5:
+        times = np.sort(rng.uniform(0.0, 0.1, int(rng.integers(1, 4))))
+        loads.append(ss.Steps({int(rng.integers(4 * count)): size}, times, rng.normal(size=times.size + 1)))
+    contacts = [
+        dataclasses.replace(
+            contact,
+            slider_vibration=ss.Harmonic(
+                contact.slider_speed * rng.uniform(0.0, 2.0),
+                10.0 ** rng.uniform(1.0, 3.0),
+                rng.uniform(0.0, 6.0),
+            ),
+        )
+        if rng.random() < 0.3
+        else contact
+        for contact in scene.contacts
+    ]
+    scene = scene.replace(loads=loads, contacts=contacts)
+    try:
+        ss.simulate(scene, start, 1e-9, max_events=0)
+    except ss.InputError:
+        # The loads leave tension at a contact, or a slider that vibrates slips the other way.
+        position = np.zeros(4 * count)
+        position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
+        start = ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+    return scene, start
+
+
+def forces(scene: ss.Scene, times: np.ndarray) -> np.ndarray:
+    """Return F with the loads at some times, (k, n)."""
+    total = np.tile(scene.force, (np.size(times), 1))
+    for load in scene.loads:
+        if isinstance(load, ss.Harmonic):
+            factor = np.cos(2.0 * np.pi * load.frequency * times + load.phase)
+        else:
+            factor = np.asarray(load.values)[np.searchsorted(load.times, times, side="right")]
+        for dof, entry in load.amplitude.items():
+            total[:, dof] += entry * factor
+    return total
+
+
+def slider_speeds(scene: ss.Scene, times: np.ndarray) -> np.ndarray:
+    """Return the speeds of the sliders at some times, (k, c)."""
+    speeds = np.tile([contact.slider_speed for contact in scene.contacts], (np.size(times), 1)).astype(float)
+    for i, contact in enumerate(scene.contacts):
+        wave = contact.slider_vibration
+        if wave is not None:
+            speeds[:, i] += wave.amplitude * np.cos(2.0 * np.pi * wave.frequency * times + wave.phase)
+    return speeds
+
+
+def from_time(scene: ss.Scene, begin: float) -> ss.Scene:
+    """Return the scene whose loads at 0 are those of this one at a time."""
+
+    def later(wave: ss.Harmonic) -> ss.Harmonic:
+        return dataclasses.replace(wave, phase=wave.phase + 2.0 * np.pi * wave.frequency * begin)
+
+    loads: list[ss.Harmonic | ss.Steps] = []
+    for load in scene.loads:
+        if isinstance(load, ss.Harmonic):
+            loads.append(later(load))
+        else:
+            past = int(np.searchsorted(load.times, begin, side="right"))
+            times = [time - begin for time in load.times[past:]]
+            loads.append(dataclasses.replace(load, times=times, values=load.values[past:]))
+    contacts = [
+        contact
+        if contact.slider_vibration is None
+        else dataclasses.replace(contact, slider_vibration=later(contact.slider_vibration))
+        for contact in scene.contacts
+    ]
+    return scene.replace(loads=loads, contacts=contacts) if begin and (loads or contacts) else scene
+
+
+def load_rate(scene: ss.Scene) -> float:
+    """Return the fastest rate of a load or slider, 1/s."""
+    waves = [load.frequency for load in scene.loads if isinstance(load, ss.Harmonic)]
+    waves += [c.slider_vibration.frequency for c in scene.contacts if c.slider_vibration is not None]
+    return 2.0 * np.pi * max(waves, default=0.0)
 
 
 def with_unsymmetric_terms(
@@ -238,6 +340,7 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
     with np.errstate(divide="ignore"):
         fades = np.where(values.real < 0.0, FADED / -values.real, np.inf)
     order = np.argsort(fades, axis=1)
-    fades, rates = (np.take_along_axis(a, order, axis=1) for a in (fades, np.abs(values)))
+    sizes = np.maximum(np.abs(values), load_rate(scene))
+    fades, rates = (np.take_along_axis(a, order, axis=1) for a in (fades, sizes))
     fades[:, -1] = np.inf
     return fades, np.maximum.accumulate(rates[:, ::-1], axis=1)[:, ::-1]

@@ -44,13 +44,6 @@ class Mechanics:
         def dense(matrix):
             return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
 
-        def direction(value):
-            if value is None:
-                return np.zeros(scene.size)
-            if np.ndim(value) == 0:
-                return np.eye(scene.size)[value]
-            return np.asarray(value)
-
         self.size = scene.size
         self.mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
         self.stiffness = dense(scene.stiffness)
@@ -68,8 +61,8 @@ class Mechanics:
             self.stiffness = self.stiffness + dense(scene.circulatory)
         self.force = scene.force
         self.contacts = scene.contacts
-        self.normal = [direction(c.normal) for c in scene.contacts]
-        self.tangential = [direction(c.tangential) for c in scene.contacts]
+        self.normal = [scene.normal_direction(i) for i in range(len(scene.contacts))]
+        self.tangential = [scene.tangential_direction(i) for i in range(len(scene.contacts))]
         self.normal_response = [self._response(d) for d in self.normal]
         self.tangential_response = [self._response(d) for d in self.tangential]
         self.static = [c.friction if c.static_friction is None else c.static_friction for c in scene.contacts]

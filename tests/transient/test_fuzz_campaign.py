@@ -23,6 +23,8 @@ NESTED = [62, 473, 629, 1347, 1381]
 TIED = 1225
 #: Scenes with gyroscopic and circulatory terms.
 UNSYMMETRIC_SCENES = 60
+#: Scenes under loads in time.
+FORCED_SCENES = 40
 
 
 def test_the_first_scenes():
@@ -46,6 +48,14 @@ def test_the_first_scenes_with_gyroscopic_and_circulatory_terms():
     failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
     assert not failed, report
     assert sum(outcome.events for outcome in outcomes) > 100 * UNSYMMETRIC_SCENES, report
+
+
+def test_the_first_scenes_under_loads_in_time():
+    outcomes = fuzz_campaign.campaign(FORCED_SCENES, 1, None, os.cpu_count() or 1, forced=True)
+    report = fuzz_campaign.summary(outcomes)
+    failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
+    assert not failed, report
+    assert sum(outcome.events for outcome in outcomes) > 50 * FORCED_SCENES, report
 
 
 @pytest.mark.parametrize("index", NESTED)
@@ -115,7 +125,7 @@ def test_the_checks_see_what_is_wrong(index, broken):
 
     @cache
     def moved(directions):
-        effect = sensitivity(run, lambda start, duration: ss.simulate(scene, start, duration), directions)
+        effect = sensitivity(run, lambda start, duration, _: ss.simulate(scene, start, duration), directions)
         return effect, effect
 
     assert compare(run, taylor, moved).verdict == "ok"

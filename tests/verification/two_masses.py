@@ -50,29 +50,28 @@ def closed_form():
     return onset, *at_150_ms, removed + rest, *first(free, rest)[:2]
 
 
-def scene(pull):
-    """Return the two masses under a pull; y is the normal direction of the first one."""
+def scene():
+    """Return the two masses under the pull; y is the normal direction of the first one."""
     floor = ss.Contact(tangential="x1", normal="y", friction=KINETIC, static_friction=STATIC)
     stiffness = [[STIFFNESS, -STIFFNESS, 0.0], [-STIFFNESS, STIFFNESS, 0.0], [0.0, 0.0, 0.0]]
-    force, dofs = [0.0, pull, -NORMAL], ["x1", "x2", "y"]
-    return ss.Scene([MASS, MASS, MASS], stiffness, force=force, contacts=[floor], dofs=dofs)
+    force, dofs = [0.0, 0.0, -NORMAL], ["x1", "x2", "y"]
+    pull = ss.Steps({"x2": PULL}, times=[REMOVED], values=[1.0, 0.0])
+    return ss.Scene([MASS] * 3, stiffness, force=force, contacts=[floor], dofs=dofs, loads=[pull])
 
 
 def quantities():
-    """Compare with SDND106; the load is removed by going on with another scene."""
+    """Compare with SDND106."""
     onset, x1, x2, rest, x1_rest, x2_rest = closed_form()
-    pulled = ss.simulate(scene(PULL), ss.State([0.0] * 3, [0.0] * 3, "s"), REMOVED)
-    assert pulled.events.kind.tolist() == ["slip-"]
-    later = pulled.state(0.15).position
-    free = ss.simulate(scene(0.0), pulled.state(REMOVED), 0.13)
-    assert free.events.kind[0] == "velocity"
-    assert free.events.combination[0] == "s"
-    stopped = free.event_states()[0][0]
+    run = ss.simulate(scene(), ss.State([0.0] * 3, [0.0] * 3, "s"), REMOVED + 0.13)
+    assert run.events.kind[:3].tolist() == ["slip-", "load", "velocity"]
+    assert run.events.combination[:3].tolist() == ["-", "-", "s"]
+    assert run.events.time[1] == REMOVED
+    later, stopped = run.state(0.15).position, run.event_states()[0][2]
     rows = [
-        ("onset of slip", "s", onset, pulled.events.time[0], "0.0351240736552036"),
+        ("onset of slip", "s", onset, run.events.time[0], "0.0351240736552036"),
         ("x1 at 0.15 s", "m", x1, later[0], "1.3533376608929"),
         ("x2 at 0.15 s", "m", x2, later[1], "1.80753246617595"),
-        ("sticks again", "s", rest, REMOVED + free.events.time[0], "0.314923275447487"),
+        ("sticks again", "s", rest, run.events.time[2], "0.314923275447487"),
         ("x1 when it sticks", "m", x1_rest, stopped[0], ""),
         ("x2 when it sticks", "m", x2_rest, stopped[1], ""),
     ]
@@ -90,8 +89,7 @@ CASES = [
             "Two free masses of 5 kg with a spring k = 1e4 N/m between them, at rest. The first is pressed "
             "on a floor with N = 1e4 N, static friction 0.3, kinetic 0.2; F = 3000 N pulls the second "
             "until 0.2 s. Stuck, `x2 = (F / k)(1 - cos(w t))`; sliding, `(x1 + x2)'' = (F - mu N) / m` and "
-            "`r'' + (2 k / m) r = (F + mu N) / m` for `r = x2 - x1`. The load is removed by a second run "
-            "from the state at 0.2 s."
+            "`r'' + (2 k / m) r = (F + mu N) / m` for `r = x2 - x1`. The load is a `Steps`, removed at 0.2 s."
         ),
         tolerance="Closed form, the time of rest as a zero of it in 40 digits: 1e-12.",
         quantities=quantities,

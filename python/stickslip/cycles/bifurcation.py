@@ -203,7 +203,9 @@ def _followed(
         found[index] = (kind, core, growth, None), message
         if core is not None:
             cycle = Cycle(scene, core)
+            # Under loads that oscillate a motion has to begin at their phase.
             middles = [phase.start + 0.5 * phase.duration for phase in cycle.phases]
+            middles = [0.0] if cycle.load_periods else middles
             candidates = [cycle.run.state(time) for time in middles]
         elif run is not None:
             position, velocity, combination, held = run.state(run.duration)

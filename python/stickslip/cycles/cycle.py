@@ -40,7 +40,8 @@ class Cycle(Shown):
     """A periodic orbit, refined by Newton's method on the exact return map.
 
     The section t = 0 lies just after the event at which the sequence of combinations comes first in the
-    alphabet. Multipliers are the eigenvalues of the derivative of the flow over one period, phase by phase
+    alphabet. Under loads that oscillate it lies where these begin; the period is a whole number of theirs.
+    Multipliers are the eigenvalues of the derivative of the flow over one period, phase by phase
     ``exp(A tau)`` times the saltation matrix of the event (Aizerman and Gantmakher 1958; Leine and Nijmeijer
     2004, ch. 7).
     """
@@ -52,6 +53,11 @@ class Cycle(Shown):
     def period(self) -> float:
         """Smallest period, s."""
         return self.core.period
+
+    @property
+    def load_periods(self) -> int:
+        """How many periods of the loads that oscillate it lasts; 0 without such loads."""
+        return self.core.load_periods
 
     @property
     def frequency(self) -> float:
@@ -81,7 +87,8 @@ class Cycle(Shown):
         """Floquet multipliers on the admissible space at the section, complex, descending in modulus.
 
         As many as the space has dimensions (`CyclePhase.dimension` of the first phase). One equals 1: a shift
-        along the motion. The last `structural_zeros` are zero exactly; at a `corner` the others are nan.
+        along the motion; not under loads that oscillate, which set the phase. The last `structural_zeros` are
+        zero exactly; at a `corner` the others are nan.
         """
         return self.core.multipliers
 
@@ -108,6 +115,8 @@ class Cycle(Shown):
     @cached_property
     def transverse_multipliers(self) -> Complex:
         """The multipliers of the return map: all but the one of the phase of the motion, which is 1.
+
+        All of them under loads that oscillate.
 
         Computed by themselves: at a fold, where the multiplier 1 is defective, they keep their digits.
         """
@@ -323,7 +332,12 @@ class Cycle(Shown):
 
     @property
     def period_doubled(self) -> bool:
-        """Whether the main line is the second harmonic: there are subharmonics at half its frequency."""
+        """Whether the main line is the second harmonic: there are subharmonics at half its frequency.
+
+        Under loads that oscillate: whether the period is an even number of theirs.
+        """
+        if self.load_periods:
+            return self.load_periods % 2 == 0
         return self.main_harmonic() == 2
 
     def margins(self) -> tuple[Margin, ...]:

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip import _core
+from stickslip.motion.events import LOAD
 
 
 class CyclePhase(NamedTuple):
@@ -18,7 +19,7 @@ class CyclePhase(NamedTuple):
     start: float
     #: s
     duration: float
-    #: index of the contact of the event that ends it
+    #: index of the contact of the event that ends it; -1 where the period of the loads ends, kind ``load``
     contact: int
     #: kind of that event
     event: str
@@ -36,8 +37,9 @@ def phases_of(core: _core.Cycle, labels: Sequence[int | str]) -> tuple[CyclePhas
     rows = zip(
         core.combinations, starts, core.durations, core.events, core.dimensions, core.losses, strict=True
     )
+    names = [*map(str, labels), LOAD]
     return tuple(
-        CyclePhase(letters, float(start), float(length), contact, kind, size, loss, str(labels[contact]))
+        CyclePhase(letters, float(start), float(length), contact, kind, size, loss, names[contact])
         for letters, start, length, (contact, kind), size, loss in rows
     )
 

@@ -9,14 +9,12 @@ from stickslip.fe.body import Body
 from stickslip.fe.drawing import draw
 from stickslip.fe.formats.readers import read
 from stickslip.fe.pairs import Pairs, Rotation, contact_pairs
-from stickslip.fe.reduced.craig_bampton import Boundary
 from stickslip.fe.reduced.reduction import Reduction, reduce
 from stickslip.fe.surface import Surface
 from stickslip.fe.vtu import write_vtu
 
 __all__ = [
     "Body",
-    "Boundary",
     "Pairs",
     "Reduction",
     "Rotation",

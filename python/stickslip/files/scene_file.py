@@ -25,6 +25,7 @@ from stickslip.files.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
 from stickslip.scene.contact import Contact, nearest
+from stickslip.scene.loads.in_time import Harmonic, Load, Steps
 from stickslip.scene.scene import Proportional, Scene
 
 #: Numbers of a matrix up to which it is written into the scene file itself.
@@ -33,8 +34,11 @@ INLINE = 600
 MODELS: dict[str, Callable[..., Scene]] = {"two_subsystems": models.two_subsystems, "chain": models.chain}
 #: Arguments of `Scene` that are matrices or vectors.
 MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory", "force")
-SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact")
+SCENE_KEYS = (*MATRICES, "dofs", "impact_friction", "contact", "load")
 CONTACT_KEYS = tuple(field.name for field in dataclasses.fields(Contact))
+HARMONIC_KEYS, STEPS_KEYS = (
+    tuple(field.name for field in dataclasses.fields(kind)) for kind in (Harmonic, Steps)
+)
 
 Matrices = Literal["auto", "inline", "npz", "mat", "mtx"]
 
@@ -102,13 +106,38 @@ def scene_from(path: Path, table: dict[str, Any]) -> Scene:
         needs = ("normal",) if "tangential" not in contact else ("tangential", "friction")
         known(f"{path}: contact {i}", contact, CONTACT_KEYS, needs)
     arguments = {key: _matrix(path, key, table[key]) for key in MATRICES if key in table}
+    loads = table.get("load", [])
+    if not isinstance(loads, list):
+        raise InputError(f"{path}: [scene]: load: expected tables [[scene.load]], got {loads!r}")
     with located(f"{path}: [scene]"):
         return Scene(
             **arguments,
-            contacts=[Contact(**contact) for contact in contacts],
+            contacts=[_contact(path, i, contact) for i, contact in enumerate(contacts)],
             dofs=table.get("dofs"),
             impact_friction=table.get("impact_friction", False),
+            loads=[_load(path, i, load) for i, load in enumerate(loads)],
         )
+
+
+def _contact(path: Path, place: int, table: dict[str, Any]) -> Contact:
+    given = dict(table)
+    if "slider_vibration" in given:
+        wave = given["slider_vibration"]
+        known(f"{path}: contact {place}: slider_vibration", wave, HARMONIC_KEYS, HARMONIC_KEYS[:2])
+        given["slider_vibration"] = Harmonic(**wave)
+    return Contact(**given)
+
+
+def _load(path: Path, place: int, table: Any) -> Load:
+    """Return a load: a harmonic one where there is a frequency, else a switched one."""
+    where = f"{path}: load {place}"
+    keys = (*HARMONIC_KEYS, *STEPS_KEYS[1:3])
+    known(where, table, keys)
+    if "frequency" in table:
+        known(where, table, HARMONIC_KEYS, HARMONIC_KEYS[:2])
+        return Harmonic(**table)
+    known(where, table, STEPS_KEYS, STEPS_KEYS[:3])
+    return Steps(**table)
 
 
 def model_from(path: Path, table: dict[str, Any]) -> Callable[..., Scene]:
@@ -183,15 +212,31 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
         elif value is not None:
             table[key] = _written(path, key, value, matrices)
     table["impact_friction"] = scene.impact_friction
+    if scene.loads:
+        table["load"] = [_load_table(load, scene.dofs) for load in scene.loads]
     table["contact"] = [
         {
-            key: _named(value, scene.dofs) if key in ("tangential", "normal") else value
+            key: _contact_entry(key, value, scene.dofs)
             for key in CONTACT_KEYS
             if (value := getattr(contact, key)) is not None
         }
         for contact in scene.contacts
     ]
     return table
+
+
+def _contact_entry(key: str, value: Any, dofs: Sequence[str]) -> Any:
+    if key in ("tangential", "normal"):
+        return _named(value, dofs)
+    return Inline(_load_table(value, dofs)) if isinstance(value, Harmonic) else value
+
+
+def _load_table(load: Load, dofs: Sequence[str]) -> dict[str, Any]:
+    entries = {field.name: getattr(load, field.name) for field in dataclasses.fields(load)}
+    if np.ndim(load.amplitude) or isinstance(load.amplitude, Mapping):
+        entries["amplitude"] = _named(load.amplitude, dofs)
+    given = {key: value for key, value in entries.items() if value is not None}
+    return {key: list(value) if isinstance(value, tuple) else value for key, value in given.items()}
 
 
 def _named(direction: Any, dofs: Sequence[str]) -> Any:

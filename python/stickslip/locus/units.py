@@ -15,6 +15,20 @@ LAW_UNITS = {
     "gap": "m",
     "normal_force": "N",
 }
+#: Of loads in time, by the field of the core or its last word; an amplitude is a force or a speed.
+LOAD_UNITS = {
+    "harmonic_amplitude": "N",
+    "steps_amplitude": "N",
+    "vibration_amplitude": "m/s",
+    **{
+        f"{kind}_{of}": unit
+        for kind in ("harmonic", "vibration")
+        for of, unit in (("frequency", "Hz"), ("phase", "rad"))
+    },
+    "frequency": "Hz",
+    "phase": "rad",
+    "amplitude": "",
+}
 #: Of the functions of `stickslip.models`; stiffnesses are told by the end of their names.
 MODEL_UNITS = {
     "upper_mass": "kg",
@@ -35,11 +49,13 @@ def parameter_units(model: Any, name: str) -> dict[str, str]:
     family = Family(model)
     entry, _, _, late = family.slot(name)
     if late:
-        entry = next(field for field in LAW_UNITS if entry == field or entry.startswith(f"{field}_"))
+        of_law = (field for field in LAW_UNITS if entry == field or entry.startswith(f"{field}_"))
+        of_load = (field for field in LOAD_UNITS if entry.endswith(f"_{field}"))
+        entry = next(of_law, None) or next(of_load)
     if family.is_chain:
         unit = {**MODEL_UNITS, **LAW_UNITS}.get(entry, "N/m" if entry.endswith("_stiffness") else "")
     else:
-        unit = LAW_UNITS.get(entry, "")
+        unit = {**LAW_UNITS, **LOAD_UNITS}.get(entry, "")
     return {"units": unit} if unit else {}
 
 

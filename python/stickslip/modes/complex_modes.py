@@ -87,11 +87,11 @@ def complex_modes(
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)
     if near is None and region is None:
-        return Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))
+        return Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
     matrices = scene.core.sparse_pencil(chosen)
     size = matrices[0][2].size - 1
     if size <= _ALL:
-        modes = Modes(combination=chosen, dofs=scene.dofs, **scene.core.modes(chosen))
+        modes = Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
         upper = np.where(modes.eigenvalues.imag >= 0.0, modes.eigenvalues, np.inf)
         if region is not None:
             wanted = region.holds(modes.eigenvalues)
@@ -197,7 +197,13 @@ def _judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) 
     columns["b"] = -columns["eigenvalues"] * columns["a"]
     mass, damping, stiffness = map(sparse_array, scene.core.sparse_pencil(combination))
     return Modes(
-        combination=combination, dofs=scene.dofs, mass=mass, damping=damping, stiffness=stiffness, **columns
+        combination=combination,
+        dofs=scene.dofs,
+        mesh=scene.mesh,
+        mass=mass,
+        damping=damping,
+        stiffness=stiffness,
+        **columns,
     )
 
 

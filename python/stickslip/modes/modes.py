@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.scene import Matrix
+from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
@@ -86,6 +87,8 @@ class Modes(Shown):
         quadrature. 0 of all modes; None near given points, where it is not known.
     doubts
         What could not be settled about a band, in words; empty if nothing.
+    mesh
+        Where the dofs of the scene lie; None: not known.
     """
 
     combination: str
@@ -105,6 +108,7 @@ class Modes(Shown):
     dofs: tuple[str, ...]
     missing: float | None = 0.0
     doubts: tuple[str, ...] = ()
+    mesh: Mesh | None = None
 
     @cached_property
     def right(self) -> Complex:
@@ -214,16 +218,37 @@ class Modes(Shown):
             wanted &= (self.eigenvalues.imag != 0.0) == oscillating
         return tuple(self[int(number)] for number in np.flatnonzero(wanted))
 
-    def plot(self, ax: Axes | None = None) -> Axes:
+    def plot(self, ax: Axes | None = None, *, number: int | None = None) -> Axes:
         """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
 
         Parameters
         ----------
         ax
-            Where to draw; None: on axes of its own.
+            Where to draw, a mesh in space on axes of ``projection="3d"``; None: on axes of its own.
+        number
+            Of a mode: draw its shape instead, on the mesh of the scene; its real part is the place, its
+            modulus the colour.
+
+        Raises
+        ------
+        InputError
+            If there is no mode of that number, or the scene has no points.
         """
         from stickslip.show.style import STABLE, UNSTABLE, axes_of
 
+        if number is not None:
+            if number not in range(len(self)):
+                raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
+            if self.mesh is None:
+                raise InputError(
+                    "number: the scene has no points; ss.plot.shapes(modes) draws shapes over dofs"
+                )
+            from stickslip.show.mesh_figure import draw_mesh
+
+            title = (
+                f"mode {number}: {self.frequencies[number]:.2f} Hz, {self.eigenvalues[number].real:.4g} 1/s"
+            )
+            return draw_mesh(self.mesh, self.shapes[:, number], ax, None, title)
         axes = axes_of(ax)
         upper = self.eigenvalues.imag >= 0.0
         for grows, colour, marker, label in (

@@ -43,7 +43,7 @@ class Balance(Shown):
         Work of the friction forces on the structure, ``sum_i integral T_i (t_i . x') dt``, positive when
         absorbed: the slider's work less the friction heat. Tangential impulses count in `impact`.
     external
-        Work of the constant force, ``F . (x(end) - x(start))``.
+        Work of the force F, ``F . (x(end) - x(start))``, and of the loads in time.
     circulatory
         Work of circulatory forces on the structure, ``-integral x'^T H_a x dt`` with ``H_a = (H - H^T) / 2``;
         0 without them. Gyroscopic forces do no work.
@@ -58,7 +58,8 @@ class Balance(Shown):
         What does not add up; rounding, unless `accumulation_tolerance` cut bounces short.
     contacts
         By contact and status, dims (contact, status): ``work`` on the structure, ``slider`` work,
-        ``friction_heat`` = slider - work, ``time`` in that status, s. By contact: ``impact_normal``,
+        ``friction_heat`` = slider - work, ``wear`` (Archard's integral of ``N |s|``; impacts do not count),
+        ``time`` in that status, s. By contact: ``impact_normal``,
         ``impact_slider``, ``impact_friction``.
     combinations
         The same terms by status combination, dim combination, in order of first appearance: ``work`` (also by
@@ -203,6 +204,7 @@ def energy(scene: Scene, core: _core.Trajectory, times: ArrayLike) -> xr.Dataset
             "contact_power": (by_contact, contact, watt | {"sign": "into the structure"}),
             "slider_power": (by_contact, slider, watt | {"sign": "from the slider into the contact"}),
             "friction_heat": (by_contact, slider - contact, watt | {"sign": "dissipated in the contact"}),
+            "wear_power": (by_contact, sample["wear"], watt | {"formula": "N |s|"}),
             "external_power": ("time", sample["external"], watt | {"sign": "into the structure"}),
             "circulatory_power": ("time", sample["circulatory"], watt | {"sign": "into the structure"}),
             "damping_power": ("time", sample["damping"].sum(axis=1), watt | {"sign": "dissipated"}),
@@ -253,12 +255,13 @@ def _contacts(works: _core.Works, combination: Names, labels: list[int] | list[s
 
     statuses = combination.astype(f"<U{max(len(labels), 1)}").view("<U1").reshape(combination.size, -1)
     shape = (len(labels), len(STATUSES))
-    work, slider, time = np.zeros(shape), np.zeros(shape), np.zeros(shape)
+    work, slider, wear, time = (np.zeros(shape) for _ in range(4))
     for i in range(len(labels)):
         for k, status in enumerate(STATUSES):
             held = statuses[:, i] == status
             work[i, k] = fsum(works.contact[held, i])
             slider[i, k] = fsum(works.slider[held, i])
+            wear[i, k] = fsum(works.wear[held, i])
             time[i, k] = fsum(works.duration[held])
     by_status, joule = ("contact", "status"), {"units": "J"}
     return xr.Dataset(
@@ -266,6 +269,7 @@ def _contacts(works: _core.Works, combination: Names, labels: list[int] | list[s
             "work": (by_status, work, joule | {"sign": "into the structure"}),
             "slider": (by_status, slider, joule | {"sign": "from the slider into the contact"}),
             "friction_heat": (by_status, slider - work, joule | {"sign": "dissipated in the contact"}),
+            "wear": (by_status, wear, joule | {"formula": "integral of N |s|"}),
             "time": (by_status, time, {"units": "s"}),
             **{
                 name: ("contact", _by_contact(works.impact_contact, values, len(labels)), joule)

@@ -28,7 +28,19 @@ KINDS = {
     "release": "the contact opens",
     "impact": "the contact closes",
     "accumulation": "infinitely many bounces end",
+    "load": "a load is switched",
 }
+
+
+#: The name of what no contact did.
+LOAD = "load"
+
+
+def labelled(labels: Sequence[int | str] | Names | Index, contacts: Index) -> Index | Names:
+    """Return the labels of contacts, ``load`` for -1."""
+    if contacts.size and contacts.min() < 0:
+        return np.array([*map(str, labels), LOAD])[contacts]
+    return np.array(labels)[contacts]
 
 
 class Event(NamedTuple):
@@ -36,18 +48,19 @@ class Event(NamedTuple):
 
     #: s
     time: float
-    #: index of the contact
+    #: index of the contact; -1 where a load was switched
     contact: int
     #: see `Events.kind`
     kind: str
     #: the combination after the instant
     combination: str
-    #: name of the contact, its index where contacts have no names
+    #: name of the contact, its index where contacts have no names; ``load`` where a load was switched
     name: str
 
     def __str__(self) -> str:
         """Return the event as a line of text."""
-        return f"{self.time:.12f} s  contact {self.name}  {self.kind:<9} -> {self.combination}"
+        what = "load switched" if self.contact < 0 else f"contact {self.name}  {self.kind:<9}"
+        return f"{self.time:.12f} s  {what} -> {self.combination}"
 
 
 class Events(Sequence[Event], Shown):
@@ -72,7 +85,7 @@ class Events(Sequence[Event], Shown):
 
     @cached_property
     def contact(self) -> Index:
-        """Index of the contact, (e,)."""
+        """Index of the contact, (e,); -1 where a load was switched."""
         return self._core.event_contact
 
     @cached_property
@@ -80,7 +93,8 @@ class Events(Sequence[Event], Shown):
         """What happened, (e,).
 
         One of ``velocity`` (slip velocity reached zero), ``slip+``, ``slip-`` (onset of slip), ``release``,
-        ``impact``, ``accumulation``. An impact counts even if the combination stays.
+        ``impact``, ``accumulation``, and ``load`` (a load was switched, of no contact). An impact counts even
+        if the combination stays.
         """
         return np.array(self._core.event_kind, dtype=np.str_)
 
@@ -106,8 +120,11 @@ class Events(Sequence[Event], Shown):
             contact,
             str(self.kind[place]),
             str(self.combination[place]),
-            str(self._labels[contact]),
+            self._name(contact),
         )
+
+    def _name(self, contact: int) -> str:
+        return LOAD if contact < 0 else str(self._labels[contact])
 
     def to_dataset(self) -> xr.Dataset:
         """Return the columns over ``event``: ``time`` s, ``contact`` by name, ``kind``, ``combination``."""
@@ -116,7 +133,7 @@ class Events(Sequence[Event], Shown):
         return xr.Dataset(
             {
                 "time": ("event", self.time, {"units": "s"}),
-                "contact": ("event", np.array(self._labels)[self.contact]),
+                "contact": ("event", labelled(self._labels, self.contact)),
                 "kind": ("event", self.kind),
                 "combination": ("event", self.combination),
             },
@@ -138,8 +155,11 @@ class Events(Sequence[Event], Shown):
         from stickslip.show.style import COLOURS, MARKERS, axes_of
 
         axes = axes_of(ax)
+        own = self.kind != LOAD
+        for time in self.time[~own]:
+            axes.axvline(time, color="0.7", linewidth=0.8)
         for kind, marker, colour in zip(
-            dict.fromkeys(self.kind.tolist()), MARKERS, cycle(COLOURS.values()), strict=False
+            dict.fromkeys(self.kind[own].tolist()), MARKERS, cycle(COLOURS.values()), strict=False
         ):
             chosen = self.kind == kind
             axes.plot(self.time[chosen], self.contact[chosen], marker, color=colour, label=kind, markersize=4)

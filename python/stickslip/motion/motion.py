@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.motion import energy as energetics
-from stickslip.motion.events import Accumulation, Events, Grazing
+from stickslip.motion.events import Accumulation, Events, Grazing, labelled
 from stickslip.scene.checks import Names, Real, real_array, real_number, whole_number
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
@@ -313,7 +313,7 @@ class Motion(Shown):
         labels = np.array(self.scene.contact_labels())
         return motion.assign(
             event_time=("event", self.events.time, {"units": "s"}),
-            event_contact=("event", labels[self.events.contact]),
+            event_contact=("event", labelled(labels, self.events.contact)),
             event_kind=("event", self.events.kind),
             event_combination=("event", self.events.combination),
         ).assign_attrs(

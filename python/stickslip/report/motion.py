@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from stickslip import plot
 from stickslip.motion.energy import STATUSES
+from stickslip.motion.events import LOAD
 from stickslip.motion.figures import SAMPLES
 from stickslip.motion.motion import Motion
 from stickslip.report.findings import AT_REST, BIG, Findings
@@ -67,14 +68,7 @@ def transient_section(found: Findings) -> Markup:
         if scene.contacts:
             parts.append(_status(run, "status", "Status of every contact over time."))
     rows = [
-        [number(t, 12), str(scene.contact_labels()[i]), kind, combination]
-        for t, i, kind, combination in zip(
-            run.events.time[:EVENTS],
-            run.events.contact,
-            run.events.kind,
-            run.events.combination,
-            strict=False,
-        )
+        [number(event.time, 12), event.name, event.kind, event.combination] for event in run.events[:EVENTS]
     ]
     if rows:
         caption = (
@@ -308,7 +302,8 @@ def _panels(count: int, height: float) -> Figure:
 
 def _status(run: Motion, name: str, caption: str) -> Markup:
     contacts = len(run.scene.contacts)
-    changes = np.bincount(run.events.contact, minlength=contacts)
+    own = run.events.contact[run.events.kind != LOAD]
+    changes = np.bincount(own, minlength=contacts)
     shown = sorted(np.argsort(-changes, kind="stable")[:STATUSES_SHOWN].tolist())
     if len(shown) < contacts:
         caption += f" The {len(shown)} of {contacts} contacts with most events."

@@ -66,7 +66,7 @@ def scene_section(found: Findings) -> Markup:
             for i, (label, contact) in enumerate(zip(scene.contact_labels(), scene.contacts, strict=True))
         ],
     )
-    lumped = scene.mass if scene.mass.ndim == 1 else np.diag(scene.mass)
+    lumped = scene.mass if scene.mass.ndim == 1 else scene.mass.diagonal()
     loads = table(
         "Mass and constant force of every dof"
         + ("" if scene.mass.ndim == 1 else " (diagonal of the mass matrix)"),

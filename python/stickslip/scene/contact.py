@@ -57,6 +57,8 @@ class Contact:
         N > 0 of a contact without a normal direction, N; None of one with it.
     name
         How tables call the contact; None: its index.
+    slider_vibration
+        `Harmonic`, m/s, added to `slider_speed`; None: the slider does not vibrate.
 
     Raises
     ------
@@ -75,6 +77,7 @@ class Contact:
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
+    slider_vibration: Any = None
 
     def __post_init__(self) -> None:
         if self.friction is None:
@@ -264,6 +267,24 @@ def _direction(argument: str, value: Any, dofs: Sequence[str]) -> int | Real | l
     if isinstance(value, bool):
         raise InputError(f"{argument}: expected a dof index, a dof name or a vector, got {value!r}")
     return dof_index(argument, index, dofs)
+
+
+def entries_of(argument: str, value: Any, dofs: Sequence[str]) -> list[tuple[int, float]]:
+    """Return the entries of a load by the index of their dofs, given by dofs or as a vector.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or has another number of entries than there are dofs.
+    """
+    if isinstance(value, Mapping):
+        return _entries(argument, value, dofs)
+    if np.ndim(value) == 0:
+        raise InputError(f"{argument}: expected forces by dof or a vector, got {described(value)}")
+    vector = real_array(argument, value, 1)
+    if vector.shape != (len(dofs),):
+        raise InputError(f"{argument}: expected shape ({len(dofs)},), got {vector.shape}")
+    return [(k, entry) for k, entry in enumerate(vector.tolist()) if entry]
 
 
 def _entries(argument: str, value: Mapping[Any, Any], dofs: Sequence[str]) -> list[tuple[int, float]]:

@@ -7,7 +7,8 @@ A name is one of
 * of ``models.chain``, a field of all its subsystems or links, or of one of them, such as
   ``link_vertical_stiffness_0``;
 * a field of the contact law, of all contacts (``friction``) or of one, by index or name: ``friction_0``,
-  ``friction_left``.
+  ``friction_left``;
+* a number of a load in time of a scene, by the name of the load: ``shaker_frequency``, ``load_0_amplitude``.
 
 What is no keyword of a function is a field of the contacts of the scene that it returns.
 """
@@ -28,6 +29,7 @@ from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import LAW, concerns, core_contact, law_entry, nearest, per_contact
+from stickslip.scene.loads.in_time import NUMBERS, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 
@@ -117,6 +119,9 @@ class Family:
             If it stands for nothing; the message offers the nearest names.
         """
         if isinstance(self.model, Scene):
+            loads = load_parameters(self.model.loads, self.model.contacts)
+            if name in loads:
+                return Slot(*core_place(self.model.loads, self.model.contacts, *loads[name]), 1)
             entry, place = law_entry(self.model.contacts, name)
             return Slot(entry, place, len(self.model.contacts))
         if self.is_chain:
@@ -133,7 +138,8 @@ class Family:
             if int(label) < len(values):
                 return Slot(stem, int(label), len(values))
             raise InputError(f"{name}: {stem} has {len(values)} entries, from {stem}_0 on")
-        if name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
+        is_load = any(name.endswith(f"_{number}") for number in NUMBERS)
+        if is_load or name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
             return Slot(name, None, 1, late=True)
         raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self.keywords])}")
 
@@ -275,6 +281,9 @@ class Family:
         entry, place, count, late = self.slot(name)
         if late:
             scene = self.scene({})
+            loads = load_parameters(scene.loads, scene.contacts)
+            if name in loads:
+                return real_number(name, load_number(scene.loads, scene.contacts, name))
             entry, place = law_entry(scene.contacts, entry)
             numbers = [getattr(contact, entry) for contact in scene.contacts]
             if place is None:
@@ -351,8 +360,10 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
     scene = function(**arguments)
     if not isinstance(scene, Scene):
         raise InputError(f"model: expected a function that returns a Scene, got {described(scene)}")
+    loads = load_parameters(scene.loads, scene.contacts)
     for name in law:
-        law_entry(scene.contacts, name)
+        if name not in loads:
+            law_entry(scene.contacts, name)
     return scene.replace(**law) if law else scene
 
 

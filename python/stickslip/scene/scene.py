@@ -37,6 +37,15 @@ from stickslip.scene.contact import (
     nearest,
     per_contact,
 )
+from stickslip.scene.loads.in_time import (
+    Harmonic,
+    Load,
+    checked_loads,
+    core_loads,
+    load_names,
+    load_parameters,
+    replaced,
+)
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
@@ -84,8 +93,8 @@ class Scene(Shown):
     Parameters
     ----------
     mass
-        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse. It is kept as (n,)
-        where a sparse one is diagonal, and dense otherwise.
+        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse, as of consistent
+        finite elements. A sparse one is kept sparse, or as (n,) where it is diagonal.
     stiffness
         K: (n, n) symmetric, N/m; dense or scipy.sparse.
     damping
@@ -107,6 +116,8 @@ class Scene(Shown):
         forces, or friction that another program put into its stiffness. None: no such forces. Its symmetric
         part stores energy as K does. An unsymmetric stiffness A is ``stiffness=(A + A.T) / 2,
         circulatory=(A - A.T) / 2``.
+    loads
+        Loads in time, `Harmonic` and `Steps`. Steady sliding and modes know only the first values of steps.
     mesh
         Where the dofs lie, for drawings: what `stickslip.fe.assemble` makes of its bodies; None: not known.
         It has no part in any equation, and no place in a scene file.
@@ -119,7 +130,7 @@ class Scene(Shown):
         [0, 1], ...
     """
 
-    mass: Real
+    mass: Matrix
     stiffness: Matrix
     damping: Proportional | Matrix | None
     force: Real
@@ -128,6 +139,7 @@ class Scene(Shown):
     impact_friction: bool
     gyroscopic: Matrix | None
     circulatory: Matrix | None
+    loads: tuple[Load, ...]
     mesh: Mesh | None
     core: _core.Scene = dataclasses.field(repr=False)
     #: The model function with the arguments that this scene was made of, or None; see `save`.
@@ -135,7 +147,7 @@ class Scene(Shown):
 
     def __init__(
         self,
-        mass: ArrayLike,
+        mass: Any,
         stiffness: Any,
         damping: Any = None,
         force: ArrayLike | None = None,
@@ -144,6 +156,7 @@ class Scene(Shown):
         impact_friction: bool = False,
         gyroscopic: Any = None,
         circulatory: Any = None,
+        loads: Sequence[Load] = (),
         mesh: Mesh | None = None,
     ) -> None:
         m = mass_array(mass)
@@ -163,13 +176,16 @@ class Scene(Shown):
         if not np.iterable(contacts):
             raise InputError(f"contacts: expected a sequence of contacts, got {described(contacts)}")
         listed = tuple(contacts)
+        given = _core_contacts(listed, names)
+        listed_loads = checked_loads(loads, listed)
         core = _core.Scene(
-            m,
+            core_matrix(m),
             (core_matrix(k), None if h is None else core_matrix(h)),
             (_core_damping(c), None if g is None else core_matrix(g)),
             f,
-            _core_contacts(listed, names),
+            given,
             bool(impact_friction),
+            core_loads(listed_loads, listed, names),
         )
         self._set(
             mass=m,
@@ -181,6 +197,7 @@ class Scene(Shown):
             impact_friction=bool(impact_friction),
             gyroscopic=g,
             circulatory=h,
+            loads=listed_loads,
             mesh=mesh,
             core=core,
             model=None,
@@ -209,7 +226,8 @@ class Scene(Shown):
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
             ``slider_speed``, ``restitution``, ``gap``, ``normal_force``) as a scalar or with one value per
             contact, or of one contact by index or name (``friction_0``, ``friction_left``). A scalar goes to
-            the contacts that it is about: friction to those with a tangential direction, for example.
+            the contacts that it is about: friction to those with a tangential direction, for example. Or a
+            number of a load by its name (``shaker_frequency``, ``load_0_amplitude``).
 
         Raises
         ------
@@ -219,9 +237,10 @@ class Scene(Shown):
         """
         arguments = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in HIDDEN}
         contacts = tuple(changes.get("contacts", self.contacts))
+        contacts, changes = _with_loads(contacts, changes.get("loads", self.loads), changes)
         law = _law(contacts, {name: value for name, value in changes.items() if name not in arguments})
         changes = {name: value for name, value in changes.items() if name in arguments}
-        model = self._model_with(law) if "contacts" not in changes else None
+        model = self._model_with(law) if changes.keys().isdisjoint(("contacts", "loads")) else None
         changes.pop("contacts", None)
         for name, values in law.items():
             contacts = tuple(
@@ -232,7 +251,8 @@ class Scene(Shown):
             return Scene(**{**arguments, "contacts": contacts, **changes})
         # The arrays are shared.
         scene = object.__new__(Scene)
-        core = self.core.with_contacts(_core_contacts(contacts, self.dofs))
+        given = _core_contacts(contacts, self.dofs)
+        core = self.core.with_contacts(given, core_loads(self.loads, contacts, self.dofs))
         scene._set(**{**arguments, "contacts": contacts, "core": core, "model": model})
         return scene
 
@@ -278,6 +298,7 @@ class Scene(Shown):
             self.impact_friction,
             self.gyroscopic,
             self.circulatory,
+            self.loads,
             self.mesh,
         )
         return _restored, (arguments, self.model)
@@ -287,6 +308,7 @@ class Scene(Shown):
         lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
         lines.append(f"  damping: {described_damping(self.damping)}")
         lines += [f"  {name}: matrix" for name in self.unsymmetric]
+        lines += [f"  load {name}: {text}" for name, text in self._described_loads()]
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
             law = f"friction {contact.friction:g}"
             if contact.static_friction not in (None, contact.friction):
@@ -301,6 +323,22 @@ class Scene(Shown):
             )
             lines.append(f"  contact {label} ({place}): {law}")
         return "\n".join(lines)
+
+    def _described_loads(self) -> list[tuple[str, str]]:
+        """Return names and words of the loads in time, sliders that vibrate among them."""
+        rows = []
+        for name, load in zip(load_names(self.loads), self.loads, strict=True):
+            direction = described_direction(load.amplitude, self.dofs)
+            what = (
+                f"{load.frequency:g} Hz"
+                if isinstance(load, Harmonic)
+                else f"switched at {', '.join(f'{time:g}' for time in load.times)} s"
+            )
+            rows.append((name, f"{direction} N, {what}"))
+        for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
+            if (wave := contact.slider_vibration) is not None:
+                rows.append((f"of slider {label}", f"{wave.amplitude:g} m/s, {wave.frequency:g} Hz"))
+        return rows
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""
@@ -320,7 +358,7 @@ class Scene(Shown):
             )
             for label, contact in zip(self.contact_labels(), self.contacts, strict=True)
         ]
-        masses = self.mass if self.mass.ndim == 1 else np.diag(self.mass)
+        masses = self.mass if self.mass.ndim == 1 else self.mass.diagonal()
         low, high = masses.min(), masses.max()
         shown = f"{low:g}" if low == high else f"{low:g} to {high:g}"
         facts = [
@@ -328,6 +366,7 @@ class Scene(Shown):
             ("mass", f"{'lumped' if self.mass.ndim == 1 else 'coupled'}, {shown} kg"),
             ("damping", described_damping(self.damping)),
             *((name, "matrix") for name in self.unsymmetric),
+            *((f"load {name}", text) for name, text in self._described_loads()),
         ]
         return Summary(facts, [Table("Contacts of the scene", headings, rows)])
 
@@ -387,6 +426,30 @@ def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene
     scene = Scene(*arguments)
     scene._set(model=model)
     return scene
+
+
+def _with_loads(
+    contacts: tuple[Contact, ...], loads: Any, changes: dict[str, Any]
+) -> tuple[tuple[Contact, ...], dict[str, Any]]:
+    """Return contacts and changes where numbers of loads in time are set."""
+    # A broken sequence is refused where the scene is made.
+    known = load_parameters(checked_loads(loads, contacts), contacts) if changes else {}
+    named = {name: known[name] for name in changes if name in known}
+    if not named:
+        return contacts, changes
+    waves, others = list(contacts), list(loads)
+    for name, (whose, place, field) in named.items():
+        if whose == "load":
+            others[place] = replaced(others[place], name, field, changes[name])
+        else:
+            wave = replaced(waves[place].slider_vibration, name, field, changes[name])
+            waves[place] = dataclasses.replace(waves[place], slider_vibration=wave)
+    rest = {name: value for name, value in changes.items() if name not in named}
+    moved = [
+        key for key, old, new in (("loads", loads, others), ("contacts", contacts, waves)) if list(old) != new
+    ]
+    rest |= {key: tuple(others if key == "loads" else waves) for key in moved}
+    return tuple(waves), rest
 
 
 def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list[Any]]:

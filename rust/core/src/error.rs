@@ -21,6 +21,16 @@ pub enum Error {
         /// What was given, in the form of `expected`.
         got: String,
     },
+    /// Loads whose frequencies have no common period, so that no motion under them is periodic.
+    #[error(
+        "loads: {first} Hz and {second} Hz have no common period of at most a thousand of their own, so no motion under both is periodic"
+    )]
+    Incommensurate {
+        /// Frequency of one load, Hz.
+        first: f64,
+        /// Frequency of another one, Hz.
+        second: f64,
+    },
     /// An entry of an argument is NaN or infinite.
     #[error("{argument}: must be finite, got {value} at {place}")]
     NotFinite {

@@ -32,6 +32,7 @@
 //!     force: vec![0.0, -1.0],
 //!     contacts: vec![belt],
 //!     impact_friction: false,
+//!     loads: Default::default(),
 //! })?;
 //! let start = State {
 //!     position: vec![0.0, 0.0],

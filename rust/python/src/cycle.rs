@@ -69,6 +69,12 @@ impl Cycle {
         self.inner.orbit.period
     }
 
+    /// How many periods of the loads in time it lasts; 0 without such loads.
+    #[getter]
+    fn load_periods(&self) -> usize {
+        self.inner.orbit.load_periods
+    }
+
     #[getter]
     fn residual(&self) -> f64 {
         self.inner.orbit.residual
@@ -112,10 +118,11 @@ impl Cycle {
         self.inner.multipliers.losses.clone()
     }
 
-    /// (contact, kind) of the event at the end of every phase.
+    /// (contact, kind) of the event at the end of every phase; the contact -1 where the period of the loads ends.
     #[getter]
-    fn events(&self) -> Vec<(usize, &'static str)> {
-        self.inner.orbit.steps.iter().map(|step| (step.contact(), step.kind.name())).collect()
+    fn events(&self) -> Vec<(i64, &'static str)> {
+        let steps = self.inner.orbit.steps.iter();
+        steps.map(|step| (step.contact() as i64, step.kind.name())).collect()
     }
 
     #[getter]
@@ -306,7 +313,7 @@ struct Record<'py> {
     combinations: Vec<String>,
     states: PyReadonlyArray1<'py, f64>,
     durations: PyReadonlyArray1<'py, f64>,
-    contacts: Vec<usize>,
+    contacts: Vec<i64>,
     kinds: Vec<String>,
     series: Vec<Vec<usize>>,
     period: f64,
@@ -320,7 +327,8 @@ impl Record<'_> {
             combinations: self.combinations,
             states: vector(&self.states),
             durations: vector(&self.durations),
-            contacts: self.contacts,
+            // -1 is no contact.
+            contacts: self.contacts.iter().map(|&contact| contact as usize).collect(),
             kinds: kinds(py, &self.kinds)?,
             series: self.series,
             period: self.period,
@@ -387,7 +395,7 @@ pub fn settle_all(
     for (scene, (position, velocity, combination)) in scenes.iter().zip(&starts) {
         let scene: &Scene = scene;
         let state = scene.start(py, position, velocity, combination)?;
-        detached(py, || core::contact::start_coordinates(scene.core(), &state))?
+        detached(py, || core::contact::start_coordinates(scene.propagators.moving(), &state))?
             .map_err(|error| raise(py, &error))?;
         cases.push((scene.propagators.clone(), state));
     }

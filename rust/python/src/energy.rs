@@ -39,6 +39,7 @@ pub fn energy<'py>(
     result.set_item("damping", matrix(py, rows, groups.len(), sample.damping)?)?;
     result.set_item("contact", matrix(py, rows, contacts, sample.contact)?)?;
     result.set_item("slider", matrix(py, rows, contacts, sample.slider)?)?;
+    result.set_item("wear", matrix(py, rows, contacts, sample.wear)?)?;
     let combinations: Vec<String> = sample.combination.iter().map(ToString::to_string).collect();
     result.set_item("combination", combinations)?;
     result.set_item("groups", groups)?;
@@ -57,6 +58,7 @@ pub struct Works {
     combination: Vec<String>,
     contact: Py<PyArray2<f64>>,
     slider: Py<PyArray2<f64>>,
+    wear: Py<PyArray2<f64>>,
     external: Py<PyArray1<f64>>,
     circulatory: Py<PyArray1<f64>>,
     damping: Py<PyArray2<f64>>,
@@ -89,6 +91,8 @@ pub fn works(py: Python<'_>, trajectory: &Trajectory, t0: f64, t1: f64) -> PyRes
         contact: table(contacts, phases.iter().flat_map(|phase| phase.contact.clone()).collect())?
             .unbind(),
         slider: table(contacts, phases.iter().flat_map(|phase| phase.slider.clone()).collect())?
+            .unbind(),
+        wear: table(contacts, phases.iter().flat_map(|phase| phase.wear.clone()).collect())?
             .unbind(),
         external: column(phases.iter().map(|phase| phase.external).collect()).unbind(),
         circulatory: column(phases.iter().map(|phase| phase.circulatory).collect()).unbind(),

@@ -86,6 +86,28 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
         .collect()
 }
 
+type Entries = Vec<(usize, f64)>;
+/// Harmonic loads, switched loads, and vibrations of sliders.
+pub type LoadData =
+    (Vec<(Entries, f64, f64)>, Vec<(Entries, Vec<f64>, Vec<f64>)>, Vec<(usize, f64, f64, f64)>);
+
+fn loads((harmonics, steps, vibrations): LoadData) -> core::scene::Loads {
+    let harmonic =
+        |(direction, frequency, phase)| core::scene::Harmonic { direction, frequency, phase };
+    let step = |(direction, times, values)| core::scene::Steps { direction, times, values };
+    let vibration = |(contact, amplitude, frequency, phase)| core::scene::Vibration {
+        contact,
+        amplitude,
+        frequency,
+        phase,
+    };
+    core::scene::Loads {
+        harmonics: harmonics.into_iter().map(harmonic).collect(),
+        steps: steps.into_iter().map(step).collect(),
+        vibrations: vibrations.into_iter().map(vibration).collect(),
+    }
+}
+
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
     pub propagators: Arc<core::Propagators>,
@@ -139,6 +161,7 @@ impl Scene {
         force: PyReadonlyArray1<'_, f64>,
         contacts: Vec<ContactData<'_>>,
         impact_friction: bool,
+        loads: LoadData,
     ) -> PyResult<Self> {
         let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
         let mass = match *mass.shape() {
@@ -175,13 +198,23 @@ impl Scene {
             force: vector(&force),
             contacts: contact_inputs(&contacts),
             impact_friction,
+            loads: self::loads(loads),
         };
         Self::build(py, input)
     }
 
-    /// The same system with other contacts.
-    fn with_contacts(&self, py: Python<'_>, contacts: Vec<ContactData<'_>>) -> PyResult<Self> {
-        let input = core::SceneInput { contacts: contact_inputs(&contacts), ..self.input.clone() };
+    /// The same system with other contacts and loads in time.
+    fn with_contacts(
+        &self,
+        py: Python<'_>,
+        contacts: Vec<ContactData<'_>>,
+        loads: LoadData,
+    ) -> PyResult<Self> {
+        let input = core::SceneInput {
+            contacts: contact_inputs(&contacts),
+            loads: self::loads(loads),
+            ..self.input.clone()
+        };
         Self::build(py, input)
     }
 
@@ -278,7 +311,7 @@ impl Scene {
         combination: StatusInput,
     ) -> PyResult<()> {
         let state = self.start(py, &position, &velocity, &combination)?;
-        detached(py, || core::contact::start_coordinates(self.core(), &state))?
+        detached(py, || core::contact::start_coordinates(self.propagators.moving(), &state))?
             .map_err(|error| raise(py, &error))?;
         Ok(())
     }
@@ -292,7 +325,8 @@ impl Scene {
         combination: StatusInput,
     ) -> PyResult<(Vec<f64>, Vec<f64>)> {
         let state = self.start(py, &position, &velocity, &combination)?;
-        let forces = detached(py, || core::contact::forces_of_state(self.core(), &state))?;
+        let forces =
+            detached(py, || core::contact::forces_of_state(self.propagators.moving(), &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
     }
 

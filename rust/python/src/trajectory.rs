@@ -278,7 +278,7 @@ struct Record<'py> {
     phase_rest: PyReadonlyArray1<'py, f64>,
     states: PyReadonlyArray1<'py, f64>,
     event_time: PyReadonlyArray1<'py, f64>,
-    event_contact: Vec<usize>,
+    event_contact: Vec<i64>,
     event_kind: Vec<String>,
     event_phase: Vec<usize>,
     grazings: Vec<(f64, usize, String, f64, f64)>,
@@ -327,7 +327,8 @@ impl Record<'_> {
             phase_rest: vector(&self.phase_rest),
             states: vector(&self.states),
             event_time: vector(&self.event_time),
-            event_contact: self.event_contact,
+            // -1 is no contact.
+            event_contact: self.event_contact.iter().map(|&contact| contact as usize).collect(),
             event_kind: kinds(py, &self.event_kind)?,
             event_phase: self.event_phase,
             grazings,

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from importlib.resources import files
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 import stickslip as ss
 from stickslip.cli.options import loaded, scene_argument, waiting
+
+if TYPE_CHECKING:
+    from stickslip.fe.reduced.craig_bampton import Boundary
 
 MODELS = ("two_subsystems", "oscillator")
 
@@ -69,7 +73,7 @@ def reduce(
     scene: Path,
     changes: tuple[str, ...],
     band: tuple[float, float],
-    boundary: ss.fe.Boundary,
+    boundary: Boundary,
     tolerance: float,
     modes: int | None,
     combination: str | None,

@@ -1,4 +1,4 @@
-"""Contact coordinates of a sparse scene, and its matrices while a status combination holds.
+"""Contact coordinates of a sparse scene, and its matrices in them.
 
 New coordinates ``y = (p, z)``: p the displacements along the contact directions (the columns of B, so that
 ``p = B' x``), z what is left, ``B' N = 0``: ``x = B (B' B)^-1 p + N z``. Dofs that share contacts are taken
@@ -79,16 +79,6 @@ def contact_matrices(scene: Scene) -> Matrices:
     return Matrices(kinds, transform, directions, mass, damping, gyroscopic, stiffness, circulatory)
 
 
-def pencil(matrices: Any, right: Any, left: Any) -> list[Any]:
-    """Return ``L' M R``, ``L' (C + G) R`` and ``L' (K + H) R``."""
-    rate, place = matrices.damping, matrices.stiffness
-    if matrices.gyroscopic is not None:
-        rate = rate + matrices.gyroscopic
-    if matrices.circulatory is not None:
-        place = place + matrices.circulatory
-    return [left.T @ matrix @ right for matrix in (matrices.mass, rate, place)]
-
-
 def contact_directions(scene: Scene) -> tuple[tuple[Coordinate, ...], scipy.sparse.csc_array]:
     """Return the contact coordinates of a scene and B, (n, b), whose columns are their directions."""
     kinds: list[Coordinate] = []
@@ -116,42 +106,6 @@ def sparse(matrix: Any, size: int) -> scipy.sparse.csc_array:
     if not scipy.sparse.issparse(matrix) and np.ndim(matrix) == 1:
         return scipy.sparse.csc_array(scipy.sparse.diags_array(matrix, shape=(size, size)))
     return scipy.sparse.csc_array(matrix)
-
-
-def combined(
-    kinds: tuple[Coordinate, ...], size: int, scene: Scene, combination: str
-) -> tuple[scipy.sparse.csc_array, scipy.sparse.csc_array]:
-    """Return R and L, (size, m): the motions that a combination leaves, and how its equations combine.
-
-    A sliding contact loses its normal coordinate, and its normal row is added to its tangential row with
-    factor -friction in ``+`` and +friction in ``-``; one that sticks loses both.
-    """
-    place = {kind: k for k, kind in enumerate(kinds)}
-    gone, merged = set(), []
-    for i, (status, contact) in enumerate(zip(combination, scene.contacts, strict=True)):
-        normal, tangential = place.get(Coordinate(i, "normal")), place.get(Coordinate(i, "tangential"))
-        if status == "d":
-            continue
-        if normal is not None:
-            gone.add(normal)
-        if status == "s" and tangential is not None:
-            gone.add(tangential)
-        elif status in "+-" and normal is not None and tangential is not None:
-            slope = -float(contact.friction) if status == "+" else float(contact.friction)
-            merged.append((normal, tangential, slope))
-    kept = np.setdiff1d(np.arange(size), np.array(sorted(gone), dtype=np.int64))
-    column = {int(k): j for j, k in enumerate(kept)}
-    right = scipy.sparse.csc_array(
-        (np.ones(kept.size), (kept, np.arange(kept.size))), shape=(size, kept.size)
-    )
-    added = scipy.sparse.csc_array(
-        (
-            [slope for _, _, slope in merged],
-            ([n for n, _, _ in merged], [column[t] for _, t, _ in merged]),
-        ),
-        shape=right.shape,
-    )
-    return right, scipy.sparse.csc_array(right + added)
 
 
 def _transform(directions: scipy.sparse.csc_array) -> scipy.sparse.csc_array:

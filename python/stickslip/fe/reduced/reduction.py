@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import xarray as xr
+from scipy.optimize import linear_sum_assignment
 
 from stickslip.faults import InputError
-from stickslip.fe.reduced.contact_coordinates import Coordinate, combined, contact_matrices, pencil
+from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrices
 from stickslip.fe.reduced.craig_bampton import Boundary, Held, Model, reduced_model
-from stickslip.fe.reduced.spectrum import full_eigenvalues, matched, reduced_eigenvalues
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
-from stickslip.scene.checks import Real, real_array, real_number, whole_number
+from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
 from stickslip.scene.scene import Proportional, Scene, checked, checked_combination
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
@@ -55,7 +56,8 @@ class Reduction(Shown):
         with held contacts; so their static effect is exact.
     errors
         xarray.Dataset over ``mode``, the eigenvalues of the full scene in the band: ``full`` and ``reduced``,
-        1/s, and ``error``, their relative distance. Attributes ``combination``, ``boundary``, ``lumping``.
+        1/s, and ``error``, their relative distance. Attributes ``combination``, ``boundary``, ``lumping``,
+        and ``missing``, the number of eigenvalues of the full scene that were not found (see `Modes`).
     """
 
     scene: Scene
@@ -231,14 +233,12 @@ def reduce(
         raise InputError(f"modal_damping: expected a ratio from 0 to below 1, got {ratio:g}")
     status = checked_combination(scene, combination)
     matrices = contact_matrices(scene)
-    kinds, size = matrices.kinds, scene.size
     held = Held(scene, matrices)
-    right, left = combined(kinds, size, scene, status)
-    mass, rate, stiffness = pencil(matrices, right, left)
-    full = full_eigenvalues(mass, rate, stiffness, (float(ends[0]), float(ends[1])))
+    found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
+    full = _upper(found)
     if not full.size:
         raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
-    most = min(MOST, size - matrices.count - 1)
+    most = min(MOST, scene.size - matrices.count - 1)
     if modes is None:
         count = held.below(ABOVE * ends[1], most)
     elif (count := whole_number("modes", modes, 1)) > most:
@@ -246,8 +246,8 @@ def reduce(
     best, fewer, waited = np.inf, 0, 0
     while True:
         model = reduced_model(held, scene, boundary, count)
-        bases = [basis.toarray() for basis in combined(kinds, len(model.mass), scene, status)]
-        values, errors = matched(full, reduced_eigenvalues(*pencil(model, *bases)))
+        small = _scene(model, scene, matrices.kinds)
+        values, errors = matched(full, _upper(complex_modes(small, status)))
         worst = float(errors.max())
         if modes is not None or worst <= wanted:
             break
@@ -266,10 +266,15 @@ def reduce(
             "reduced": ("mode", values, {"units": "1/s"}),
             "error": ("mode", errors, {"units": "1"}),
         },
-        attrs={"combination": status, "boundary": boundary, "lumping": model.lumping},
+        attrs={
+            "combination": status,
+            "boundary": boundary,
+            "lumping": model.lumping,
+            "missing": found.missing,
+        },
     )
     return Reduction(
-        _scene(model, scene, kinds, ratio),
+        small if not ratio else small.replace(damping=_with_modal_damping(model, small, ratio)),
         scene,
         boundary,
         np.sqrt(model.squares) / (2.0 * np.pi),
@@ -280,8 +285,35 @@ def reduce(
     )
 
 
-def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...], ratio: float | None) -> Scene:
-    """Return the reduced scene, with the damping of its modes that a ratio asks for."""
+def _upper(modes: Modes) -> Complex:
+    """Return one eigenvalue of each conjugate pair, and the real ones."""
+    return modes.eigenvalues[modes.eigenvalues.imag >= 0.0]
+
+
+def matched(wanted: Complex, offered: Complex) -> tuple[Complex, Real]:
+    """Return the eigenvalue that stands for each wanted one, none of them twice, and relative distances.
+
+    Where there are too few, nan and an infinite distance.
+    """
+    distance = np.abs(wanted[:, None] - offered[None, :]) / np.abs(wanted)[:, None]
+    rows, columns = linear_sum_assignment(distance)
+    values, errors = np.full(wanted.size, complex(np.nan, np.nan)), np.full(wanted.size, np.inf)
+    values[rows], errors[rows] = offered[columns], distance[rows, columns]
+    return values, errors
+
+
+def _with_modal_damping(model: Model, small: Scene, ratio: float) -> Real:
+    """Return the damping of a reduced scene and of its real modes with open contacts, ``2 ratio w`` each."""
+    squares, shapes = scipy.linalg.eigh(model.stiffness, model.mass)
+    moved = model.mass @ shapes
+    added = (moved * (2.0 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ moved.T
+    before = 0.0 if small.damping is None else model.damping
+    damping: Real = before + 0.5 * (added + added.T)
+    return damping
+
+
+def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
+    """Return the reduced scene."""
     names = [f"{one.kind[0]}{one.contact}" for one in kinds]
     directions: list[dict[str, Any]] = [{} for _ in scene.contacts]
     for one, name in zip(kinds, names, strict=True):
@@ -289,11 +321,6 @@ def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...], ratio: flo
     damping: Any = scene.damping
     if damping is not None and not isinstance(damping, Proportional):
         damping = model.damping
-    if ratio:
-        squares, shapes = scipy.linalg.eigh(model.stiffness, model.mass)
-        moved = model.mass @ shapes
-        added = (moved * (2.0 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ moved.T
-        damping = model.damping + 0.5 * (added + added.T)
     diagonal = np.diag(model.mass)
     return Scene(
         diagonal if np.count_nonzero(model.mass) == np.count_nonzero(diagonal) else model.mass,

@@ -20,6 +20,15 @@ pub fn forces_of_state(scene: &Scene, state: &State) -> Result<Vec<(f64, f64)>, 
 
 /// Brings a start state to contact coordinates, refusing one that penetrates or violates its combination.
 pub fn start_coordinates(scene: &Scene, state: &State) -> Result<(Vec<f64>, Vec<f64>), Error> {
+    coordinates_at(scene, state, 0.0)
+}
+
+/// The same of a state at a time, which tells the loads.
+pub(crate) fn coordinates_at(
+    scene: &Scene,
+    state: &State,
+    time: f64,
+) -> Result<(Vec<f64>, Vec<f64>), Error> {
     for (argument, values) in [("position", &state.position), ("velocity", &state.velocity)] {
         if values.len() != scene.dofs {
             return Err(Error::Shape {
@@ -37,14 +46,17 @@ pub fn start_coordinates(scene: &Scene, state: &State) -> Result<(Vec<f64>, Vec<
         });
     }
     scene.check_combination(&state.combination)?;
-    let (mut q, mut u) = scene.to_coordinates(&state.position, &state.velocity);
+    let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
     hold_nodes(scene, state, &mut q)?;
     let condensed = Condensed::new(scene, &state.combination)?;
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
     }
-    let length = q.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
-    let speed = u.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let largest = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
+    let (length, speed) = {
+        let (q, u) = scene.at_rest(&q, &u);
+        (largest(&q), largest(&u))
+    };
     for (contact, (law, &status)) in
         scene.contacts.iter().zip(state.combination.statuses()).enumerate()
     {

@@ -165,13 +165,16 @@ pub(crate) fn event_functions(scene: &Scene, combination: &Combination) -> Vec<E
 }
 
 /// What ends the status of one contact by `trigger`: its event function, or that of its normal force for a sticking
-/// contact whose friction cone closes.
+/// contact whose friction cone closes. An orbit under loads in time ends with their period.
 pub(crate) fn ending(
     scene: &Scene,
     combination: &Combination,
     contact: usize,
     trigger: EventKind,
 ) -> Functional {
+    if trigger == EventKind::Load {
+        return phase_of_loads(scene);
+    }
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let status = combination.statuses()[contact];
     let mut functions = of_contact(scene, contact, status, &coupled).into_iter();
@@ -183,6 +186,13 @@ pub(crate) fn ending(
         },
         |function| function.functional,
     )
+}
+
+/// `-sin(w t)` of the first oscillator, which vanishes at every period of the loads.
+fn phase_of_loads(scene: &Scene) -> Functional {
+    let clock = scene.drive.iter().flat_map(|drive| &drive.oscillators).take(1);
+    let velocity = clock.map(|one| (one.coordinate, 1.0 / one.rate)).collect();
+    Functional { velocity, ..Functional::default() }
 }
 
 /// The event functions of one contact; `coupled`: the forces of all, where mass couples them.

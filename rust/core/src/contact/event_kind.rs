@@ -23,7 +23,12 @@ pub enum EventKind {
     /// T of a sticking contact without mass reached mu_static N and dropped to mu N, which moved it at once; its event
     /// functions are those of `SlipPositive` and `SlipNegative`.
     Jump,
+    /// A load was switched; of no contact.
+    Load,
 }
+
+/// In place of a contact, where an event is of none.
+pub const NO_CONTACT: usize = usize::MAX;
 
 impl EventKind {
     /// The name that events carry in records and in Python: `slip+`.
@@ -37,10 +42,11 @@ impl EventKind {
             EventKind::Accumulation => "accumulation",
             EventKind::Closing => "closing",
             EventKind::Jump => "jump",
+            EventKind::Load => "load",
         }
     }
 
-    const ALL: [EventKind; 8] = [
+    const ALL: [EventKind; 9] = [
         EventKind::Velocity,
         EventKind::SlipPositive,
         EventKind::SlipNegative,
@@ -49,6 +55,7 @@ impl EventKind {
         EventKind::Accumulation,
         EventKind::Closing,
         EventKind::Jump,
+        EventKind::Load,
     ];
 
     /// Whether a contact of this status can have such an event.
@@ -60,6 +67,7 @@ impl EventKind {
             }
             EventKind::Release => status.is_closed(),
             EventKind::Impact | EventKind::Accumulation | EventKind::Closing => !status.is_closed(),
+            EventKind::Load => false,
         }
     }
 

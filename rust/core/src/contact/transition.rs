@@ -2,7 +2,7 @@
 
 use crate::contact::coupled::contacts::Coupled;
 use crate::contact::coupled::transition::settle_coupled;
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::quasi_static::transition::settle_group;
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
@@ -32,7 +32,7 @@ pub(crate) fn settle(
         }
     }
     let mut impact = false;
-    for &(contact, trigger) in triggers {
+    for &(contact, trigger) in triggers.iter().filter(|trigger| trigger.0 != NO_CONTACT) {
         let law = &scene.contacts[contact];
         match trigger {
             EventKind::Velocity => u[law.tangential] = law.slider_speed,
@@ -48,10 +48,15 @@ pub(crate) fn settle(
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
-            | EventKind::Jump => {}
+            | EventKind::Jump
+            | EventKind::Load => {}
         }
     }
     settlement.events.clear();
+    let switched = triggers.iter().any(|trigger| trigger.1 == EventKind::Load);
+    if switched {
+        settlement.events.push((NO_CONTACT, EventKind::Load));
+    }
     if let Some(w) = &scene.coordinates.delassus {
         let coupled = Coupled { scene, time, w };
         settle_coupled(&coupled, triggers, settlement, series, q, u)?;
@@ -78,8 +83,8 @@ pub(crate) fn settle(
         if !law.tangential_has_mass() || opens && !law.normal_has_mass() {
             continue;
         }
-        // An impact's velocity jump reaches the other contacts through the damping.
-        if trigger.is_some() || (impact || jump) && before.is_closed() {
+        // An impact's velocity jump reaches the other contacts through the damping, a switched load all of them.
+        if trigger.is_some() || (impact || switched || jump) && before.is_closed() {
             let (after, departure) = settle_contact(scene, time, contact, trigger, before, q, u)?;
             settlement.record(contact, trigger, after, departure);
         }

@@ -11,12 +11,16 @@
 //! right. The left side is computed as `u' (M x'' + K x)` with x'' from the
 //! reduced equation of motion, in which no contact force appears; the right side from the contact forces:
 //! their agreement is a check. The contact power is the power on the structure, `T_i v_i` from the slider
-//! less the friction heat `-T_i s_i >= 0`, `s_i = t_i . u - v_i`.
+//! less the friction heat `-T_i s_i >= 0`, `s_i = t_i . u - v_i`. Where v_i vibrates, it is the whole speed of the slider.
+//! F holds the loads in time. By Archard's law a contact wears as the integral of its *wear power* `N_i |s_i|`.
+
+use std::borrow::Cow;
 
 use crate::contact::event_function::Functional;
 use crate::contact::event_function::contact_forces;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::Contact;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -31,7 +35,7 @@ pub struct EnergySample {
     pub elastic: Vec<f64>,
     /// dE/dt from the state equation.
     pub rate: Vec<f64>,
-    /// Power of the constant force F at each instant, W; positive where it feeds the motion.
+    /// Power of the force F and the loads in time at each instant, W; positive where it feeds the motion.
     pub external: Vec<f64>,
     /// Power of the circulatory forces on the structure, `-u' H_a x`, W.
     pub circulatory: Vec<f64>,
@@ -41,6 +45,8 @@ pub struct EnergySample {
     pub contact: Vec<f64>,
     /// T_i v_i, one column per contact.
     pub slider: Vec<f64>,
+    /// N_i |s_i|, one column per contact.
+    pub wear: Vec<f64>,
     /// Combination of each instant.
     pub combination: Vec<Combination>,
 }
@@ -107,7 +113,7 @@ pub(crate) fn antisymmetric(scene: &Scene) -> Option<&SparseMatrix> {
 
 /// Names of the damper groups: `mass` and `stiffness` where `C + G = alpha M + beta (K + H)`, else `dampers`.
 pub fn damper_groups(scene: &Scene) -> &'static [&'static str] {
-    if scene.proportional.is_some() { &["mass", "stiffness"] } else { &["dampers"] }
+    if scene.bare().proportional.is_some() { &["mass", "stiffness"] } else { &["dampers"] }
 }
 
 /// Dissipated power per damper group, `alpha u' M u` and `beta u' K u`, or `u' C u`.
@@ -137,24 +143,54 @@ pub(crate) fn bilinear(matrix: &SparseMatrix, a: &[f64], b: &[f64]) -> f64 {
 #[derive(Debug)]
 pub(crate) struct FrictionForces {
     pub combination: Combination,
-    /// T by contact.
-    pub tangential: Vec<Functional>,
+    /// (T, N) by contact.
+    forces: Vec<(Functional, Functional)>,
+}
+
+/// What one contact does at an instant.
+pub(crate) struct ContactPower {
+    /// `T (t . u)`, W.
+    pub structure: f64,
+    /// `T v`, W.
+    pub slider: f64,
+    /// `N |s|`, W.
+    pub wear: f64,
 }
 
 impl FrictionForces {
     pub fn new(scene: &Scene, combination: &Combination) -> Self {
-        let forces = contact_forces(scene, combination);
-        Self {
-            combination: combination.clone(),
-            tangential: forces.into_iter().map(|(friction, _)| friction).collect(),
-        }
+        Self { combination: combination.clone(), forces: contact_forces(scene, combination) }
     }
+
+    /// The powers of all contacts in a state; `rest`: velocities where no slider carries them.
+    pub fn powers<'a>(
+        &'a self,
+        scene: &'a Scene,
+        q: &'a [f64],
+        u: &'a [f64],
+        rest: &'a [f64],
+    ) -> impl Iterator<Item = ContactPower> + 'a {
+        self.forces.iter().zip(&scene.contacts).map(move |((friction, normal), law)| {
+            let (t, slip) = (friction.value(q, u), u[law.tangential] - law.slider_speed);
+            ContactPower {
+                structure: t * rest[law.tangential],
+                slider: t * (law.slider_speed + slider_vibration(law, u, rest)),
+                wear: normal.value(q, u) * slip.abs(),
+            }
+        })
+    }
+}
+
+/// What vibration adds to the speed of a slider.
+pub(crate) fn slider_vibration(law: &Contact, u: &[f64], rest: &[f64]) -> f64 {
+    rest[law.tangential] - u[law.tangential]
 }
 
 /// Energies and powers at `times`, in any order; at an event time just after it.
 pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample, Error> {
-    let scene = &**trajectory.scene();
-    let force = external_force(scene);
+    let moving = &**trajectory.scene();
+    let scene = moving.bare();
+    let constant = external_force(scene);
     let groups = damper_groups(scene).len();
     let mut sample = EnergySample::default();
     let mut cursor = Cursor::new(trajectory);
@@ -165,28 +201,37 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         let (friction, equation) = match &mut known {
             Some(known) if known.0.combination == *combination => known,
             known => known.insert((
-                FrictionForces::new(scene, combination),
-                EquationOfMotion::new(scene, combination)?,
+                FrictionForces::new(moving, combination),
+                EquationOfMotion::new(moving, combination)?,
             )),
         };
-        let (q, u) = (&cursor.q, &cursor.u);
+        let (moved, velocities) = (&cursor.q, &cursor.u);
+        let (q, u) = moving.at_rest(moved, velocities);
+        let (q, u) = (&q[..], &u[..]);
         let (kinetic, elastic) = energies(scene, q, u);
         sample.kinetic.push(kinetic);
         sample.elastic.push(elastic);
 
-        let mut acceleration = vec![0.0; scene.size];
-        equation.accelerate(&mut scene.residual(1.0, q, u), &mut acceleration);
+        let mut acceleration = vec![0.0; moving.size];
+        let mut residual = moving.residual(1.0, moved, velocities);
+        equation.accelerate(&mut residual, &mut acceleration);
+        let (_, acceleration) = moving.at_rest(velocities, &acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
         sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, &elongation(scene, q)));
 
         let power = |force: &[f64]| force.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
+        let mut force = Cow::Borrowed(&constant[..]);
+        if let Some(drive) = &moving.drive {
+            drive.add_forces(true, moved, velocities, force.to_mut());
+            drive.add_forces(false, moved, velocities, force.to_mut());
+        }
         sample.external.push(power(&force));
         sample.circulatory.push(circulatory_force(scene, q).map_or(0.0, |force| power(&force)));
         sample.damping.extend(&damping_powers(scene, u)[..groups]);
-        for (law, friction) in scene.contacts.iter().zip(&friction.tangential) {
-            let t = friction.value(q, u);
-            sample.contact.push(t * u[law.tangential]);
-            sample.slider.push(t * law.slider_speed);
+        for contact in friction.powers(moving, moved, velocities, u) {
+            sample.contact.push(contact.structure);
+            sample.slider.push(contact.slider);
+            sample.wear.push(contact.wear);
         }
         sample.combination.push(combination.clone());
     }

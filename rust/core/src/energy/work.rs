@@ -1,7 +1,7 @@
 //! Works over an interval, phase by phase and impact by impact.
 //!
 //! The powers of `power.rs` are integrated by the rule of `gauss.rs` on panels as short as the motion of
-//! the moment needs; a constant force works `F . (x1 - x0)`. At an impact the velocities jump and the impulses
+//! the moment needs; a constant force works `F . (x1 - x0)`, and so does a switched one within a phase. At an impact the velocities jump and the impulses
 //! `p = M (u+ - u-)` of the contacts change the kinetic energy by exactly
 //! `sum p_n (g'+ + g'-) / 2 + p_t (t.u+ + t.u-) / 2`:
 //!
@@ -18,7 +18,7 @@
 use crate::contact::event_kind::EventKind;
 use crate::energy::power::{
     FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
-    energy_change, external_force,
+    energy_change, external_force, slider_vibration,
 };
 use crate::error::Error;
 use crate::numerics::double_double::Doubled;
@@ -40,7 +40,9 @@ pub struct PhaseWork {
     pub contact: Vec<f64>,
     /// `integral of T_i v_i dt` for each contact.
     pub slider: Vec<f64>,
-    /// Of the constant force F on the structure.
+    /// `integral of N_i |s_i| dt` for each contact; what it takes at an impact is not counted.
+    pub wear: Vec<f64>,
+    /// Of the force F and the loads in time on the structure.
     pub external: f64,
     /// Of the circulatory forces on the structure, the integral of `-u' H_a x`; 0 without them.
     pub circulatory: f64,
@@ -97,22 +99,30 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
         let to =
             if phase == last { walk.local(phase, t1) } else { trajectory.phase_duration(phase) };
         walk.cursor.seek_local(phase, from);
-        let begun = (walk.cursor.q.clone(), walk.cursor.u.clone());
+        let begun = walk.at_rest();
+        walk.force = walk.constant_force();
         if phase == first {
             walk.first = begun.clone();
         }
         walk.follow(phase, from, to);
         // A reset of the position at an impact is part of what the constant forces work.
-        let next = (phase < last).then(|| trajectory.phase_state(phase + 1));
-        let reached = next.as_ref().map_or(&walk.cursor.q[..], |next| next.parts().0);
-        let external = dot_change(&walk.force, reached, &begun.0);
-        let circulatory = walk.circulatory(reached, &begun.0);
+        let reached = match phase < last {
+            true => {
+                let next = trajectory.phase_state(phase + 1);
+                let (q, u) = next.parts();
+                walk.moving.at_rest(q, u).0.into_owned()
+            }
+            false => walk.at_rest().0,
+        };
+        let external = dot_change(&walk.force, &reached, &begun.0) + walk.oscillating.value();
+        let circulatory = walk.circulatory(&reached, &begun.0);
         walk.works.phases.push(PhaseWork {
             start: start + from,
             duration: to - from,
             combination: trajectory.phases[phase].basis.combination.clone(),
             contact: walk.contact.iter().map(|sum| sum.value()).collect(),
             slider: walk.slider.iter().map(|sum| sum.value()).collect(),
+            wear: walk.wear.iter().map(|sum| sum.value()).collect(),
             external,
             circulatory,
             damping: walk.damping.iter().map(|sum| sum.value()).collect(),
@@ -121,10 +131,9 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
             walk.strike(phase + 1);
         }
     }
-    let Walk { cursor, first, mut works, .. } = walk;
-    let first = (&first.0[..], &first.1[..]);
-    (works.kinetic, works.elastic) =
-        energy_change(trajectory.scene(), first, (&cursor.q, &cursor.u));
+    let last = walk.at_rest();
+    let Walk { scene, first, mut works, .. } = walk;
+    (works.kinetic, works.elastic) = energy_change(scene, (&first.0, &first.1), (&last.0, &last.1));
     Ok(works)
 }
 
@@ -140,15 +149,21 @@ fn added(sum: Doubled, term: f64) -> Doubled {
 /// The walk through the phases of an interval.
 struct Walk<'a> {
     trajectory: &'a Trajectory,
+    /// With the coordinates that carry loads, and without.
+    moving: &'a Scene,
     scene: &'a Scene,
     cursor: Cursor<'a>,
+    /// That does not change in the phase in progress.
     force: Vec<f64>,
     friction: Option<FrictionForces>,
     first: (Vec<f64>, Vec<f64>),
     /// Integrals over the phase in progress.
     contact: Vec<Doubled>,
     slider: Vec<Doubled>,
+    wear: Vec<Doubled>,
     damping: Vec<Doubled>,
+    /// Of loads that oscillate.
+    oscillating: Doubled,
     circulatory: Doubled,
     /// q at the start of the phase in progress.
     origin: Vec<f64>,
@@ -157,22 +172,41 @@ struct Walk<'a> {
 
 impl<'a> Walk<'a> {
     fn new(trajectory: &'a Trajectory) -> Self {
-        let scene = &**trajectory.scene();
+        let moving = &**trajectory.scene();
+        let scene = moving.bare();
         let contacts = scene.contacts.len();
         Self {
             trajectory,
+            moving,
             scene,
             cursor: Cursor::new(trajectory),
-            force: external_force(scene),
+            force: Vec::new(),
             friction: None,
             first: Default::default(),
             contact: vec![Doubled::default(); contacts],
             slider: vec![Doubled::default(); contacts],
+            wear: vec![Doubled::default(); contacts],
+            oscillating: Doubled::default(),
             damping: vec![Doubled::default(); damper_groups(scene).len()],
             circulatory: Doubled::default(),
             origin: Vec::new(),
             works: Works::default(),
         }
+    }
+
+    /// (q, q') of the structure where the cursor stands.
+    fn at_rest(&self) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.moving.at_rest(&self.cursor.q, &self.cursor.u);
+        (q.into_owned(), u.into_owned())
+    }
+
+    /// The force F with the switched loads that hold where the cursor stands.
+    fn constant_force(&self) -> Vec<f64> {
+        let mut force = external_force(self.scene);
+        if let Some(drive) = &self.moving.drive {
+            drive.add_forces(false, &self.cursor.q, &self.cursor.u, &mut force);
+        }
+        force
     }
 
     /// The local time of `time` within a phase.
@@ -187,15 +221,15 @@ impl<'a> Walk<'a> {
 
     /// Integrates the powers over local times of one phase and leaves the cursor at `to`.
     fn follow(&mut self, phase: usize, from: f64, to: f64) {
-        for sum in [&mut self.contact, &mut self.slider, &mut self.damping] {
+        for sum in [&mut self.contact, &mut self.slider, &mut self.wear, &mut self.damping] {
             sum.fill(Doubled::default());
         }
-        self.circulatory = Doubled::default();
-        self.origin.clone_from(&self.cursor.q);
+        (self.circulatory, self.oscillating) = Default::default();
+        self.origin = self.at_rest().0;
         let combination = &self.trajectory.phases[phase].basis.combination;
         let friction = match self.friction.take() {
             Some(known) if known.combination == *combination => known,
-            _ => FrictionForces::new(self.scene, combination),
+            _ => FrictionForces::new(self.moving, combination),
         };
         let rule = gauss_rule();
         let mut at = from;
@@ -218,12 +252,19 @@ impl<'a> Walk<'a> {
     }
 
     fn accumulate(&mut self, friction: &FrictionForces, weight: f64) {
-        let (q, u) = (&self.cursor.q, &self.cursor.u);
-        for (i, (law, friction)) in self.scene.contacts.iter().zip(&friction.tangential).enumerate()
-        {
-            let t = weight * friction.value(q, u);
-            self.contact[i] = added(self.contact[i], t * u[law.tangential]);
-            self.slider[i] = added(self.slider[i], t * law.slider_speed);
+        let (moved, velocities) = (&self.cursor.q, &self.cursor.u);
+        let (q, u) = &self.moving.at_rest(moved, velocities);
+        for (i, power) in friction.powers(self.moving, moved, velocities, u).enumerate() {
+            self.contact[i] = added(self.contact[i], weight * power.structure);
+            self.slider[i] = added(self.slider[i], weight * power.slider);
+            self.wear[i] = added(self.wear[i], weight * power.wear);
+        }
+        if let Some(drive) = &self.moving.drive {
+            let mut force = vec![0.0; u.len()];
+            drive.add_forces(true, moved, velocities, &mut force);
+            for (f, u) in force.iter().zip(&u[..]) {
+                self.oscillating = added(self.oscillating, weight * f * u);
+            }
         }
         for (sum, power) in self.damping.iter_mut().zip(damping_powers(self.scene, u)) {
             *sum = added(*sum, weight * power);
@@ -239,7 +280,7 @@ impl<'a> Walk<'a> {
     /// `to`: what moves works by quadrature, the force at the start and that of the reset on their straight ways.
     fn circulatory(&self, to: &[f64], from: &[f64]) -> f64 {
         let Some(force) = circulatory_force(self.scene, from) else { return 0.0 };
-        let end = &self.cursor.q;
+        let end = &self.at_rest().0[..];
         let middle: Vec<f64> = end.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
         let reset = circulatory_force(self.scene, &middle).unwrap_or_default();
         self.circulatory.value() + dot_change(&force, end, from) + dot_change(&reset, to, end)
@@ -275,9 +316,10 @@ impl<'a> Walk<'a> {
         let time = trajectory.phases[phase].start;
         let state = trajectory.phase_state(phase);
         let (before, (position, after)) = (&self.cursor.u, state.parts());
+        let rest = self.at_rest().1;
         let jump: Vec<f64> = after.iter().zip(before).map(|(b, a)| b - a).collect();
         for (contact, law) in self.scene.contacts.iter().enumerate() {
-            let impulse = |row: usize| self.scene.mass.row_dot(row, &jump);
+            let impulse = |row: usize| self.moving.mass.row_dot(row, &jump);
             let mean = |row: usize| 0.5 * (after[row] + before[row]);
             let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
             let moved = position[law.tangential] != self.cursor.q[law.tangential]
@@ -289,7 +331,7 @@ impl<'a> Walk<'a> {
                 }
                 let (q0, q1) = (&self.cursor.q, position);
                 let middle: Vec<f64> = q0.iter().zip(q1).map(|(a, b)| 0.5 * (a + b)).collect();
-                (self.scene.force[row] - self.scene.stiffness.row_dot(row, &middle))
+                (self.moving.force[row] - self.moving.stiffness.row_dot(row, &middle))
                     * (q1[row] - q0[row])
             };
             let struck = trajectory
@@ -302,7 +344,7 @@ impl<'a> Walk<'a> {
                     time,
                     contact,
                     normal: -p_n * mean(law.normal) + reset(law.normal),
-                    slider: p_t * law.slider_speed,
+                    slider: p_t * (law.slider_speed + slider_vibration(law, before, &rest)),
                     friction: -p_t * (mean(law.tangential) - law.slider_speed)
                         + if jumped { reset(law.tangential) } else { 0.0 },
                 });

@@ -11,6 +11,7 @@ use crate::modes::spectrum::{Vectors, spectrum};
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
+use crate::motion::modal::forced::forced_modes;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
@@ -57,8 +58,13 @@ impl CombinationBasis {
             series()?
         } else {
             let reduced = Reduced::new(scene, combination)?;
-            let modes =
-                spectrum(&Pencil::new(scene, combination, &reduced.reduction), Vectors::Refined)?;
+            let modes = match &scene.drive {
+                Some(drive) => forced_modes(scene.bare(), drive, &reduced)?,
+                None => {
+                    let pencil = Pencil::new(scene, combination, &reduced.reduction);
+                    spectrum(&pencil, Vectors::Refined)?
+                }
+            };
             let condition = modes.iter().map(|mode| mode.condition).fold(1.0, f64::max);
             // Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11
             // of it; above it the series is used instead.

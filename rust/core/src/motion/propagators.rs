@@ -19,6 +19,9 @@ const KEPT: usize = 4096 * 20 * 20;
 /// A scene and the propagators of its combinations, found when a combination is first reached and kept.
 #[derive(Debug)]
 pub struct Propagators {
+    /// As it was given.
+    bare: Arc<Scene>,
+    /// With the coordinates that carry its loads.
     pub(crate) scene: Arc<Scene>,
     parts: OnceLock<Vec<Part>>,
     memory: Mutex<Memory>,
@@ -69,11 +72,21 @@ impl Memory {
 impl Propagators {
     /// The propagators of a scene, none of them computed yet.
     pub fn new(scene: Arc<Scene>) -> Self {
-        Self { scene, parts: OnceLock::new(), memory: Mutex::default() }
+        Self {
+            bare: Arc::clone(&scene),
+            scene: Scene::driven(scene),
+            parts: OnceLock::new(),
+            memory: Mutex::default(),
+        }
     }
 
     /// The scene that they propagate.
     pub fn scene(&self) -> &Arc<Scene> {
+        &self.bare
+    }
+
+    /// The same with coordinates that carry its loads in time, as motions have it.
+    pub fn moving(&self) -> &Arc<Scene> {
         &self.scene
     }
 

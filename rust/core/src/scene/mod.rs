@@ -4,6 +4,7 @@ pub(crate) mod chain;
 pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
 pub(crate) mod equation_of_motion;
+pub(crate) mod loads;
 pub(crate) mod massless;
 pub(crate) mod model;
 pub(crate) mod partition;
@@ -13,6 +14,7 @@ pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
+pub use loads::input::{Harmonic, Loads, Steps, Vibration};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
 pub use reduction::{Reduced, Reduction};
 pub use statics::{Statics, Steady};

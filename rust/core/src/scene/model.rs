@@ -1,5 +1,6 @@
 //! A mechanical model with frictional unilateral contacts, validated once.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::DMatrix;
@@ -11,6 +12,8 @@ use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{
     Contact, ContactInput, Direction, Directions, Inertia, check_finite,
 };
+use crate::scene::loads::input::Loads;
+use crate::scene::loads::oscillators::Drive;
 use crate::scene::massless::coordinates::{Massless, Nodes, condensed_stiffness};
 use crate::scene::status::{Combination, Status};
 
@@ -57,6 +60,8 @@ pub struct SceneInput {
     pub contacts: Vec<ContactInput>,
     /// Whether an impact has a Coulomb impulse too, at most friction times the normal one; else it leaves tangential velocities.
     pub impact_friction: bool,
+    /// Loads that depend on time.
+    pub loads: Loads,
 }
 
 impl SceneInput {
@@ -134,6 +139,11 @@ pub struct Scene {
     pub(crate) energy_parts: Option<EnergyParts>,
     /// F in contact coordinates, with the clearances' part `K q_gap` added.
     pub(crate) force: Vec<f64>,
+    /// Loads in time that no coordinate carries yet; `force` holds the first values of switched ones.
+    pub(crate) loads: Loads,
+    /// Of a scene in which coordinates carry loads: these coordinates, and the scene without them.
+    pub(crate) drive: Option<Drive>,
+    pub(crate) bare: Option<Arc<Scene>>,
 }
 
 /// What the motion does not tell apart, but its energy does.
@@ -217,12 +227,24 @@ impl Scene {
         for (contact, law) in input.contacts.iter().enumerate() {
             law.validate(contact, size)?;
         }
+        input.loads.validate(size, input.contacts.len())?;
+        let mut force = input.force;
+        for load in &input.loads.steps {
+            load.direction.iter().for_each(|&(dof, entry)| force[dof] += load.values[0] * entry);
+        }
 
         let dofs = size;
         let nodes = Nodes::new(dofs, &input.contacts);
         let size = nodes.size;
         let lacks = |dof: &usize| mass.get(*dof, *dof) == 0.0;
         let massless = (0..dofs).any(|dof| lacks(&dof));
+        if (massless || !nodes.is_empty()) && !input.loads.is_empty() {
+            return Err(unfit(
+                "loads",
+                "none, as some dofs have no mass or contacts are compliant",
+                "loads in time".into(),
+            ));
+        }
         let damping = match damping {
             Damping::Proportional { mass: alpha, stiffness: beta }
                 if beta != 0.0 && (massless || !nodes.is_empty()) =>
@@ -266,7 +288,6 @@ impl Scene {
         };
         let gyroscopic = gyroscopic.map(|matrix| nodes.padded(matrix));
         let circulatory = circulatory.map(|matrix| nodes.padded(matrix));
-        let mut force = input.force;
         force.resize(size, 0.0);
 
         let coordinates = Coordinates::new(&mass, &laws)?;
@@ -322,6 +343,13 @@ impl Scene {
             _ => proportions(&damping, &mass, &stiffness),
         };
         let massless = Massless::new(&mass, &stiffness, &contacts, known)?;
+        for group in massless.groups.iter().filter(|group| group.contacts.len() > 1) {
+            let excess = |&&i: &&usize| contacts[i].static_friction > contacts[i].friction;
+            if let Some(&contact) = group.contacts.iter().find(excess) {
+                let reason = "static_friction: must equal friction, as springs tie it to other contacts without mass, which its jump would move along; give it a normal_stiffness and a tangential_stiffness on dofs with mass";
+                return Err(Error::MixedMass { contact, reason });
+            }
+        }
         let mut force = coordinates.forces_of_dofs(&force);
         for (contact, law) in contacts.iter().zip(&input.contacts) {
             if contact.directions == Directions::Tangential {
@@ -351,7 +379,86 @@ impl Scene {
             stiffness,
             energy_parts,
             force,
+            loads: input.loads,
+            drive: None,
+            bare: None,
         })
+    }
+
+    /// Number of contact coordinates without those that carry loads.
+    pub(crate) fn structure(&self) -> usize {
+        self.drive.as_ref().map_or(self.size, |drive| drive.structure)
+    }
+
+    /// The same without coordinates that carry loads.
+    pub(crate) fn bare(&self) -> &Self {
+        self.bare.as_deref().unwrap_or(self)
+    }
+
+    /// The common period of the loads that oscillate, s; None without any.
+    pub(crate) fn load_period(&self) -> Result<Option<f64>, Error> {
+        self.drive.as_ref().and_then(Drive::period).transpose()
+    }
+
+    /// The fastest rate of a load, 1/s; 1 without any.
+    pub(crate) fn fastest_load(&self) -> f64 {
+        let rates = self.drive.iter().flat_map(|drive| &drive.oscillators).map(|one| one.rate);
+        rates.reduce(f64::max).unwrap_or(1.0)
+    }
+
+    /// Whether an entry of (q, q') belongs to the structure, and not to what carries its loads.
+    pub(crate) fn is_structure(&self, entry: usize) -> bool {
+        entry % self.size < self.structure()
+    }
+
+    /// The first time after `time` at which a load is switched.
+    pub(crate) fn next_switch(&self, time: f64) -> Option<f64> {
+        self.drive.as_ref().and_then(|drive| drive.next_switch(time))
+    }
+
+    /// (q, q') of the structure, from where sliders that vibrate do not carry it.
+    pub(crate) fn at_rest<'a>(
+        &self,
+        q: &'a [f64],
+        u: &'a [f64],
+    ) -> (Cow<'a, [f64]>, Cow<'a, [f64]>) {
+        match &self.drive {
+            Some(drive) => drive.at_rest(q, u),
+            None => (Cow::Borrowed(q), Cow::Borrowed(u)),
+        }
+    }
+
+    /// Positions and velocities of the dofs.
+    pub(crate) fn dof_state(&self, q: &[f64], u: &[f64]) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.at_rest(q, u);
+        (self.positions(&q), self.velocities(&u))
+    }
+
+    /// A time from which on no load is switched, at which those that oscillate have the phase that they begin with.
+    pub(crate) fn after_switches(&self) -> Result<f64, Error> {
+        let switches = self.drive.iter().flat_map(|drive| &drive.switches);
+        let last = switches.filter_map(|switch| switch.times.last().copied()).fold(0.0, f64::max);
+        Ok(self.load_period()?.map_or(last, |period| (last / period).ceil() * period))
+    }
+
+    /// Accelerations of the dofs, from (q', q'').
+    pub(crate) fn accelerations(&self, field: &[f64]) -> Vec<f64> {
+        let (u, acceleration) = field.split_at(self.size);
+        self.velocities(&self.at_rest(u, acceleration).1)
+    }
+
+    /// Contact coordinates (q, q') of dof positions and velocities at a time, with what carries the loads.
+    pub(crate) fn moving_coordinates(
+        &self,
+        position: &[f64],
+        velocity: &[f64],
+        time: f64,
+    ) -> (Vec<f64>, Vec<f64>) {
+        let (q, u) = self.to_coordinates(position, velocity);
+        match &self.drive {
+            Some(drive) => drive.extended(q, u, time),
+            None => (q, u),
+        }
     }
 
     /// Number of dofs.
@@ -384,7 +491,8 @@ impl Scene {
         let stop = |law: &&Contact| law.directions == Directions::Normal;
         let stops = self.contacts.iter().filter(stop).count();
         let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
-        self.size - self.massless.coordinates.len() - stops - held
+        let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
+        self.size - self.massless.coordinates.len() - switches - stops - held
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,
@@ -444,9 +552,10 @@ impl Scene {
             if sticks { self.reaction_value(law.tangential, q, u) } else { 0.0 }
         };
         let forces = || self.contacts.iter().zip(combination.statuses()).map(held).collect();
+        let (position, velocity) = self.dof_state(q, u);
         State {
-            position: self.positions(q),
-            velocity: self.velocities(u),
+            position,
+            velocity,
             combination: combination.clone(),
             friction_force: self.nodes.as_ref().map_or_else(Vec::new, |_| forces()),
         }

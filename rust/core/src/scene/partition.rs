@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
+use crate::scene::loads::input::Loads;
 use crate::scene::model::{EnergyParts, Scene};
 use crate::scene::status::Combination;
 
@@ -40,23 +41,45 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
         partner[contact.normal].push(contact.tangential);
     }
     // Of unsymmetric matrices an entry couples both ways, too.
-    let mirrored: Vec<SparseMatrix> = match &scene.energy_parts {
+    let mirrored: Vec<SparseMatrix> = match &scene.bare().energy_parts {
         Some(_) => vec![scene.damping.transposed(), scene.stiffness.transposed()],
         None => Vec::new(),
     };
-    let parts = components(scene.size, |i, found| {
+    // What carries loads couples nothing: each part has its own copy of it.
+    let n = scene.structure();
+    let entries = |matrix: &SparseMatrix, i: usize, found: &mut Vec<usize>, carries: bool| {
+        let row = matrix.row(i).filter(|entry| entry.1 != 0.0 && (entry.0 >= n) == carries);
+        found.extend(row.map(|entry| entry.0));
+    };
+    let parts = components(n, |i, found| {
         found.extend_from_slice(&partner[i]);
         for matrix in [&scene.mass, &scene.damping, &scene.stiffness].into_iter().chain(&mirrored) {
-            found.extend(matrix.row(i).filter(|entry| entry.1 != 0.0).map(|entry| entry.0));
+            entries(matrix, i, found, false);
         }
     });
     if parts.len() == 1 {
         return Vec::new();
     }
-    parts.into_iter().map(|coordinates| block(scene, coordinates)).collect()
+    let block_of = |structure: Vec<usize>| {
+        let mut carriers = Vec::new();
+        for &i in &structure {
+            entries(&scene.damping, i, &mut carriers, true);
+            entries(&scene.stiffness, i, &mut carriers, true);
+        }
+        // A slider may vibrate a part that does not feel it.
+        let carried = scene.drive.iter().flat_map(|drive| &drive.carried);
+        let own = carried.filter(|carried| structure.binary_search(&carried.tangential).is_ok());
+        carriers.extend(own.map(|carried| carried.oscillator.coordinate));
+        carriers.sort_unstable();
+        carriers.dedup();
+        let bare = scene.bare.as_deref();
+        let bare = bare.map(|bare| block(bare, structure.clone(), None).scene);
+        block(scene, [structure, carriers].concat(), bare)
+    };
+    parts.into_iter().map(block_of).collect()
 }
 
-fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
+fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Block {
     let place = |k: usize| coordinates.binary_search(&k).ok();
     let contacts: Vec<usize> = (0..scene.contacts.len())
         .filter(|&contact| place(scene.contacts[contact].normal).is_some())
@@ -74,15 +97,17 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
     let whole = scene.coordinates.delassus.as_ref();
     let delassus = whole.map(|whole| whole.select_rows(&rows).select_columns(&rows));
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
+    let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
+    let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
     let part = Scene {
         size: coordinates.len(),
-        dofs: coordinates.len(),
+        dofs,
         nodes: None,
         massless: scene.massless.restricted(&coordinates, &contacts),
         condensed: false,
         impact_friction: scene.impact_friction,
         coordinates: Coordinates::of_contacts(
-            coordinates.len(),
+            dofs,
             laws.iter().map(|law| (law.tangential, law.normal)).collect(),
             delassus,
         ),
@@ -98,6 +123,9 @@ fn block(scene: &Scene, coordinates: Vec<usize>) -> Block {
             antisymmetric: matrix(&parts.antisymmetric),
         }),
         force: coordinates.iter().map(|&k| scene.force[k]).collect(),
+        loads: Loads::default(),
+        drive,
+        bare,
     };
     Block { scene: Arc::new(part), coordinates, contacts }
 }

@@ -25,7 +25,7 @@ pub struct Reduction {
     pub kept: Vec<usize>,
     /// The rest of L, by position.
     pub merges: Vec<RowMerge>,
-    /// Coordinate and speed, m/s, of every contact that sticks.
+    /// Coordinate and speed, m/s, of every contact that sticks, and of every switched load.
     pub sticking: Vec<(usize, f64)>,
     /// The place of each coordinate among those kept.
     places: Vec<Option<usize>>,
@@ -63,6 +63,11 @@ impl Reduction {
                 dropped[law.tangential] = true;
                 sticking.push((law.tangential, law.slider_speed));
             }
+        }
+        // Switched loads are held as a contact that sticks to a slider at rest.
+        for switch in scene.drive.iter().flat_map(|drive| &drive.switches) {
+            dropped[switch.coordinate] = true;
+            sticking.push((switch.coordinate, 0.0));
         }
         let kept: Vec<usize> = (0..scene.size).filter(|&k| !dropped[k]).collect();
         let mut places = vec![None; scene.size];

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
 use crate::scene::chain::{Link, Subsystem, chain};
 use crate::scene::contact_law::{ContactInput, Directions};
+use crate::scene::loads::input::Loads;
 use crate::scene::model::{Damping, Mass, Scene, SceneInput};
 use crate::scene::status::Status;
 
@@ -50,6 +51,20 @@ pub enum Field {
     Gap,
     /// [`ContactInput::normal_force`], N.
     NormalForce,
+    /// Of a [`Harmonic`](crate::scene::Harmonic) load along one dof, N.
+    HarmonicAmplitude,
+    /// Of a harmonic load, Hz.
+    HarmonicFrequency,
+    /// Of a harmonic load, rad.
+    HarmonicPhase,
+    /// Of a [`Steps`](crate::scene::Steps) load along one dof, N.
+    StepsAmplitude,
+    /// Of the [`Vibration`](crate::scene::Vibration) of a slider, m/s.
+    VibrationAmplitude,
+    /// Of a vibration, Hz.
+    VibrationFrequency,
+    /// Of a vibration, rad.
+    VibrationPhase,
 }
 
 impl Field {
@@ -74,6 +89,13 @@ impl Field {
             "restitution" => Field::Restitution,
             "gap" => Field::Gap,
             "normal_force" => Field::NormalForce,
+            "harmonic_amplitude" => Field::HarmonicAmplitude,
+            "harmonic_frequency" => Field::HarmonicFrequency,
+            "harmonic_phase" => Field::HarmonicPhase,
+            "steps_amplitude" => Field::StepsAmplitude,
+            "vibration_amplitude" => Field::VibrationAmplitude,
+            "vibration_frequency" => Field::VibrationFrequency,
+            "vibration_phase" => Field::VibrationPhase,
             _ => return None,
         })
     }
@@ -118,6 +140,7 @@ impl Chain {
             force,
             contacts: self.contacts.clone(),
             impact_friction: self.impact_friction,
+            loads: Default::default(),
         }
     }
 
@@ -248,13 +271,43 @@ impl Template {
     }
 }
 
+/// The number of a load in time that a slot stands for.
+fn load_number(loads: &mut Loads, Slot { field, place }: Slot) -> Option<&mut f64> {
+    let place = place?;
+    let Loads { harmonics, steps, vibrations } = loads;
+    match field {
+        Field::HarmonicAmplitude => only(&mut harmonics.get_mut(place)?.direction),
+        Field::HarmonicFrequency => Some(&mut harmonics.get_mut(place)?.frequency),
+        Field::HarmonicPhase => Some(&mut harmonics.get_mut(place)?.phase),
+        Field::StepsAmplitude => only(&mut steps.get_mut(place)?.direction),
+        Field::VibrationAmplitude => Some(&mut vibrations.get_mut(place)?.amplitude),
+        Field::VibrationFrequency => Some(&mut vibrations.get_mut(place)?.frequency),
+        Field::VibrationPhase => Some(&mut vibrations.get_mut(place)?.phase),
+        _ => None,
+    }
+}
+
+/// The entry of a load along one dof.
+fn only(direction: &mut [(usize, f64)]) -> Option<&mut f64> {
+    match direction {
+        [(_, entry)] => Some(entry),
+        _ => None,
+    }
+}
+
 /// Hands every number that a slot stands for to `change`; whether there is one.
 fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) -> bool {
     let (contacts, chain) = match template {
         Template::Chain(Chain { subsystems, links, wall_stiffness, damping, contacts, .. }) => {
             (contacts, Some((subsystems, links, wall_stiffness, damping)))
         }
-        Template::Scene(input) => (&mut input.contacts, None),
+        Template::Scene(input) => {
+            if let Some(entry) = load_number(&mut input.loads, slot) {
+                change(entry);
+                return true;
+            }
+            (&mut input.contacts, None)
+        }
     };
     let mut found = false;
     let change = &mut |entry: &mut f64| {

@@ -174,6 +174,7 @@ pub(crate) mod tests {
                 springs: Springs::default(),
             }],
             impact_friction: false,
+            loads: Default::default(),
         };
         Arc::new(Scene::new(input).expect("well-posed"))
     }

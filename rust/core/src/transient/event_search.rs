@@ -75,7 +75,7 @@ impl PhaseSearch {
         };
         let functions = motion.functions;
         let motion = &mut motion;
-        let remaining = run.duration - run.time.seconds;
+        let remaining = run.until - run.time.seconds;
         self.multiplicity.clear();
         self.multiplicity.extend(functions.iter().map(|function| {
             let departure = departures.map_or(Departure::None, |all| all[function.contact]);
@@ -348,7 +348,8 @@ impl PhaseSearch {
             let at = -c1 / c2 / (1.0 - law.restitution);
             let rest = at * width;
             let ulp = run.time.seconds.next_up() - run.time.seconds;
-            let speed = run.u.iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+            let speed =
+                run.u[..run.scene.structure()].iter().fold(0.0, |size: f64, u| size.max(u.abs()));
             let negligible = rest <= run.controls.accumulation_tolerance.max(ulp)
                 || run.u[law.normal] <= BOUNCE_ROUNDING * speed;
             if negligible && at <= 1.0 && nearest.as_ref().is_none_or(|limit| at < limit.at) {
@@ -410,7 +411,7 @@ fn stop(
         return stop_unbounded(run, motion.start() + offset);
     }
     run.trajectory.end = if reason == StopReason::Duration {
-        run.duration
+        run.until
     } else {
         run.time.after(motion.start() + offset).seconds
     };

@@ -6,6 +6,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::contact::event_kind::NO_CONTACT;
 use crate::error::{Error, RunFailure};
 use crate::motion::method::Method;
 use crate::motion::propagators::{Part, Propagators};
@@ -188,12 +189,14 @@ fn put_together(
             for (k, event) in run.events_at(index).enumerate() {
                 let limit =
                     run.accumulations.binary_search_by_key(&(first + k), |limit| limit.event);
-                let contact = block.contacts[event.contact];
+                let contact = block.contacts.get(event.contact).copied().unwrap_or(NO_CONTACT);
                 let limit = limit.ok().map(|limit| run.accumulations[limit]);
                 events.push((Event { contact, phase, ..event.clone() }, limit));
             }
         }
-        events.sort_by_key(|(event, _)| event.contact);
+        // A load that is switched is one event, of all parts.
+        events.sort_by_key(|(event, _)| event.contact.wrapping_add(1));
+        events.dedup_by(|next, kept| next.0 == kept.0);
         for (event, limit) in events {
             whole
                 .accumulations
@@ -265,6 +268,7 @@ mod tests {
             force: vec![0.0, -20.0, 0.0, -20.0],
             contacts: vec![contact(0), contact(1)],
             impact_friction: false,
+            loads: Default::default(),
         };
         let scene = Arc::new(Scene::new(input).expect("well-posed"));
         let start = scene.sliding_equilibrium().expect("pressed on");

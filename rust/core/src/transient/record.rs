@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::error::{Error, RunFailure};
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
@@ -69,7 +69,9 @@ impl TrajectoryRecord {
         if self.event_contact.len() != events
             || self.event_kind.len() != events
             || self.event_phase.len() != events
-            || self.event_contact.iter().any(|&contact| contact >= contacts)
+            || self.event_contact.iter().zip(&self.event_kind).any(|(&contact, &kind)| {
+                contact >= contacts && (contact, kind) != (NO_CONTACT, EventKind::Load)
+            })
             // The first phase begins with the motion, every other one with its events.
             || self.event_phase.iter().any(|&phase| phase == 0 || phase >= phases)
             || !self.event_phase.is_sorted()

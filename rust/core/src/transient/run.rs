@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::contact::admissible_start::initial_departures;
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
 use crate::error::{Error, RunFailure};
@@ -79,6 +79,7 @@ impl<'a> Run<'a> {
         trajectory.repetition = Some(Repetition {
             duration,
             accumulation_tolerance: controls.accumulation_tolerance,
+            load_time: controls.load_time,
             again: Run::again,
         });
         Self {
@@ -87,6 +88,8 @@ impl<'a> Run<'a> {
                 controls,
                 started: Instant::now(),
                 duration,
+                until: duration,
+                switched: controls.load_time,
                 time: Clock::default(),
                 q,
                 u,
@@ -142,6 +145,7 @@ impl<'a> Run<'a> {
         {
             return Ok(Some(StopReason::MaxEvents));
         }
+        self.state.until = self.next_switch();
         let departures = departing.then_some(&settlement.departures[..]);
         let grazings = self.state.trajectory.grazings.len();
         let after = loop {
@@ -156,7 +160,11 @@ impl<'a> Run<'a> {
             match end {
                 PhaseEnd::Event { after } => {
                     self.state.trajectory.counters.taylor_phases += taylor;
-                    break after;
+                    break Some(after);
+                }
+                PhaseEnd::Stop(StopReason::Duration) if self.state.until < self.state.duration => {
+                    self.state.trajectory.counters.taylor_phases += taylor;
+                    break None;
                 }
                 PhaseEnd::Stop(reason) => {
                     self.state.trajectory.counters.taylor_phases += taylor;
@@ -179,7 +187,7 @@ impl<'a> Run<'a> {
             }
         };
         let before = self.state.time.seconds;
-        self.state.time = self.state.time.after(after);
+        self.advance(after, search);
         *at_this_instant = if self.state.time.seconds > before { 0 } else { *at_this_instant + 1 };
         // Each contact can pass each status once; more means that the event rule goes in circles.
         if *at_this_instant > 4 * self.state.scene.contacts.len() + 4 {
@@ -214,6 +222,30 @@ impl<'a> Run<'a> {
         Ok(None)
     }
 
+    /// The end of the stretch that begins now.
+    fn next_switch(&self) -> f64 {
+        let RunState { scene, controls, switched, duration, .. } = &self.state;
+        let next = scene.next_switch(*switched);
+        next.map_or(*duration, |next| duration.min(next - controls.load_time))
+    }
+
+    /// Moves the clock on to the event that ends a phase; without one, a load is switched.
+    fn advance(&mut self, after: Option<f64>, search: &mut PhaseSearch) {
+        let RunState { scene, switched, time, until, q, .. } = &mut self.state;
+        match after {
+            Some(after) => *time = time.after(after),
+            None => {
+                *time = Clock { seconds: *until, rest: 0.0 };
+                search.triggers.clear();
+                search.triggers.push((NO_CONTACT, EventKind::Load));
+                if let (Some(drive), Some(next)) = (&scene.drive, scene.next_switch(*switched)) {
+                    *switched = next;
+                    drive.switch(next, q);
+                }
+            }
+        }
+    }
+
     /// State, statuses and departures after the event that a phase has come to.
     fn settle(
         &mut self,
@@ -231,8 +263,8 @@ impl<'a> Run<'a> {
 
     /// The states at the starts of some phases of a motion, the first of which is kept: once more what the run did.
     fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -> Vec<f64> {
-        let Repetition { duration, accumulation_tolerance, .. } = run;
-        let controls = Controls { accumulation_tolerance, ..Controls::default() };
+        let Repetition { duration, accumulation_tolerance, load_time, .. } = run;
+        let controls = Controls { accumulation_tolerance, load_time, ..Controls::default() };
         let start = trajectory.phase_state(first);
         let (q, u) = start.parts();
         let mut run = Run::new(
@@ -244,6 +276,11 @@ impl<'a> Run<'a> {
         );
         let Phase { start, rest, basis } = &trajectory.phases[first];
         run.state.time = Clock { seconds: *start, rest: *rest };
+        let switches = trajectory.events.iter().filter(|event| event.kind == EventKind::Load);
+        for _ in switches.take_while(|event| event.phase <= first) {
+            let RunState { scene, switched, .. } = &mut run.state;
+            *switched = scene.next_switch(*switched).unwrap_or(*switched);
+        }
         // A series of impacts over several contacts is judged by those before.
         let past = trajectory.events.partition_point(|event| event.phase <= first);
         let seen = past.saturating_sub(SEEN * run.state.scene.contacts.len());
@@ -260,11 +297,13 @@ impl<'a> Run<'a> {
         for phase in first + 1..first + count {
             let departing = settlement.departures.iter().any(|&d| d != Departure::None);
             let departures = departing.then_some(&settlement.departures[..]);
-            let end = search.follow(&mut run.state, &mut motion, departures, usize::MAX);
-            let PhaseEnd::Event { after } = end else {
-                unreachable!("what ended by an event does so again")
+            run.state.until = run.next_switch();
+            let after = match search.follow(&mut run.state, &mut motion, departures, usize::MAX) {
+                PhaseEnd::Event { after } => Some(after),
+                PhaseEnd::Stop(StopReason::Duration) => None,
+                _ => unreachable!("what ended by an event does so again"),
             };
-            run.state.time = run.state.time.after(after);
+            run.advance(after, &mut search);
             let (_, settled) = run.settle(&search, &mut settlement);
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
@@ -293,7 +332,8 @@ impl<'a> Run<'a> {
     /// How far a series of impacts over several contacts has come.
     fn series(&self, search: &PhaseSearch) -> Series {
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
-        let largest = self.state.q.iter().fold(0.0, |size: f64, q| size.max(q.abs()));
+        let structure = &self.state.q[..self.state.scene.structure()];
+        let largest = structure.iter().fold(0.0, |size: f64, q| size.max(q.abs()));
         let resolution = RESOLUTION * largest;
         Series {
             resolution,

@@ -21,6 +21,8 @@ pub struct Controls<'a> {
     /// Numbers of states that the motion keeps, 2n per event; between the states for which there is no room the run is
     /// repeated when they are asked for. None: 256 MB of them.
     pub kept_numbers: Option<usize>,
+    /// Time of the loads at which the run begins, s.
+    pub load_time: f64,
     /// Asked every few dozen panels.
     pub cancel: Option<&'a Cancel>,
 }
@@ -68,6 +70,10 @@ pub(crate) struct RunState<'a> {
     pub controls: Controls<'a>,
     pub started: Instant,
     pub duration: f64,
+    /// The end of the stretch in progress: the duration, or the next time at which a load is switched.
+    pub until: f64,
+    /// The time of the loads up to which they have been switched, s.
+    pub switched: f64,
     pub time: Clock,
     /// Contact coordinates and their velocities at `time`.
     pub q: Vec<f64>,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::contact::admissible_start::start_coordinates;
+use crate::contact::admissible_start::coordinates_at;
 use crate::error::Error;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
@@ -32,7 +32,7 @@ pub fn simulate(
         return Err(Error::CoupledImpacts);
     }
     controls.validate()?;
-    let (q, u) = start_coordinates(scene, start)?;
+    let (q, u) = coordinates_at(scene, start, controls.load_time)?;
     if !propagators.parts().is_empty() {
         return partitioned::simulate(
             propagators,

@@ -23,7 +23,7 @@ use crate::transient::kept_states::{KeptStates, PhaseState};
 pub struct Event {
     /// s
     pub time: f64,
-    /// Index of the contact.
+    /// Index of the contact; [`crate::contact::NO_CONTACT`] where a load was switched.
     pub contact: usize,
     /// What happened.
     pub kind: EventKind,
@@ -143,6 +143,8 @@ pub(crate) struct Repetition {
     pub duration: f64,
     /// See [`crate::transient::run_state::Controls`], s.
     pub accumulation_tolerance: f64,
+    /// See there, s.
+    pub load_time: f64,
     /// The states of some phases, from the first of them on, whose state is kept.
     pub again: fn(&Trajectory, Repetition, usize, usize) -> Vec<f64>,
 }
@@ -245,7 +247,7 @@ impl Trajectory {
     pub fn event_state(&self, event: &Event) -> (Vec<f64>, Vec<f64>) {
         let state = self.phase_state(event.phase);
         let (q, u) = state.parts();
-        (self.scene().positions(q), self.scene().velocities(u))
+        self.scene().dof_state(q, u)
     }
 
     /// The state at a time within the motion; at an event time the state after it.
@@ -270,8 +272,9 @@ impl Trajectory {
         let mut cursor = Cursor::new(self);
         for &time in times {
             cursor.seek("times", time)?;
-            sample.position.extend(self.scene().positions(&cursor.q));
-            sample.velocity.extend(self.scene().velocities(&cursor.u));
+            let (position, velocity) = self.scene().dof_state(&cursor.q, &cursor.u);
+            sample.position.extend(position);
+            sample.velocity.extend(velocity);
             let combination = &self.phases[cursor.phase].basis.combination;
             if self.scene().contacts_coupled()
                 && coupled.as_ref().is_none_or(|known: &CoupledForces| known.0 != *combination)
@@ -308,17 +311,16 @@ impl Trajectory {
             let position = match known.iter().position(|entry| entry.0 == *combination) {
                 Some(position) => position,
                 None => {
-                    known.push((combination.clone(), Modes::new(self.scene(), combination)?));
+                    known
+                        .push((combination.clone(), Modes::new(self.scene().bare(), combination)?));
                     known.len() - 1
                 }
             };
             let (_, modes) = &known[position];
             let kept = &modes.reduced.reduction.kept;
-            let y: Vec<f64> = kept
-                .iter()
-                .map(|&k| cursor.q[k])
-                .chain(kept.iter().map(|&k| cursor.u[k]))
-                .collect();
+            let (q, u) = self.scene().at_rest(&cursor.q, &cursor.u);
+            let y: Vec<f64> =
+                kept.iter().map(|&k| q[k]).chain(kept.iter().map(|&k| u[k])).collect();
             if runs.last().is_none_or(|run| run.combination != *combination) {
                 runs.push(ModalRun {
                     combination: combination.clone(),

@@ -60,6 +60,7 @@ fn scenes() -> impl Strategy<Value = SceneInput> {
                     force: vec![0.0, loads[0], 0.0, loads[1], 0.3],
                     contacts: vec![first, second],
                     impact_friction,
+                    loads: Default::default(),
                 }
             },
         )

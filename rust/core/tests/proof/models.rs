@@ -36,6 +36,7 @@ pub fn block(law: ContactInput) -> SceneInput {
         force: vec![0.0, -1.0],
         contacts: vec![law],
         impact_friction: false,
+        loads: Default::default(),
     }
 }
 
@@ -77,6 +78,7 @@ pub fn two_subsystems(friction: f64, slider_speed: f64) -> SceneInput {
         force,
         contacts: vec![law(2), law(6)],
         impact_friction: false,
+        loads: Default::default(),
     }
 }
 

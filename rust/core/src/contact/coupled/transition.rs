@@ -39,7 +39,7 @@ pub(crate) fn settle_coupled(
     let joins = |i: usize| joint.as_ref().is_some_and(|joint| joint.contacts.contains(&i));
     let mut outcome: Vec<(Status, Departure)> =
         statuses.iter().map(|&status| (status, Departure::None)).collect();
-    let mut forces_jump = false;
+    let mut forces_jump = triggers.iter().any(|trigger| trigger.1 == EventKind::Load);
     let mut problem: Vec<Touching> = Vec::new();
     for (i, law) in contacts.iter().enumerate() {
         let trigger = of_contact(triggers, i);

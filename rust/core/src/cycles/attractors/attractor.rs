@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 
+use crate::cycles::attractors::forced::forced_recurrence;
 use crate::cycles::attractors::lyapunov::{Lyapunov, Neighbour};
 use crate::cycles::attractors::recurrence::Recurrence;
 use crate::cycles::attractors::recurrence::recurrence;
@@ -13,10 +14,11 @@ use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
+use crate::scene::reduction::Reduced;
 use crate::scene::status::Status;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
-use crate::transient::trajectory::{StopReason, Trajectory};
+use crate::transient::trajectory::{Cursor, StopReason, Trajectory};
 
 /// Chaotic: a perturbation grows by more than e^CHAOS over the second half of the observed time.
 const CHAOS: f64 = 12.0;
@@ -24,6 +26,8 @@ const CHAOS: f64 = 12.0;
 const LONGER: f64 = 0.5;
 /// ... but at most this many times as long as the first, so that it fits into memory.
 const LONGEST: f64 = 32.0;
+/// Periods of loads in time that a look lasts at least.
+const PERIODS: f64 = 16.0;
 /// Standard errors of the growth rate by which it must exceed zero for that.
 const CERTAIN: f64 = 4.0;
 
@@ -51,11 +55,15 @@ pub fn settle(
     let mut elapsed = 0.0;
     let mut neighbour: Option<Neighbour> = None;
     let mut state = start.clone();
+    let period = propagators.moving().load_period()?;
     loop {
         // A recurrence shows within one look only: long periods need long ones.
         let longer = (LONGER * elapsed).min(LONGEST * search.stretch);
         let look = search.stretch.max(longer.min(search.limit - elapsed));
+        // Under loads in time a look begins and ends at the same phase of theirs.
+        let look = period.map_or(look, |period| (look / period).ceil().max(PERIODS) * period);
         let controls = Controls {
+            load_time: elapsed,
             cancel: search.cancel,
             // A run that is late from the start still takes its first steps.
             time_limit: search.remaining().map(|rest| rest.max(f64::MIN_POSITIVE)),
@@ -106,7 +114,11 @@ pub fn settled_from(
         neighbour.follow(run, search)?;
         return Ok((Attractor::Aperiodic(neighbour.growth()), None));
     }
-    let (attractor, run) = settle(&run.propagators, &run.state(run.end)?, search)?;
+    // What follows begins again: the loads are those of the start.
+    let (attractor, run) = match run.propagators.moving().drive {
+        Some(_) => settle(&run.propagators, &run.state(0.0)?, search)?,
+        None => settle(&run.propagators, &run.state(run.end)?, search)?,
+    };
     Ok((attractor, Some(run)))
 }
 
@@ -128,13 +140,27 @@ pub fn attractor(run: &Trajectory, search: Search<'_>) -> Option<Attractor> {
     if comes_to_rest(run) {
         return Some(Attractor::Equilibrium);
     }
-    recurrence(run, search).map(|recurrence| Attractor::Cycle(Box::new(recurrence)))
+    let found = match is_forced(run) {
+        true => forced_recurrence(run, search),
+        false => recurrence(run, search),
+    };
+    found.map(|recurrence| Attractor::Cycle(Box::new(recurrence)))
+}
+
+/// Whether loads oscillate.
+fn is_forced(run: &Trajectory) -> bool {
+    run.scene().drive.as_ref().is_some_and(|drive| !drive.oscillators.is_empty())
 }
 
 /// Whether no event can follow: with modal deviations z from the equilibrium of the last combination,
 /// an event function never falls below its value there less `sum |h_r| |z_r|`.
 fn comes_to_rest(run: &Trajectory) -> bool {
     let scene = run.scene();
+    // Loads that oscillate go on, and those that are yet to be switched come.
+    let load_time = run.repetition.map_or(0.0, |run| run.load_time);
+    if is_forced(run) || scene.next_switch(load_time + run.end).is_some() {
+        return false;
+    }
     let Some(phase) = run.phases.last() else { return false };
     let combination = &phase.basis.combination;
     let carried = scene
@@ -145,12 +171,16 @@ fn comes_to_rest(run: &Trajectory) -> bool {
     if carried {
         return false;
     }
-    let Ok(modes) = Modes::new(scene, combination) else { return false };
+    let Ok(modes) = Modes::new(scene.bare(), combination) else { return false };
+    let Ok(reduced) = Reduced::new(scene, combination) else { return false };
     if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
         return false;
     }
-    let Ok((q, u)) = run.coordinates(run.end) else { return false };
-    let reduced = &modes.reduced;
+    let mut cursor = Cursor::new(run);
+    if cursor.seek("time", run.end).is_err() {
+        return false;
+    }
+    let (q, u) = (cursor.q, cursor.u);
     let mut force = reduced.force_constant.clone();
     for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {
         force.iter_mut().zip(loads).for_each(|(f, load)| *f += load * q[k]);

@@ -79,11 +79,16 @@ impl Neighbour {
         let size = 2 * run.scene().size;
         Self {
             scales: Scales::of(
-                run.scene().size,
+                run.scene(),
                 (0..run.phases.len()).map(|phase| run.phase_state(phase)),
             ),
             // Any direction has a part along the one that grows most.
-            apart: (0..size).map(|k| 1.0 + 0.1 * (k as f64).sin()).collect(),
+            apart: (0..size)
+                .map(|k| match run.scene().is_structure(k) {
+                    true => 1.0 + 0.1 * (k as f64).sin(),
+                    false => 0.0,
+                })
+                .collect(),
             time: 0.0,
             grown: 0.0,
             history: vec![(0.0, 0.0)],

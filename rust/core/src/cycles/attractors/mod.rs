@@ -2,6 +2,7 @@
 
 pub(crate) mod attractor;
 pub(crate) mod ensemble;
+pub(crate) mod forced;
 pub(crate) mod lyapunov;
 pub(crate) mod recurrence;
 pub(crate) mod search;

@@ -23,7 +23,7 @@ use crate::transient::trajectory::Trajectory;
 /// Periods over which events must repeat.
 const REPEATS: usize = 3;
 /// Mismatch of a recurrence, relative to the range of the motion, up to which Newton's method is tried.
-const NEAR_RECURRENCE: f64 = 0.5;
+pub(super) const NEAR_RECURRENCE: f64 = 0.5;
 /// Distance from an orbit at which a run is on it, whether the orbit is stable or not.
 const ON: f64 = 1e-8;
 /// Recurrences tried: the doublings of a period up to 64, or as many odd ones.
@@ -38,17 +38,17 @@ pub struct Recurrence {
     pub cycle: Cycle,
     /// Distance of the end of the run from the orbit, relative to its range.
     pub distance: f64,
-    approached: bool,
+    pub(super) approached: bool,
 }
 
 /// What happened at the start of a phase, and its combination.
-type Label = (Vec<(usize, EventKind)>, Combination);
+pub(super) type Label = (Vec<(usize, EventKind)>, Combination);
 
 /// One entry of a sequence of events: what happened, and the phase that begins then.
 #[derive(Debug, PartialEq)]
-struct Entry {
-    label: Label,
-    phase: usize,
+pub(super) struct Entry {
+    pub label: Label,
+    pub phase: usize,
 }
 
 impl Entry {
@@ -94,7 +94,7 @@ fn recurring(
 }
 
 /// What happened at the start of every phase but the first, and its combination.
-fn labels(run: &Trajectory) -> Vec<Label> {
+pub(super) fn labels(run: &Trajectory) -> Vec<Label> {
     let mut labels: Vec<Label> = run
         .phases
         .iter()
@@ -135,12 +135,12 @@ fn candidate(
     let rounds = count / period;
     let (last, before) = (ends[count], ends[count - period]);
     let window = (before..=last).map(|phase| run.phase_state(phase));
-    let scales = Scales::of(run.scene().size, window);
+    let scales = Scales::of(run.scene(), window);
     if !(scales.distance(&run.phase_state(last), &run.phase_state(before)) < NEAR_RECURRENCE) {
         return None;
     }
     let steps = steps(run, method, labels, before..last)?;
-    let orbit = Orbit::solve(&run.propagators, method, steps).ok()?;
+    let orbit = Orbit::solve(&run.propagators, method, steps, 0).ok()?;
     let distance = |phase: usize| scales.distance(&run.phase_state(phase), &orbit.steps[0].state);
     let (now, first) = (distance(last), distance(ends[count - rounds * period]));
     if !(now < NEAR_RECURRENCE)
@@ -148,10 +148,18 @@ fn candidate(
     {
         return None;
     }
-    if repeats_itself(&orbit) || !is_followed(&orbit) {
+    if repeats_itself(&orbit) {
         return None;
     }
-    let cycle = Cycle::new(rotated(orbit)).ok()?;
+    judged(rotated(orbit), now, first, rounds)
+}
+
+/// An orbit that a run is on or approaches, `now` away from it and some rounds before `first`.
+pub(super) fn judged(orbit: Orbit, now: f64, first: f64, rounds: usize) -> Option<Recurrence> {
+    if !is_followed(&orbit) {
+        return None;
+    }
+    let cycle = Cycle::new(orbit).ok()?;
     let stable = cycle.stability == Stability::Stable;
     let rate = cycle.multipliers.largest();
     let expected = 0.5 * (1.0 + rate.powi(rounds.min(i32::MAX as usize) as i32));
@@ -160,7 +168,7 @@ fn candidate(
 }
 
 /// The phases of a range as steps of an orbit.
-fn steps(
+pub(super) fn steps(
     run: &Trajectory,
     method: Method,
     labels: &[Label],
@@ -208,7 +216,7 @@ fn steps(
 
 /// The sequence of labels in which every series of impacts up to its limit is one entry: the contacts in it, and the
 /// combination after it.
-fn condensed(labels: &[Label]) -> Vec<Entry> {
+pub(super) fn condensed(labels: &[Label]) -> Vec<Entry> {
     let mut sequence: Vec<Entry> = Vec::with_capacity(labels.len());
     for (k, (events, combination)) in labels.iter().enumerate() {
         let is_limit = events.iter().any(|event| event.1 == EventKind::Accumulation);
@@ -259,15 +267,24 @@ pub fn is_followed(orbit: &Orbit) -> bool {
     let step = &orbit.steps[longest];
     let middle = flows[longest].end(&step.state, 0.5 * step.duration);
     let state = state_of(orbit, &middle, &step.combination);
-    let Ok(run) =
-        simulate(&orbit.propagators, &state, orbit.period, orbit.method, Controls::default())
-    else {
+    let scene = orbit.scene();
+    let begun = orbit.times()[longest].seconds + 0.5 * step.duration;
+    let Ok(load_time) = scene.after_switches().map(|switched| switched + begun) else {
         return false;
     };
+    let controls = Controls { load_time, ..Controls::default() };
+    let run = simulate(&orbit.propagators, &state, orbit.period, orbit.method, controls);
+    let Ok(run) = run else { return false };
     let mut turned = orbit.clone();
     turned.steps.rotate_left(longest);
     let Ok(expected) = turned.trajectory() else { return false };
-    let Ok((q, u)) = run.coordinates(run.end) else { return false };
+    let (q, u) = if scene.has_massless() {
+        let Ok(end) = run.coordinates(run.end) else { return false };
+        end
+    } else {
+        let Ok(end) = run.state(run.end) else { return false };
+        scene.moving_coordinates(&end.position, &end.velocity, load_time + orbit.period)
+    };
     lasting_combinations(&expected, orbit.period) == lasting_combinations(&run, orbit.period)
         && orbit.scales().distance(&[q, u].concat(), &middle) < SAME
 }

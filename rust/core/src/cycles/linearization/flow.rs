@@ -37,6 +37,8 @@ pub(crate) struct Flow<'a> {
     equation: EquationOfMotion,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
+    /// Those of them that belong to the structure: loads are as they are.
+    pub section: Vec<usize>,
     /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
     fastest: f64,
     /// Buffers of the motions.
@@ -61,15 +63,16 @@ impl<'a> Flow<'a> {
         let mut free: Vec<usize> = kept
             .iter()
             .copied()
-            .chain(sticking.iter().map(|stick| stick.0))
+            .chain(sticking.iter().map(|stick| stick.0).filter(|&k| k < scene.structure()))
             .chain(kept.iter().map(|&k| scene.size + k))
             .collect();
         free.sort_unstable();
+        let section = free.iter().copied().filter(|&k| scene.is_structure(k)).collect();
         let still = vec![0.0; scene.size];
         let motion = Motion::new(scene, &basis, &still, &still);
         let running = RefCell::new(motion);
         let fastest = fastest(scene);
-        Ok(Self { scene, basis, equation, free, fastest, running })
+        Ok(Self { scene, basis, equation, free, section, fastest, running })
     }
 
     pub fn combination(&self) -> &Combination {

@@ -109,6 +109,9 @@ impl Passage {
         before: &Combination,
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
+        if self.trigger == EventKind::Load {
+            return Ok(());
+        }
         let law = &scene.contacts[self.contact];
         if self.is_joint() {
             self.strike(scene, before, state)?;
@@ -127,7 +130,8 @@ impl Passage {
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
-            | EventKind::Jump => {}
+            | EventKind::Jump
+            | EventKind::Load => {}
         }
         Ok(())
     }
@@ -219,13 +223,17 @@ impl Passage {
             return Ok(SparseMatrix::from_dense(&closing.projection).product(&matrix));
         }
         let mut matrix = DMatrix::identity(2 * n, 2 * n);
+        if self.trigger == EventKind::Load {
+            return Ok(SparseMatrix::from_dense(&matrix));
+        }
         let law = &scene.contacts[self.contact];
         let (t, g) = (n + law.tangential, n + law.normal);
         match self.trigger {
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
-            | EventKind::Jump => {}
+            | EventKind::Jump
+            | EventKind::Load => {}
             EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
             EventKind::Velocity => matrix[(t, t)] = 0.0,
             EventKind::Accumulation => {

@@ -64,7 +64,7 @@ impl Orbit {
         let mut orbit = Self { propagators: Arc::clone(propagators), ..self.clone() };
         orbit.transfer();
         let flows = flows(propagators, orbit.method, &orbit.steps)?;
-        orbit.constrain(&flows);
+        orbit.constrain(&flows)?;
         orbit.period = orbit.steps.iter().map(|step| step.duration).sum();
         Ok(orbit)
     }

@@ -146,7 +146,8 @@ impl Orbit {
             trajectory.phases.push(Phase { start, rest, basis });
             let (q, u) = step.state.split_at(self.scene().size);
             trajectory.states.push(q, u, &[]);
-            if k > 0 {
+            // The period of the loads is no event.
+            if k > 0 && self.steps[k - 1].kind != EventKind::Load {
                 let ended = &self.steps[k - 1];
                 let time = times[k].seconds;
                 trajectory.events.extend(ended.events().into_iter().map(|(contact, kind)| Event {
@@ -166,7 +167,19 @@ impl Orbit {
     /// The orbit with the same event sequence in another scene.
     pub fn continued(&self, propagators: &Arc<Propagators>) -> Result<Self, OrbitFailure> {
         let scene = &propagators.scene;
-        if scene.size != self.scene().size || scene.contacts.len() != self.scene().contacts.len() {
+        let loads = [scene, self.scene()].map(|scene| scene.size - scene.structure());
+        if loads[0] != loads[1] {
+            return Err(Error::Shape {
+                argument: "scene".into(),
+                expected: format!(
+                    "{} loads in time of different frequencies, like the orbit",
+                    loads[1]
+                ),
+                got: loads[0].to_string(),
+            }
+            .into());
+        }
+        if scene.dofs != self.scene().dofs || scene.contacts.len() != self.scene().contacts.len() {
             return Err(Error::Shape {
                 argument: "scene".into(),
                 expected: format!(
@@ -178,7 +191,7 @@ impl Orbit {
             }
             .into());
         }
-        Self::solve(propagators, self.method, self.steps.clone())
+        Self::solve(propagators, self.method, self.steps.clone(), self.load_periods)
     }
 
     fn grid(&self, duration: f64) -> usize {
@@ -188,14 +201,12 @@ impl Orbit {
     /// Smallest and largest displacement of every dof; where a velocity changes sign, by Newton's method.
     pub fn extremes(&self) -> Result<Extremes, Error> {
         let scene = self.scene();
-        let (n, dofs_count) = (scene.size, scene.dofs);
-        let mut extremes = Extremes {
-            minimum: vec![f64::INFINITY; dofs_count],
-            maximum: vec![f64::NEG_INFINITY; dofs_count],
-        };
+        let (coordinates, n) = (scene.size, scene.dofs);
+        let mut extremes =
+            Extremes { minimum: vec![f64::INFINITY; n], maximum: vec![f64::NEG_INFINITY; n] };
         let dofs = |state: &[f64]| {
-            let (q, u) = state.split_at(n);
-            (scene.positions(q), scene.velocities(u))
+            let (q, u) = state.split_at(coordinates);
+            scene.dof_state(q, u)
         };
         for (step, flow) in self.steps.iter().zip(self.flows()?) {
             let count = self.grid(step.duration);
@@ -203,7 +214,7 @@ impl Orbit {
             let mut before: Option<(Vec<f64>, Vec<f64>)> = None;
             for i in 0..=count {
                 let at = dofs(&flow.end(&step.state, width * i as f64));
-                for dof in 0..dofs_count {
+                for dof in 0..n {
                     extremes.include(dof, at.0[dof]);
                     let turns = before.as_ref().is_some_and(|b| b.1[dof] * at.1[dof] < 0.0);
                     if let (true, Some(before)) = (turns, &before) {
@@ -212,7 +223,7 @@ impl Orbit {
                         let velocities = [before.1[dof], at.1[dof]];
                         let time = bracket.root(velocities, TURNED * width, |time| {
                             let state = flow.end(&step.state, time);
-                            let acceleration = scene.velocities(&flow.field(&state)[n..])[dof];
+                            let acceleration = scene.accelerations(&flow.field(&state))[dof];
                             (dofs(&state).1[dof], acceleration)
                         });
                         extremes.include(dof, dofs(&flow.end(&step.state, time)).0[dof]);

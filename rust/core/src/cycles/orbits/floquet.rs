@@ -24,7 +24,7 @@ pub struct Multipliers {
     /// Descending in modulus, conjugates adjacent. NaN at a corner of the return map (see [`Orbit::corner`]).
     pub values: Vec<Complex64>,
     /// Those of the return map: without the one of the phase of the orbit, which is 1. At a fold, where that one
-    /// is defective, they keep their digits.
+    /// is defective, they keep their digits. Under loads in time the phase is theirs, and all of them count.
     pub transverse: Vec<Complex64>,
     /// How many of `values` are zero because contact and sticking leave fewer coordinates free.
     pub structural_zeros: usize,
@@ -69,19 +69,19 @@ impl Orbit {
         let flows = self.flows()?;
         let pass = self.pass(&flows)?;
         let count = self.steps.len();
-        let dimensions: Vec<usize> = flows.iter().map(|flow| flow.free.len()).collect();
+        let dimensions: Vec<usize> = flows.iter().map(|flow| flow.section.len()).collect();
         let losses: Vec<usize> = (0..count)
             .map(|k| {
                 let next_field = flows[(k + 1) % count].field(&pass.arrived[k]);
                 let jump = &pass.linearised[k].jump;
-                self.steps[k].passage.loss(&flows[k].free, jump, &next_field)
+                self.steps[k].passage.loss(&flows[k].section, jump, &next_field)
             })
             .collect();
         let rank = dimensions.iter().zip(&losses).map(|(d, lost)| d.saturating_sub(*lost)).min();
         let rank = rank.unwrap_or_default();
         let section = dimensions.first().copied().unwrap_or_default();
         let narrowest = (0..count).min_by_key(|&k| dimensions[k]).unwrap_or_default();
-        let free = &flows[narrowest].free;
+        let free = &flows[narrowest].section;
         let corner = self.corner().is_some();
         let eigenvalues = |maps: &[DMatrix<f64>], nonzero: usize, dimension: usize| {
             if corner {
@@ -94,15 +94,18 @@ impl Orbit {
             values.resize(dimension, Complex64::default());
             values
         };
-        let return_maps: Vec<DMatrix<f64>> =
-            pass.linearised.iter().map(Linearised::return_map).collect();
+        let values = eigenvalues(&self.fundamental_maps(&flows, &pass), rank, section);
+        let transverse = match self.load_periods {
+            0 => {
+                let return_maps: Vec<DMatrix<f64>> =
+                    pass.linearised.iter().map(Linearised::return_map).collect();
+                eigenvalues(&return_maps, rank.saturating_sub(1), section.saturating_sub(1))
+            }
+            _ => values.clone(),
+        };
         Ok(Multipliers {
-            values: eigenvalues(&self.fundamental_maps(&flows, &pass), rank, section),
-            transverse: eigenvalues(
-                &return_maps,
-                rank.saturating_sub(1),
-                section.saturating_sub(1),
-            ),
+            values,
+            transverse,
             structural_zeros: section.saturating_sub(rank),
             dimensions,
             losses,
@@ -124,6 +127,10 @@ impl Orbit {
         (0..count).filter(|&k| !self.lasts(k) && !self.is_within_series(k)).find_map(|k| {
             let (first, second) =
                 (&self.steps[(k + count - 1) % count].passage, &self.steps[k].passage);
+            let timed = |passage: &Passage| passage.trigger == EventKind::Load;
+            if timed(first) || timed(second) {
+                return None;
+            }
             let jump = jump(k) || jump(k + count - 1);
             (first.contact != second.contact
                 && (coupled || jump || impact(first) || impact(second)))

@@ -9,7 +9,7 @@
 //! int_0^tau e^{(lambda - i k omega) t} dt = tau phi1((lambda - i k omega) tau)
 //! ```
 //!
-//! The mean, and all coefficients of phases without a well-conditioned modal basis, are integrated by Gauss's
+//! The mean, and all coefficients of phases without a well-conditioned modal basis or under loads in time, are integrated by Gauss's
 //! rule on pieces short enough for rounding: on a piece of length h the m-point rule leaves at most
 //! `h^{2m+1} (m!)^4 / ((2m + 1) ((2m)!)^3) |f^(2m)|`, and here `|f^(2m)| <= rho^{2m} |f|` with
 //! rho = the fastest eigenvalue plus k omega.
@@ -42,18 +42,22 @@ impl Orbit {
     /// `x(t) = c_0 + 2 Re sum_k c_k e^{i k omega t}` and t = 0 at the section, for k = 0 .. count.
     pub fn harmonics(&self, count: usize) -> Result<Harmonics, Error> {
         let scene = self.scene();
-        let n = scene.size;
+        let (coordinates, n) = (scene.size, scene.structure());
         let flows = self.flows()?;
         let omega = std::f64::consts::TAU / self.period;
         let mut sums = vec![Complex64::default(); (count + 1) * n];
         let mut time = 0.0;
         for (index, (step, flow)) in self.steps.iter().zip(&flows).enumerate() {
-            let modes = Modes::new(scene, flow.combination())?;
-            let fastest = modes.eigenvalues.iter().map(|l| l.norm()).fold(0.0, f64::max);
+            let modes = Modes::new(scene.bare(), flow.combination())?;
+            let loads = if self.load_periods > 0 { scene.fastest_load() } else { 0.0 };
+            let fastest = modes.eigenvalues.iter().map(|l| l.norm()).fold(loads, f64::max);
             let kept = &modes.reduced.reduction.kept;
-            let exact = modes.condition.iter().all(|&condition| condition < CONDITION);
+            let exact = self.load_periods == 0
+                && modes.condition.iter().all(|&condition| condition < CONDITION);
             integrate(step, flow, fastest, |state, weight, _| {
-                (0..n).for_each(|k| sums[k] += weight * state[k]);
+                let (q, u) = state.split_at(coordinates);
+                let (q, _) = scene.at_rest(q, u);
+                (0..n).for_each(|k| sums[k] += weight * q[k]);
             });
             if exact {
                 let field = flow.field(&step.state);
@@ -93,7 +97,9 @@ impl Orbit {
                     integrate(step, flow, fastest + s, |state, weight, t| {
                         let field = flow.field(state);
                         let factor = weight * Complex64::new(0.0, -s * (time + t)).exp();
-                        (0..n).for_each(|i| sums[k * n + i] += factor * field[n + i]);
+                        let (u, acceleration) = field.split_at(coordinates);
+                        let (_, acceleration) = scene.at_rest(u, acceleration);
+                        (0..n).for_each(|i| sums[k * n + i] += factor * acceleration[i]);
                     });
                 }
             }
@@ -103,7 +109,7 @@ impl Orbit {
             for k in 1..=count {
                 let turn = Complex64::new(0.0, -omega * k as f64 * time).exp();
                 for i in 0..n {
-                    let jump = next[n + i] - end[n + i];
+                    let jump = next[coordinates + i] - end[coordinates + i];
                     sums[k * n + i] += turn * jump;
                 }
             }

@@ -7,6 +7,10 @@
 //! ```
 //!
 //! (multiple shooting, so that an unstable orbit is found as well as a stable one; see `shooting`).
+//!
+//! Under loads in time the period is a multiple of theirs. The orbit then begins where their phase is 0 and ends there,
+//! with the phase of a load as the last h_k: the section is that of a stroboscope, and the loads, which are coordinates of
+//! their own in y (see `scene::loads`), have no neighbours.
 
 use std::ops::Deref;
 use std::sync::Arc;
@@ -24,6 +28,9 @@ use crate::transient::run_state::Clock;
 /// Part of the period below which a phase between two events is none: they coincide.
 pub(crate) const INSTANT: f64 = 1e-11;
 
+/// Instants of a phase by which the range of an orbit under loads in time is judged.
+const PARTS: usize = 5;
+
 /// One phase of a cycle and the event that ends it.
 #[derive(Debug, Clone)]
 pub struct Step {
@@ -39,7 +46,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Of the event that ends it.
+    /// Of the event that ends it; of none where the period of the loads does.
     pub const fn contact(&self) -> usize {
         self.passage.contact
     }
@@ -96,6 +103,8 @@ pub struct Orbit {
     pub steps: Vec<Step>,
     /// Duration of one period, s.
     pub period: f64,
+    /// How many periods of the loads in time it lasts; 0 without such loads.
+    pub load_periods: usize,
     /// Largest mismatch of a phase's end and the next one's start, relative to the range of the orbit.
     pub residual: f64,
 }
@@ -104,12 +113,15 @@ pub struct Orbit {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Scales {
     n: usize,
+    /// Coordinates of the structure; the others carry loads.
+    structure: usize,
     pub length: f64,
     pub speed: f64,
 }
 
 impl Scales {
-    pub fn of(n: usize, states: impl Iterator<Item: Deref<Target = [f64]>>) -> Self {
+    pub fn of(scene: &Scene, states: impl Iterator<Item: Deref<Target = [f64]>>) -> Self {
+        let (n, structure) = (scene.size, scene.structure());
         let mut ends = vec![(f64::INFINITY, f64::NEG_INFINITY); 2 * n];
         for state in states {
             let entries = ends.iter_mut().zip(state.iter());
@@ -119,8 +131,9 @@ impl Scales {
         let positive = |size: f64| if size > 0.0 { size } else { 1.0 };
         Self {
             n,
-            length: positive((0..n).map(range).fold(0.0, f64::max)),
-            speed: positive((n..2 * n).map(range).fold(0.0, f64::max)),
+            structure,
+            length: positive((0..structure).map(range).fold(0.0, f64::max)),
+            speed: positive((n..n + structure).map(range).fold(0.0, f64::max)),
         }
     }
 
@@ -131,7 +144,12 @@ impl Scales {
 
     /// Unit of an entry of (q, q').
     pub const fn unit(&self, k: usize) -> f64 {
-        if k < self.n { self.length } else { self.speed }
+        match (k < self.n, k % self.n < self.structure) {
+            (true, true) => self.length,
+            (false, true) => self.speed,
+            // What carries loads follows the clock.
+            (_, false) => f64::INFINITY,
+        }
     }
 
     pub fn distance(&self, a: &[f64], b: &[f64]) -> f64 {
@@ -160,7 +178,19 @@ impl Orbit {
     }
 
     pub(crate) fn scales(&self) -> Scales {
-        Scales::of(self.scene().size, self.steps.iter().map(|step| step.state.as_slice()))
+        let flows = if self.load_periods > 0 { self.flows().ok() } else { None };
+        match flows {
+            // Between two events under loads in time there may be a whole period.
+            Some(flows) => {
+                let at = |(step, flow): (&Step, &Flow<'_>), part: usize| {
+                    flow.end(&step.state, step.duration * part as f64 / PARTS as f64)
+                };
+                let steps = self.steps.iter().zip(&flows);
+                let states = steps.flat_map(|pair| (0..PARTS).map(move |part| at(pair, part)));
+                Scales::of(self.scene(), states.collect::<Vec<_>>().iter().map(Vec::as_slice))
+            }
+            None => Scales::of(self.scene(), self.steps.iter().map(|step| step.state.as_slice())),
+        }
     }
 
     /// Whether a phase is more than the instant between two events that coincide.

@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::contact::event_kind::EventKind;
+use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, Step};
@@ -51,7 +51,9 @@ impl CycleRecord {
             || self.kinds.len() != count
             || self.series.len() != count
             || self.series.iter().flatten().any(|&contact| contact >= scene.contacts.len())
-            || self.contacts.iter().any(|&contact| contact >= scene.contacts.len())
+            || self.contacts.iter().zip(&self.kinds).any(|(&contact, &kind)| {
+                contact >= scene.contacts.len() && (contact, kind) != (NO_CONTACT, EventKind::Load)
+            })
             || !(finite(&self.states) && finite(&self.durations) && self.residual >= 0.0)
             // The same sum in another order.
             || !(self.period > 0.0 && (self.period - whole).abs() <= count as f64 * f64::EPSILON * self.period)
@@ -88,6 +90,13 @@ impl Cycle {
         let scene = &propagators.scene;
         let (count, width) = (record.combinations.len(), 2 * scene.size);
         record.check(scene)?;
+        let load_periods = scene
+            .load_period()?
+            .map_or(0, |period| (record.period / period).round().max(1.0) as usize);
+        let ends = record.kinds[count - 1] == EventKind::Load;
+        if ends != (load_periods > 0) {
+            return Err(refused("a period that does not fit the loads of the scene").into());
+        }
         let steps = (0..count)
             .map(|k| {
                 let (contact, kind) = (record.contacts[k], record.kinds[k]);
@@ -96,7 +105,11 @@ impl Cycle {
                 propagators.scene.check_combination(&combination)?;
                 let series = &record.series[k];
                 let is_joint = !series.is_empty();
-                if !kind.can_end(combination.statuses()[contact])
+                let ends = match contact {
+                    NO_CONTACT => load_periods > 0 && k + 1 == count,
+                    contact => kind.can_end(combination.statuses()[contact]),
+                };
+                if !ends
                     || is_joint && !(kind == EventKind::Accumulation && scene.contacts_coupled())
                 {
                     return Err(refused("events that do not fit the phases they end"));
@@ -127,6 +140,7 @@ impl Cycle {
             method: record.method,
             steps,
             period: record.period,
+            load_periods,
             residual: record.residual,
         })
     }

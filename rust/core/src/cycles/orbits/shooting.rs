@@ -16,6 +16,7 @@ use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Linearised;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows};
+use crate::error::Error;
 use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
@@ -72,7 +73,7 @@ impl Shooting {
             maps,
             mismatch: orbit.mismatches(pass),
             whole,
-            free: flows[0].free.clone(),
+            free: flows[0].section.clone(),
             scales,
         }
     }
@@ -108,10 +109,15 @@ impl Shooting {
 
     /// dy_0
     pub fn solution(&self) -> Result<Vec<f64>, OrbitFailure> {
-        let entries = solve(self.matrix(), &self.load(&self.mismatch));
-        match entries.iter().all(|x| x.is_finite()) {
-            true => Ok(self.state(&entries)),
-            false => Err(OrbitFailure::Singular),
+        let load = self.load(&self.mismatch);
+        let entries = solve(self.matrix(), &load);
+        if entries.iter().all(|x| x.is_finite()) {
+            Ok(self.state(&entries))
+        } else if load.iter().all(|x| x.abs() <= ROUNDING) {
+            // One of a family of orbits, such as what sticks wherever it is to a slider that vibrates.
+            Ok(vec![0.0; self.scales.size()])
+        } else {
+            Err(OrbitFailure::Singular)
         }
     }
 
@@ -142,16 +148,19 @@ impl Orbit {
         propagators: &Arc<Propagators>,
         method: Method,
         guess: Vec<Step>,
+        load_periods: usize,
     ) -> Result<Self, OrbitFailure> {
         let mut orbit = Self {
             propagators: Arc::clone(propagators),
             method,
             period: guess.iter().map(|step| step.duration).sum(),
+            load_periods,
             steps: guess,
             residual: f64::INFINITY,
         };
         orbit.transfer();
         let flows = flows(propagators, method, &orbit.steps)?;
+        orbit.keep_time()?;
         let mut last = f64::INFINITY;
         for count in 1..=STEPS {
             let pass = orbit.pass(&flows)?;
@@ -235,13 +244,15 @@ impl Orbit {
             largest = largest.max((change.delay / self.period).abs());
             self.steps[k].duration += change.delay;
         }
-        self.constrain(flows);
+        if self.constrain(flows).is_err() {
+            return f64::NAN;
+        }
         self.period = self.steps.iter().map(|step| step.duration).sum();
         if self.period.is_finite() { largest } else { f64::NAN }
     }
 
     /// Sets what the combinations prescribe.
-    pub(crate) fn constrain(&mut self, flows: &[Flow<'_>]) {
+    pub(crate) fn constrain(&mut self, flows: &[Flow<'_>]) -> Result<(), Error> {
         let n = self.scene().size;
         let scene = Arc::clone(self.scene());
         for (step, flow) in self.steps.iter_mut().zip(flows) {
@@ -260,6 +271,27 @@ impl Orbit {
                 step.duration = duration;
             }
         }
+        self.keep_time()
+    }
+
+    /// Under loads in time, makes the period a whole number of theirs and sets their phase at every step.
+    fn keep_time(&mut self) -> Result<(), Error> {
+        let scene = Arc::clone(self.scene());
+        let (Some(period), Some(drive)) = (scene.load_period()?, &scene.drive) else {
+            return Ok(());
+        };
+        let whole = self.load_periods as f64 * period;
+        let lasts: f64 = self.steps.iter().map(|step| step.duration).sum();
+        let mut time = 0.0;
+        for step in &mut self.steps {
+            step.duration *= whole / lasts;
+            for oscillator in &drive.oscillators {
+                let k = oscillator.coordinate;
+                (step.state[k], step.state[scene.size + k]) = oscillator.at(time);
+            }
+            time += step.duration;
+        }
+        Ok(())
     }
 }
 

@@ -18,6 +18,8 @@ use crate::scene::reduction::Reduced;
 #[derive(Debug)]
 pub(crate) struct ModalBasis {
     pub(super) kept: Vec<usize>,
+    /// How many of them belong to the structure; the others carry loads.
+    pub(super) structure: usize,
     pub(super) count: usize,
     pub(super) groups: usize,
     pub(super) lambda: ComplexVector,
@@ -130,6 +132,7 @@ impl ModalBasis {
         });
         let lambda = ComplexVector::of(&lambda);
         Self {
+            structure: reduction.kept.partition_point(|&k| k < scene.structure()),
             kept: reduction.kept.clone(),
             count,
             groups,

@@ -316,6 +316,7 @@ mod tests {
             force: (0..size).map(|k| if k == 1 { -1.0 } else { 0.1 }).collect(),
             contacts: vec![contact],
             impact_friction: false,
+            loads: Default::default(),
         });
         Arc::new(scene.expect("well-posed"))
     }

@@ -128,7 +128,7 @@ impl ModalMotion {
     pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
         let shape = |k: usize, r: usize| basis.shape[k / GROUP * basis.count + r].get(k % GROUP);
         let largest =
-            |r: usize| (0..basis.kept.len()).map(|k| shape(k, r).norm()).fold(0.0, f64::max);
+            |r: usize| (0..basis.structure).map(|k| shape(k, r).norm()).fold(0.0, f64::max);
         let of = |r: usize, part: fn(&Modes) -> ComplexGroup| {
             part(&self.modes[r / GROUP]).get(r % GROUP).norm()
         };
@@ -140,7 +140,11 @@ impl ModalMotion {
             })
             .collect();
         let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz));
-        let steady = self.about.iter().map(|about| about[1].abs()).chain(steady).sum::<f64>();
+        let steady = self.about[..basis.structure]
+            .iter()
+            .map(|about| about[1].abs())
+            .chain(steady)
+            .sum::<f64>();
         let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
         // One that grows may rise from below rounding.
         (0..basis.count)

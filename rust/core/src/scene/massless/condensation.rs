@@ -136,6 +136,9 @@ impl Condensed {
             stiffness,
             energy_parts: scene.energy_parts.clone(),
             force,
+            loads: scene.loads.clone(),
+            drive: None,
+            bare: None,
         };
         Ok(Some(Self { scene: condensed, followers, closed, sticking, parts }))
     }

@@ -1,0 +1,338 @@
+"""How large the periodic answer to a harmonic load is, over the frequency of the load."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import scipy.sparse
+import xarray as xr
+
+from stickslip.cycles.attractors import Outcome, settled
+from stickslip.cycles.branches.arclength import trace_branch
+from stickslip.cycles.cycle import Cycle
+from stickslip.faults import InputError, OrbitError
+from stickslip.locus.asked import axis
+from stickslip.scene.checks import Complex, Real, described
+from stickslip.scene.contact import dof_index, nearest
+from stickslip.scene.loads.in_time import Harmonic, core_loads, load_names, load_parameters
+from stickslip.scene.reduction import reduce
+from stickslip.scene.scene import Scene, checked
+from stickslip.scene.state import State, sliding_equilibrium
+from stickslip.show.summary import Shown, Summary, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Periods of the load between two looks at a motion, and those after which it counts as not recurring.
+LOOK, LIMIT = 64, 64 * 64
+#: Part of the largest answer by which the two sweeps differ where there are two answers.
+APART = 1e-6
+#: Longest step along a branch between two answers, and points after which it is left.
+STEP, POINTS = 0.02, 400
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class FrequencyResponse(Shown):
+    """The periodic answers to a load over its frequency.
+
+    Attributes
+    ----------
+    data
+        The numbers, see `frequency_response`.
+    cycles
+        The orbit of every point.
+    """
+
+    data: xr.Dataset
+    cycles: tuple[Cycle, ...]
+
+    def to_dataset(self) -> xr.Dataset:
+        """Return the numbers."""
+        return self.data
+
+    def summary(self) -> Summary:
+        """Return how many orbits there are, and the largest answer of every dof."""
+        rows = [
+            (str(dof), float(of.max()), float(self.data.frequency.to_numpy()[np.argmax(of)]))
+            for dof, of in zip(self.data.dof.to_numpy(), self.data.response.to_numpy().T, strict=True)
+            if of.size
+        ]
+        stable = int(self.data.stable.sum())
+        facts = [("orbits", f"{len(self.cycles)}, {stable} of them stable")]
+        return Summary(facts, [Table("Largest answers", ("dof", "|x - mean|, m", "frequency, Hz"), rows)])
+
+    def plot(self, dof: str | None = None, ax: Axes | None = None) -> Axes:
+        """Draw the answer of a dof over the frequency, unstable orbits hollow, beside the linear one.
+
+        Parameters
+        ----------
+        dof
+            Name of the dof; None: the one that answers most.
+        ax
+            Where to draw; None: on axes of its own.
+
+        Raises
+        ------
+        InputError
+            If the dof is not among those of the response.
+        """
+        from stickslip.show.style import axes_of
+
+        names = [str(name) for name in self.data.dof.to_numpy()]
+        if dof is None:
+            largest = self.data.response.to_numpy().max(axis=0, initial=0.0)
+            dof = names[int(np.argmax(largest))]
+        if dof not in names:
+            raise InputError(f"dof: the response has no dof {dof!r}{nearest(str(dof), names)}")
+        axes, of = axes_of(ax), self.data.sel(dof=dof)
+        axes.plot(self.data.linear_frequency, of.linear, color="0.6", linewidth=1.0, label="linear")
+        for is_stable, filled, label in ((True, "#4477aa", "stable"), (False, "white", "not stable")):
+            chosen = of.isel(point=np.flatnonzero(self.data.stable.to_numpy() == is_stable))
+            if chosen.sizes["point"]:
+                axes.plot(
+                    chosen.frequency, chosen.response, "o", color="#4477aa", mfc=filled, ms=4, label=label
+                )
+        axes.set(xlabel="frequency of the load, Hz", ylabel=f"largest |{dof} - mean|, m")
+        axes.legend(frameon=False, fontsize="small")
+        return axes
+
+    def __repr__(self) -> str:
+        return f"FrequencyResponse: {len(self.cycles)} orbits\n{self.data!r}"
+
+
+def frequency_response(
+    scene: Scene,
+    load: str | int,
+    frequencies: Any,
+    dofs: Sequence[str] | None = None,
+    *,
+    start: State | Callable[[Scene], State] | None = None,
+    combination: str | None = None,
+) -> FrequencyResponse:
+    """Return the largest ``|x - mean|`` of the periodic motions under a harmonic load, over its frequency.
+
+    Motions are followed until they recur, at ascending frequencies and then at descending ones, each from the
+    orbit before. Where the two find different orbits, the branch between them is traced around its folds, so
+    that unstable orbits stand there too (`trace_branch`).
+
+    Parameters
+    ----------
+    scene
+        With at least one `Harmonic` load, or a slider that vibrates.
+    load
+        Name of the load, or its place in ``scene.loads``.
+    frequencies
+        (k,), Hz, of this load; others stay as they are.
+    dofs
+        Names of the dofs; None: all.
+    start
+        Where the first motion starts, and any whose orbit before violates the scene: a state, or a function
+        from the scene to one; None: steady sliding.
+    combination
+        Of the linear answer; None: that of the first start.
+
+    Returns
+    -------
+    FrequencyResponse
+        Its `data`: over ``point``, with the coordinate ``frequency`` Hz: ``response`` (point, dof), m;
+        ``stable`` (False where that is not known), ``stability``, ``load_periods`` (the period, in periods of
+        the loads), ``largest_multiplier``, ``direction`` (``up``, ``down``, ``between``). Over
+        ``linear_frequency``, (k,) Hz: ``linear`` (linear_frequency, dof), m, the amplitude while no contact
+        changes its status. Its `cycles` are the orbits of the points; where motions do not recur, there is
+        none.
+
+    Raises
+    ------
+    InputError
+        If the load is unknown or not harmonic, a frequency not positive, or a scene or start ill-posed.
+    """
+    name, field = _asked(checked(scene), load)
+    values = np.unique(axis("frequencies", frequencies))
+    if values[0] <= 0.0:
+        raise InputError(f"frequencies: must be positive, got {values[0]:g}")
+    chosen = list(scene.dofs) if dofs is None else list(dofs)
+    places = [dof_index("dofs", dof, scene.dofs) for dof in chosen]
+    begins = _starts(start)
+    scenes = [scene.replace(**{field: float(value)}) for value in values]
+    begun = begins(scenes[0])
+    linear = _linear(scene, name, values, begun.combination if combination is None else combination)
+    up = _sweep(scenes, values, begins)
+    down = _sweep(scenes[::-1], values[::-1], begins, up[-1])[::-1]
+    found: list[tuple[float, Cycle, str]] = []
+    scale = max((float(_response(cycle).max()) for cycle in up if cycle is not None), default=0.0)
+    for value, one, other in zip(values, up, down, strict=True):
+        found += [(float(value), one, "up")] if one is not None else []
+        if other is not None and (one is None or _differs(one, other, scale)):
+            found.append((float(value), other, "down"))
+    found += _between(field, values, up, down, scale)
+    cycles = tuple(cycle for _, cycle, _ in found)
+    rows = [_response(cycle)[places] for cycle in cycles]
+    data = xr.Dataset(
+        {
+            "response": (("point", "dof"), np.reshape(rows, (len(cycles), len(places))), {"units": "m"}),
+            "stable": ("point", np.array([cycle.stable is True for cycle in cycles], dtype=bool)),
+            "stability": ("point", np.array([cycle.stability for cycle in cycles], dtype=np.str_)),
+            "load_periods": ("point", np.array([cycle.load_periods for cycle in cycles], dtype=np.int64)),
+            "largest_multiplier": (
+                "point",
+                np.array([cycle.largest_multiplier for cycle in cycles], dtype=float),
+                {"units": "1"},
+            ),
+            "direction": ("point", np.array([way for _, _, way in found], dtype=np.str_)),
+            "linear": (("linear_frequency", "dof"), linear[:, places], {"units": "m"}),
+        },
+        coords={
+            "frequency": ("point", np.array([value for value, _, _ in found]), {"units": "Hz"}),
+            "linear_frequency": ("linear_frequency", values, {"units": "Hz"}),
+            "dof": chosen,
+        },
+    )
+    return FrequencyResponse(data, cycles)
+
+
+def _asked(scene: Scene, load: Any) -> tuple[str, str]:
+    """Return the name of a load as parameters have it, and that of its frequency."""
+    known = load_parameters(scene.loads, scene.contacts)
+    names = [key.removesuffix("_frequency") for key in known if key.endswith("_frequency")]
+    if isinstance(load, int | np.integer) and not isinstance(load, bool):
+        if not 0 <= load < len(scene.loads):
+            raise InputError(f"load: expected a place below {len(scene.loads)} or a name, got {load}")
+        name = load_names(scene.loads)[load]
+    elif isinstance(load, str):
+        name = load
+    else:
+        raise InputError(f"load: expected a name or a place, got {described(load)}")
+    if name not in names:
+        raise InputError(f"load: the scene has no harmonic load {name!r}{nearest(name, names)}")
+    return name, f"{name}_frequency"
+
+
+def _starts(start: Any) -> Callable[[Scene], State]:
+    if start is None:
+        return sliding_equilibrium
+    if isinstance(start, State):
+        return lambda scene: start
+    if callable(start):
+        return start  # type: ignore[no-any-return]
+    raise InputError(f"start: expected a State or a function from a Scene to one, got {start!r}")
+
+
+def _sweep(
+    scenes: Sequence[Scene], values: Real, begins: Callable[[Scene], State], before: Cycle | None = None
+) -> list[Cycle | None]:
+    """Return what motions settle to, each begun from the orbit before where that one fits."""
+    found: list[Cycle | None] = []
+    for scene, value in zip(scenes, values, strict=True):
+        state = None if before is None else before.run.state(0.0)
+        if state is None or not _fits(scene, state):
+            state = begins(scene)
+        (outcome,), interruption = settled([scene], [state], LOOK / value, LIMIT / value)
+        if interruption is not None:
+            raise interruption
+        before = _cycle(scene, outcome)
+        found.append(before)
+    return found
+
+
+def _fits(scene: Scene, state: State) -> bool:
+    try:
+        scene.core.check_state(state.position, state.velocity, state.combination)
+    except InputError:
+        return False
+    return True
+
+
+def _cycle(scene: Scene, outcome: Outcome | None) -> Cycle | None:
+    core = None if outcome is None else outcome[0][1]
+    return None if core is None else Cycle(scene, core)
+
+
+def _response(cycle: Cycle) -> Real:
+    """Return the largest |x - mean| of every dof, (n,), m."""
+    mean = cycle.core.harmonics(0)[0].real
+    largest: Real = np.maximum(cycle.core.maximum - mean, mean - cycle.core.minimum)
+    return largest
+
+
+def _differs(one: Cycle, other: Cycle, scale: float) -> bool:
+    return float(np.abs(_response(one) - _response(other)).max()) > APART * scale
+
+
+def _between(
+    field: str, values: Real, up: list[Cycle | None], down: list[Cycle | None], scale: float
+) -> list[tuple[float, Cycle, str]]:
+    """Return the orbits between two answers: the branch of the way up, traced around its fold."""
+    apart = [
+        one is not None and other is not None and _differs(one, other, scale)
+        for one, other in zip(up, down, strict=True)
+    ]
+    found: list[tuple[float, Cycle, str]] = []
+    for k, cycle in enumerate(up):
+        if cycle is None or not apart[k] or (k + 1 < len(values) and apart[k + 1]):
+            continue
+        # The way up leaves its branch beyond this value, where it turns back.
+        around = _traced(field, cycle, float(values[k]), float(values[k] + values[-1] - values[0]))
+        found += around
+        if around and around[-1][1].stable is False:
+            value, turned, _ = around[-1]
+            found += _traced(field, turned, value, float(values[0]))
+    return found
+
+
+def _traced(field: str, cycle: Cycle, begin: float, end: float) -> list[tuple[float, Cycle, str]]:
+    """Return the orbits of a branch beyond its first value that obey the contact laws."""
+    if begin == end:
+        return []
+    try:
+        branch = trace_branch(cycle, over={field: (begin, end)}, step=STEP, points=POINTS)
+    except OrbitError:
+        return []
+    traced = zip(branch.data[field].to_numpy(), branch.cycles, branch.data.followed.to_numpy(), strict=True)
+    return [
+        (float(value), orbit, "between")
+        for value, orbit, followed in traced
+        if orbit is not None and followed and value != begin
+    ]
+
+
+def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
+    """Return the amplitudes of all dofs while the combination stays, (k, n), m."""
+    reduced = reduce(scene, combination)
+    names = load_names(scene.loads)
+    alone = next(
+        (
+            load
+            for load, own in zip(scene.loads, names, strict=True)
+            if own == name and isinstance(load, Harmonic)
+        ),
+        None,
+    )
+    rows = []
+    for frequency in values:
+        rate = 2.0 * np.pi * frequency
+        stiffness = reduced.stiffness + 1j * rate * reduced.damping - rate**2 * reduced.mass
+        force, carried = np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
+        if alone is None:
+            force, carried = _vibration(scene, name, combination, rate)
+        else:
+            for dof, entry in core_loads([alone], (), scene.dofs)[0][0][0]:
+                force[dof] += entry
+        free = np.linalg.solve(stiffness, reduced.left_basis.T @ force)
+        rows.append(np.abs(carried + reduced.right_basis @ free))
+    return np.array(rows)
+
+
+def _vibration(scene: Scene, name: str, combination: str, rate: float) -> tuple[Complex, Complex]:
+    """Return force on the dofs and displacement of the dofs where a vibrating slider carries a contact."""
+    _, place, _ = load_parameters(scene.loads, scene.contacts)[f"{name}_frequency"]
+    if combination[place] != "s":
+        return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
+    wave = scene.contacts[place].slider_vibration
+    carried = scene.core.contact_basis()[2 * place] * (wave.amplitude / (1j * rate))
+    mass, damping, stiffness = (
+        scipy.sparse.csr_array(parts, shape=(scene.size, scene.size)) for parts in scene.core.matrices()[:3]
+    )
+    return -(stiffness @ carried + 1j * rate * (damping @ carried) - rate**2 * (mass @ carried)), carried

@@ -1,0 +1,81 @@
+//! The modes of a structure and of the oscillators that drive it.
+//!
+//! With `P(l) = l^2 M + l C + K` of the structure and the load `b(l) = -(K_h + l C_h)` of an oscillator, the pencil
+//! of both is block triangular. Its eigenvalues are those of the structure, whose left vectors v gain the entry
+//! `v' b(l) / (m_h (l^2 + w^2))`, and `j w` of the oscillator with the right vector `(P(j w)^-1 b(j w), 1)`: the forced
+//! motion. Close to resonance both grow without bound while their sum does not. What they grow by counts as their
+//! condition, so that a resonant combination goes by Taylor series.
+
+use nalgebra::{DMatrix, DVector};
+use num_complex::Complex64;
+
+use crate::error::Error;
+use crate::linalg::dense::Factors;
+use crate::modes::mode::Mode;
+use crate::modes::quadratic_pencil::Pencil;
+use crate::modes::spectrum::{Vectors, spectrum};
+use crate::scene::loads::oscillators::Drive;
+use crate::scene::model::Scene;
+use crate::scene::reduction::Reduced;
+
+/// The modes of a reduced scene whose last coordinates are oscillators, from those of the structure alone.
+pub(crate) fn forced_modes(
+    bare: &Scene,
+    drive: &Drive,
+    reduced: &Reduced,
+) -> Result<Vec<Mode>, Error> {
+    let structure = Reduced::new(bare, &reduced.combination)?;
+    let pencil = Pencil::new(bare, &reduced.combination, &structure.reduction);
+    let mut modes = spectrum(&pencil, Vectors::Refined)?;
+    let (m, size) = (structure.size(), reduced.size());
+    let load = |lambda: Complex64, h: usize| {
+        let entry = |i: usize| -(reduced.stiffness[(i, h)] + lambda * reduced.damping[(i, h)]);
+        DVector::from_iterator(m, (0..m).map(entry))
+    };
+    let rates: Vec<(usize, f64)> =
+        (m..size).zip(&drive.oscillators).map(|(h, one)| (h, one.rate)).collect();
+    let forced = rates.iter().map(|&(h, rate)| {
+        let lambda = Complex64::new(0.0, rate);
+        let p = DMatrix::from_fn(m, m, |i, j| {
+            let at = |matrix: &DMatrix<f64>| Complex64::from(matrix[(i, j)]);
+            lambda * lambda * at(&structure.mass)
+                + lambda * at(&structure.damping)
+                + at(&structure.stiffness)
+        });
+        let mut right: Vec<Complex64> = Factors::new(p).solve(load(lambda, h)).data.into();
+        right.resize(size, Complex64::default());
+        let mut left = vec![Complex64::default(); size];
+        (right[h], left[h]) = (1.0.into(), 1.0.into());
+        let nearness = modes.iter().map(|mode| {
+            let apart = (mode.eigenvalue - lambda).norm();
+            rate.max(mode.eigenvalue.norm()) / apart
+        });
+        Mode {
+            eigenvalue: lambda,
+            a: 2.0 * lambda * reduced.mass[(h, h)],
+            // The distance of a conjugate is no smaller.
+            condition: nearness.fold(1.0, f64::max),
+            residual: 0.0,
+            right,
+            left,
+        }
+    });
+    let forced: Vec<Mode> = forced.collect();
+    for mode in &mut modes {
+        let lambda = mode.eigenvalue;
+        mode.right.resize(size, Complex64::default());
+        for &(h, rate) in &rates {
+            let product: Complex64 =
+                mode.left[..m].iter().zip(&load(lambda, h)).map(|(v, b)| v * b).sum();
+            mode.left.push(product / (reduced.mass[(h, h)] * (lambda * lambda + rate * rate)));
+        }
+    }
+    modes.extend(forced);
+    // A comparison that takes NaN as well: the structure is in resonance to the last bit.
+    for mode in &mut modes {
+        if !(mode.condition < f64::INFINITY) {
+            mode.condition = f64::INFINITY;
+        }
+    }
+    Ok(modes)
+}

@@ -1,0 +1,236 @@
+"""Periodic motions under loads in time: period, multipliers, spectra, answers over frequency."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+
+def belt(ratio=0.8, friction=0.2, amplitude=1.0, damping=0.02, **contact):
+    """A mass of 1 kg on a spring of 1 N/m, pressed onto a floor or belt by 1 N, under a harmonic load."""
+    floor = ss.Contact(tangential="x", normal="y", friction=friction, **contact)
+    load = ss.Harmonic({"x": amplitude}, frequency=ratio / (2.0 * np.pi), name="shaker")
+    return ss.Scene(
+        [1.0, 1.0],
+        np.eye(2),
+        damping=np.diag([damping, damping]),
+        force=[0.0, -1.0],
+        contacts=[floor],
+        dofs=["x", "y"],
+        loads=[load],
+    )
+
+
+START = ss.State([0.0, 0.0], [1e-3, 0.0], "-")
+
+
+@pytest.fixture(scope="module")
+def cycle():
+    return ss.simulate(belt(), START, 400.0).limit_cycle()
+
+
+def test_the_period_is_that_of_the_load(cycle):
+    assert cycle.load_periods == 1
+    assert cycle.period == pytest.approx(2.0 * np.pi / 0.8, rel=1e-15)
+    assert cycle.residual <= 1e-13
+    assert cycle.is_followed()
+    assert not cycle.period_doubled
+
+
+def test_the_orbit_begins_with_the_load(cycle):
+    """Its first state, run as a scene does from time 0, comes back after a period."""
+    run = ss.simulate(cycle.scene, cycle.run.state(0.0), 3.0 * cycle.period)
+    for periods in (1, 2, 3):
+        state = run.state(periods * cycle.period)
+        assert state.position == pytest.approx(cycle.run.state(0.0).position, abs=1e-12)
+        assert state.velocity == pytest.approx(cycle.run.state(0.0).velocity, abs=1e-12)
+
+
+def test_multipliers_are_those_of_differences_of_runs(cycle):
+    """All of them count: no shift along the motion is free."""
+    start, step = cycle.run.state(0.0), 1e-6
+    columns = []
+    for kind, which in (("position", 0), ("velocity", 0)):
+        ends = []
+        for sign in (1.0, -1.0):
+            shift = np.zeros(2)
+            shift[which] = sign * step
+            run = ss.simulate(cycle.scene, start.perturbed(**{kind: shift}), cycle.period)
+            end = run.state(cycle.period)
+            ends.append(np.array([end.position[0], end.velocity[0]]))
+        columns.append((ends[0] - ends[1]) / (2.0 * step))
+    expected = np.linalg.eigvals(np.column_stack(columns))
+    found = cycle.multipliers
+    assert found.size == 2
+    assert np.sort_complex(found) == pytest.approx(np.sort_complex(expected), abs=1e-8)
+    assert cycle.transverse_multipliers.tolist() == found.tolist()
+
+
+def test_without_friction_the_orbit_is_the_linear_answer():
+    scene = belt(friction=0.0, damping=0.1)
+    cycle = ss.simulate(scene, START, 300.0).limit_cycle()
+    linear = 1.0 / abs(1.0 - 0.8**2 + 0.8j * 0.1)
+    assert cycle.amplitude.to_numpy()[0] == pytest.approx(linear, rel=1e-12)
+    coefficients = cycle.harmonics(3).amplitude.to_numpy()[:, 0]
+    assert coefficients[1] == pytest.approx(linear, rel=1e-12)
+    assert np.abs(coefficients[[0, 2, 3]]).max() <= 1e-12
+    decay = np.exp(-0.1 * np.pi / 0.8 / 2.0 * 2.0)
+    assert np.abs(cycle.multipliers) == pytest.approx([decay] * 2, rel=1e-12)
+
+
+def test_the_spectrum_is_that_of_samples(cycle):
+    times = np.linspace(0.0, cycle.period, 4097)[:-1]
+    samples = cycle.run.sample(times).position.to_numpy()[:, 0]
+    # The third derivative jumps: what is left out falls with the third power of 4096.
+    sampled = np.fft.rfft(samples)[:6] / samples.size
+    exact = cycle.harmonics(5).coefficient.to_numpy()[:, 0]
+    assert np.abs(sampled - exact).max() <= 1e-7
+
+
+def test_energy_over_a_period_closes(cycle):
+    balance = cycle.balance()
+    assert abs(balance.residual) <= 1e-13 * balance.turnover
+    assert abs(balance.stored) <= 1e-12 * balance.turnover
+    heat = float(balance.contacts.friction_heat.sum())
+    # Archard: friction times the wear integral is the heat.
+    assert 0.2 * float(balance.contacts.wear.sum()) == pytest.approx(heat, rel=1e-12)
+
+
+def test_a_cycle_comes_back_from_its_pickle(cycle):
+    again = pickle.loads(pickle.dumps(cycle))
+    assert again.load_periods == 1
+    assert again.multipliers.tolist() == cycle.multipliers.tolist()
+    assert [phase.event for phase in again.phases][-1] == "load"
+    assert again.phases[-1].name == "load"
+
+
+def test_two_loads_have_the_period_of_both():
+    base = belt(friction=0.1, damping=0.1)
+    second = ss.Harmonic({"x": 0.5}, frequency=1.5 * base.loads[0].frequency, phase=0.4)
+    scene = base.replace(loads=[*base.loads, second])
+    cycle = ss.simulate(scene, START, 600.0).limit_cycle()
+    assert cycle.period == pytest.approx(2.0 / base.loads[0].frequency, rel=1e-14)
+    assert cycle.load_periods == 1
+    assert cycle.stable
+
+
+def test_loads_without_a_common_period_are_named():
+    base = belt()
+    second = ss.Harmonic({"x": 0.5}, frequency=np.sqrt(2.0) * base.loads[0].frequency)
+    run = ss.simulate(base.replace(loads=[*base.loads, second]), START, 50.0)
+    with pytest.raises(ss.InputError, match="have no common period"):
+        run.limit_cycle()
+
+
+def test_what_always_sticks_is_an_orbit_of_one_phase():
+    plate = ss.Contact(tangential="x", normal="y", friction=0.5, slider_vibration=ss.Harmonic(0.1, 1.0))
+    scene = ss.Scene([1.0, 1.0], np.zeros((2, 2)), force=[0.0, -10.0], contacts=[plate], dofs=["x", "y"])
+    cycle = ss.simulate(scene, ss.State([0.0, 0.0], [0.1, 0.0], "s"), 20.0).limit_cycle()
+    assert cycle.combinations == ("s",)
+    assert cycle.amplitude.to_numpy()[0] == pytest.approx(0.1 / (2.0 * np.pi), rel=1e-12)
+
+
+def test_a_switched_load_keeps_its_last_value():
+    base = belt(friction=0.1, damping=0.2)
+    offset = ss.Steps({"x": 0.3}, times=[5.0, 11.0], values=[0.0, -1.0, 1.0])
+    cycle = ss.simulate(base.replace(loads=[*base.loads, offset]), START, 400.0).limit_cycle()
+    shifted = ss.simulate(base.replace(force=[0.3, -1.0]), START, 400.0).limit_cycle()
+    assert cycle.maximum.to_numpy() == pytest.approx(shifted.maximum.to_numpy(), rel=1e-11)
+    assert cycle.multipliers == pytest.approx(shifted.multipliers, abs=1e-10)
+
+
+def test_rest_after_a_switch_is_found():
+    stop = ss.Steps({"x": 1.0}, times=[3.0], values=[1.0, 0.0])
+    scene = ss.Scene([1.0], [[1.0]], damping=[[0.5]], dofs=["x"], loads=[stop])
+    run = ss.simulate(scene, ss.State([0.0], [0.0], ""), 100.0)
+    with pytest.raises(ss.RunError, match="equilibrium"):
+        run.limit_cycle()
+
+
+def test_a_branch_over_the_amplitude_and_the_frequency(cycle):
+    branch = ss.follow_branch(cycle, shaker_amplitude=[1.0, 1.1, 1.2])
+    largest = branch.data.maximum.sel(dof="x").to_numpy()
+    assert (np.diff(largest) > 0.0).all()
+    alone = ss.simulate(belt(amplitude=1.2), START, 400.0).limit_cycle()
+    assert largest[-1] == pytest.approx(float(alone.maximum.sel(dof="x")), rel=1e-11)
+    slower = ss.follow_branch(cycle, shaker_frequency=np.array([0.8, 0.75, 0.7]) / (2.0 * np.pi))
+    alone = ss.simulate(belt(ratio=0.7), START, 400.0).limit_cycle()
+    assert slower.data.maximum.sel(dof="x").to_numpy()[-1] == pytest.approx(
+        float(alone.maximum.sel(dof="x")), rel=1e-11
+    )
+    assert slower.data.followed.all()
+
+
+def test_bifurcations_over_a_load_are_stroboscopic():
+    result = ss.bifurcation(belt(), shaker_amplitude=[0.5, 1.0, 1.5], start=START, follow=True, stretch=60.0)
+    assert (result.data.kind == "cycle").all()
+    assert [cycle.load_periods for cycle in result.cycles] == [1, 1, 1]
+    assert not result.data.restarted.any()
+
+
+def test_frequency_response_without_contact_is_the_linear_one():
+    load = ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")
+    scene = ss.Scene([1.0, 2.0], [[50.0, -20.0], [-20.0, 40.0]], damping=0.3 * np.eye(2), loads=[load])
+    response = ss.frequency_response(
+        scene, "shaker", np.linspace(0.4, 1.6, 7), start=ss.State([0.0, 0.0], [0.0, 0.0], "")
+    )
+    data = response.data
+    assert data.sizes["point"] == 7
+    assert data.stable.all()
+    assert data.response.to_numpy() == pytest.approx(data.linear.to_numpy(), rel=1e-11)
+
+
+@pytest.fixture(scope="module")
+def hitting():
+    """An oscillator that hits a stop at x = -4, with a restitution of 0.8, around its resonance."""
+    stop = ss.Contact(normal="x", gap=4.0, restitution=0.8)
+    load = ss.Harmonic({"x": 1.0}, frequency=0.1, name="shaker")
+    scene = ss.Scene([1.0], [[1.0]], damping=[[0.04]], contacts=[stop], dofs=["x"], loads=[load])
+    ratios = np.array([0.8, 1.05, 1.15, 1.25, 1.35, 1.45, 1.55])
+    return ss.frequency_response(scene, "shaker", ratios / (2.0 * np.pi), start=ss.State([0.0], [0.0], "d"))
+
+
+def test_a_response_has_two_stable_answers_and_an_unstable_one_between(hitting):
+    data = hitting.data
+    ratio = 2.0 * np.pi * data.frequency.to_numpy()
+    response, stable = data.response.to_numpy()[:, 0], data.stable.to_numpy()
+    for value in (1.15, 1.25, 1.35, 1.45):
+        here = stable & np.isclose(ratio, value)
+        assert here.sum() == 2
+        low, high = np.sort(response[here])
+        # The lower one does not touch the stop.
+        assert low == pytest.approx(1.0 / abs(1.0 - value**2 + 0.04j * value), rel=1e-11)
+        assert high > 4.0
+        between = ~stable & (np.abs(ratio - value) < 0.01)
+        assert between.any()
+        assert (response[between] > low).all()
+        assert (response[between] < high).all()
+    assert (data.largest_multiplier.to_numpy()[stable] < 1.0).all()
+    # The branch turns back near 1.497.
+    assert 1.49 < ratio[~stable].max() < 1.50
+
+
+def test_a_response_draws_and_keeps_its_numbers(hitting, tmp_path):
+    axes = hitting.plot()
+    assert axes.get_xlabel().endswith("Hz")
+    assert "linear" in {text.get_text() for text in axes.get_legend().get_texts()}
+    ss.write_dataset(hitting.to_dataset(), tmp_path / "response.nc")
+    again = ss.read_dataset(tmp_path / "response.nc")
+    assert again.response.equals(hitting.data.response)
+    assert "orbits" in str(hitting.summary())
+    with pytest.raises(ss.InputError, match="no dof 'z'"):
+        hitting.plot("z")
+
+
+def test_mistakes_of_a_response_are_named():
+    scene = belt()
+    with pytest.raises(ss.InputError, match="no harmonic load 'shake'; nearest: shaker"):
+        ss.frequency_response(scene, "shake", [1.0])
+    with pytest.raises(ss.InputError, match="place below 1"):
+        ss.frequency_response(scene, 1, [1.0])
+    with pytest.raises(ss.InputError, match="must be positive"):
+        ss.frequency_response(scene, "shaker", [0.0, 1.0])
+    with pytest.raises(ss.InputError, match="unknown dof 'z'"):
+        ss.frequency_response(scene, "shaker", [1.0], ["z"])
