@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots verify lint format bench docs pages gallery wheel clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots verify lint format bench docs pages gallery wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -109,6 +109,9 @@ wheel: $(VENV)/.created ## Build source distribution and wheel in dist/, and try
 	$(PYTHON) -m venv build/try
 	build/try/bin/python -m pip install --quiet dist/stickslip-*.whl
 	cd build && env -i HOME=/nonexistent PATH=$(CURDIR)/build/try/bin:/usr/bin:/bin try/bin/python ../tests/smoke.py
+
+film: $(VENV)/.extra-browser ## Film the explorer for its page of the documentation
+	$(BIN)/python benchmarks/explorer_film.py docs/explorer.gif
 
 gallery: $(INSTALLED) ## Redraw the pictures of docs/gallery.md
 	$(BIN)/stickslip figures --output docs/gallery --format png

@@ -75,6 +75,8 @@ class _ModesData(TypedDict):
     damping: _Real  # (m, m)
     stiffness: _Real  # (m, m)
 
+_Equilibrium = tuple[_Real, str, _Real]
+
 @final
 class Scene:
     def __new__(
@@ -103,7 +105,8 @@ class Scene:
     ) -> dict[str, Any]: ...
     def sliding_combination(self) -> str: ...
     def steady_sliding(self) -> str: ...
-    def sliding_equilibrium(self) -> tuple[_Real, str]: ...  # position, combination
+    # (position, combination, normal forces), whether it is the only one, another one
+    def sliding_equilibrium(self) -> tuple[_Equilibrium, bool | None, _Equilibrium | None]: ...
     def check_state(self, position: _Real, velocity: _Real, combination: _Statuses) -> None: ...
     def contact_forces(
         self, position: _Real, velocity: _Real, combination: _Statuses

@@ -11,6 +11,7 @@ from .modes.status_table import StatusTable
 from .motion.events import Accumulation, Event, Events, Grazing
 from .motion.motion import Motion
 from .scene.reduction import Reduced
+from .scene.state import Equilibrium
 from .transient.batch import Outcome
 
 __all__ = [
@@ -21,6 +22,7 @@ __all__ = [
     "BranchPoint",
     "CriticalPoint",
     "CyclePhase",
+    "Equilibrium",
     "Event",
     "Events",
     "Grazing",

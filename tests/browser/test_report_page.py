@@ -77,10 +77,15 @@ def pixels(locator):
     return np.asarray(Image.open(io.BytesIO(locator.screenshot())).convert("L"), dtype=float)
 
 
+def unfold(page):
+    page.evaluate("for (const part of document.querySelectorAll('details')) part.open = true")
+
+
 @pytest.mark.parametrize("name", ["standard", "ill-posed"])
 @pytest.mark.parametrize("viewport", [DESKTOP, PHONE], ids=["desktop", "phone"])
 def test_every_figure_is_there_and_not_blank(opened, name, viewport):
     page = opened(name, viewport=viewport, reduced_motion="reduce")
+    unfold(page)
     drawings = page.locator("svg.plot, svg.motion")
     assert drawings.count() >= (28 if name == "standard" else 2)
     for drawing in drawings.all():
@@ -172,7 +177,9 @@ def test_the_keyboard_reaches_everything_in_order(opened):
             break
         reached.append(place)
     names = [name for _, name, _ in reached]
-    assert names.count("BUTTON") == 1
+    # Pause, play, and one for each status.
+    assert names.count("BUTTON") == 6
+    assert names.count("INPUT") == 1
     assert names.count("SUMMARY") == page.locator("summary").count()
     assert names.count("A") == page.locator("nav a").count()
     # What scrolls sideways is reached as well, and everything shows where the focus is.
@@ -204,6 +211,88 @@ def test_it_prints_whole(opened, tmp_path):
     paper = page.pdf(format="A4", path=tmp_path / "report.pdf", prefer_css_page_size=True)
     pages = len(re.findall(rb"/Type\s*/Page[^s]", paper))
     assert 8 <= pages <= 40
+    assert len(paper) < 5e6
     # Nothing is wider than the paper: A4 less two margins of 14 mm at 96 pixels per inch.
     page.set_viewport_size({"width": int(182 / 25.4 * 96), "height": 1000})
     assert page.evaluate("document.documentElement.scrollWidth") <= int(182 / 25.4 * 96)
+
+
+def test_the_slider_moves_every_panel(opened):
+    page = opened(reduced_motion="reduce")
+    assert page.locator("#move-still").is_hidden()
+    panels = ("loci", "portraits", "ribbon", "energy")
+    page.locator("#move").scroll_into_view_if_needed()
+    values = page.evaluate("scene.values")
+    assert len(values) == 31
+    first = page.evaluate("scene.report.at()")
+    assert values[first] == 1.5
+    before = {name: pixels(page.locator(f"#move-{name}")) for name in panels}
+    said = page.inner_text("#move-sentence")
+    assert "limit cycle of 8.9085 ms" in said
+    page.locator("#move-value").focus()
+    for _ in range(6):
+        page.keyboard.press("ArrowRight")
+    assert page.evaluate("scene.report.at()") == first + 6
+    assert page.inner_text("#move-shown").strip() == "2.1"
+    assert page.inner_text("#move-sentence") != said
+    for name in panels:
+        after = pixels(page.locator(f"#move-{name}"))
+        assert np.mean(np.abs(after - before[name]) > 40) > 0.002, name
+    # What is shown is the limit cycle at that value.
+    scene = ss.models.two_subsystems(friction=values[first + 6])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    period = ss.simulate(scene, start, 0.6).limit_cycle().period
+    shown = page.evaluate("scene.pictures[scene.report.at()].cycle.period")
+    assert shown == pytest.approx(period, rel=1e-9)
+
+
+def test_one_time_in_history_ribbon_and_portrait(opened):
+    page = opened(reduced_motion="reduce")
+    parts = ("portraits", "structure", "way")
+
+    def at(name, across):
+        stage = page.locator(f"#move-{name} .stage")
+        stage.scroll_into_view_if_needed()
+        box = stage.bounding_box()
+        page.mouse.click(box["x"] + across * box["width"], box["y"] + 0.5 * box["height"])
+        return {part: pixels(page.locator(f"#move-{part} .stage").first) for part in parts}
+
+    early, late = at("way", 0.55), at("way", 0.553)
+    assert page.evaluate("scene.report.cursor().way")
+    for part in parts:
+        assert np.abs(early[part] - late[part]).max() > 60, part
+    at("ribbon", 0.5)
+    assert not page.evaluate("scene.report.cursor().way")
+    period = page.evaluate("scene.pictures[scene.report.at()].cycle.period")
+    assert 0.3 * period < page.evaluate("scene.report.cursor().time") < 0.7 * period
+    page.locator("#move-play").click()
+    time = page.evaluate("scene.report.cursor().time")
+    page.wait_for_timeout(300)
+    assert page.evaluate("scene.report.cursor().time") != time
+
+
+def test_figures_to_touch_zoom_tell_values_and_hide_statuses(opened):
+    page = opened(reduced_motion="reduce")
+    stage = page.locator("#move-way .stage")
+    stage.scroll_into_view_if_needed()
+    box = stage.bounding_box()
+    page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert re.fullmatch(r"2\d\d\.\d+ ms 0: [+sd-] 1: [+sd-]", page.inner_text("#move-way .tip"))
+    page.mouse.wheel(0, -300)
+    page.wait_for_timeout(100)
+    assert page.evaluate("scene.report.plots.way.zoomed.x[0]") > 0.0
+    page.mouse.dblclick(box["x"] + 0.5 * box["width"], box["y"] + 0.5 * box["height"])
+    assert page.evaluate("scene.report.plots.way.zoomed") is None
+    portrait = page.locator("#move-portraits .stage").first
+    page.evaluate("document.getElementById('move-value').dispatchEvent(new Event('input'))")
+    before = pixels(portrait)
+    page.get_by_role("button", name="sticking").click()
+    assert page.get_by_role("button", name="sticking").get_attribute("aria-pressed") == "false"
+    assert np.mean(np.abs(pixels(portrait) - before) > 40) > 0.001
+
+
+def test_the_part_to_touch_is_dark_in_the_dark_and_not_on_paper(opened):
+    page = opened(reduced_motion="reduce", color_scheme="dark")
+    assert np.median(pixels(page.locator("#move-loci .stage"))) < 60
+    page.emulate_media(media="print")
+    assert not page.locator("#move").is_visible()

@@ -250,11 +250,6 @@ def test_perturbation(changes, message):
         ss.State([0.0, 0.0], [0.0, 0.0], "+").perturbed(**changes)
 
 
-def test_equilibrium_with_a_tensile_contact_force():
-    with pytest.raises(ss.InputError, match="contact 0 would pull, normal force -20 N"):
-        ss.sliding_equilibrium(scene(force=[0.0, 20.0]))
-
-
 def test_equilibrium_without_a_sliding_direction():
     with pytest.raises(ss.InputError, match="contact 0: slider_speed is 0"):
         ss.sliding_equilibrium(scene(contacts=[contact(slider_speed=0.0)]))

@@ -202,7 +202,7 @@ def test_the_command_line_slides_backwards(tmp_path):
     path = scene_file(tmp_path, **BACKWARDS)
     shown = called("modes", path)
     assert "unstable" not in shown.output
-    assert "status --" in shown.output
+    assert "Modes of --" in shown.output
     assert "12 stable, 0 unstable" in called("sweep", path, "--over", "friction=0:1.1:12").output
 
 

@@ -22,8 +22,8 @@ PARTS = [
     "files",
     "plot",
     "reference",
-    "report",
     "explorer",
+    "report",
     "cli",
 ]
 #: Files in a folder.

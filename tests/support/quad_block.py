@@ -2,6 +2,7 @@
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 
 import stickslip as ss
 
@@ -33,31 +34,45 @@ def element(width, height):
     return weight * stiffness, weight * mass
 
 
-def quad_block(columns, rows, every=1, *, lumped=True, friction=0.3):
-    """Return the scene of a mesh, one in `every` lower node on the belt; dofs are x and y node by node."""
+def quad_block(columns, rows, every=1, *, lumped=True, sparse=False, friction=0.3, restitution=0.0):
+    """Return the scene of a mesh, one in `every` lower node on the belt; dofs are x and y node by node.
+
+    A mass that is not lumped is the consistent one, dense unless `sparse`; so is the stiffness.
+    """
     stiffness_part, mass_part = element(LENGTH / columns, HEIGHT / rows)
     if lumped:
         mass_part = np.diag(mass_part.sum(axis=1))
     across = columns + 1
     count = 2 * across * (rows + 1)
-    stiffness, mass = np.zeros((count, count)), np.zeros((count, count))
-    for i in range(columns):
-        for j in range(rows):
-            nodes = np.array([i, i + 1, i + 1 + across, i + across]) + j * across
-            dofs = np.stack([2 * nodes, 2 * nodes + 1], axis=1).ravel()
-            stiffness[np.ix_(dofs, dofs)] += stiffness_part
-            mass[np.ix_(dofs, dofs)] += mass_part
+    corner = (np.arange(columns)[:, None] + np.arange(rows) * across).ravel()
+    nodes = corner[:, None] + np.array([0, 1, 1 + across, across])
+    dofs = np.stack([2 * nodes, 2 * nodes + 1], axis=2).reshape(corner.size, 8)
+    at = (np.repeat(dofs, 8, axis=1).ravel(), np.tile(dofs, (1, 8)).ravel())
+    stiffness, mass = (
+        scipy.sparse.csr_array((np.tile(part.ravel(), corner.size), at), shape=(count, count))
+        for part in (stiffness_part, mass_part)
+    )
     # The top is lowered by 1 um; what it does to the other nodes is a load.
     held = np.arange(2 * across * rows, count)
     free = np.arange(2 * across * rows)
     lowered = np.where(held % 2 == 1, -1e-6, 0.0)
+    force = -stiffness[free][:, held] @ lowered
+    stiffness, mass = (matrix[free][:, free] for matrix in (stiffness, mass))
+    if not sparse:
+        stiffness, mass = stiffness.toarray(), mass.toarray()
     return ss.Scene(
-        np.diag(mass)[free] if lumped else mass[np.ix_(free, free)],
-        stiffness[np.ix_(free, free)],
+        mass.diagonal() if lumped else mass,
+        stiffness,
         damping=ss.Proportional(stiffness=1e-7),
-        force=-stiffness[np.ix_(free, held)] @ lowered,
+        force=force,
         contacts=[
-            ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=friction, slider_speed=1.0)
+            ss.Contact(
+                tangential=2 * k,
+                normal=2 * k + 1,
+                friction=friction,
+                slider_speed=1.0,
+                restitution=restitution,
+            )
             for k in range(0, across, every)
         ],
         impact_friction=not lumped,

@@ -15,7 +15,6 @@ from stickslip.explorer.wanted import PATIENCE, Wanted
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
-from stickslip.modes.schematic import Body
 from stickslip.motion.energy import STATUSES, Balance
 from stickslip.motion.errors import NotPeriodicError, RunError
 from stickslip.motion.figures import instants
@@ -28,8 +27,8 @@ from stickslip.transient.trajectory import Trajectory
 
 #: Instants of one period, of a last stretch, and of the way there.
 PERIOD, STRETCH, WAY = 257, 1201, 1501
-#: Dofs whose displacements go to the page, contacts that it draws, harmonics of a spectrum.
-DOFS, CONTACTS, HARMONICS = 64, 4, 40
+#: Contacts that a page draws, harmonics of a spectrum.
+CONTACTS, HARMONICS = 4, 40
 #: What is looked at of a motion without period: its last part.
 LAST = 0.2
 #: How much longer than the transient a motion is followed for what it settles to, s of motion.
@@ -63,7 +62,7 @@ def picture(wanted: Wanted) -> dict[str, Any]:
     except InputError as error:
         return {**found, "error": str(error), "sentence": f"{_stability(modes)} No start: {error}."}
     cycle, last, since, ending = _settled(run, duration, patience)
-    chosen, dofs = _contacts(run), sent_dofs(wanted)
+    chosen, dofs = _contacts(run), [*wanted.explored.sent, dof]
     found |= {
         "way": series(run, WAY, chosen, dofs, start=0.0),
         "motion": series(last, STRETCH if cycle is None else PERIOD, chosen, dofs, start=since),
@@ -141,17 +140,6 @@ def _contacts(run: Motion) -> list[int]:
     count = len(run.scene.contacts)
     changes = np.bincount(run.events.contact, minlength=count)
     return sorted(np.argsort(-changes, kind="stable")[:CONTACTS].tolist())
-
-
-def sent_dofs(wanted: Wanted) -> list[int]:
-    """Return the dofs whose displacements go to the page: those of the drawing, and the one asked for."""
-    bodies = wanted.explored.schematic.bodies
-    return [*drawn_dofs(bodies), wanted.dof()]
-
-
-def drawn_dofs(bodies: Sequence[Body]) -> list[int]:
-    """Return the dofs that move the bodies of a drawing."""
-    return sorted({dof for body in bodies for dof, _, _ in body.along})[:DOFS]
 
 
 def series(

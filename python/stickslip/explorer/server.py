@@ -6,7 +6,6 @@ import json
 import math
 import threading
 from collections.abc import Callable
-from functools import cached_property
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from importlib.resources import files
@@ -15,9 +14,8 @@ from typing import Any
 from stickslip.errors import StickslipError
 from stickslip.explorer.copies import drawn, heard, texts
 from stickslip.explorer.maps import loci, verdicts
-from stickslip.explorer.picture import drawn_dofs, picture
+from stickslip.explorer.picture import picture
 from stickslip.explorer.wanted import Explored, MalformedError, Wanted
-from stickslip.show.style import COLOURS, CONTACT, NAMES, STABLE, UNSTABLE
 
 ADDRESS = "127.0.0.1"
 #: What the page is made of; nothing else is read.
@@ -64,39 +62,8 @@ class Server(ThreadingHTTPServer):
         self.computing = threading.Lock()
         self.room = threading.BoundedSemaphore(WAITING)
 
-    @cached_property
-    def scene(self) -> dict[str, Any]:
-        """What the page is told once."""
-        explored = self.explored
-        scene = explored.scene
-        drawing = explored.schematic
-        return {
-            "title": explored.title,
-            "dofs": list(scene.dofs),
-            "sent": drawn_dofs(drawing.bodies),
-            "contacts": [str(label) for label in scene.contact_labels()],
-            "combination": _sliding(explored),
-            "knobs": [vars(knob) for knob in explored.knobs.values()],
-            "joint": explored.joint,
-            "start": "file" if explored.case.start or explored.known.start is not None else "mode",
-            "bodies": [vars(body) for body in drawing.bodies],
-            "springs": drawing.springs,
-            "walls": drawing.walls,
-            "statuses": [
-                {"letter": letter, "name": NAMES[letter], "colour": COLOURS[letter]} for letter in COLOURS
-            ],
-            "colours": {"stable": STABLE, "unstable": UNSTABLE, "contact": CONTACT},
-        }
-
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Let a connection that breaks off go without a word: its page was closed."""
-
-
-def _sliding(explored: Explored) -> str | None:
-    try:
-        return explored.scene.core.steady_sliding()
-    except StickslipError:
-        return None
 
 
 class Handler(BaseHTTPRequestHandler):
@@ -113,7 +80,7 @@ class Handler(BaseHTTPRequestHandler):
         if not self._is_own():
             self._refuse(HTTPStatus.FORBIDDEN)
         elif self.path == "/scene":
-            self._answer(self.server.scene)
+            self._answer(self.server.explored.told)
         elif self.path in FILES:
             name, kind = FILES[self.path]
             text = files("stickslip.explorer").joinpath("page", name).read_text(encoding="utf-8")

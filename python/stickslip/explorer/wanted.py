@@ -17,11 +17,14 @@ from stickslip.scene.family import Family
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
+from stickslip.show.style import COLOURS, NAMES, STABLE, UNSTABLE
 
 #: Computing time of a motion while a point is dragged and when it has come to rest, s.
 PATIENCE = (0.02, 5.0)
 #: Values of a parameter over which loci are followed, cells of a map in one direction, s of sound.
 VALUES, CELLS, SECONDS = (5, 301), (2, 96), (0.1, 20.0)
+#: Dofs whose displacements go to the page.
+DOFS = 64
 #: Kinds of starts.
 STARTS = ("file", "mode", "kick", "on")
 
@@ -71,6 +74,33 @@ class Explored:
     def schematic(self) -> Schematic:
         """The drawing of the scene."""
         return schematic(self.scene, self.known.columns)
+
+    @cached_property
+    def sent(self) -> list[int]:
+        """The dofs that move the bodies of the drawing."""
+        return sorted({dof for body in self.schematic.bodies for dof, _, _ in body.along})[:DOFS]
+
+    @cached_property
+    def told(self) -> dict[str, Any]:
+        """What a page is told once."""
+        scene, drawing = self.scene, self.schematic
+        given = self.case.start or self.known.start is not None
+        return {
+            "title": self.title,
+            "dofs": list(scene.dofs),
+            "sent": self.sent,
+            "contacts": [str(label) for label in scene.contact_labels()],
+            "knobs": [vars(knob) for knob in self.knobs.values()],
+            "joint": self.joint,
+            "start": "file" if given else "mode",
+            "bodies": [vars(body) for body in drawing.bodies],
+            "springs": drawing.springs,
+            "walls": drawing.walls,
+            "statuses": [
+                {"letter": letter, "name": NAMES[letter], "colour": COLOURS[letter]} for letter in COLOURS
+            ],
+            "colours": {"stable": STABLE, "unstable": UNSTABLE},
+        }
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 from matplotlib import colormaps
@@ -9,15 +11,17 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from stickslip.faults import InputError
+from stickslip.locus.critical import CriticalPoint
 from stickslip.show.style import STABLE, UNSTABLE, quantity
 
 #: Shades of growth, and as many of decay, in a map of stability.
 LEVELS = 12
 
 
-def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
+def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[CriticalPoint] = ()) -> Figure:
     """Return growth rates and frequencies of tracked branches over their parameter (the paper's Fig. 3).
 
     Parameters
@@ -27,6 +31,8 @@ def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
     slow
         Whether to leave out growth rates far below the least damped branches, which would put these on one
         line.
+    critical
+        From `critical_points` or `hopf_points`: Hopf points are marked by rings.
 
     Raises
     ------
@@ -38,19 +44,30 @@ def loci(branches: xr.Dataset, *, slow: bool = True) -> Figure:
         raise InputError(f"loci: expected a sweep over one parameter, got {parameters}")
     figure = Figure(figsize=(9.0, 4.2), layout="constrained")
     growth, frequency = figure.subplots(1, 2)
-    draw_loci(growth, frequency, branches, slow)
-    figure.suptitle("Complex eigenvalues (red: unstable)")
+    draw_loci(growth, frequency, branches, slow, critical)
+    named = [Line2D([], [], color=STABLE, label="stable"), Line2D([], [], color=UNSTABLE, label="unstable")]
+    if any(point.kind == "hopf" for point in critical):
+        named.append(
+            Line2D([], [], marker="o", color="black", fillstyle="none", linestyle="none", label="Hopf point")
+        )
+    figure.legend(handles=named, frameon=False, loc="outside upper center", ncols=3)
     return figure
 
 
-def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = True) -> None:
+def draw_loci(
+    growth: Axes,
+    frequency: Axes,
+    branches: xr.Dataset,
+    slow: bool = True,
+    critical: Sequence[CriticalPoint] = (),
+) -> None:
     """Draw what `loci` shows on your axes; thick where unstable.
 
     Parameters
     ----------
     growth, frequency
         Where to draw real parts and frequencies.
-    branches, slow
+    branches, slow, critical
         As for `loci`.
     """
     (name,) = (str(name) for name in branches.eigenvalue.dims if name != "branch")
@@ -64,6 +81,10 @@ def draw_loci(growth: Axes, frequency: Axes, branches: xr.Dataset, slow: bool = 
             axes.plot(values, ordinate, color=STABLE, linewidth=1.2)
             axes.plot(values, np.where(branch.real > 0.0, ordinate, np.nan), color=UNSTABLE, linewidth=1.8)
     growth.axhline(0.0, color="black", linewidth=0.6)
+    hopf = [point for point in critical if point.kind == "hopf"]
+    for axes, ordinates in ((growth, [0.0] * len(hopf)), (frequency, [point.frequency for point in hopf])):
+        if hopf:
+            axes.plot([point.value for point in hopf], ordinates, "o", color="black", fillstyle="none")
     if slow:
         top = eigenvalue.real.max()
         reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())

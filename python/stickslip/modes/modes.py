@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -13,12 +13,14 @@ from numpy.typing import NDArray
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real, real_array
-from stickslip.scene.scene import Matrix
+from stickslip.scene.known import Column
+from stickslip.scene.scene import Matrix, Scene, checked
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     import xarray as xr
+    from matplotlib.animation import FuncAnimation
     from matplotlib.axes import Axes
 
 
@@ -218,7 +220,14 @@ class Modes(Shown):
             wanted &= (self.eigenvalues.imag != 0.0) == oscillating
         return tuple(self[int(number)] for number in np.flatnonzero(wanted))
 
-    def plot(self, ax: Axes | None = None, *, number: int | None = None) -> Axes:
+    def plot(
+        self,
+        ax: Axes | None = None,
+        *,
+        number: int | None = None,
+        scene: Scene | None = None,
+        columns: Sequence[Column] = (),
+    ) -> Axes:
         """Draw the eigenvalues, one of each conjugate pair: frequency over growth rate, red where it grows.
 
         Parameters
@@ -227,21 +236,35 @@ class Modes(Shown):
             Where to draw, a mesh in space on axes of ``projection="3d"``; None: on axes of its own.
         number
             Of a mode: draw its shape instead, on the mesh of the scene; its real part is the place, its
-            modulus the colour.
+            modulus the colour. With `scene` in the drawing of that.
+        scene
+            The scene of these modes: draw a mode, by default the least stable one, in the scene as its
+            matrices tell it (`ss.plot.schematic`), with the orbits of its bodies.
+        columns
+            Where masses of `scene` are, if that is known; see `ss.plot.schematic`.
 
         Raises
         ------
         InputError
-            If there is no mode of that number, or the scene has no points.
+            If there is no mode of that number, the scene has no points, or `scene` has other dofs.
         """
         from stickslip.show.style import STABLE, UNSTABLE, axes_of
 
+        if scene is not None:
+            from stickslip.modes.drawing import draw_moving
+
+            shape, colour, title = self._drawable(scene, number)
+            axes = axes_of(ax)
+            draw_moving(scene, shape, colour, columns, axes)
+            axes.set_title(title)
+            return axes
         if number is not None:
             if number not in range(len(self)):
                 raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
             if self.mesh is None:
                 raise InputError(
-                    "number: the scene has no points; ss.plot.shapes(modes) draws shapes over dofs"
+                    "number: the scene has no points; ss.plot.shapes(modes) draws shapes over dofs, "
+                    "modes.plot(scene=scene) in the scene"
                 )
             from stickslip.show.mesh_figure import draw_mesh
 
@@ -306,6 +329,50 @@ class Modes(Shown):
             "defective": self.defective[mode],
         }
         return "  ".join(word for word, holds in known.items() if holds)
+
+    def _drawable(self, scene: Scene, number: int | None) -> tuple[Complex, str, str]:
+        """Return shape, colour and title of a mode to be drawn in its scene."""
+        from stickslip.show.style import STABLE, UNSTABLE
+
+        chosen = int(np.argmax(self.eigenvalues.real)) if number is None else number
+        if chosen not in range(len(self)):
+            raise InputError(f"number: expected a mode in 0..{len(self) - 1}, got {number!r}")
+        if checked(scene).dofs != self.dofs:
+            raise InputError(f"scene: expected the scene of the modes, with the dofs {', '.join(self.dofs)}")
+        growth = self.eigenvalues[chosen].real
+        title = f"mode {chosen}: {self.frequencies[chosen]:.2f} Hz, "
+        title += f"{'grows' if growth > 0.0 else 'decays'} at {abs(growth):.3g} 1/s"
+        return self.shapes[:, chosen], UNSTABLE if self.unstable[chosen] else STABLE, title
+
+    def animate(
+        self, scene: Scene, number: int | None = None, *, columns: Sequence[Column] = (), frames: int = 48
+    ) -> FuncAnimation:
+        """Return one period of a mode in the drawing of its scene, every body in its own phase.
+
+        Growth and decay are left out. Save it with ``.save("mode.gif", writer="pillow")``, or show it with
+        ``.to_jshtml()``.
+
+        Parameters
+        ----------
+        scene
+            The scene of these modes.
+        number
+            Of the mode; None: the least stable one.
+        columns
+            Where masses are, if that is known; see `ss.plot.schematic`.
+        frames
+            Pictures of the period, >= 2.
+
+        Raises
+        ------
+        InputError
+            If the mode does not exist, the scene is another one, or there are too few frames.
+        """
+        from stickslip.modes.drawing import animated_shape
+        from stickslip.scene.checks import whole_number
+
+        count = whole_number("frames", frames, 2)
+        return animated_shape(scene, *self._drawable(scene, number), columns, count)
 
     def summary(self) -> Summary:
         """Return a table of frequencies, damping ratios and growth rates, one row per conjugate pair."""

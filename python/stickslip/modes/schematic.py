@@ -160,7 +160,10 @@ def _layered(bodies: list[Body], springs: dict[tuple[int, int], float]) -> list[
         below = {k: [x[b] for b in tied[k] if b in x] or [float(k)] for k in row}
         row.sort(key=lambda k: float(np.mean(below[k])))
         x |= {k: (place + 0.5) * widest / len(row) - 0.5 for place, k in enumerate(row)}
+    # Where a layer holds many, springs along it would hide behind the bodies that they pass.
+    many = {level for level in range(1, depth + 1) if sum(h == level for h in height.values()) > 2}
+    y = {k: h + 0.2 * (h in many) * (round(x[k] + 0.5) % 2) for k, h in height.items()}
     return [
-        Body(body.name, x[k], float(height[k]), body.along, body.contact, body.angle)
+        Body(body.name, x[k], float(y[k]), body.along, body.contact, body.angle)
         for k, body in enumerate(bodies)
     ]

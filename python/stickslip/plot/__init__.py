@@ -11,6 +11,7 @@ from stickslip.energy.figures import (
     stored_energy,
 )
 from stickslip.locus.figures import draw_loci, loci, stability_map
+from stickslip.modes.drawing import schematic
 from stickslip.modes.figures import animated, draw_shape, orbits, shapes
 from stickslip.motion.figures import (
     contact_status,
@@ -62,6 +63,7 @@ __all__ = [
     "power_terms",
     "probability",
     "save",
+    "schematic",
     "shapes",
     "sobol_indices",
     "spectrum",

@@ -16,7 +16,7 @@ from stickslip.scene.scene import Scene
 from stickslip.scene.state import sliding_equilibrium
 from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
-from stickslip.show.html import columns, figure, note, paragraph, section, subsection, table
+from stickslip.show.html import columns, details, figure, note, paragraph, section, subsection, table
 
 if TYPE_CHECKING:
     from stickslip.reference.comparison import Row
@@ -95,7 +95,7 @@ def comparison_section() -> str:
     counts = Counter(row.verdict for row in found)
     summary = ", ".join(f"{count} {PLURAL.get(verdict, verdict)}" for verdict, count in counts.items())
     drawn = dict(FIGURES)
-    parts = [
+    said = [
         paragraph(
             "Brunetti, Massi, D'Ambrogio, Berthier: Dynamic and energy analysis of frictional contact "
             "instabilities on a lumped system. Computed at the published parameters, whatever those of this "
@@ -103,12 +103,13 @@ def comparison_section() -> str:
         ),
         note(f"{len(found)} published quantities: {summary}."),
     ]
+    parts = []
     for source in dict.fromkeys(row.source for row in found):
         of_source = [row for row in found if row.source == source]
         parts.append(subsection(source, _figures(drawn.pop(source, ())), _compared(source, of_source)))
     for heading, numbers in drawn.items():
         parts.append(subsection(heading, _figures(numbers)))
-    return section(*NAMED, *parts)
+    return section(*NAMED, *said, details("All of them, with their figures", *parts))
 
 
 def _compared(source: str, of_source: list[Row]) -> Markup:

@@ -16,6 +16,7 @@ from stickslip.files.dataset_file import replace_file
 from stickslip.report.findings import Findings, findings
 from stickslip.report.motion import cycle_section, energy_section, spectrum_section, transient_section
 from stickslip.report.steady import equilibrium_section, loci_section, modes_section, scene_section
+from stickslip.report.touch import HEADING, touch_section
 from stickslip.scene.family import Model
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
@@ -29,6 +30,7 @@ CONTENTS = {
     "equilibrium": "Steady sliding",
     "modes": "Modes",
     "loci": "Stability over a parameter",
+    "move": HEADING,
     "transient": "Transient",
     "cycle": "Limit cycle",
     "spectrum": "Spectrum",
@@ -106,7 +108,7 @@ def write_report(
         told=told,
     )
     told("drawing the page")
-    replace_file(file, page(found, begun, origin, source).encode())
+    replace_file(file, page(found, begun, origin, source, model, told).encode())
     return found
 
 
@@ -115,6 +117,8 @@ def page(
     begun: float | None = None,
     origin: Mapping[str, str] | None = None,
     source: str | None = None,
+    model: Model | None = None,
+    told: Callable[[str], None] = lambda _: None,
 ) -> str:
     """Return the page.
 
@@ -125,7 +129,7 @@ def page(
     begun
         When the work began (`time.perf_counter`), so that the page can say how long it took; None: it does
         not say.
-    origin, source
+    origin, source, model, told
         As for `write_report`.
     """
     sections: dict[str, str] = {
@@ -133,6 +137,7 @@ def page(
         "equilibrium": equilibrium_section(found),
         "modes": modes_section(found),
         "loci": loci_section(found),
+        "move": touch_section(found, found.scene if model is None else model, told),
         "transient": transient_section(found),
         "cycle": cycle_section(found),
         "spectrum": spectrum_section(found),

@@ -225,7 +225,7 @@ def loci_section(found: Findings) -> Markup:
     what += "" if unit == "1" else f", {unit}"
     heading = "Stability over " + ("friction" if what == factor else what.split(",")[0])
     with drawing.style():
-        drawn = plot.loci(found.loci)
+        drawn = plot.loci(found.loci, critical=found.critical)
     exists = found.loci.steady_sliding.to_numpy()
     hopf = [point for point in found.critical if point.kind == "hopf"]
     places = ", ".join(number(point.value) for point in hopf) or "none"

@@ -6,7 +6,6 @@ Only type and rank are looked at here; sizes, finiteness and everything physical
 from __future__ import annotations
 
 import numbers
-import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -25,8 +24,6 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Names = NDArray[np.str_]
-#: Dense matrices that are in memory at once while a scene with a full mass is made.
-DENSE_COPIES = 6
 #: Letters of a value that an error message shows.
 WIDTH = 160
 
@@ -164,13 +161,13 @@ def _described_array(given: np.ndarray[Any, Any]) -> str:
     return f"{text} (dtype {given.dtype})"
 
 
-def mass_array(mass: Any) -> Real:
-    """Return the mass as (n,) or (n, n); a sparse one is (n,) where it is diagonal.
+def mass_array(mass: Any) -> Real | scipy.sparse.csr_array:
+    """Return the mass as (n,), (n, n) or sparse; a sparse one is (n,) where it is diagonal.
 
     Raises
     ------
     InputError
-        If it is ill-posed, or a sparse one too large to be held as a dense matrix.
+        If it is ill-posed.
     """
     if not scipy.sparse.issparse(mass):
         return real_array("mass", mass, 1, 2)
@@ -178,22 +175,7 @@ def mass_array(mass: Any) -> Real:
     entries = rows.tocoo()
     if (entries.coords[0][entries.data != 0.0] == entries.coords[1][entries.data != 0.0]).all():
         return real_array("mass", rows.diagonal(), 1)
-    size = rows.shape[0]
-    needed, memory = DENSE_COPIES * 8 * size**2, physical_memory()
-    if needed > memory:
-        raise InputError(
-            f"mass: a sparse mass that is not diagonal is computed with as a dense matrix: {size} dofs need "
-            f"{needed / 1e9:.3g} GB, this machine has {memory / 1e9:.3g} GB; lump it or reduce the model"
-        )
-    return real_array("mass", rows.toarray(), 2)
-
-
-def physical_memory() -> int:
-    """Return the memory of the machine, bytes; where it cannot be asked for, 8 GB."""
-    try:
-        return os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    except (AttributeError, ValueError, OSError):
-        return 8 * 10**9
+    return rows
 
 
 def default_dofs(size: int) -> tuple[str, ...]:

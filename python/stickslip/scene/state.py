@@ -180,15 +180,71 @@ def change_vector(argument: str, change: Change | None, dofs: tuple[str, ...]) -
     return added
 
 
-def sliding_equilibrium(scene: Scene) -> State:
-    """Return the equilibrium of steady sliding: every contact closed and sliding against its slider.
+@dataclass(frozen=True, eq=False, repr=False)
+class Equilibrium(State):
+    """Steady sliding: a `State` at rest, with the normal forces that hold it.
 
-    The sliding sign of contact i is that of its slider speed: ``+`` for a positive one, T = +mu N.
+    Attributes
+    ----------
+    normal_forces
+        N >= 0 of every contact, (c,), N; 0 of open ones.
+    unique
+        True where it is proved that there is no other equilibrium of steady sliding, False where there is
+        one, None where that is not known.
+    other
+        The other one where `unique` is False, otherwise None. Nothing is said about it in turn.
+    """
+
+    normal_forces: Real = field(kw_only=True)
+    unique: bool | None = field(kw_only=True)
+    other: Equilibrium | None = field(kw_only=True)
+
+    def __init__(
+        self,
+        position: ArrayLike,
+        combination: str,
+        dofs: Sequence[str] | None,
+        *,
+        normal_forces: ArrayLike,
+        unique: bool | None = None,
+        other: Equilibrium | None = None,
+    ) -> None:
+        super().__init__(position, np.zeros(np.shape(position)), combination, dofs)
+        object.__setattr__(self, "normal_forces", real_array("normal_forces", normal_forces, 1))
+        object.__setattr__(self, "unique", unique)
+        object.__setattr__(self, "other", other)
+
+    def __repr__(self) -> str:
+        known = {True: "the only one", False: "one of several", None: "whether it is the only one: not known"}
+        open_ones = self.combination.count("d")
+        closed = f"{len(self.combination) - open_ones} contacts closed, {open_ones} open"
+        return f"Equilibrium({self.combination!r}, {self.position.size} dofs, {closed}, {known[self.unique]})"
+
+
+def sliding_equilibrium(scene: Scene) -> Equilibrium:
+    """Return the equilibrium of steady sliding: the structure at rest, every contact sliding or open.
+
+    The sliding sign of contact i is that of its slider speed: ``+`` for a positive one, T = +mu N. Contacts
+    that would pull are open: gaps g >= 0 and normal forces ``N = S g + N_0`` >= 0 with N g = 0 are a linear
+    complementarity problem. It has one solution, whatever the load, where the symmetric part of S is positive
+    definite, as without friction; with friction there may be none, or several. Up to eight contacts every
+    choice of open ones is tried before `Equilibrium.unique` is left open.
+
+    A simulation may begin there as it is. The modes about it are those of its combination; `complex_modes`
+    and its like refuse to take one with open contacts without being told.
+
+    Returns
+    -------
+    Equilibrium
 
     Raises
     ------
     InputError
-        If a slider speed is zero (no direction), a normal force is tensile, or the stiffness is singular.
+        If a slider speed is zero (no direction), no equilibrium is found, or the stiffness with all contacts
+        closed is singular.
     """
-    position, combination = checked(scene).core.sliding_equilibrium()
-    return State(position, np.zeros(position.size), combination, scene.dofs)
+    (position, combination, normal), unique, other = checked(scene).core.sliding_equilibrium()
+    second = None
+    if other is not None:
+        second = Equilibrium(*other[:2], scene.dofs, normal_forces=other[2])
+    return Equilibrium(position, combination, scene.dofs, normal_forces=normal, unique=unique, other=second)

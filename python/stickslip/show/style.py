@@ -22,6 +22,8 @@ CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
 #: Stable and unstable.
 STABLE, UNSTABLE = "#4477aa", "#cc3311"
 MICROMETRES = 1e6
+#: Range of a time axis, s, below which its ticks are in ms.
+SHORT = 0.1
 #: Points per inch that journals ask for at least.
 DPI = 300
 
@@ -34,6 +36,8 @@ def quantity(name: object, units: str = "1") -> str:
 
 def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
+
+    The panels of several bear letters, and a short time axis is in milliseconds.
 
     Parameters
     ----------
@@ -48,11 +52,52 @@ def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str 
     """
     import matplotlib
 
+    readable_times(figure)
+    panel_letters(figure)
     # What would tell when and by which version a file was made.
     metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
     kind = Path(path).suffix[1:] if form is None and isinstance(path, str | Path) else form
     with matplotlib.rc_context({"svg.hashsalt": "stickslip", "pdf.fonttype": 42}):
         figure.savefig(path, dpi=dpi, format=kind or None, metadata=metadata.get(kind or ""))
+
+
+def readable_times(figure: Figure) -> None:
+    """Let time axes be in milliseconds where all panels of a figure show a short time."""
+    panels = _panels(figure)
+    timed = [axes for axes in panels if axes.get_xlabel() == "time, s"]
+    # A panel without a label of its own is read by that of another.
+    read_alike = [axes for axes in panels if axes in timed or not axes.get_xlabel()]
+    if any(abs(axes.get_xlim()[1] - axes.get_xlim()[0]) >= SHORT for axes in read_alike):
+        return
+    for axes in timed:
+        axes.set_xlabel("time, ms")
+    for axes in read_alike if timed else []:
+        axes.xaxis.set_major_formatter(lambda seconds, _: f"{1e3 * seconds:.6g}")
+
+
+def panel_letters(figure: Figure) -> None:
+    """Let the panels of a figure that has several bear letters, by which a caption can name them."""
+    panels = _panels(figure)
+    if len(panels) < 2:
+        return
+    for axes, letter in zip(panels, "abcdefghijklmnopqrstuvwxyz", strict=False):
+        if not any(text.get_gid() == "letter" for text in axes.texts):
+            # Left of the panel, where neither title nor legend stands.
+            axes.annotate(
+                f"({letter})",
+                (0.0, 1.0),
+                xycoords="axes fraction",
+                xytext=(-6.0, 3.0),
+                textcoords="offset points",
+                ha="right",
+                va="bottom",
+                fontsize=axes.xaxis.label.get_fontsize(),
+                gid="letter",
+            )
+
+
+def _panels(figure: Figure) -> list[Axes]:
+    return [axes for axes in figure.axes if axes.get_visible() and axes.get_label() != "<colorbar>"]
 
 
 def axes_of(ax: Axes | None) -> Axes:

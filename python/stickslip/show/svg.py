@@ -17,12 +17,12 @@ from matplotlib.collections import Collection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from stickslip.show.style import readable_times
+
 #: Points of a line, and members of a collection, above which they are drawn as pixels: a page stays small.
 DENSE_LINE, DENSE_COLLECTION = 2500, 400
 #: Of what is drawn as pixels, at most: per inch, and across a figure.
 PIXELS, ACROSS = 270, 1300
-#: Range of a time axis, s, below which its ticks are in ms.
-SHORT = 0.1
 #: Text stays text: it can be searched, read aloud, and is small.
 STYLE: dict[Any, Any] = {
     "svg.fonttype": "none",
@@ -53,10 +53,8 @@ def svg(figure: Figure, name: str, alternative: str) -> Markup:
     alternative
         What it shows, for those who do not see it.
     """
+    readable_times(figure)
     for axes in figure.axes:
-        if axes.get_xlabel() == "time, s" and np.ptp(axes.get_xlim()) < SHORT:
-            axes.set_xlabel("time, ms")
-            axes.xaxis.set_major_formatter(lambda seconds, _: f"{1e3 * seconds:.6g}")
         for artist in axes.get_children():
             if _is_dense(artist):
                 artist.set_rasterized(True)

@@ -92,6 +92,12 @@ pub enum Error {
         /// That pivot, or the lumped mass itself, kg.
         value: f64,
     },
+    /// A sparse mass matrix is not positive definite.
+    #[error("mass: must be positive definite, it is not at dof {dof}")]
+    IndefiniteSparseMass {
+        /// Dof at which its factorization ended.
+        dof: usize,
+    },
     /// A column index of a sparse matrix is out of range, repeated or not ascending in its row.
     #[error("{argument}: column index {index} in row {row} is outside 0..{size} or out of order")]
     SparseIndex {
@@ -194,15 +200,15 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
-    /// At the sliding equilibrium a closed contact would have to pull.
+    /// No choice of open contacts is an equilibrium of steady sliding.
     #[error(
-        "sliding equilibrium: contact {contact} would pull, normal force {} N; the static load opens it",
+        "sliding equilibrium: contact {contact} would pull, normal force {} N, and no equilibrium with open contacts was found",
         rounded(*normal_force)
     )]
     TensileEquilibrium {
-        /// Index of the contact.
+        /// Index of a contact that would pull if all were closed.
         contact: usize,
-        /// Its normal force, N, negative: compression is positive.
+        /// Its normal force then, N, negative: compression is positive.
         normal_force: f64,
     },
     /// The combination given has no steady sliding, because a closed contact would have to pull, or an open one
@@ -232,7 +238,7 @@ pub enum Error {
     SingularStiffness {
         /// The combination, one letter per contact.
         combination: String,
-        /// Smallest relative pivot of the equilibrated stiffness, -; 0 where it is exactly singular.
+        /// Estimate of that of the scaled stiffness, -; 0 where it is exactly singular.
         reciprocal_condition: f64,
     },
     /// In the position given a contact has a negative gap.

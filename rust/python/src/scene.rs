@@ -4,8 +4,7 @@ use std::sync::Arc;
 
 use num_complex::Complex64;
 use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArrayDyn,
-    PyUntypedArrayMethods,
+    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
 };
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -21,6 +20,12 @@ pub enum DirectionInput<'py> {
     Dof(usize),
     Vector(PyReadonlyArray1<'py, f64>),
     Entries(Vec<(usize, f64)>),
+}
+
+#[derive(FromPyObject)]
+enum MassInput<'py> {
+    Lumped(PyReadonlyArray1<'py, f64>),
+    Full(MatrixInput<'py>),
 }
 
 #[derive(FromPyObject)]
@@ -50,6 +55,9 @@ pub enum StatusInput {
     Plain(String),
     Holding(String, Vec<f64>),
 }
+
+/// Position, combination and normal forces.
+type EquilibriumData<'py> = (Bound<'py, PyArray1<f64>>, String, Bound<'py, PyArray1<f64>>);
 
 pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     let direction = |input: &DirectionInput<'_>| match input {
@@ -155,7 +163,7 @@ impl Scene {
     #[new]
     fn new(
         py: Python<'_>,
-        mass: PyReadonlyArrayDyn<'_, f64>,
+        mass: MassInput<'_>,
         stiffness: (MatrixInput<'_>, Option<MatrixInput<'_>>),
         damping: (DampingInput<'_>, Option<MatrixInput<'_>>),
         force: PyReadonlyArray1<'_, f64>,
@@ -164,19 +172,13 @@ impl Scene {
         loads: LoadData,
     ) -> PyResult<Self> {
         let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
-        let mass = match *mass.shape() {
-            [_] => core::scene::Mass::Lumped(entries(mass.as_array()).collect()),
-            [rows, columns] if rows == columns => {
+        let mass = match mass {
+            MassInput::Lumped(mass) => core::scene::Mass::Lumped(vector(&mass)),
+            MassInput::Full(MatrixInput::Dense(mass)) => {
+                let &[rows, columns] = mass.shape() else { unreachable!("two axes by type") };
                 core::scene::Mass::Full(from_rows(rows, columns, entries(mass.as_array())))
             }
-            ref shape => {
-                let error = core::Error::Shape {
-                    argument: "mass".to_owned(),
-                    expected: "shape (n,) or (n, n)".to_owned(),
-                    got: format!("{shape:?}"),
-                };
-                return Err(raise(py, &error));
-            }
+            MassInput::Full(mass) => core::scene::Mass::Sparse(mass.to_matrix(py, "mass")?),
         };
         let damping = match damping {
             DampingInput::Proportional(mass, stiffness) => {
@@ -296,10 +298,23 @@ impl Scene {
     fn sliding_equilibrium<'py>(
         &self,
         py: Python<'py>,
-    ) -> PyResult<(Bound<'py, PyArray1<f64>>, String)> {
-        let state = detached(py, || self.core().sliding_equilibrium())?
+    ) -> PyResult<(EquilibriumData<'py>, Option<bool>, Option<EquilibriumData<'py>>)> {
+        let (found, uniqueness) = detached(py, || self.core().steady_equilibrium())?
             .map_err(|error| raise(py, &error))?;
-        Ok((state.position.into_pyarray(py), state.combination.to_string()))
+        let data = |found: core::scene::Equilibrium| {
+            (
+                found.state.position.into_pyarray(py),
+                found.state.combination.to_string(),
+                found.normal_forces.into_pyarray(py),
+            )
+        };
+        Ok(match uniqueness {
+            core::scene::Uniqueness::Proved => (data(found), Some(true), None),
+            core::scene::Uniqueness::Another(other) => {
+                (data(found), Some(false), Some(data(*other)))
+            }
+            core::scene::Uniqueness::Unknown => (data(found), None, None),
+        })
     }
 
     /// Refuses a state that penetrates or violates its combination.

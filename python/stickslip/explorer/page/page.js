@@ -12,7 +12,7 @@ const state = {
   values: {}, x: "", y: "", dof: 0, contact: 0, start: null, dragging: false, slow: false,
   motion: null, loci: null, map: null, cursor: { series: "motion", time: 0 }, playing: false,
   // For those who measure: how many answers were drawn, and ms from the last input to the drawing.
-  updates: 0, latency: [], asked: 0,
+  updates: 0, latency: [], asked: 0, seconds: 0,
 };
 
 async function post(path, message) {
@@ -101,7 +101,9 @@ function ask() {
 
 function gotMotion(answer, message, since) {
   by("sentence").textContent = answer.sentence;
-  state.slow = answer.seconds > SLOW;
+  // The first answer also loads what it computes with, so one slow answer alone says nothing.
+  state.slow = Math.min(answer.seconds, state.seconds) > SLOW;
+  state.seconds = answer.seconds;
   by("note").textContent = state.slow ? `Computed in ${shown(answer.seconds, 2)} s: too long to follow live, so while you drag only the point moves.` : "";
   const dofs = scene.sent.length + 1;
   if (answer.motion) {
@@ -115,7 +117,7 @@ function gotMotion(answer, message, since) {
   if (series && !(state.cursor.time >= series.begin && state.cursor.time <= series.end)) state.cursor.time = series.begin;
   drawMotion();
   drawCursor();
-  plots.loci.drawn();
+  if (!lanes.loci.busy) plots.loci.drawn();
   state.updates += 1;
   state.latency.push(performance.now() - since);
   if (state.latency.length > 2000) state.latency.shift();
@@ -183,9 +185,10 @@ let before = 0;
 function step(now) {
   if (!state.playing) return;
   const series = state.motion?.[state.cursor.series];
-  if (series && now - before > 30) {
+  // While the point is dragged, pictures of it come first.
+  if (series && now - before > (state.dragging ? 90 : 30)) {
     const slower = 10 ** Number(by("slower").value), length = series.end - series.begin;
-    const on = state.cursor.time - series.begin + Math.min(now - before, 100) / 1e3 / slower;
+    const on = state.cursor.time - series.begin + Math.min(now - before, 120) / 1e3 / slower;
     state.cursor.time = series.begin + (length > 0 ? on % length : 0);
     before = now;
     drawCursor();
@@ -316,13 +319,7 @@ function makeControls() {
     link.click();
     URL.revokeObjectURL(link.href);
   }));
-  by("legend").append(...scene.statuses.map(({ name, colour }) => {
-    const item = document.createElement("span"), swatch = document.createElement("i");
-    item.className = "legend";
-    swatch.style.background = colour;
-    item.append(swatch, name);
-    return item;
-  }));
+  makeLegend(by("legend"), () => { drawMotion(); drawCursor(); });
 }
 async function asked(what) {
   try { await what(); by("note").textContent = ""; } catch (error) { by("note").textContent = error.message; }
@@ -330,7 +327,7 @@ async function asked(what) {
 
 function makePlots() {
   const make = (id, options) => (plots[id] = new Plot(id, options));
-  make("map", { hover: ({ x, y }) => {
+  make("map", { keys: true, hover: ({ x, y }) => {
     const map = state.map, [a, b] = [axisOf(state.x), axisOf(state.y)];
     if (!map || map.x !== state.x || map.y !== state.y) return "";
     const i = Math.round((x - a.low) / (a.high - a.low) * (map.columns - 1)), j = Math.round((y - b.low) / (b.high - b.low) * (map.rows - 1));

@@ -7,6 +7,26 @@ const decode = (text, Kind) => {
   return new Kind(bytes.buffer);
 };
 const MICRO = 1e6;
+// Codes of the statuses that a click in the legend took out of the portraits.
+const hidden = new Set();
+
+// The legend of the statuses: a click takes one out of the portraits, or puts it back.
+function makeLegend(box, redraw) {
+  box.append(...scene.statuses.map(({ letter, name, colour }) => {
+    const item = document.createElement("button"), swatch = document.createElement("i"), code = letter.charCodeAt(0);
+    item.type = "button";
+    item.className = "legend";
+    item.setAttribute("aria-pressed", "true");
+    swatch.style.background = colour;
+    item.append(swatch, name);
+    item.addEventListener("click", () => {
+      if (!hidden.delete(code)) hidden.add(code);
+      item.setAttribute("aria-pressed", String(!hidden.has(code)));
+      redraw();
+    });
+    return item;
+  }));
+}
 
 // A stretch of motion with its arrays unpacked.
 function unpacked(series, contacts, dofs) {
@@ -154,6 +174,7 @@ function drawPortrait(plot, k, motion, way) {
     ctx.moveTo(plot.box.x, plot.Y(motion.speed[k])); ctx.lineTo(plot.box.x + plot.box.w, plot.Y(motion.speed[k])); ctx.stroke(); ctx.setLineDash([]);
     ctx.lineWidth = 2;
     for (const [code, first, last] of runsOf(motion, k)) {
+      if (hidden.has(code)) continue;
       ctx.strokeStyle = colourOf(code); ctx.beginPath();
       for (let i = first; i <= last; i++) ctx[i > first ? "lineTo" : "moveTo"](plot.X(u[i]), plot.Y(v[i]));
       ctx.stroke();

@@ -31,10 +31,11 @@ function extent(values, margin = 0.05) {
 
 class Plot {
   constructor(id, options) {
-    Object.assign(this, { log: false, left: 56, bottom: 34, top: 6, right: 8, axes: true, zooms: true }, options);
+    Object.assign(this, { log: false, left: 56, bottom: 34, top: 6, right: 8, axes: true, zooms: true, keys: false }, options);
     const stage = document.createElement("div");
     stage.className = "stage";
-    stage.tabIndex = 0;
+    // Only what the keyboard moves is reached by it.
+    if (this.keys) stage.tabIndex = 0;
     stage.setAttribute("role", "img");
     document.getElementById(id).append(stage);
     this.stage = stage;

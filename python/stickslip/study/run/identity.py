@@ -35,7 +35,7 @@ def described_scene(scene: Scene) -> dict[str, Any]:
     """Return all numbers of a scene, of plain types: it can be built again from them."""
     damping = scene.damping
     return {
-        "mass": scene.mass.tolist() if scene.mass.ndim == 1 else _matrix(scene.mass),
+        "mass": _matrix(scene.mass),
         "stiffness": _matrix(scene.stiffness),
         "damping": [damping.mass, damping.stiffness]
         if isinstance(damping, Proportional)

@@ -64,19 +64,17 @@ impl Functional {
 
     /// `sum_j factor_j part_j`
     fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
+        // A row of sums: the parts may hold every coordinate of a large scene.
         let merged = |of: fn(&Self) -> &[(usize, f64)]| {
-            let scaled = |(factor, part): (f64, &'a Self)| {
-                of(part).iter().map(move |&(k, weight)| (k, factor * weight))
-            };
-            let mut terms: Vec<_> =
-                parts.clone().filter(|part| part.0 != 0.0).flat_map(scaled).collect();
-            terms.sort_by_key(|term| term.0);
-            terms.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                kept.1 += if same { next.1 } else { 0.0 };
-                same
-            });
-            terms
+            let largest = parts.clone().filter_map(|(_, part)| of(part).last());
+            let count = largest.map(|term| term.0 + 1).max().unwrap_or(0);
+            let mut sums: Vec<Option<f64>> = vec![None; count];
+            for (factor, part) in parts.clone().filter(|part| part.0 != 0.0) {
+                for &(k, weight) in of(part) {
+                    *sums[k].get_or_insert(0.0) += factor * weight;
+                }
+            }
+            sums.into_iter().enumerate().filter_map(|(k, sum)| Some((k, sum?))).collect()
         };
         Self {
             position: merged(|part| &part.position),

@@ -19,7 +19,7 @@ pub(crate) const SINGULAR: f64 = 1e-14;
 /// A pivot of equilibrated rows below this leaves a first solution that one step of refinement does not mend.
 const REFINABLE: f64 = 1e-13;
 /// A Cholesky pivot this small beside its diagonal entry is rounding.
-const INDEFINITE: f64 = 1e-14;
+pub(crate) const INDEFINITE: f64 = 1e-14;
 /// Rows up to which pivots are searched for in the whole matrix; beyond, only partial pivoting is quick.
 const COMPLETE_PIVOTING: usize = 200;
 

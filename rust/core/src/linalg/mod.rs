@@ -8,6 +8,7 @@ pub(crate) mod eigenpair;
 pub(crate) mod parallel;
 pub(crate) mod schur;
 pub(crate) mod sparse;
+pub(crate) mod sparse_factors;
 
 pub use nalgebra::DMatrix;
 pub use sparse::SparseMatrix;

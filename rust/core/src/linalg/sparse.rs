@@ -101,6 +101,12 @@ impl SparseMatrix {
         }
     }
 
+    /// The diagonal matrix of its diagonal entries.
+    pub(crate) fn diagonal_part(&self) -> Self {
+        let entries: Vec<f64> = (0..self.size).map(|k| self.get(k, k)).collect();
+        Self::diagonal(&entries)
+    }
+
     fn with_capacity(size: usize, entries: usize) -> Self {
         let mut row_start = Vec::with_capacity(size + 1);
         row_start.push(0);
@@ -206,7 +212,7 @@ impl SparseMatrix {
 
     /// `self other`
     pub(crate) fn product(&self, other: &Self) -> Self {
-        let mut sums = vec![0.0; self.size];
+        let mut sums: Vec<Option<f64>> = vec![None; self.size];
         let mut touched = Vec::new();
         Self::from_rows(self.size, |row, entries| {
             // A change of basis leaves most rows as they are.
@@ -218,13 +224,15 @@ impl SparseMatrix {
             }
             for (k, factor) in self.row(row) {
                 for (column, value) in other.row(k) {
-                    sums[column] += factor * value;
-                    touched.push(column);
+                    let sum = sums[column].get_or_insert_with(|| {
+                        touched.push(column);
+                        0.0
+                    });
+                    *sum += factor * value;
                 }
             }
             touched.sort_unstable();
-            touched.dedup();
-            entries.extend(touched.drain(..).map(|k| (k, std::mem::take(&mut sums[k]))));
+            entries.extend(touched.drain(..).filter_map(|k| Some((k, sums[k].take()?))));
         })
     }
 

@@ -108,11 +108,14 @@ impl CombinationBasis {
 
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        match &self.propagator {
+        let terms = self.functions.iter().map(|function| &function.functional);
+        let terms = terms.map(|part| part.position.len() + part.velocity.len());
+        let propagator = match &self.propagator {
             Propagator::Modal(basis) => basis.numbers(),
             Propagator::Taylor(operator) => operator.numbers(),
             Propagator::Blocks(parts) => parts.len(),
-        }
+        };
+        propagator + 2 * terms.sum::<usize>()
     }
 
     pub fn is_modal(&self) -> bool {

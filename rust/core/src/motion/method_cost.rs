@@ -28,14 +28,11 @@ const MEMORY: f64 = 64.0;
 
 /// Work on an entry of dense rows, of that on an entry of a sparse product: the vector unit takes eight at a time.
 const DENSE_ENTRY: f64 = 0.125;
-/// The same for an entry of the inverse of coupled masses, which is taken row by row.
-const INVERSE_ENTRY: f64 = 0.5;
-
 /// Free coordinates up to which modes are thought of at all: nothing interrupts an eigenproblem, and a larger one
-/// would keep Ctrl-C waiting for more than a tenth of a second. Series of coupled masses begin with an inverse that
-/// takes as long.
+/// would keep Ctrl-C waiting for more than a tenth of a second. Where mass couples coordinates, series cost more, and a
+/// little of that wait is worth it.
 pub(crate) fn largest(scene: &Scene) -> usize {
-    if scene.lumped { 200 } else { 500 }
+    if scene.coupled_mass.is_none() { 200 } else { 500 }
 }
 
 /// Work on one combination, in multiplications of a sparse product.
@@ -65,7 +62,7 @@ impl Cost {
             DENSE_ENTRY * m * scene.size as f64
         } else {
             let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };
-            let inverse = if scene.lumped { 0.0 } else { INVERSE_ENTRY * m.powi(2) };
+            let inverse = scene.coupled_mass.as_ref().map_or(0.0, |mass| mass.work());
             (scene.stiffness.entries() + damping) as f64 + inverse
         };
         Self { modes, panel: COEFFICIENTS as f64 * order, phase: 7.0 * m.powi(2) }

@@ -162,7 +162,9 @@ impl CoupledMotion<'_> {
     pub fn expand(&mut self, remaining: f64, panel: &mut Panel) {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.expand(modal, remaining, panel),
-            Kind::Taylor(motion, operator) => motion.expand(operator, self.functions, panel),
+            Kind::Taylor(motion, operator) => {
+                motion.expand(self.scene, operator, self.functions, panel);
+            }
         }
     }
 

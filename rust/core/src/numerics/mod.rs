@@ -1,6 +1,7 @@
 //! Numerical tools that know nothing of mechanics: certified roots, exact arithmetic, SIMD lanes, quadrature.
 
 pub(crate) mod bracket;
+pub(crate) mod complementarity;
 pub(crate) mod double_double;
 pub(crate) mod first_root;
 pub(crate) mod gauss;

@@ -7,7 +7,9 @@
 //!
 //! Only dofs that a direction or the mass joins depend on each other here. Each such group is transformed by itself, so
 //! that sparse matrices stay sparse: lumped masses and contacts on single dofs are their own coordinates, and a contact
-//! between two nodes mixes the dofs of these two.
+//! between two nodes mixes the dofs of these two. A sparse mass, as of consistent finite elements, joins all dofs of a
+//! mesh; but `M^-1` decays from node to node, and entries of P below rounding of their column are left out. This changes
+//! no equation: T is taken as it then is, and `Z' M P` is as small as rounding makes it anyway.
 //!
 //! A direction that a contact has not gets a coordinate beyond those of the dofs, on which no matrix acts.
 
@@ -17,7 +19,12 @@ use crate::error::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_law::{ContactInput, Direction, INDEPENDENCE};
+
+/// Dofs from which a mass is factorized as a sparse matrix if no more than one in `SPARSE_ROW` of its entries is stored.
+const SPARSE_SIZE: usize = 60;
+const SPARSE_ROW: usize = 5;
 
 /// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
 const COUPLING_ROUNDING: f64 = 1e-13;
@@ -48,10 +55,14 @@ struct Transform {
 struct Group {
     /// The dof whose place the coordinate of each direction takes.
     slots: Vec<usize>,
-    forward: DMatrix<f64>,
-    inverse: DMatrix<f64>,
+    /// Rows of T and of its inverse.
+    forward: Vec<Row>,
+    inverse: Vec<Row>,
     delassus: DMatrix<f64>,
 }
+
+/// (column, entry), columns ascending.
+type Row = Vec<(usize, f64)>;
 
 impl Coordinates {
     /// `mass` is symmetric and positive definite.
@@ -124,18 +135,18 @@ impl Coordinates {
                 continue;
             }
             let own_row = |dof: usize| dofs.partition_point(|&other| other < dof);
-            let mut d = DMatrix::zeros(dofs.len(), own.len());
-            for (j, &index) in own.iter().enumerate() {
-                directions[index].iter().for_each(|&(dof, entry)| d[(own_row(dof), j)] = entry);
-            }
+            let along = own.iter().map(|&index| -> Row {
+                directions[index].iter().map(|&(dof, entry)| (own_row(dof), entry)).collect()
+            });
+            let along = along.collect::<Vec<_>>();
             let lacking = dofs.iter().filter(|&&dof| mass.get(dof, dof) == 0.0).count();
             if lacking > 0 && lacking < dofs.len() {
                 let reason = "its directions tie dofs with mass to dofs without; give all of them mass, or none";
-                return Err(Error::MixedMass { contact: own[0] / 2, reason });
+                return Err(Error::MixedMass { contact: whose[own[0]] / 2, reason });
             }
             let group = match lacking {
-                0 => Group::new(mass.restricted(&dofs).to_dense(), d),
-                _ => Group::massless(d),
+                0 => Group::new(&mass.restricted(&dofs), &along),
+                _ => Group::massless(dofs.len(), &along),
             }
             .map_err(|index| dependent(own[index]))?;
             own.iter().zip(&group.slots).for_each(|(&index, &slot)| slots[index] = dofs[slot]);
@@ -144,12 +155,12 @@ impl Coordinates {
                 .for_each(|(row, &dof)| place[dof] = Some((transformed.len(), row)));
             transformed.push((dofs, own, group));
         }
-        let rows = |of: fn(&Group) -> &DMatrix<f64>| {
+        let rows = |of: fn(&Group) -> &[Row]| {
             SparseMatrix::from_rows(size, |dof, entries| match place[dof] {
                 None => entries.push((dof, 1.0)),
                 Some((index, row)) => {
                     let (dofs, _, group) = &transformed[index];
-                    entries.extend(dofs.iter().copied().zip(of(group).row(row).iter().copied()));
+                    entries.extend(of(group)[row].iter().map(|&(k, entry)| (dofs[k], entry)));
                 }
             })
         };
@@ -257,19 +268,32 @@ impl Coordinates {
 
 impl Group {
     /// Of dofs without mass, which couples nothing.
-    fn massless(d: DMatrix<f64>) -> Result<Self, usize> {
-        let (size, count) = d.shape();
-        let group = Self::new(DMatrix::identity(size, size), d)?;
-        Ok(Self { delassus: DMatrix::identity(count, count), ..group })
+    fn massless(size: usize, directions: &[Row]) -> Result<Self, usize> {
+        let group = Self::new(&SparseMatrix::diagonal(&vec![1.0; size]), directions)?;
+        Ok(Self { delassus: DMatrix::identity(directions.len(), directions.len()), ..group })
     }
 
-    /// Of the mass and the directions (columns) over the dofs of the group, or the index of a direction that depends on
-    /// others.
-    fn new(mass: DMatrix<f64>, d: DMatrix<f64>) -> Result<Self, usize> {
-        let (size, count) = d.shape();
-        let slots = choose_slots(&d)?;
-        let inverse_mass_d = Factors::new(mass).solve(d.clone());
-        let mut delassus = d.tr_mul(&inverse_mass_d);
+    /// Of the mass and the directions over the dofs of the group, or the index of a direction that depends on others.
+    fn new(mass: &SparseMatrix, directions: &[Row]) -> Result<Self, usize> {
+        let (size, count) = (mass.size(), directions.len());
+        // Dofs that a direction moves; elimination needs no others.
+        let mut moved: Vec<usize> = directions.iter().flatten().map(|&(dof, _)| dof).collect();
+        moved.sort_unstable();
+        moved.dedup();
+        let mut d = DMatrix::zeros(moved.len(), count);
+        for (j, direction) in directions.iter().enumerate() {
+            for &(dof, entry) in direction {
+                d[(moved.partition_point(|&other| other < dof), j)] = entry;
+            }
+        }
+        let places = choose_slots(&d)?;
+        let slots: Vec<usize> = places.iter().map(|&place| moved[place]).collect();
+        let mut loads = DMatrix::zeros(size, count);
+        for (place, &dof) in moved.iter().enumerate() {
+            loads.set_row(dof, &d.row(place));
+        }
+        let inverse_mass_d = inverse_times(mass, loads);
+        let mut delassus = d.tr_mul(&inverse_mass_d.select_rows(&moved));
         for (i, j) in (0..count).flat_map(|i| (0..i).map(move |j| (i, j))) {
             let scale = (delassus[(i, i)] * delassus[(j, j)]).sqrt();
             let coupling = delassus[(i, j)];
@@ -278,30 +302,78 @@ impl Group {
         }
         if size == 1 {
             // One dof and one direction, without rounding.
-            let forward = d.map(|entry| 1.0 / entry);
-            return Ok(Self { slots, forward, inverse: d, delassus });
+            let entry = d[(0, 0)];
+            let (forward, inverse) = (vec![vec![(0, 1.0 / entry)]], vec![vec![(0, entry)]]);
+            return Ok(Self { slots, forward, inverse, delassus });
         }
         let contact_mass = Factors::new(delassus.clone()).solve(DMatrix::identity(count, count));
-        let p = inverse_mass_d * contact_mass;
+        let mut p = inverse_mass_d * contact_mass;
+        let root: Vec<f64> = (0..size).map(|dof| mass.get(dof, dof).sqrt()).collect();
+        for mut column in p.column_iter_mut() {
+            let largest =
+                column.iter().zip(&root).map(|(p, root)| p.abs() * root).fold(0.0, f64::max);
+            let seen = |entry: f64, root: f64| entry.abs() * root > f64::EPSILON * largest;
+            column
+                .iter_mut()
+                .zip(&root)
+                .filter(|(p, root)| !seen(**p, **root))
+                .for_each(|(p, _)| *p = 0.0);
+        }
         // Z: unit in one free dof each, the slot dofs follow from D' x = 0.
-        let free: Vec<usize> = (0..size).filter(|dof| !slots.contains(dof)).collect();
-        let followers =
-            Factors::new(d.select_rows(&slots).transpose()).solve(d.select_rows(&free).transpose());
+        let followed: Vec<usize> =
+            (0..moved.len()).filter(|place| !places.contains(place)).collect();
+        let followers = Factors::new(d.select_rows(&places).transpose())
+            .solve(d.select_rows(&followed).transpose());
+        let mut slot_of: Vec<Option<usize>> = vec![None; size];
+        slots.iter().enumerate().for_each(|(j, &slot)| slot_of[slot] = Some(j));
+        let sorted = |mut row: Row| {
+            row.sort_unstable_by_key(|entry| entry.0);
+            row
+        };
         // q_c = D' x; q_f = x_f - P_f D' x.
-        let mut forward = DMatrix::identity(size, size);
-        let mut inverse = DMatrix::identity(size, size) - &p * d.transpose();
-        for (j, &slot) in slots.iter().enumerate() {
-            forward.set_column(slot, &p.column(j));
-            inverse.set_row(slot, &d.column(j).transpose());
-        }
-        for (j, &dof) in free.iter().enumerate() {
-            slots
-                .iter()
-                .enumerate()
-                .for_each(|(i, &slot)| forward[(slot, dof)] = -followers[(i, j)]);
-        }
+        let forward = |dof: usize| {
+            let mut row: Row = slots.iter().copied().zip(p.row(dof).iter().copied()).collect();
+            match slot_of[dof] {
+                Some(j) => row.extend(
+                    followed
+                        .iter()
+                        .enumerate()
+                        .map(|(k, &place)| (moved[place], -followers[(j, k)])),
+                ),
+                None => row.push((dof, 1.0)),
+            }
+            sorted(row)
+        };
+        let inverse = |dof: usize| match slot_of[dof] {
+            Some(j) => directions[j].clone(),
+            None => {
+                let column = (&d * p.row(dof).transpose()).data.into();
+                let column: Vec<f64> = column;
+                let mut row: Row =
+                    moved.iter().copied().zip(column.iter().map(|sum| -sum)).collect();
+                match row.binary_search_by_key(&dof, |entry| entry.0) {
+                    Ok(place) => row[place].1 += 1.0,
+                    Err(place) => row.insert(place, (dof, 1.0)),
+                }
+                row
+            }
+        };
+        let (forward, inverse) =
+            ((0..size).map(forward).collect(), (0..size).map(inverse).collect());
         Ok(Self { slots, forward, inverse, delassus })
     }
+}
+
+/// `M^-1 loads`
+fn inverse_times(mass: &SparseMatrix, loads: DMatrix<f64>) -> DMatrix<f64> {
+    let size = mass.size();
+    if size >= SPARSE_SIZE && SPARSE_ROW * mass.entries() <= size * size {
+        match SparseCholesky::new(mass) {
+            Ok(factor) => return factor.solve(loads),
+            Err(_) => unreachable!("a positive definite mass"),
+        }
+    }
+    Factors::new(mass.to_dense()).solve(loads)
 }
 
 /// Gives each direction (a column) a dof of its own by elimination with complete pivoting, which also shows whether the

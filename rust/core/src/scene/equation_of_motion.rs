@@ -1,9 +1,12 @@
 //! The equation of motion of one status combination, `q'' = M_s^-1 L' (F - C q' - K q)`, without forming `L' K R`.
 
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::error::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
+use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduction;
 use crate::scene::status::Combination;
@@ -38,29 +41,41 @@ pub(crate) struct EquationOfMotion {
     inverse: InverseMass,
 }
 
-/// Over the kept coordinates.
 #[derive(Debug)]
 enum InverseMass {
+    /// Over the kept coordinates.
     Diagonal(Vec<f64>),
-    Full(DMatrix<f64>),
+    Coupled {
+        mass: Arc<CoupledMass>,
+        /// Contact coordinates that are kept, and the inverse of the reduced mass over them.
+        contact: Vec<usize>,
+        inverse: DMatrix<f64>,
+    },
 }
 
 impl EquationOfMotion {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
         let reduction = Reduction::new(scene, combination);
-        let m = reduction.size();
-        let inverse = if scene.lumped {
+        let Some(mass) = &scene.coupled_mass else {
             let inverse = reduction.kept.iter().map(|&k| 1.0 / scene.mass.get(k, k));
-            InverseMass::Diagonal(inverse.collect())
-        } else {
-            let mass = reduction.matrix(&scene.mass);
-            let pivot = smallest_relative_pivot(&mass);
-            if pivot < SINGULAR {
-                return Err(Error::SingularMass { combination: combination.to_string(), pivot });
-            }
-            InverseMass::Full(Factors::new(mass).solve(DMatrix::identity(m, m)))
+            let inverse = InverseMass::Diagonal(inverse.collect());
+            return Ok(Self { reduction, inverse });
         };
+        let places: Vec<usize> = (0..reduction.size())
+            .filter(|&i| mass.contact_place(reduction.kept[i]).is_some())
+            .collect();
+        let contact: Vec<usize> = places.iter().map(|&i| reduction.kept[i]).collect();
+        let reduced = DMatrix::from_fn(contact.len(), contact.len(), |i, j| {
+            let sources = reduction.sources(places[i]);
+            sources.map(|(row, factor)| factor * scene.mass.get(row, contact[j])).sum()
+        });
+        let pivot = smallest_relative_pivot(&reduced);
+        if pivot < SINGULAR {
+            return Err(Error::SingularMass { combination: combination.to_string(), pivot });
+        }
+        let inverse = Factors::new(reduced).solve(DMatrix::identity(contact.len(), contact.len()));
+        let inverse = InverseMass::Coupled { mass: Arc::clone(mass), contact, inverse };
         Ok(Self { reduction, inverse })
     }
 
@@ -68,7 +83,7 @@ impl EquationOfMotion {
     pub fn numbers(&self) -> usize {
         let mass = match &self.inverse {
             InverseMass::Diagonal(entries) => entries.len(),
-            InverseMass::Full(entries) => entries.len(),
+            InverseMass::Coupled { inverse, .. } => inverse.len(),
         };
         mass + 4 * self.reduction.size()
     }
@@ -79,17 +94,24 @@ impl EquationOfMotion {
         kept.iter().copied().chain(sticking.iter().map(|stick| stick.0))
     }
 
-    /// `|M_s^-1| sizes`
-    pub fn accelerated_sizes(&self, sizes: &[f64]) -> Vec<f64> {
-        match &self.inverse {
-            InverseMass::Diagonal(inverse) => {
-                inverse.iter().zip(sizes).map(|(inverse, size)| inverse * size).collect()
+    /// Where mass couples coordinates: the largest ratio of an acceleration in the norm of M and of the force on the
+    /// contact-free structure that causes it in the dual norm. Above 1 by the friction that normal forces bring along.
+    pub fn amplification(&self) -> f64 {
+        let InverseMass::Coupled { mass, contact, inverse } = &self.inverse else { return 1.0 };
+        let size = mass.contacts();
+        let places: Vec<usize> = contact.iter().filter_map(|&k| mass.contact_place(k)).collect();
+        let mut map = DMatrix::zeros(size, size);
+        for (j, &k) in contact.iter().enumerate() {
+            let sources = self.reduction.place(k).map(|position| self.reduction.sources(position));
+            for (source, factor) in sources.into_iter().flatten() {
+                // The load of a given normal force does not depend on the motion.
+                let Some(column) = mass.contact_place(source) else { continue };
+                for (i, &row) in places.iter().enumerate() {
+                    map[(row, column)] += inverse[(i, j)] * factor;
+                }
             }
-            InverseMass::Full(inverse) => inverse
-                .row_iter()
-                .map(|row| row.iter().zip(sizes).map(|(a, size)| a.abs() * size).sum())
-                .collect(),
         }
+        mass.map_norm(&map)
     }
 
     /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
@@ -104,13 +126,13 @@ impl EquationOfMotion {
                     acceleration[k] = inverse * residual[k];
                 }
             }
-            InverseMass::Full(inverse) => {
-                kept.iter().for_each(|&k| acceleration[k] = 0.0);
-                for (&j, column) in kept.iter().zip(inverse.column_iter()) {
-                    for (&k, entry) in kept.iter().zip(&column) {
-                        acceleration[k] += entry * residual[j];
-                    }
+            InverseMass::Coupled { mass, contact, inverse } => {
+                for (i, &k) in contact.iter().enumerate() {
+                    let row = inverse.row(i);
+                    acceleration[k] =
+                        contact.iter().zip(&row).map(|(&j, entry)| entry * residual[j]).sum();
                 }
+                mass.accelerate_free(residual, acceleration);
             }
         }
     }

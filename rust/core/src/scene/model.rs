@@ -6,12 +6,14 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::error::Error;
-use crate::linalg::dense::cholesky;
+use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{
     Contact, ContactInput, Direction, Directions, Inertia, check_finite,
 };
+use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
 use crate::scene::massless::coordinates::{Massless, Nodes, condensed_stiffness};
@@ -24,6 +26,8 @@ pub enum Mass {
     Lumped(Vec<f64>),
     /// Symmetric, positive definite over the dofs whose rows are not zero, kg.
     Full(DMatrix<f64>),
+    /// The same by its nonzero entries, kg.
+    Sparse(SparseMatrix),
 }
 
 /// Damping as a user states it.
@@ -70,6 +74,7 @@ impl SceneInput {
         let mass = match &self.mass {
             Mass::Lumped(entries) => SparseMatrix::diagonal(entries),
             Mass::Full(dense) => SparseMatrix::from_dense(dense),
+            Mass::Sparse(entries) => entries.clone(),
         };
         let damping = match &self.damping {
             Damping::Proportional { mass: alpha, stiffness: beta } => {
@@ -127,8 +132,8 @@ pub struct Scene {
     pub(crate) coordinates: Coordinates,
     /// M in contact coordinates.
     pub(crate) mass: SparseMatrix,
-    /// Whether that M is diagonal.
-    pub(crate) lumped: bool,
+    /// What is known of that M, unless it is diagonal.
+    pub(crate) coupled_mass: Option<Arc<CoupledMass>>,
     /// C + G.
     pub(crate) damping: SparseMatrix,
     /// (alpha, beta) of C + G = alpha M + beta (K + H), when the user said so or the matrix is so to the last bit.
@@ -177,6 +182,7 @@ impl Scene {
         let size = match &input.mass {
             Mass::Lumped(mass) => mass.len(),
             Mass::Full(mass) => mass.nrows(),
+            Mass::Sparse(mass) => mass.size(),
         };
         if size == 0 {
             return Err(unfit("mass", "at least one dof", "none".into()));
@@ -312,7 +318,6 @@ impl Scene {
             .collect();
         check_massless(&contacts, &coordinates)?;
         let (known, size) = (size, size + coordinates.missing);
-        let lumped = mass.is_diagonal();
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
         let symmetric_stiffness = coordinates.congruent(stiffness);
         let (symmetric_damping, law) = match damping {
@@ -350,6 +355,14 @@ impl Scene {
                 return Err(Error::MixedMass { contact, reason });
             }
         }
+        if !massless.is_empty() && !mass.is_diagonal() {
+            return Err(unfit(
+                "mass",
+                "a diagonal one, as some dofs have none or contacts are compliant",
+                "a mass that couples dofs".into(),
+            ));
+        }
+        let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &coordinates.slots)?;
         let mut force = coordinates.forces_of_dofs(&force);
         for (contact, law) in contacts.iter().zip(&input.contacts) {
             if contact.directions == Directions::Tangential {
@@ -373,7 +386,7 @@ impl Scene {
             impact_friction: input.impact_friction,
             coordinates,
             mass,
-            lumped,
+            coupled_mass,
             damping,
             proportional,
             stiffness,
@@ -642,6 +655,19 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
                 .map_err(|(row, value)| Error::IndefiniteMass { dof: heavy[row], value })?;
             Ok(mass)
         }
+        Mass::Sparse(mass) => {
+            let mass = mass.validated_symmetric("mass")?;
+            let entry = |dof: usize| mass.get(dof, dof);
+            if let Some(dof) = (0..mass.size()).find(|&dof| !(entry(dof) > 0.0)) {
+                return Err(Error::IndefiniteMass { dof, value: entry(dof) });
+            }
+            // Pivots that are no more than rounding of their diagonal entries are none.
+            let least = mass.combined(1.0, &mass.diagonal_part(), -INDEFINITE);
+            match SparseCholesky::new(&least) {
+                Ok(_) => Ok(mass),
+                Err(dof) => Err(Error::IndefiniteSparseMass { dof }),
+            }
+        }
     }
 }
 
@@ -665,6 +691,20 @@ fn check_massless(contacts: &[Contact], coordinates: &Coordinates) -> Result<(),
         }
     }
     Ok(())
+}
+
+/// What is known of a mass in contact coordinates that is not diagonal.
+pub(crate) fn coupled_mass(
+    mass: &SparseMatrix,
+    damping: &SparseMatrix,
+    stiffness: &SparseMatrix,
+    slots: &[(usize, usize)],
+) -> Result<Option<Arc<CoupledMass>>, Error> {
+    if mass.is_diagonal() {
+        return Ok(None);
+    }
+    let known = CoupledMass::new(mass, damping, stiffness, slots);
+    known.map(|known| Some(Arc::new(known))).map_err(|dof| Error::IndefiniteSparseMass { dof })
 }
 
 /// Without the couplings that are zero by construction of the coordinates, and nonzero by rounding.

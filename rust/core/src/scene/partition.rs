@@ -6,7 +6,7 @@ use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{EnergyParts, Scene};
+use crate::scene::model::{EnergyParts, Scene, coupled_mass};
 use crate::scene::status::Combination;
 
 /// One part, as a scene of its own in contact coordinates.
@@ -97,6 +97,10 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let whole = scene.coordinates.delassus.as_ref();
     let delassus = whole.map(|whole| whole.select_rows(&rows).select_columns(&rows));
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
+    let [mass, damping, stiffness] = [&scene.mass, &scene.damping, &scene.stiffness].map(matrix);
+    let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
+    let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &slots)
+        .expect("a block of a positive definite mass");
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
     let part = Scene {
@@ -106,17 +110,13 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
         massless: scene.massless.restricted(&coordinates, &contacts),
         condensed: false,
         impact_friction: scene.impact_friction,
-        coordinates: Coordinates::of_contacts(
-            dofs,
-            laws.iter().map(|law| (law.tangential, law.normal)).collect(),
-            delassus,
-        ),
+        coordinates: Coordinates::of_contacts(dofs, slots, delassus),
         contacts: laws,
-        mass: matrix(&scene.mass),
-        lumped: scene.lumped,
-        damping: matrix(&scene.damping),
+        mass,
+        coupled_mass,
+        damping,
         proportional: scene.proportional,
-        stiffness: matrix(&scene.stiffness),
+        stiffness,
         energy_parts: scene.energy_parts.as_ref().map(|parts| EnergyParts {
             dissipative: matrix(&parts.dissipative),
             elastic: matrix(&parts.elastic),

@@ -53,6 +53,20 @@ impl Reduction {
     ) -> Self {
         let mut dropped = vec![false; scene.size];
         scene.massless.coordinates.iter().for_each(|&k| dropped[k] = true);
+        Self::without(scene, combination, dropped, friction)
+    }
+
+    /// With the coordinates that have no mass, as statics sees them.
+    pub(crate) fn with_massless(scene: &Scene, combination: &Combination) -> Self {
+        Self::without(scene, combination, vec![false; scene.size], |_, law| law.friction)
+    }
+
+    fn without(
+        scene: &Scene,
+        combination: &Combination,
+        mut dropped: Vec<bool>,
+        friction: impl Fn(usize, &Contact) -> f64,
+    ) -> Self {
         let mut sticking = Vec::new();
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {

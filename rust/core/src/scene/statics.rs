@@ -3,24 +3,30 @@
 //! In steady sliding the structure is at rest, `K_s q = F_s`, and the friction forces are in `K_s` and `F_s`. The
 //! *margin* of a closed contact is its normal force `N = (K q)_n - F_n`, that of an open one its gap `q_n`. Steady
 //! sliding of a combination exists where no margin is negative and every sliding contact slips as its slider drives it.
+//! Which contacts are open, if some have to be, is a complementarity problem.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::linalg::dense::{regular_solution, smallest_relative_pivot, solve};
+use crate::linalg::dense::{Factors, regular_solution};
+use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse_factors::SparseLu;
+use crate::numerics::complementarity::{self, Complementarity};
+use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::{Reduced, Reduction};
 use crate::scene::status::{Combination, Status};
 
-/// Reciprocal condition (of the equilibrated matrix) below which an equilibrium is not unique.
+/// Reciprocal condition (of the scaled matrix) below which an equilibrium is not unique.
 const SINGULAR: f64 = 1e-13;
-/// Exchanges of open and closed contacts after which the search for an equilibrium is given up; as a rule two or three
-/// of them find it.
+/// Exchanges of open and closed stops after which they are given up; as a rule two or three of them find it.
 const EXCHANGES: usize = 40;
-/// Number of contacts up to which every choice of open contacts is tried after that.
-const ENUMERATED: usize = 6;
+/// A normal force below this part of its terms is lost in their rounding.
+const ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// Steps of refinement of an equilibrium: the second leaves rounding of the result alone.
+const REFINEMENTS: usize = 2;
 
 /// `K_s q = load`, and `margin_i = rows_i . q - offsets_i` of every contact.
 #[derive(Debug, Clone)]
@@ -109,7 +115,7 @@ fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
             sum += a * x;
             size += (a * x).abs();
         }
-        if sum.abs() <= 64.0 * f64::EPSILON * size { 0.0 } else { sum }
+        if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
     };
     offsets.iter().enumerate().map(margin).collect()
 }
@@ -144,46 +150,24 @@ impl Scene {
         Ok(closed)
     }
 
-    /// `K_s q = F0` of the sliding combination.
+    /// The equilibrium of steady sliding; contacts that would pull are open.
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
-        let combination = self.sliding_combination()?;
-        let reduced = Reduced::new(self, &combination)?;
-        let mut equilibrated = reduced.stiffness;
-        let mut load = reduced.force_constant;
-        for (mut row, load) in equilibrated.row_iter_mut().zip(&mut load) {
-            let scale = Some(row.amax()).filter(|&largest| largest > 0.0).unwrap_or(1.0);
-            row /= scale;
-            *load /= scale;
-        }
-        let reciprocal_condition = smallest_relative_pivot(&equilibrated);
-        if reciprocal_condition < SINGULAR {
-            return Err(Error::SingularStiffness {
-                combination: combination.to_string(),
-                reciprocal_condition,
-            });
-        }
-        let kept = solve(equilibrated, &load);
-        let mut q = vec![0.0; self.size];
-        for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
-            q[k] = value;
-        }
-        if let Some(condensed) = Condensed::new(self, &combination)? {
-            condensed.complete(&mut q, &mut vec![0.0; self.size]);
-        }
-        for (contact, (law, status)) in self.contacts.iter().zip(combination.statuses()).enumerate()
-        {
-            if !status.is_closed() {
-                if !(q[law.normal] >= 0.0) {
-                    return Err(Error::Penetration { contact, gap: q[law.normal] });
-                }
-                continue;
+        let contacts = StaticContacts::new(self)?;
+        Ok(contacts.equilibrium(&contacts.open()?).state)
+    }
+
+    /// The same with its normal forces, and whether it is the only one.
+    pub fn steady_equilibrium(&self) -> Result<(Equilibrium, Uniqueness), Error> {
+        let contacts = StaticContacts::new(self)?;
+        let open = contacts.open()?;
+        let uniqueness = match contacts.problem().uniqueness(&open) {
+            complementarity::Uniqueness::Proved => Uniqueness::Proved,
+            complementarity::Uniqueness::Unknown => Uniqueness::Unknown,
+            complementarity::Uniqueness::Another(other) => {
+                Uniqueness::Another(Box::new(contacts.equilibrium(&other)))
             }
-            let normal_force = self.stiffness.row_dot(law.normal, &q) - self.force[law.normal];
-            if !(normal_force > 0.0) {
-                return Err(Error::TensileEquilibrium { contact, normal_force });
-            }
-        }
-        Ok(self.state(&q, &vec![0.0; self.size], &combination))
+        };
+        Ok((contacts.equilibrium(&open), uniqueness))
     }
 
     /// Whether steady sliding of a combination exists.
@@ -204,49 +188,196 @@ impl Scene {
                 contact,
                 margin: margins[contact],
                 open: !combination.statuses()[contact].is_closed(),
-                admissible: self.admissible(&combination, &margins)?.map(|open| open.to_string()),
+                admissible: self
+                    .sliding_equilibrium()
+                    .ok()
+                    .map(|state| state.combination.to_string()),
                 combination: combination.to_string(),
             }),
         }
     }
+}
 
-    /// An equilibrium of steady sliding with other contacts open, given the margins of the sliding combination: contacts
-    /// that pull are opened and those that penetrate closed, until none does.
-    fn admissible(
-        &self,
-        sliding: &Combination,
-        margins: &[f64],
-    ) -> Result<Option<Combination>, Error> {
-        let count = margins.len();
-        let with_open = |open: &[bool]| {
-            let laws = self.contacts.iter().zip(open);
-            let status = |(law, &open): (&Contact, &bool)| match open {
-                true if law.directions.admit(Status::Detached) => Status::Detached,
-                _ => Status::driven_by(law.drive()).unwrap_or(Status::Positive),
-            };
-            Combination::new(laws.map(status).collect())
+/// Steady sliding with open contacts: the normal forces N that gaps g leave, `N = S g + N_0`.
+///
+/// With every contact held at its gap, `K_s q = F_s - (L' K)_n g` has one solution where K_s is regular, even if the
+/// structure is held by its contacts alone. The equilibrium is the linear complementarity problem `N >= 0, g >= 0,
+/// N g = 0`: one factorization of K_s, a solution with it for each contact, and a problem as small as the contacts are
+/// few. Friction makes S unsymmetric, so there may be no solution, or several.
+struct StaticContacts<'a> {
+    scene: &'a Scene,
+    /// Contacts that may open; the others have a given normal force.
+    unilateral: Vec<usize>,
+    /// All of them closed, and the choice that is tried first.
+    closed: Combination,
+    preferred: Combination,
+    reduction: Reduction,
+    factors: SparseLu,
+    /// Kept coordinates with all contacts closed, and what one unit of each gap adds.
+    rest: Vec<f64>,
+    responses: Vec<Vec<f64>>,
+    matrix: DMatrix<f64>,
+    offsets: DVector<f64>,
+}
+
+/// A state of steady sliding with the normal force of every contact, N; 0 of open ones.
+#[derive(Debug, Clone)]
+pub struct Equilibrium {
+    /// At rest.
+    pub state: State,
+    /// One entry per contact.
+    pub normal_forces: Vec<f64>,
+}
+
+/// Whether an equilibrium is the only one.
+#[derive(Debug, Clone)]
+pub enum Uniqueness {
+    /// There is no other.
+    Proved,
+    /// There is this one, too.
+    Another(Box<Equilibrium>),
+    /// Nothing cheap enough decides it.
+    Unknown,
+}
+
+impl<'a> StaticContacts<'a> {
+    fn new(scene: &'a Scene) -> Result<Self, Error> {
+        let preferred = scene.sliding_combination()?;
+        let opens = |&contact: &usize| scene.contacts[contact].directions != Directions::Tangential;
+        let unilateral: Vec<usize> = (0..scene.contacts.len()).filter(opens).collect();
+        let stop = |&&contact: &&usize| scene.contacts[contact].directions == Directions::Normal;
+        let closed = unilateral
+            .iter()
+            .filter(stop)
+            .fold(preferred.clone(), |all, &stop| all.with(stop, Status::Positive));
+        let reduction = Reduction::with_massless(scene, &closed);
+        let stiffness = SparseMatrix::from_rows(reduction.size(), |i, entries| {
+            entries
+                .extend(reduction.row(&scene.stiffness, i).map(|(j, factor, k)| (j, factor * k)));
+            entries.sort_by_key(|entry| entry.0);
+            entries.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                kept.1 += if same { next.1 } else { 0.0 };
+                same
+            });
+        });
+        let factors = SparseLu::new(&stiffness, SINGULAR).map_err(|reciprocal_condition| {
+            let combination = closed.to_string();
+            Error::SingularStiffness { combination, reciprocal_condition }
+        })?;
+        let rest = factors.solve(&reduction.force(&scene.force));
+        let normals = || unilateral.iter().map(|&contact| scene.contacts[contact].normal);
+        let response = |normal: usize| factors.solve(&reduction.force(&scene.held_load(normal)));
+        let responses: Vec<Vec<f64>> = normals().map(response).collect();
+        let reaction = |normal: usize, moved: &[f64]| -> Vec<f64> {
+            let entries = scene.stiffness.row(normal);
+            entries.filter_map(|(k, value)| Some(value * moved[reduction.place(k)?])).collect()
         };
-        let mut open: Vec<bool> =
-            sliding.statuses().iter().map(|status| !status.is_closed()).collect();
-        let mut margins = margins.to_vec();
-        for _ in 0..EXCHANGES {
-            open.iter_mut().zip(&margins).for_each(|(open, &margin)| *open ^= margin < 0.0);
-            let combination = with_open(&open);
-            let found = self.steady(&combination)?;
-            if found.exists {
-                return Ok(Some(combination));
-            }
-            margins = found.margins;
-        }
-        if count <= ENUMERATED {
-            for choice in 0..1_usize << count {
-                open.iter_mut().enumerate().for_each(|(k, open)| *open = choice >> k & 1 == 1);
-                let combination = with_open(&open);
-                if self.steady(&combination)?.exists {
-                    return Ok(Some(combination));
-                }
+        let count = unilateral.len();
+        let mut matrix = DMatrix::zeros(count, count);
+        for (i, normal) in normals().enumerate() {
+            for (j, other) in normals().enumerate() {
+                matrix[(i, j)] = scene.stiffness.get(normal, other)
+                    + reaction(normal, &responses[j]).iter().sum::<f64>();
             }
         }
-        Ok(None)
+        let offset = |normal: usize| {
+            let terms = reaction(normal, &rest);
+            let force = scene.force[normal];
+            let sum = terms.iter().sum::<f64>() - force;
+            let size = terms.iter().map(|term| term.abs()).sum::<f64>() + force.abs();
+            if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
+        };
+        let offsets = DVector::from_iterator(count, normals().map(offset));
+        Ok(Self {
+            scene,
+            unilateral,
+            closed,
+            preferred,
+            reduction,
+            factors,
+            rest,
+            responses,
+            matrix,
+            offsets,
+        })
+    }
+
+    fn problem(&self) -> Complementarity {
+        Complementarity::new(&self.matrix, &self.offsets)
+    }
+
+    /// Which contacts are open; as an error the first that would pull where no choice is an equilibrium.
+    fn open(&self) -> Result<Vec<bool>, Error> {
+        let statuses = self.preferred.statuses();
+        let open = self.unilateral.iter().map(|&contact| !statuses[contact].is_closed());
+        self.problem().support(open.collect()).ok_or_else(|| {
+            let pulls = self.offsets.iter().position(|&normal_force| normal_force < 0.0);
+            let first = pulls.unwrap_or_default();
+            let (contact, normal_force) = (self.unilateral[first], self.offsets[first]);
+            Error::TensileEquilibrium { contact, normal_force }
+        })
+    }
+
+    /// The equilibrium with some contacts open, refined by its residuals in doubled precision.
+    fn equilibrium(&self, open: &[bool]) -> Equilibrium {
+        let Self { scene, reduction, .. } = self;
+        // Places among the contacts that may open.
+        let opened: Vec<usize> = (0..open.len()).filter(|&place| open[place]).collect();
+        let normal = |place: usize| scene.contacts[self.unilateral[place]].normal;
+        let factors = Factors::new(self.matrix.select_rows(&opened).select_columns(&opened));
+        let mut q = vec![0.0; scene.size];
+        let mut add = |still: &[f64], normal_forces: DVector<f64>| {
+            let gaps = factors.solve(-normal_forces);
+            for (i, &k) in reduction.kept.iter().enumerate() {
+                let follow = opened.iter().zip(&gaps).map(|(&j, gap)| self.responses[j][i] * gap);
+                q[k] += still[i] + follow.sum::<f64>();
+            }
+            opened.iter().zip(&gaps).for_each(|(&j, gap)| q[normal(j)] += gap);
+            q.clone()
+        };
+        let mut q = add(&self.rest, self.offsets.select_rows(&opened));
+        for _ in 0..REFINEMENTS {
+            // F - K q
+            let of_row = |row: usize| {
+                let terms =
+                    scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, q[k]));
+                terms.fold(Doubled::from(scene.force[row]), Doubled::add)
+            };
+            let mut residual: Vec<f64> =
+                reduction.kept.iter().map(|&k| of_row(k).value()).collect();
+            for merge in &reduction.merges {
+                let row = of_row(reduction.kept[merge.position]);
+                residual[merge.position] =
+                    row.add(of_row(merge.normal).times(merge.factor)).value();
+            }
+            let still = self.factors.solve(&residual);
+            let normal_force = |&place: &usize| {
+                let entries = scene.stiffness.row(normal(place));
+                let moved =
+                    entries.filter_map(|(k, value)| Some(value * still[reduction.place(k)?]));
+                moved.sum::<f64>() - of_row(normal(place)).value()
+            };
+            let forces = DVector::from_iterator(opened.len(), opened.iter().map(normal_force));
+            q = add(&still, forces);
+        }
+        let mut combination = self.closed.clone();
+        for &place in &opened {
+            let gap = &mut q[normal(place)];
+            *gap = gap.max(0.0);
+            if *gap > 0.0 {
+                combination = combination.with(self.unilateral[place], Status::Detached);
+            }
+        }
+        let forces = scene.contacts.iter().zip(combination.statuses()).map(|(law, status)| {
+            let pressed = scene.stiffness.row_dot(law.normal, &q) - scene.force[law.normal];
+            if status.is_closed() { pressed.max(0.0) } else { 0.0 }
+        });
+        let normal_forces = forces.collect();
+        let (position, velocity) = (scene.positions(&q), vec![0.0; scene.dofs]);
+        Equilibrium {
+            state: State { position, velocity, combination, friction_force: Vec::new() },
+            normal_forces,
+        }
     }
 }

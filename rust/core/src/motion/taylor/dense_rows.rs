@@ -54,7 +54,8 @@ pub(crate) struct Order<'a> {
 impl DenseRows {
     /// Whether the rows of a scene are worth forming.
     pub fn are_quicker(scene: &Scene) -> bool {
-        scene.lumped && scene.size * scene.size <= PER_ENTRY * scene.stiffness.entries()
+        scene.coupled_mass.is_none()
+            && scene.size * scene.size <= PER_ENTRY * scene.stiffness.entries()
     }
 
     /// The rows of a combination with lumped masses, unless it is so large and sparse that they would take longer.

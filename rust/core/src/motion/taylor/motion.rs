@@ -168,7 +168,7 @@ impl TaylorMotion {
         }
         self.width = h;
         let scale = (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max);
-        let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
+        let tail = operator.tail(h) * self.last_norm(scene, operator);
         if tail > TRUNCATION * scale {
             self.shorten((TRUNCATION * scale / tail).powf(1.0 / COEFFICIENTS as f64));
         }
@@ -207,15 +207,32 @@ impl TaylorMotion {
             .fold(0.0, f64::max)
     }
 
+    /// Norm of the last term of the state, as the bound of what follows needs it.
+    fn last_norm(&self, scene: &Scene, operator: &TaylorOperator) -> f64 {
+        if scene.coupled_mass.is_none() {
+            return self.term_norm(operator, DEGREE);
+        }
+        let rate = COEFFICIENTS as f64 / self.width;
+        let norm = |terms: &[f64]| {
+            let sum: f64 =
+                terms.iter().enumerate().map(|(k, x)| x * scene.mass.row_dot(k, terms)).sum();
+            // Beyond the range of numbers there is no bound.
+            if sum.is_finite() { sum.max(0.0).sqrt() } else { f64::INFINITY }
+        };
+        let (q, dq) = self.terms[DEGREE * self.size..].split_at(self.size);
+        (operator.omega * norm(q)).max(rate * norm(dq))
+    }
+
     pub fn expand(
         &mut self,
+        scene: &Scene,
         operator: &TaylorOperator,
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
         let h = self.width;
         panel.reset(h, functions.len());
-        let tail = operator.tail(h) * self.term_norm(operator, DEGREE);
+        let tail = operator.tail(h) * self.last_norm(scene, operator);
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
         self.measure();

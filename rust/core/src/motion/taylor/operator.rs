@@ -3,8 +3,12 @@
 //! In mass-weighted coordinates the first-order system has a norm sigma known beforehand; the derivatives from the
 //! second on obey the homogeneous system, so what a polynomial of degree D leaves out is at most
 //! `|X_D| rho / (1 - rho)` with `rho = sigma h / (D + 1)`.
+//!
+//! Where mass is diagonal, the norm is the largest entry, and that of a matrix its largest row sum. Where mass couples
+//! coordinates, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it are known for the scene as a whole, and a
+//! combination multiplies them by what its friction adds.
 
-use crate::contact::event_function::EventFunction;
+use crate::contact::event_function::{EventFunction, Functional};
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::taylor::dense_rows::DenseRows;
@@ -13,9 +17,11 @@ use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
-/// sigma times width of a panel, before it is shortened to what the series leaves out. The norm overestimates
+/// sigma times width of a panel, before it is shortened to what the series leaves out. Row sums overestimate
 /// the fastest mode about twofold, and terms up to e^(sigma h / 2) cancel.
 const WIDTH: f64 = 6.0;
+/// The same of the norm of M, which overestimates it by some percent.
+const TIGHT_WIDTH: f64 = 5.0;
 
 /// The equation of motion of one combination, without forming it.
 #[derive(Debug)]
@@ -61,29 +67,22 @@ impl TaylorOperator {
         // omega balances the two blocks; any positive one is valid.
         operator.omega = if stiffness > 0.0 { stiffness.sqrt() } else { damping.max(1.0) };
         let sigma = operator.omega + damping;
-        operator.width = WIDTH / sigma;
+        operator.width = if scene.coupled_mass.is_some() { TIGHT_WIDTH } else { WIDTH } / sigma;
         operator.sigma = sigma;
-        operator.function_norms = functions
-            .iter()
-            .map(|function| {
-                let position: f64 = function
-                    .functional
-                    .position
-                    .iter()
-                    // What a sticking contact without mass prescribes leaves nothing out.
-                    .filter(|&&(k, _)| operator.weight[k] > 0.0)
-                    .map(|&(k, a)| a.abs() / (operator.omega * operator.weight[k]))
-                    .sum();
-                let velocity: f64 = function
-                    .functional
-                    .velocity
-                    .iter()
-                    .filter(|&&(k, _)| operator.weight[k] > 0.0)
-                    .map(|&(k, b)| b.abs() / operator.weight[k])
-                    .sum();
-                position + velocity
-            })
-            .collect();
+        let dual = |terms: &[(usize, f64)]| match &scene.coupled_mass {
+            Some(mass) => mass.dual_norm(terms),
+            // What a sticking contact without mass prescribes leaves nothing out.
+            None => terms
+                .iter()
+                .filter(|&&(k, _)| operator.weight[k] > 0.0)
+                .map(|&(k, weight)| weight.abs() / operator.weight[k])
+                .sum(),
+        };
+        let of = |functional: &Functional| {
+            dual(&functional.position) / operator.omega + dual(&functional.velocity)
+        };
+        operator.function_norms =
+            functions.iter().map(|function| of(&function.functional)).collect();
         Ok(operator)
     }
 
@@ -93,22 +92,23 @@ impl TaylorOperator {
         rho / (1.0 - rho)
     }
 
-    /// Row-sum norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
+    /// Norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
     fn norms(&self, scene: &Scene) -> (f64, f64) {
+        if let Some(mass) = &scene.coupled_mass {
+            let factor = self.equation.amplification();
+            return (factor * mass.stiffness_rate, factor * mass.damping_rate);
+        }
         let reduction = &self.equation.reduction;
         let norm = |matrix: &SparseMatrix| -> f64 {
             let sum = |row: usize| -> f64 {
                 let entries = matrix.row(row).filter(|entry| reduction.place(entry.0).is_some());
                 entries.map(|(k, value)| value.abs() / self.weight[k]).sum()
             };
-            let of_row = |i: usize| {
+            let of_row = |i: usize| -> f64 {
                 reduction.sources(i).map(|(source, factor)| factor.abs() * sum(source)).sum()
             };
-            let sums: Vec<f64> = (0..reduction.size()).map(of_row).collect();
-            let accelerated = self.equation.accelerated_sizes(&sums);
-            let weighted =
-                accelerated.iter().zip(&reduction.kept).map(|(a, &k)| a * self.weight[k]);
-            weighted.fold(0.0, f64::max)
+            let weighted = |(i, &k): (usize, &usize)| of_row(i) / self.weight[k];
+            reduction.kept.iter().enumerate().map(weighted).fold(0.0, f64::max)
         };
         (norm(&scene.stiffness), norm(&scene.damping))
     }

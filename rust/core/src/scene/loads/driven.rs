@@ -6,7 +6,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
 use crate::scene::massless::coordinates::Massless;
-use crate::scene::model::Scene;
+use crate::scene::model::{Scene, coupled_mass};
 
 /// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
 struct Coupling {
@@ -53,6 +53,12 @@ impl Scene {
         };
         let spring =
             |k: usize| drive.oscillators.get(k).map_or(0.0, |one| mass * one.rate * one.rate);
+        let mass_matrix = extended(&scene.mass, |_| 0.0, &|_| mass);
+        let damping = extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0);
+        let stiffness = extended(&scene.stiffness, |coupling| coupling.stiffness, &spring);
+        let coupled_mass =
+            coupled_mass(&mass_matrix, &damping, &stiffness, &scene.coordinates.slots)
+                .expect("a positive definite mass with more of its diagonal");
         Arc::new(Self {
             size,
             dofs: scene.dofs,
@@ -63,12 +69,12 @@ impl Scene {
             contacts: scene.contacts.clone(),
             impact_friction: scene.impact_friction,
             coordinates: scene.coordinates.clone(),
-            mass: extended(&scene.mass, |_| 0.0, &|_| mass),
-            lumped: scene.lumped,
-            damping: extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0),
+            mass: mass_matrix,
+            coupled_mass,
+            damping,
             // Held coordinates have no velocity; oscillators are not damped.
             proportional: scene.proportional.filter(|_| drive.oscillators.is_empty()),
-            stiffness: extended(&scene.stiffness, |coupling| coupling.stiffness, &spring),
+            stiffness,
             energy_parts: None,
             force: [&scene.force[..], &vec![0.0; carriers]].concat(),
             loads: Loads::default(),

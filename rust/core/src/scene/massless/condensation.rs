@@ -130,7 +130,7 @@ impl Condensed {
             massless: scene.massless.clone(),
             condensed: true,
             mass: scene.mass.clone(),
-            lumped: scene.lumped,
+            coupled_mass: None,
             damping: scene.damping.clone(),
             proportional: scene.proportional,
             stiffness,

@@ -1,0 +1,150 @@
+"""The part of a report to touch: a parameter to move over motions computed beforehand."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from functools import partial
+from importlib.resources import files
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from stickslip.explorer.maps import loci
+from stickslip.explorer.picture import picture
+from stickslip.explorer.wanted import Explored, Wanted
+from stickslip.faults import InputError
+from stickslip.files.case import Case
+from stickslip.report.findings import Findings
+from stickslip.scene.family import Model
+from stickslip.show.html import note, section, template
+
+#: Values of the parameter whose motions the page holds, values of its loci.
+VALUES, LOCI = 31, 121
+#: Wall-clock limit of all motions together, s, and of one.
+ALL, EACH = 4.0, 0.5
+#: Dofs beyond which no motions are computed beforehand.
+LARGE = 48
+#: What a motion of another value leaves out: only that of the scene itself is shown from its start on.
+LEFT_OUT = ("way", "state", "seconds")
+
+HEADING = "Move it"
+
+
+def touch_section(found: Findings, model: Model, told: Callable[[str], None] = lambda _: None) -> Markup:
+    """Return the parameter's slider with what follows it, or why there is none."""
+    reason = _refused(found)
+    if reason:
+        return section("move", HEADING, note(reason))
+    told("computing motions to move through")
+    cases = [Case(one, _start(found), _run(found)) for one in (found.scene, model)]
+    several = [Explored(case, found.known, found.title) for case in cases]
+    explored = next((one for one in several if found.parameter in {**one.knobs, **one.joint}), None)
+    if explored is None:
+        reason = f"{found.parameter} is not one number of the model; stickslip explore moves its parts."
+        return section("move", HEADING, note(reason))
+    try:
+        data = _data(found, explored)
+    except InputError as error:
+        return section("move", HEADING, note(f"No motions over {found.parameter}: {error}."))
+    folder = files("stickslip.explorer").joinpath("page")
+    scripts = [folder.joinpath(name).read_text(encoding="utf-8") for name in ("plots.js", "panels.js")]
+    scripts.append(files("stickslip.report").joinpath("touch.js").read_text(encoding="utf-8"))
+    # In a script "</" would end it.
+    text = json.dumps(data, allow_nan=False).replace("</", "<\\/")
+    return section(
+        "move",
+        HEADING,
+        Markup(
+            template("report/touch.html").render(
+                name=found.parameter.replace("_", " "),
+                count=len(data["pictures"]),
+                first=data["first"],
+                data=Markup(text),
+                script=Markup("\n".join(scripts)),
+            )
+        ),
+    )
+
+
+def _refused(found: Findings) -> str:
+    if found.run is None or found.loci is None:
+        return "There is no motion over a parameter to move through."
+    if found.parameter == "friction_factor":
+        return "The contacts differ in friction; stickslip explore moves each of them."
+    if found.scene.size > LARGE:
+        return f"Left out for more than {LARGE} dofs; stickslip explore computes on release."
+    return ""
+
+
+def _run(found: Findings) -> dict[str, Any]:
+    return {} if found.run is None else {"duration": found.run.duration}
+
+
+def _start(found: Findings) -> dict[str, Any]:
+    """Return what the start of the report's motion adds to steady sliding."""
+    start, rest = found.start, found.equilibrium
+    if start is None or rest is None:
+        return {}
+    if start.combination != rest.combination:
+        return {"position": start.position, "velocity": start.velocity, "combination": start.combination}
+    return {"position": start.position - rest.position, "velocity": start.velocity - rest.velocity}
+
+
+def _data(found: Findings, explored: Explored) -> dict[str, Any]:
+    assert found.loci is not None
+    name = found.parameter
+    low, high = float(found.loci[name].min()), float(found.loci[name].max())
+    singles = explored.joint.get(name, [name])
+    standing = explored.knobs[singles[0]].value if singles[0] in explored.knobs else None
+    grid = np.linspace(low, high, VALUES).tolist()
+    if standing is not None and low <= standing <= high:
+        grid = sorted({*grid, standing})
+    dof = found.moving[0] if found.moving else 0
+    wanted = partial(_wanted, explored, singles, dof)
+    first = grid.index(standing) if standing in grid else len(grid) // 2
+    begun = time.perf_counter()
+    pictures: list[dict[str, Any]] = [{} for _ in grid]
+    # From the scene itself outwards: what the time does not suffice for is far from it.
+    for k in sorted(range(len(grid)), key=lambda k: abs(k - first)):
+        if time.perf_counter() - begun > ALL:
+            pictures[k] = {"sentence": "This value was not computed: the report's time for it was over."}
+            continue
+        pictures[k] = picture(wanted(grid[k]))
+        if k != first:
+            pictures[k] = {key: value for key, value in pictures[k].items() if key not in LEFT_OUT}
+    branches = loci(Wanted(explored, {"values": {}, "x": [name, low, high], "count": LOCI, "critical": True}))
+    unit = found.loci[name].attrs.get("units", "1")
+    data: dict[str, Any] = _finite(
+        {
+            "scene": explored.told,
+            "loci": {**branches, "count": LOCI},
+            "values": grid,
+            "unit": "" if unit == "1" else unit,
+            "first": first,
+            "dof": dof,
+            "pictures": pictures,
+        }
+    )
+    return data
+
+
+def _wanted(explored: Explored, singles: list[str], dof: int, value: float) -> Wanted:
+    message = {
+        "values": dict.fromkeys(singles, value),
+        "dof": dof,
+        "patience": EACH,
+        "start": {"kind": "file"},
+    }
+    return Wanted(explored, message)
+
+
+def _finite(data: Any) -> Any:
+    """Return data with null for what JSON has no number for."""
+    if isinstance(data, float):
+        return data if np.isfinite(data) else None
+    if isinstance(data, dict):
+        return {name: _finite(value) for name, value in data.items()}
+    return [_finite(value) for value in data] if isinstance(data, list | tuple) else data

@@ -1,0 +1,138 @@
+//! A mass that is not diagonal in contact coordinates.
+//!
+//! There it has two blocks: that of the contact coordinates, which statuses reduce, and that of the free ones, the same
+//! in every status (see [`crate::scene::contact_coordinates`]). The first is small. Of the second only factors are
+//! kept, so that a sparse mass stays sparse.
+
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+
+use crate::linalg::dense::cholesky;
+use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse_factors::SparseCholesky;
+use crate::scene::inertia::rates::rate;
+
+/// Entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
+const DENSE_ENTRIES: usize = 8;
+
+#[derive(Debug)]
+pub(crate) struct CoupledMass {
+    /// Number of all coordinates.
+    size: usize,
+    /// Contact coordinates that have mass, and the others; each ascending.
+    contact: Vec<usize>,
+    free: Vec<usize>,
+    /// `G G'`, the block of the contact coordinates.
+    contact_factor: Cholesky<f64, Dyn>,
+    inverse: FreeInverse,
+    /// Bounds of stiffness and damping in the norm of M, 1/s^2 and 1/s.
+    pub stiffness_rate: f64,
+    pub damping_rate: f64,
+}
+
+/// Of the block of the free coordinates.
+#[derive(Debug)]
+enum FreeInverse {
+    Dense(DMatrix<f64>),
+    Sparse(SparseCholesky),
+}
+
+impl CoupledMass {
+    /// Of M, C + G and K + H in contact coordinates, M without couplings between contact coordinates and others; or the
+    /// coordinate where M is not positive definite.
+    pub fn new(
+        mass: &SparseMatrix,
+        damping: &SparseMatrix,
+        stiffness: &SparseMatrix,
+        slots: &[(usize, usize)],
+    ) -> Result<Self, usize> {
+        let size = mass.size();
+        let mut is_contact = vec![false; size];
+        slots.iter().for_each(|&(t, n)| (is_contact[t], is_contact[n]) = (true, true));
+        // A direction that a contact has not has no mass.
+        let massive: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) != 0.0).collect();
+        let (contact, free): (Vec<usize>, Vec<usize>) =
+            massive.iter().partition(|&&k| is_contact[k]);
+        let contact_mass = mass.restricted(&contact).to_dense();
+        let contact_factor = cholesky(&contact_mass).map_err(|(k, _)| contact[k])?;
+        let factor = SparseCholesky::new(&mass.restricted(&free)).map_err(|k| free[k])?;
+        let inverse = match free.len() * free.len() <= DENSE_ENTRIES * factor.entries() {
+            true => FreeInverse::Dense(factor.solve(DMatrix::identity(free.len(), free.len()))),
+            false => FreeInverse::Sparse(factor),
+        };
+        let [mass, damping, stiffness] =
+            [mass, damping, stiffness].map(|matrix| matrix.restricted(&massive));
+        let whole = SparseCholesky::new(&mass).map_err(|k| massive[k])?;
+        Ok(Self {
+            size,
+            contact,
+            free,
+            contact_factor,
+            inverse,
+            stiffness_rate: rate(&mass, &whole, &stiffness),
+            damping_rate: rate(&mass, &whole, &damping),
+        })
+    }
+
+    /// Work on one acceleration, in entries of a sparse product.
+    pub fn work(&self) -> f64 {
+        match &self.inverse {
+            FreeInverse::Dense(inverse) => 0.5 * inverse.len() as f64,
+            FreeInverse::Sparse(factor) => 2.0 * factor.entries() as f64,
+        }
+    }
+
+    /// Writes the accelerations of the free coordinates that forces give them.
+    pub fn accelerate_free(&self, forces: &[f64], acceleration: &mut [f64]) {
+        match &self.inverse {
+            FreeInverse::Dense(inverse) => {
+                self.free.iter().for_each(|&k| acceleration[k] = 0.0);
+                for (&j, column) in self.free.iter().zip(inverse.column_iter()) {
+                    let force = forces[j];
+                    for (&k, entry) in self.free.iter().zip(&column) {
+                        acceleration[k] += entry * force;
+                    }
+                }
+            }
+            FreeInverse::Sparse(factor) => {
+                let mut part: Vec<f64> = self.free.iter().map(|&k| forces[k]).collect();
+                factor.solve_in_place(&mut part);
+                self.free.iter().zip(part).for_each(|(&k, value)| acceleration[k] = value);
+            }
+        }
+    }
+
+    /// Number of contact coordinates.
+    pub fn contacts(&self) -> usize {
+        self.contact.len()
+    }
+
+    /// The place of a coordinate among those of contacts.
+    pub fn contact_place(&self, coordinate: usize) -> Option<usize> {
+        self.contact.binary_search(&coordinate).ok()
+    }
+
+    /// Largest ratio of `|map f|` and `|f|` in the norm of M and its dual, of a map of forces to accelerations of the
+    /// contact coordinates; beyond them every force acts as if no contact were held, with the ratio 1.
+    pub fn map_norm(&self, map: &DMatrix<f64>) -> f64 {
+        if map.is_empty() {
+            return 1.0;
+        }
+        let lower = self.contact_factor.l_dirty().lower_triangle();
+        (lower.tr_mul(map) * &lower).singular_values().iter().fold(1.0, |a: f64, b| a.max(*b))
+    }
+
+    /// `sqrt(f' M^-1 f)`: the largest value of a functional of coordinates in the unit ball of the norm of M.
+    pub fn dual_norm(&self, functional: &[(usize, f64)]) -> f64 {
+        let mut forces = vec![0.0; self.size];
+        functional.iter().for_each(|&(k, weight)| forces[k] = weight);
+        let contact =
+            DVector::from_iterator(self.contact.len(), self.contact.iter().map(|&k| forces[k]));
+        let mut sum = contact.dot(&self.contact_factor.solve(&contact));
+        if self.free.iter().any(|&k| forces[k] != 0.0) {
+            let mut acceleration = vec![0.0; forces.len()];
+            self.accelerate_free(&forces, &mut acceleration);
+            sum += self.free.iter().map(|&k| forces[k] * acceleration[k]).sum::<f64>();
+        }
+        sum.sqrt()
+    }
+}

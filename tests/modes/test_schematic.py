@@ -1,0 +1,129 @@
+"""Scenes drawn from their matrices: bodies, springs, walls, and modes in motion."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from matplotlib.animation import AbstractMovieWriter
+
+import stickslip as ss
+from stickslip.modes.schematic import schematic
+
+
+def line(walls=(100.0, 0.0, 0.0), between=(50.0, 70.0)):
+    """Return three masses in line, the first of which rubs: its normal dof stands last."""
+    stiffness = np.diag([*walls, 1e4])
+    for k, spring in enumerate(between):
+        stiffness[k : k + 2, k : k + 2] += spring * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    contact = ss.Contact(tangential=0, normal=3, friction=0.3, slider_speed=0.1)
+    return ss.Scene(np.ones(4), stiffness, force=[0.0, 0.0, 0.0, -10.0], contacts=[contact])
+
+
+def test_springs_and_walls_are_those_of_the_matrix():
+    drawing = schematic(line())
+    assert [body.name for body in drawing.bodies] == ["contact 0", "x2", "x3"]
+    assert [body.along for body in drawing.bodies] == [
+        ((0, 1.0, 0.0), (3, 0.0, 1.0)),
+        ((1, 1.0, 0.0),),
+        ((2, 1.0, 0.0),),
+    ]
+    assert drawing.springs == ((0, 1, 50.0), (1, 2, 70.0))
+    # The normal spring ends at the wall too; the stiffest counts.
+    assert drawing.walls == ((0, 1e4),)
+    assert schematic(line(walls=(0.0, 0.0, 30.0))).walls == ((2, pytest.approx(30.0)), (0, 1e4))
+    assert drawing.omitted == 0
+
+
+def test_layers_count_springs_from_the_contact():
+    drawing = schematic(line())
+    assert [body.y for body in drawing.bodies] == [0.0, 1.0, 2.0]
+
+
+def test_no_two_bodies_stand_in_one_place():
+    parts = [
+        ss.models.Subsystem(
+            upper_mass=0.3,
+            contact_mass=0.3,
+            inclination=0.1,
+            vertical_stiffness=4e5,
+            horizontal_stiffness=3e5,
+            ceiling_stiffness=6e4,
+            preload_displacement=1e-3,
+        )
+    ] * 6
+    links = [ss.models.Link(horizontal_stiffness=1e5, vertical_stiffness=1e5)] * 5
+    scene = ss.models.chain(parts, links, wall_stiffness=1e6, friction=0.3, slider_speed=0.02)
+    drawing = schematic(scene)
+    assert len(drawing.bodies) == 18
+    places = {(body.x, body.y) for body in drawing.bodies}
+    assert len(places) == 18
+    moved = sorted({dof for body in drawing.bodies for dof, _, _ in body.along})
+    assert moved == list(range(scene.size))
+
+
+def test_what_is_large_says_what_it_leaves_out():
+    size = 100
+    scene = ss.Scene(np.ones(size), np.diag(np.full(size, 10.0)))
+    drawing = schematic(scene)
+    assert (len(drawing.bodies), drawing.omitted) == (48, 52)
+    axes = ss.plot.schematic(scene)
+    assert "52 dofs are left out" in [text.get_text() for text in axes.texts]
+    plt.close(axes.figure)
+
+
+def test_known_masses_stand_where_they_are():
+    scene = ss.models.two_subsystems()
+    drawing = schematic(scene, ss.reference.known(scene).columns)
+    assert [body.name for body in drawing.bodies] == ["m1", "m2", "m3", "m4"]
+    displacement = np.zeros(8)
+    displacement[2] = 1.0
+    # Tangential to a slider inclined by 0.3.
+    assert drawing.moved(displacement)[1] == pytest.approx([np.cos(0.3), np.sin(0.3)])
+    displacement[2:4] = 0.0, 1.0
+    assert drawing.moved(displacement)[1] == pytest.approx([-np.sin(0.3), np.cos(0.3)])
+    assert {(a, b) for a, b, _ in drawing.springs} == {(0, 1), (0, 2), (2, 3)}
+
+
+def test_a_mode_moves_with_the_phase_of_each_body():
+    scene = ss.models.two_subsystems()
+    modes = ss.complex_modes(scene)
+    columns = ss.reference.known(scene).columns
+    mode = int(np.argmax(modes.eigenvalues.real))
+    frames = []
+
+    class Pictures(AbstractMovieWriter):
+        def setup(self, fig, outfile, dpi=None):
+            self.fig, self.dpi, self.outfile = fig, dpi, outfile
+            self.fps = 1
+
+        def grab_frame(self, **_):
+            frames.append(self.fig.axes[0].collections[0].get_offsets().data.copy())
+
+        def finish(self):
+            pass
+
+    modes.animate(scene, columns=columns, frames=8).save("unused", writer=Pictures())
+    assert len(frames) == 8
+    drawing = schematic(scene, columns)
+    moved = drawing.moved(modes.shapes[:, mode])
+    moved *= 0.3 / np.abs(moved).max()
+    rest = np.array([(body.x, body.y) for body in drawing.bodies])
+    for k, places in enumerate(frames):
+        assert places - rest == pytest.approx((moved * np.exp(2j * np.pi * k / 8)).real, abs=1e-12)
+    axes = modes.plot(scene=scene, columns=columns)
+    assert axes.get_title().endswith(" 119.36 Hz, grows at 49.9 1/s")
+    assert axes.collections[0].get_offsets().data - rest == pytest.approx(moved.real)
+    plt.close(axes.figure)
+
+
+def test_what_cannot_be_drawn_is_refused():
+    scene = ss.models.two_subsystems()
+    modes = ss.complex_modes(scene)
+    with pytest.raises(ss.InputError, match=r"number: expected a mode in 0\.\.11, got 12"):
+        modes.plot(scene=scene, number=12)
+    with pytest.raises(ss.InputError, match="number: the scene has no points"):
+        modes.plot(number=3)
+    with pytest.raises(ss.InputError, match="scene: expected the scene of the modes"):
+        modes.animate(line())
+    with pytest.raises(ss.InputError, match=r"displacement: expected shape \(8,\)"):
+        ss.plot.schematic(scene, np.zeros(3))
+    plt.close("all")
