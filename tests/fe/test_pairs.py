@@ -176,7 +176,6 @@ def test_what_is_ill_posed_is_refused(plates):
         (((pad, top), {}), "first: expected a Surface, got Body"),
         (((low, disc), {}), "second: expected a Surface, or None"),
         (((low, block(2, 1).surface("low")), {}), "second: has another number of coordinates"),
-        (((block(2, 1).surface("low"), None), {"transverse": True, "velocity": (1, 0)}), "transverse"),
         (((pad.held(low, (3,)).surface("bottom"), None), {}), "all dofs of the pair .* in its normal"),
     ):  # fmt: skip
         surfaces, options = arguments

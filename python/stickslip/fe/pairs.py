@@ -120,7 +120,6 @@ def contact_pairs(
     static_friction: float | None = None,
     restitution: float = 0.0,
     gap: float | None = None,
-    transverse: bool = False,
     reach: float | None = None,
 ) -> Pairs:
     """Return the contacts between the nodes of one surface and another surface, or a rigid slider.
@@ -143,8 +142,6 @@ def contact_pairs(
         As in `Contact`.
     gap
         Clearance of every pair at rest, m. None: as the surfaces lie, 0 to a rigid slider.
-    transverse
-        Whether the contacts also know the direction across the sliding, in space; see `Contact`.
     reach
         Largest distance between node and facet, m; None: the size of the facets.
 
@@ -161,8 +158,6 @@ def contact_pairs(
     dimension = first.points.shape[1]
     if second is not None and second.points.shape[1] != dimension:
         raise InputError("second: has another number of coordinates than first")
-    if transverse and dimension == 2:
-        raise InputError("transverse: there is no direction across the sliding in the plane")
     weights, normals, gaps = _opposite(first, second, reach)
     paired = np.flatnonzero(np.isfinite(gaps))
     if not paired.size:
@@ -173,12 +168,12 @@ def contact_pairs(
     contacts = []
     for k, place in enumerate(paired):
         node = first.numbers[place]
-        directions = [normals[k], tangents[k]] + ([np.cross(normals[k], tangents[k])] if transverse else [])
-        normal, tangential, *across = (_entries(first, second, int(node), weights[k], d) for d in directions)
+        normal, tangential = (
+            _entries(first, second, int(node), weights[k], d) for d in (normals[k], tangents[k])
+        )
         if not normal or not tangential:
             which = "tangential" if normal else "normal"
             raise InputError(f"first: all dofs of the pair of node {node} are held in its {which} direction")
-        extra: dict[str, Any] = {"transverse": across[0]} if across and across[0] else {}
         contacts.append(
             Contact(
                 tangential=tangential,
@@ -188,7 +183,6 @@ def contact_pairs(
                 slider_speed=float(speeds[k]),
                 restitution=restitution,
                 gap=float(gaps[k]),
-                **extra,
             )
         )
     areas = np.full(paired.size, np.nan)
