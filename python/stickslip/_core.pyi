@@ -99,6 +99,7 @@ class Scene:
     def modes(self, combination: str) -> _ModesData: ...
     # M_s, C_s, K_s
     def sparse_pencil(self, combination: str) -> list[_SparseData]: ...
+    def statics(self, combination: str) -> list[_Real]: ...  # as `Reduced.statics`
     # (k,), and (k, m) by rows; without `b` and matrices
     def judged_pairs(
         self, combination: str, eigenvalues: _Complex, right: _Complex, left: _Complex

@@ -258,3 +258,11 @@ def test_two_loads_of_one_name_are_refused():
     loads = [ss.Harmonic({"x1": 1.0}, 1.0, name="a"), ss.Harmonic({"x1": 1.0}, 2.0, name="a")]
     with pytest.raises(ss.InputError, match="'a' names more than one load"):
         ss.Scene([1.0], [[1.0]], loads=loads)
+
+
+def test_studies_of_other_loads_are_other_studies():
+    scene, _ = scene_of(0)
+    others = [scene, scene.replace(load_0_phase=0.1), scene.replace(slider_vibration_0_phase=0.1)]
+    others.append(scene.replace(loads=scene.loads[:2]))
+    studies = [ss.Study(one, {"friction": [0.1, 0.2]}, outputs=["growth_rate"]).identity for one in others]
+    assert all(a != b for k, a in enumerate(studies) for b in studies[:k])

@@ -312,6 +312,7 @@ def _same(a: Scene, b: Scene) -> bool:
     return (
         (a.dofs, a.damping, a.impact_friction) == (b.dofs, b.damping, b.impact_friction)
         and laws(a) == laws(b)
+        and a.loads == b.loads
         and np.array_equal(a.mass, b.mass)
         and np.array_equal(a.force, b.force)
         and (a.stiffness != b.stiffness).nnz == 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -11,6 +11,7 @@ import numpy as np
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked, divided, interval
+from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.path import Sliding
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
@@ -95,6 +96,8 @@ def critical_points(
     *,
     over: Mapping[str, Any] | None = None,
     proximity: float = 0.1,
+    band: Sequence[float] | None = None,
+    growth: Sequence[float | None] = (None, None),
     **parameters: Any,
 ) -> list[CriticalPoint]:
     """Return all critical points over a range of one parameter, in ascending order.
@@ -109,6 +112,8 @@ def critical_points(
         How far off the real axis exceptional points are reported: the largest imaginary part of the
         parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the
         point at which the two eigenvalues would coalesce is a complex one.
+    band, growth
+        Of a large scene: the modes to follow, as for `sweep`.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -134,28 +139,60 @@ def critical_points(
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
-    name, path, labels, span = _path_over(critical_points, model, combination, over, parameters)
-    found, _, _ = path.critical_points(proximity * span)
-    return _points(name, labels, found)
+    sliding, name, lower, upper, fixed = _range(critical_points, model, combination, over, parameters)
+    labels = [str(label) for label in sliding.family.scene({**fixed, name: lower}).contact_labels()]
+
+    def search(path: _core.Path) -> list[CriticalPoint]:
+        return _points(name, labels, path.critical_points(proximity * (upper - lower))[0])
+
+    return _found(search, sliding, name, lower, upper, fixed, band, growth)
 
 
-def _path_over(
+def _found(
+    search: Callable[[_core.Path], list[CriticalPoint]],
+    sliding: Sliding,
+    name: str,
+    lower: float,
+    upper: float,
+    fixed: Mapping[str, float],
+    band: Sequence[float] | None,
+    growth: Sequence[float | None],
+) -> list[CriticalPoint]:
+    """Return what a search finds along all modes, or along those of a band."""
+    region = wanted_region(band, growth)
+    if region is None:
+        return search(sliding.path(name, lower, upper, fixed))
+
+    def inside(points: list[CriticalPoint]) -> list[CriticalPoint]:
+        return [
+            point
+            for point in points
+            if point.kind == "separation" or region.holds(np.array([point.eigenvalue]))[0]
+        ]
+
+    if not is_large(sliding, name, lower, fixed):
+        return inside(search(sliding.path(name, lower, upper, fixed)))
+    followed = BandPath(sliding, name, fixed, lower, upper, region)
+    points = inside(search(followed.path))
+    # With the modes at the points themselves among those that it is made of, the path is exact there.
+    followed.take([point.value for point in points if lower < point.value < upper])
+    followed.warn()
+    return inside(search(followed.path))
+
+
+def _range(
     call: Callable[..., Any],
     model: Model,
     combination: str | None,
     over: Mapping[str, Any] | None,
     parameters: dict[str, Any],
-) -> tuple[str, _core.Path, list[str], float]:
-    """Return the name of the one parameter with a range, the path over it, names of contacts, its length."""
+) -> tuple[Sliding, str, float, float, dict[str, float]]:
+    """Return the family, the name of the one parameter with a range, its ends, the other parameters."""
     ranges, fixed = divided(asked(call, model, over, parameters))
     if len(ranges) != 1:
         raise InputError(f"{call.__name__}: expected one parameter with a range, got {list(ranges)}")
     ((name, value),) = ranges.items()
-    lower, upper = interval(name, value)
-    family = Family(model)
-    path = Sliding(family, combination).path(name, lower, upper, fixed)
-    labels = family.scene({**fixed, name: lower}).contact_labels()
-    return name, path, [str(label) for label in labels], upper - lower
+    return Sliding(Family(model), combination), name, *interval(name, value), fixed
 
 
 def _points(
@@ -186,6 +223,8 @@ def hopf_points(
     combination: str | None = None,
     *,
     over: Mapping[str, Any] | None = None,
+    band: Sequence[float] | None = None,
+    growth: Sequence[float | None] = (None, None),
     **parameters: Any,
 ) -> list[CriticalPoint]:
     """Return the Hopf points over a range of one parameter, in ascending order.
@@ -194,7 +233,7 @@ def hopf_points(
 
     Parameters
     ----------
-    model, combination, over, **parameters
+    model, combination, over, band, growth, **parameters
         As for `critical_points`.
 
     Raises
@@ -209,6 +248,15 @@ def hopf_points(
     difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
     not be joined. The limits of `critical_points` hold.
     """
-    name, path, labels, _ = _path_over(hopf_points, model, combination, over, parameters)
-    found, _, _ = path.hopf_points()
-    return _points(name, labels, found)
+    sliding, name, lower, upper, fixed = _range(hopf_points, model, combination, over, parameters)
+    labels = [str(label) for label in sliding.family.scene({**fixed, name: lower}).contact_labels()]
+    return _found(
+        lambda path: _points(name, labels, path.hopf_points()[0]),
+        sliding,
+        name,
+        lower,
+        upper,
+        fixed,
+        band,
+        growth,
+    )

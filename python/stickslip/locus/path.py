@@ -95,7 +95,7 @@ class Sliding:
         # Friction enters linearly where every dof has mass.
         model = self.family.model
         if not isinstance(model, Scene) or model.core.has_massless:
-            return _Interpolation(self, name, fixed).path(lower, upper)
+            return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})
         other = self.family.scene({**fixed, name: upper})
@@ -113,22 +113,26 @@ def moved_friction(scene: Scene, name: str) -> list[int]:
 
 
 @dataclass
-class _Interpolation:
+class Interpolation:
     """Samples of the reduced matrices of a model over one parameter."""
 
     sliding: Sliding
     name: str
     fixed: Mapping[str, float]
+    #: Largest error of an interpolant, of the largest entry of its row.
+    error: float = _INTERPOLATED
 
     def path(self, lower: float, upper: float) -> _core.Path:
+        """Return the path from `lower` to `upper`."""
         scene = self.scene(lower)
         self.letters, self.lower = self.sliding.letters(scene), lower
-        self.proportional = _is_proportional(scene)
+        self.proportional = self.is_proportional(scene)
         self.known: dict[float, tuple[Real, ...]] = {}
         self.size = self.sample(lower)[0].shape[0]
         return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
 
     def scene(self, value: float) -> Scene:
+        """Return the scene at a value."""
         return self.sliding.family.scene({**self.fixed, self.name: value})
 
     def sample(self, value: float) -> tuple[Real, ...]:
@@ -137,22 +141,31 @@ class _Interpolation:
             scene = self.scene(value)
             if self.known and self.sliding.letters(scene) != self.letters:
                 self.sliding.check_direction(self.letters, self.name, (self.lower, value), self.fixed)
-            core = scene.core.reduced(self.letters)
-            if _is_proportional(scene) != self.proportional:
+            if self.is_proportional(scene) != self.proportional:
                 raise InputError(
                     f"{self.name}: the kind of damping must not change along it, as at {value!r}"
                 )
-            damping: tuple[Real, ...] = (core.damping,)
-            if self.proportional:
-                law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
-                damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
-            sampled = (core.mass, *damping, core.stiffness, *core.statics)
+            sampled = self.matrices(scene)
             if self.known and sampled[0].shape != next(iter(self.known.values()))[0].shape:
                 raise InputError(f"{self.name}: the number of dofs must not change along it, as at {value!r}")
             self.known[value] = sampled
         return self.known[value]
 
+    def is_proportional(self, scene: Scene) -> bool:
+        """Return whether alpha and beta stand for C."""
+        return is_proportional(scene)
+
+    def matrices(self, scene: Scene) -> tuple[Real, ...]:
+        """Return what is sampled of a scene."""
+        core = scene.core.reduced(self.letters)
+        damping: tuple[Real, ...] = (core.damping,)
+        if self.proportional:
+            law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
+            damping = (np.array([[law.mass]]), np.array([[law.stiffness]]))
+        return (core.mass, *damping, core.stiffness, *core.statics)
+
     def pieces(self, lower: float, upper: float, halvings: int) -> list[Any]:
+        """Return Chebyshev series on adjacent intervals, each halved at most so often."""
         centre, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
 
         def at(t: float) -> tuple[Real, ...]:
@@ -167,7 +180,7 @@ class _Interpolation:
             series = [_coefficients(np.array(values)) for values in zip(*sampled, strict=True)]
             if all(
                 # Loads may vanish on the way: their error counts beside their largest value.
-                _agrees(coefficients, t, value, whole=len(check) - k <= _STATICS)
+                _agrees(coefficients, t, value, len(check) - k <= _STATICS, self.error)
                 for t, check in zip(_CHECKS, checks, strict=True)
                 for k, (coefficients, value) in enumerate(zip(series, check, strict=True))
             ):
@@ -186,7 +199,7 @@ class _Interpolation:
         ]
 
 
-def _is_proportional(scene: Scene) -> bool:
+def is_proportional(scene: Scene) -> bool:
     """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
     if scene.core.has_massless:
         return False
@@ -202,13 +215,13 @@ def _coefficients(values: Real) -> Real:
     return coefficients
 
 
-def _agrees(coefficients: Real, t: float, value: Real, whole: bool) -> bool:
+def _agrees(coefficients: Real, t: float, value: Real, whole: bool, error: float) -> bool:
     interpolated = np.polynomial.chebyshev.chebval(t, coefficients)
     largest = np.abs(coefficients).sum(axis=0).max(initial=0.0)
     scale = np.maximum(
         np.abs(value).max(axis=1, keepdims=True, initial=0.0), largest * (1.0 if whole else 1e-300)
     )
-    return bool((np.abs(interpolated - value) <= _INTERPOLATED * scale).all())
+    return bool((np.abs(interpolated - value) <= error * scale).all())
 
 
 def _shortened(coefficients: Real) -> Real:

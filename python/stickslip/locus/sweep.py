@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeVar
 
 import numpy as np
@@ -13,9 +13,12 @@ import xarray as xr
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked, axis, divided
+from stickslip.locus.band.path import BandPath, is_large, refuse, wanted_region
+from stickslip.locus.band.sweep import swept_band
 from stickslip.locus.path import Sliding
 from stickslip.locus.sensitivity import is_defined
 from stickslip.locus.units import derivative_units, parameter_units
+from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.scene.family import Family, Model
 from stickslip.show.progress import tracked, watched
@@ -38,6 +41,8 @@ def sweep(
     vectors: bool = False,
     modes: int | None = None,
     progress: bool | None = None,
+    band: Sequence[float] | None = None,
+    growth: Sequence[float | None] = (None, None),
     **parameters: Any,
 ) -> xr.Dataset:
     """Return the eigenvalues over one or two parameters, with branches tracked.
@@ -62,6 +67,9 @@ def sweep(
     progress
         Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
         With `modes` it counts eigenproblems, of as many as there may be.
+    band, growth
+        Of a large scene, over one parameter: frequencies in Hz and growth rates in 1/s as for
+        `complex_modes`. The branches that are inside at any of the values are kept.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -79,7 +87,9 @@ def sweep(
         ``right`` and ``left`` (displacement parts xi and v over ``coordinate``;
         state vectors are (xi, lambda xi) and (v, lambda v)) and ``a = left' A right``; where a mode is
         defective ``left`` and ``a`` are nan. The attribute ``meetings`` lists parameter values at which
-        branches meet, so that their labels beyond are a convention.
+        branches meet, so that their labels beyond are a convention. With `band` the attributes ``missing``,
+        the numbers of eigenvalues of the band that were not found at the lowest and the highest value, and
+        ``doubts``, what could not be settled.
 
     Raises
     ------
@@ -97,7 +107,11 @@ def sweep(
     exceptional point no labels are continuous everywhere. With `modes`, points are added until that
     correlation alone is decisive for the followed modes, at most three between two values; what is not
     decided then is told in ``meetings``. Where two modes veer sharper than the points tell, each branch goes
-    on with the shape it had. ``stable`` takes all modes into account.
+    on with the shape it had. ``stable`` takes all modes into account, with `band` those of the band.
+
+    With `band` the modes of the band are computed at both ends, where they are counted (`Modes.missing`), and
+    at values between until the pencil projected on all of them, right and left, has the eigenvalues that the
+    next value has. Branches are those of the projected pencil.
     """
     arrays, fixed = divided(asked(sweep, model, over, parameters))
     if not 1 <= len(arrays) <= 2:
@@ -106,10 +120,20 @@ def sweep(
         modes = whole_number("modes", modes, 1)
         if len(arrays) == 2:
             raise InputError(f"modes: expected None with two parameters with arrays of values, got {modes}")
+    region = wanted_region(band, growth)
+    if region is not None:
+        refuse("modes", modes)
+        refuse("vectors", vectors)
+        if len(arrays) == 2:
+            raise InputError("band: goes with one parameter with an array of values, got two")
     axes = {name: _distinct(name, value) for name, value in arrays.items()}
     family = Family(model)
     sliding = Sliding(family, combination)
-    rows = _along(sliding, fixed, axes, vectors, progress, modes)
+    attributes: dict[str, Any] = {}
+    if region is not None:
+        rows = [_along_band(sliding, fixed, axes, region, attributes)]
+    else:
+        rows = _along(sliding, fixed, axes, vectors, progress, modes)
     if len(axes) == 1:
         result = rows[0]
     else:
@@ -128,7 +152,40 @@ def sweep(
         result["meetings"] = np.concatenate([row["meetings"] for row in rows])
     lowest = {name: float(values[0]) for name, values in axes.items()}
     contacts = family.scene({**fixed, **lowest}).contact_labels()
-    return _dataset(model, contacts, axes, result)
+    return _dataset(model, contacts, axes, result).assign_attrs(attributes)
+
+
+def _along_band(
+    sliding: Sliding,
+    fixed: dict[str, float],
+    axes: dict[str, Real],
+    region: Region,
+    attributes: dict[str, Any],
+) -> dict[str, Any]:
+    """Return the sweep of a band along one axis; `attributes` take what is known of its completeness."""
+    ((name, values),) = axes.items()
+    ascending = np.sort(values)
+    backwards = np.argsort(np.argsort(values))
+    lower, upper = float(ascending[0]), float(ascending[-1])
+    # A path needs some length; a single value is its lower end.
+    upper = upper if upper > lower else lower + max(abs(lower), 1.0) * 1e-6
+    attributes |= {"missing": [0.0, 0.0], "doubts": []}
+    if is_large(sliding, name, lower, fixed):
+        followed = BandPath(sliding, name, fixed, lower, upper, region)
+        path = followed.path
+        attributes |= {"missing": followed.missing, "doubts": followed.doubts}
+    else:
+        path = sliding.path(name, lower, upper, fixed)
+    found = swept_band(path, ascending, region)
+    order = _order(found["eigenvalue"][backwards[0]], None)
+    return {
+        key: part
+        if key == "meetings"
+        else part[backwards]
+        if key in _POINTWISE
+        else part[backwards][..., order]
+        for key, part in found.items()
+    }
 
 
 def _distinct(name: str, value: Any) -> Real:

@@ -13,14 +13,14 @@ from stickslip.faults import InputError
 from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
 from stickslip.modes.sparse.region import Region
-from stickslip.modes.sparse.search import Search, search_region
+from stickslip.modes.sparse.search import Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
 from stickslip.scene.checks import Complex, real_array, whole_number
 from stickslip.scene.scene import Scene, checked_combination
 
 #: Free coordinates up to which all modes are computed and a part of them chosen: that takes less time than a
 #: search.
-_ALL = 100
+FEW = 100
 #: Largest distance to a bound, relative to the rounding of an eigenvalue, at which its side is in doubt.
 _BORDER = 10.0
 
@@ -83,14 +83,14 @@ def complex_modes(
         raise InputError("near: goes without band; take the union of two results, or one of them")
     if band is None and tuple(growth) != (None, None):
         raise InputError(f"growth: goes with band, got {growth!r} without")
-    region = None if band is None else _region(band, growth)
+    region = None if band is None else region_of(band, growth)
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)
     if near is None and region is None:
         return Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
     matrices = scene.core.sparse_pencil(chosen)
     size = matrices[0][2].size - 1
-    if size <= _ALL:
+    if size <= FEW:
         modes = Modes(combination=chosen, dofs=scene.dofs, mesh=scene.mesh, **scene.core.modes(chosen))
         upper = np.where(modes.eigenvalues.imag >= 0.0, modes.eigenvalues, np.inf)
         if region is not None:
@@ -100,9 +100,7 @@ def complex_modes(
         return _part(modes, wanted | np.roll(wanted & (modes.eigenvalues.imag > 0.0), 1))
     pencil = SparsePencil.of_matrices(*map(sparse_array, matrices))
     if region is not None:
-        answer = search_region(pencil, region)
-        modes = _judged(scene, chosen, pencil, answer.found)
-        return _bordered(dataclasses.replace(modes, missing=answer.missing, doubts=answer.doubts), region)
+        return _bordered(band_modes(scene, chosen, pencil, region), region)
     asked = count
     while True:
         search = Search(pencil)
@@ -119,7 +117,14 @@ def complex_modes(
     return dataclasses.replace(modes, missing=None)
 
 
-def _region(band: Sequence[float], growth: Sequence[float | None]) -> Region:
+def region_of(band: Sequence[float], growth: Sequence[float | None]) -> Region:
+    """Return what a band in Hz and a range of growth rates in 1/s bound.
+
+    Raises
+    ------
+    InputError
+        If one is ill-posed, or nothing lies in both.
+    """
     ends = real_array("band", band, 1)
     if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1]:
         raise InputError(f"band: expected (lowest, highest) in Hz, 0 <= lowest < highest, got {band!r}")
@@ -135,6 +140,21 @@ def _region(band: Sequence[float], growth: Sequence[float | None]) -> Region:
     if left >= region.high or right <= -region.high:
         raise InputError(f"growth: no eigenvalue of the band {band!r} can have a growth rate in {growth!r}")
     return region
+
+
+def band_modes(
+    scene: Scene, combination: str, pencil: SparsePencil, region: Region, certify: bool = True
+) -> Modes:
+    """Return the modes of a region of a large scene, counted if wanted."""
+    search = Search(pencil)
+    width = covered(search, region)
+    if not certify:
+        merged = search.merged()
+        inside = merged.kept(region.holds(merged.eigenvalues))
+        return dataclasses.replace(_judged(scene, combination, pencil, inside), missing=None)
+    answer = certified(search, region, width)
+    modes = _judged(scene, combination, pencil, answer.found)
+    return dataclasses.replace(modes, missing=answer.missing, doubts=answer.doubts)
 
 
 def _points(near: ArrayLike) -> Complex:

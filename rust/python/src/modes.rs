@@ -50,14 +50,7 @@ impl Reduced {
     /// Load (1, m), rows (c, m), offsets (1, c) and slider speeds (1, c): margins are `rows . K^-1 load - offsets`.
     #[getter]
     fn statics<'py>(&self, py: Python<'py>) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
-        let core::scene::Statics { load, rows, offsets, speeds } = self.statics.clone();
-        let (m, contacts) = (load.len(), offsets.len());
-        Ok([
-            matrix(py, 1, m, load)?,
-            dense(py, &rows)?,
-            matrix(py, 1, contacts, offsets)?,
-            matrix(py, 1, contacts, speeds)?,
-        ])
+        statics(py, self.statics.clone())
     }
 
     #[getter]
@@ -74,6 +67,21 @@ impl Reduced {
     fn left_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         dense(py, &self.left_basis)
     }
+}
+
+/// Load (1, m), rows (c, m), offsets (1, c) and slider speeds (1, c).
+pub fn statics(
+    py: Python<'_>,
+    statics: core::scene::Statics,
+) -> PyResult<[Bound<'_, PyArray2<f64>>; 4]> {
+    let core::scene::Statics { load, rows, offsets, speeds } = statics;
+    let (m, contacts) = (load.len(), offsets.len());
+    Ok([
+        matrix(py, 1, m, load)?,
+        dense(py, &rows)?,
+        matrix(py, 1, contacts, offsets)?,
+        matrix(py, 1, contacts, speeds)?,
+    ])
 }
 
 /// Of modes: everything by its name, and the reduced matrices that they belong to.

@@ -259,6 +259,19 @@ impl Scene {
         Ok(matrices.map(|matrix| sparse_parts(py, &matrix)))
     }
 
+    /// What `Reduced.statics` holds, without dense matrices.
+    fn statics<'py>(
+        &self,
+        py: Python<'py>,
+        combination: &str,
+    ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
+        let combination = self.combination(py, combination)?;
+        let reduction = core::scene::Reduction::new(self.core(), &combination);
+        let statics = core::scene::Statics::of(self.core(), &combination, &reduction)
+            .map_err(|error| raise(py, &error))?;
+        modes::statics(py, statics)
+    }
+
     /// Pairs found elsewhere, by rows of (k, m), corrected and judged on the stated matrices.
     fn judged_pairs<'py>(
         &self,

@@ -114,14 +114,19 @@ def with_conjugates(values: Complex) -> Complex:
 
 def search_region(pencil: SparsePencil, region: Region) -> Answer:
     """Return all pairs of a region, found by shifts that cover it and certified by the winding of det P."""
+    search = Search(pencil)
+    return certified(search, region, covered(search, region))
+
+
+def covered(search: Search, region: Region) -> float:
+    """Add shifts until their discs cover a region and its surroundings; return how wide these are, 1/s."""
     span = region.high - region.low
     width = _DISTANCE * span
-    search = Search(pencil)
     while True:
         low, high = max(region.low - 2.0 * width, 0.0), region.high + 2.0 * width
         gaps = search.uncovered(low, high, 2.0 * width)
-        if not gaps or len(search.found) >= _SHIFTS:
-            break
+        if not gaps or len(search.found) >= _SHIFTS or not width > 1e-9 * span:
+            return width
         if not search.found:
             middle = 0.5 * (low + high)
             gaps = [(low, middle), (middle, high)]
@@ -129,11 +134,7 @@ def search_region(pencil: SparsePencil, region: Region) -> Answer:
         radius = max(float(np.hypot(0.5 * (b - a), 2.0 * width)) for a, b in gaps) * (1.0 + 1e-6)
         search.near(shifts, _PAIRS, radius)
         # Where eigenvalues are too many for discs of this width, it shrinks.
-        smallest = min(found.radius for found in search.found)
-        width = min(width, smallest / 3.0)
-        if not width > 1e-9 * span:
-            break
-    return certified(search, region, width)
+        width = min(width, min(found.radius for found in search.found) / 3.0)
 
 
 def certified(search: Search, region: Region, width: float) -> Answer:

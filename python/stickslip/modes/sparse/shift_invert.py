@@ -20,6 +20,7 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 import scipy.sparse.csgraph
+from scipy.linalg.blas import zgemm
 
 from stickslip.modes.sparse.pencil import SparsePencil
 from stickslip.scene.checks import Complex
@@ -31,6 +32,8 @@ _CONVERGED = 1e-10
 _SAME = 1e-6
 #: Relative distance up to which eigenvalues are a cluster, whose vectors are told apart together.
 _CLUSTER = 1e-4
+#: Share of its length that a vector keeps, from which it is orthogonal to the space without a second round.
+_KEPT = 0.7
 #: What is left of a vector, relative to before, below which it lies in the space already.
 _DEPENDENT = 1e-12
 #: Distance of an eigenvalue, in units of the shift, at which P is singular within rounding, so that no other
@@ -101,19 +104,17 @@ def search_near(
         return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     random = np.random.default_rng(seed)
     start = random.standard_normal((2 * size, block)) + 1j * random.standard_normal((2 * size, block))
-    values, states, reach = _Krylov(pencil, shift, unit, factors, "N").nearest(start, count, radius)
+    values, states, reach, dimensions = _Krylov(pencil, shift, unit, factors, "N").nearest(
+        start, count, radius
+    )
     # With an eigenvalue at the shift that one alone converges, or none.
     if np.abs(values - shift).min(initial=0.0 if values.size == 0 else np.inf) <= _SINGULAR * unit and moves:
         return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     if values.size == 0:
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
-    # Left vectors are near right ones or their conjugates where friction and damping are small.
-    mix = random.standard_normal((values.size, block)) / np.linalg.norm(states, axis=0)[:, None]
-    near = np.concatenate([states @ mix, states.conj() @ mix], axis=1)
-    noise = random.standard_normal(near.shape) * np.linalg.norm(near, axis=0) / np.sqrt(2.0 * size)
-    others, duals, _ = _Krylov(pencil, shift, unit, factors, "T").nearest(
-        near + 1e-3 * noise, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9)
+    others, duals, *_ = _Krylov(pencil, shift, unit, factors, "T").nearest(
+        start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), dimensions
     )
     pairs = _matched(values, others, unit)
     lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])
@@ -152,8 +153,13 @@ class _Krylov:
 
         return step
 
-    def nearest(self, start: Complex, count: int, radius: float) -> tuple[Complex, Complex, float]:
-        """Return eigenvalues, companion vectors (2m, k), and the radius within which they are all."""
+    def nearest(
+        self, start: Complex, count: int, radius: float, begin: int = 0
+    ) -> tuple[Complex, Complex, float, int]:
+        """Return eigenvalues, companion vectors (2m, k), the radius that holds no others, and dimensions.
+
+        `begin`: the dimension at which convergence is looked at first; 0: unknown.
+        """
         step = self.operator()
         total = start.shape[0]
         limit = min(total, _DIMENSIONS * count + 10 * _ROUND)
@@ -166,12 +172,19 @@ class _Krylov:
         def added(vectors: Complex, before: Any = None) -> int:
             """Append what is new in the vectors; `before` takes their components along the basis."""
             nonlocal basis, known
+            vectors = np.asfortranarray(vectors)
             lengths = np.linalg.norm(vectors, axis=0)
+            before_round = lengths
             for _ in range(2):
-                parts = basis[:, :known].conj().T @ vectors
-                vectors = vectors - basis[:, :known] @ parts
+                # Without a copy of the basis for its conjugate.
+                parts = zgemm(1.0, basis[:, :known], vectors, trans_a=2)
+                vectors = zgemm(-1.0, basis[:, :known], parts, beta=1.0, c=vectors, overwrite_c=True)
                 if before is not None:
                     before[:known] += parts
+                after_round = np.linalg.norm(vectors, axis=0)
+                if (after_round > _KEPT * before_round).all():
+                    break
+                before_round = after_round
             fresh = known
             for k in range(vectors.shape[1]):
                 vector = vectors[:, k]
@@ -194,7 +207,7 @@ class _Krylov:
             return known - fresh
 
         added(start)
-        done, check = 0, max(_ROUND, count if np.isfinite(radius) else 2 * count)
+        done, check = 0, begin or (_ROUND if np.isfinite(radius) else max(_ROUND, 2 * count + count // 2))
         while True:
             stop = min(known, done + start.shape[1], limit)
             if stop > done:
@@ -212,8 +225,8 @@ class _Krylov:
                     known == done == total,
                 )
                 if settled or ends:
-                    return result
-                check = done + max(_ROUND, done // 6)
+                    return (*result, done)
+                check = done + max(_ROUND // 2, done // 8)
 
     def _ritz(
         self, basis: Complex, projected: Complex, rest: Complex, count: int, radius: float, whole: bool

@@ -14,6 +14,7 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
+from stickslip.scene.loads.in_time import Load
 from stickslip.scene.scene import Proportional, Scene
 from stickslip.study.sample.fingerprint import described_function, fingerprints
 
@@ -47,6 +48,7 @@ def described_scene(scene: Scene) -> dict[str, Any]:
         "contacts": [_contact(contact) for contact in scene.contacts],
         "dofs": list(scene.dofs),
         "impact_friction": scene.impact_friction,
+        **({"loads": [_load(load) for load in scene.loads]} if scene.loads else {}),
     }
 
 
@@ -107,7 +109,13 @@ def _matrix(matrix: Real | scipy.sparse.csr_array) -> Any:
 
 
 def _contact(contact: Contact) -> dict[str, Any]:
-    return {name: _plain(value) for name, value in vars(contact).items()}
+    wave = contact.slider_vibration
+    given = vars(contact) | {"slider_vibration": None if wave is None else _load(wave)}
+    return {name: value if name == "slider_vibration" else _plain(value) for name, value in given.items()}
+
+
+def _load(load: Load) -> dict[str, Any]:
+    return {"kind": type(load).__name__, **{name: _plain(value) for name, value in vars(load).items()}}
 
 
 def _plain(value: Any) -> Any:

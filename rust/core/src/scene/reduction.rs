@@ -175,6 +175,22 @@ impl Reduction {
         reduced
     }
 
+    /// Velocities of the sliders that carry sticking contacts, over all coordinates.
+    fn prescribed_velocity(&self, scene: &Scene) -> Vec<f64> {
+        let mut prescribed = vec![0.0; scene.size];
+        self.sticking.iter().for_each(|&(k, speed)| prescribed[k] = speed);
+        prescribed
+    }
+
+    /// F0 with every sticking contact at q_t0 = 0.
+    pub(crate) fn force_constant(&self, scene: &Scene) -> Vec<f64> {
+        let mut constant = scene.force.clone();
+        if !self.sticking.is_empty() {
+            scene.damping.add_product(-1.0, &self.prescribed_velocity(scene), &mut constant);
+        }
+        self.force(&constant)
+    }
+
     /// Adds to `L' force` the part of merges.
     pub(crate) fn add_merged(&self, force: &[f64], reduced: &mut [f64]) {
         for merge in &self.merges {
@@ -211,13 +227,10 @@ impl Reduced {
         let condensed = Condensed::new(scene, combination)?;
         let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let reduction = Reduction::new(scene, combination);
-        let mut prescribed_velocity = vec![0.0; scene.size];
-        reduction.sticking.iter().for_each(|&(k, speed)| prescribed_velocity[k] = speed);
+        let prescribed_velocity = reduction.prescribed_velocity(scene);
         let load = |&(coordinate, _): &(usize, f64)| reduction.force(&scene.held_load(coordinate));
-        let mut constant = scene.force.clone();
         let mut linear = vec![0.0; scene.size];
         if !reduction.sticking.is_empty() {
-            scene.damping.add_product(-1.0, &prescribed_velocity, &mut constant);
             scene.stiffness.add_product(-1.0, &prescribed_velocity, &mut linear);
         }
         Ok(Self {
@@ -225,7 +238,7 @@ impl Reduced {
             mass: reduction.matrix(&scene.mass),
             damping: reduction.matrix(&scene.damping),
             stiffness: reduction.matrix(&scene.stiffness),
-            force_constant: reduction.force(&constant),
+            force_constant: reduction.force_constant(scene),
             force_linear: reduction.force(&linear),
             sticking_loads: reduction.sticking.iter().map(load).collect(),
             reduction,

@@ -63,13 +63,22 @@ impl Steady {
 impl Statics {
     /// Of a scene and one of its combinations.
     pub fn new(scene: &Scene, reduced: &Reduced) -> Result<Self, Error> {
-        let condensed = Condensed::new(scene, &reduced.combination)?;
+        Self::of(scene, &reduced.combination, &reduced.reduction)
+    }
+
+    /// The same from the bases of the combination.
+    pub fn of(
+        scene: &Scene,
+        combination: &Combination,
+        reduction: &Reduction,
+    ) -> Result<Self, Error> {
+        let condensed = Condensed::new(scene, combination)?;
         let moving = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
-        let (m, statuses) = (reduced.size(), reduced.combination.statuses());
+        let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
-            let position = |k: usize| reduced.reduction.place(k);
+            let position = |k: usize| reduction.place(k);
             if status.is_closed() {
                 offsets[i] = moving.force[law.normal];
                 for (k, value) in moving.stiffness.row(law.normal) {
@@ -90,7 +99,7 @@ impl Statics {
             }
         }
         Ok(Self {
-            load: reduced.force_constant.clone(),
+            load: reduction.force_constant(moving),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(Contact::drive).collect(),

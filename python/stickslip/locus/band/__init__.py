@@ -1,0 +1,1 @@
+"""A band of modes of a large scene along one parameter."""

@@ -1,0 +1,137 @@
+"""Branches of the modes of a band along a projected path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+from threadpoolctl import threadpool_limits
+
+from stickslip import _core
+from stickslip.modes.sparse.region import Region
+from stickslip.scene.checks import Complex, Real
+
+#: Correlation of a mode and its continuation from which the two are joined without more points between.
+_DECISIVE = 0.8
+#: Halvings of an interval after which labels are a convention.
+_HALVINGS = 5
+#: Condition from which an eigenvalue counts as defective, as of all modes (core).
+_DEFECTIVE = 3.4e6
+#: Relative error of an eigenvalue of a projected pencil, times its condition: growth within it is zero.
+_ERROR = 1e-9
+
+
+@dataclass(frozen=True)
+class _Point:
+    """All eigenvalues of the projected pencil at one value; vectors with ``v' P'(lambda) x = 1``, or nan."""
+
+    value: float
+    eigenvalues: Complex
+    right: Complex
+    left: Complex
+    mass: Real
+    damping: Real
+    slope: Complex
+    condition: Real
+
+    @classmethod
+    def of(cls, path: _core.Path, value: float) -> _Point:
+        mass, damping, stiffness, *changes = path.matrices(value)
+        size = mass.shape[0]
+        inverse = np.linalg.solve(mass, np.concatenate([-stiffness, -damping], axis=1))
+        # In units of the fastest eigenvalue both halves of a state have the same size.
+        unit = np.sqrt(np.abs(np.linalg.norm(stiffness) / np.linalg.norm(mass))) or 1.0
+        inverse[:, :size] /= unit
+        upper = np.concatenate([np.zeros((size, size)), unit * np.eye(size)], axis=1)
+        values, vectors = scipy.linalg.eig(np.concatenate([upper, inverse]))
+        # Rows of the inverse are left vectors, bi-orthogonal also where eigenvalues are equal.
+        with np.errstate(all="ignore"):
+            duals = np.linalg.inv(vectors)
+            right = vectors[:size]
+            left = np.linalg.solve(mass.T, duals[:, size:].T)
+            a = np.einsum("ij,ij->j", left, 2.0 * (mass @ right) * values + damping @ right)
+            left = left / a
+            moved = [change @ right for change in changes]
+            slope = -np.einsum("ij,ij->j", left, (moved[0] * values + moved[1]) * values + moved[2])
+
+            def inertia(x: Complex) -> Real:
+                length: Real = np.sqrt(np.einsum("ij,ij->j", x.conj(), mass @ x).real)
+                return length
+
+            condition = 2.0 * np.abs(values) * inertia(right) * inertia(left)
+        condition = np.where(np.isfinite(condition), condition, np.inf)
+        return cls(value, values, right, left, mass, damping, slope, condition)
+
+    def ordered(self, order: Any) -> _Point:
+        return _Point(
+            self.value,
+            self.eigenvalues[order],
+            self.right[:, order],
+            self.left[:, order],
+            self.mass,
+            self.damping,
+            self.slope[order],
+            self.condition[order],
+        )
+
+    def correlation(self, other: _Point) -> Real:
+        """Return ``|v_r' ((lambda_r + lambda_s) M + C) x_s|``, 1 for a mode and its continuation."""
+        both = [
+            first.left.T @ (first.mass @ second.right) * second.eigenvalues
+            + (first.left.T * first.eigenvalues[:, None]) @ (first.mass @ second.right)
+            + first.left.T @ (first.damping @ second.right)
+            for first, second in ((self, other), (other, self))
+        ]
+        with np.errstate(invalid="ignore"):
+            # The lengths of vectors cancel.
+            correlation: Real = np.sqrt(np.abs(both[0] * both[1].T))
+        return np.nan_to_num(correlation, nan=0.0, posinf=0.0)
+
+
+def swept_band(path: _core.Path, values: Real, region: Region) -> dict[str, Any]:
+    """Return what `Path.sweep` does at ascending values, of branches that are inside at any of them."""
+    first = _Point.of(path, float(values[0]))
+    upper = np.argsort(np.abs(first.eigenvalues), kind="stable")
+    points, meetings = [first.ordered(upper)], list[float]()
+    # Matrices of some hundred rows: more threads take longer wherever anything else runs.
+    with threadpool_limits(1, user_api="blas"):
+        for value in values[1:]:
+            points.append(_joined(path, points[-1], float(value), region, meetings, _HALVINGS))
+    eigenvalues = np.array([point.eigenvalues for point in points])
+    inside = region.holds(eigenvalues).any(axis=0)
+    condition = np.array([point.condition for point in points])[:, inside]
+    eigenvalues = eigenvalues[:, inside]
+    unstable = eigenvalues.real > _ERROR * np.minimum(condition, _DEFECTIVE) * np.abs(eigenvalues)
+    verdict = path.growth(values)
+    return {
+        "eigenvalue": eigenvalues,
+        "slope": np.array([point.slope for point in points])[:, inside],
+        "condition": condition,
+        "defective": condition > _DEFECTIVE,
+        "unstable": unstable,
+        "stable": ~unstable.any(axis=1),
+        "steady_sliding": verdict["steady_sliding"],
+        "normal_force": verdict["normal_force"],
+        "meetings": np.array(meetings),
+    }
+
+
+def _joined(
+    path: _core.Path, before: _Point, value: float, region: Region, meetings: list[float], halvings: int
+) -> _Point:
+    """Return the point at a value in the order of the one before."""
+    point = _Point.of(path, value)
+    correlation = before.correlation(point)
+    rows, order = scipy.optimize.linear_sum_assignment(-np.minimum(correlation, 1.0))
+    followed = region.holds(before.eigenvalues) | region.holds(point.eigenvalues[order])
+    if (correlation[rows, order][followed] >= _DECISIVE).all():
+        return point.ordered(order)
+    middle = 0.5 * (before.value + value)
+    if halvings == 0 or not before.value < middle < value:
+        meetings.append(middle)
+        return point.ordered(order)
+    between = _joined(path, before, middle, region, meetings, halvings - 1)
+    return _joined(path, between, value, region, meetings, halvings - 1)

@@ -1,0 +1,78 @@
+"""Sweeps and critical points of a band of a scene with more dofs than all modes are wanted of."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from quad_block import quad_block
+
+BAND = (0.0, 60e3)
+
+
+@pytest.fixture(scope="module")
+def block():
+    """A mesh of 110 dofs and 6 contacts: 104 free coordinates while all slide."""
+    return quad_block(10, 5, 2)
+
+
+@pytest.mark.slow
+def test_sweep_of_a_band_has_the_eigenvalues_of_the_full_scene(block):
+    values = np.array([0.6, 0.0, 0.3])
+    swept = ss.sweep(block, "++++++", friction=values, band=BAND)
+    assert np.abs(swept.attrs["missing"]).max() < 0.01
+    assert list(swept.attrs["doubts"]) == []
+    for k, value in enumerate(values):
+        modes = ss.complex_modes(block.replace(friction=value), "++++++")
+        expected = modes.eigenvalues[modes.frequencies <= BAND[1]]
+        found = swept["eigenvalue"].values[k]
+        found = found[np.abs(found) <= 2.0 * np.pi * BAND[1]]
+        assert found.size == expected.size > 10
+        error = np.abs(expected[:, None] - found).min(axis=1)
+        # The projection is taken to 1e-9 of an eigenvalue times its condition.
+        assert np.all(error <= 1e-9 * modes.condition[modes.frequencies <= BAND[1]] * np.abs(expected))
+        assert bool(swept["stable"][k]) == (not modes.unstable[modes.frequencies <= BAND[1]].any())
+    # The branches are the continuous ones: their slopes lead from one value to a close one.
+    near = ss.sweep(block, "++++++", friction=[0.3, 0.3 + 1e-6], band=BAND)
+    step = near["eigenvalue"].values[1] - near["eigenvalue"].values[0]
+    slope = near["derivative"].values[0]
+    known = np.isfinite(slope)
+    scale = np.abs(near["eigenvalue"].values[0])[known]
+    assert np.all(np.abs(step - 1e-6 * slope)[known] <= 1e-10 * scale)
+
+
+@pytest.mark.slow
+def test_hopf_points_of_a_band_are_those_of_the_full_scene(block):
+    expected = [p for p in ss.hopf_points(block, "++++++", friction=(0.0, 0.3)) if p.frequency <= BAND[1]]
+    found = ss.hopf_points(block, "++++++", friction=(0.0, 0.3), band=BAND)
+    assert len(found) == len(expected) > 1
+    for point, other in zip(found, expected, strict=True):
+        assert abs(point.value - other.value) <= 1e-9
+        assert abs(point.eigenvalue - other.eigenvalue) <= 1e-9 * abs(other.eigenvalue)
+        assert point.direction == other.direction
+        assert point.steady_sliding == other.steady_sliding
+
+
+def test_few_dofs_are_followed_as_they_are():
+    scene = ss.models.two_subsystems()
+    points = ss.critical_points(scene, friction=(0.0, 3.0))
+    band = ss.critical_points(scene, friction=(0.0, 3.0), band=(100.0, 200.0))
+    assert [p.value for p in band] == [p.value for p in points if 100.0 <= p.frequency <= 200.0]
+    assert len(band) > 0
+    swept = ss.sweep(scene, friction=[0.1, 1.5], band=(100.0, 200.0))
+    inside = (swept["frequency"] >= 100.0) & (swept["frequency"] <= 200.0)
+    assert bool(inside.any("friction").all())
+
+
+def test_what_does_not_go_with_a_band_is_refused():
+    scene = ss.models.two_subsystems()
+    for options, message in (
+        ({"band": (0.0, 1e3), "modes": 3}, "modes: goes without band"),
+        ({"band": (0.0, 1e3), "vectors": True}, "vectors: goes without band"),
+        ({"growth": (0.0, None)}, "growth: goes with band"),
+        ({"band": (3.0, 1.0)}, "band: expected"),
+    ):
+        with pytest.raises(ss.InputError, match=message):
+            ss.sweep(scene, friction=[0.0, 1.0], **options)
+    frictions = {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]}
+    with pytest.raises(ss.InputError, match="band: goes with one parameter"):
+        ss.sweep(scene, over=frictions, band=(0.0, 1e3))
