@@ -90,21 +90,9 @@ CALLS = {
         lambda: masses(contacts=[contact(np.ones(4), -3.0 * np.ones(4))]),
         "contact 0: normal: must differ from the tangential direction, got a multiple of it",
     ),
-    "rigid pad": (
-        rigid_pad,
-        "contacts: 2 contacts ask for 4 independent directions, 3 dofs have 3; give each contact a small",
-    ),
     "one dof": (
         lambda: masses(1, contacts=[contact([1.0], [1.0])]),
         "contact 0: normal: must differ from the tangential",
-    ),
-    "three on four": (
-        lambda: masses(contacts=[contact(0, 1), contact(2, 3), contact(0, 3)]),
-        "contacts: 3 contacts ask for 6 independent directions, 4 dofs have 4",
-    ),
-    "dependent": (
-        lambda: masses(contacts=[contact(0, 1), contact([1.0, 1.0, 0.0, 0.0], 2)]),
-        "tangential direction of contact 1 depends on the directions of the other contacts; give each",
     ),
     # names
     "names twice": (

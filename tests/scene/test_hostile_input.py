@@ -115,14 +115,6 @@ def test_errors_are_value_errors_of_one_family():
     assert isinstance(caught.value, ss.StickslipError)
 
 
-def test_two_contacts_on_the_same_mass_direction():
-    wide = {"mass": np.ones(4), "stiffness": 1e4 * np.eye(4), "force": None}
-    with pytest.raises(
-        ss.InputError, match=r"tangential direction of contact 1 depends on .*small mass of its own"
-    ):
-        scene(**wide, contacts=[contact(), contact(normal=2)])
-
-
 @pytest.mark.parametrize(
     ("changes", "message"),
     [

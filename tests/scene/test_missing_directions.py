@@ -249,4 +249,6 @@ def test_energy_closes(drawn, data):
 
 @given(drawn_scenes(min_friction=0.2, kinds=("stop", "friction")), st.data())
 def test_against_an_independent_integrator(drawn, data):
-    assert_same_motion(drawn.scene, drawn.kicked(data.draw(st.floats(0.3, 3.0), label="strength")), 0.02)
+    start = drawn.kicked(data.draw(st.floats(0.3, 3.0), label="strength"))
+    # Without events the peer takes the same steps twice, and does not see what they leave.
+    assert_same_motion(drawn.scene, start, 0.02, floor=1e-9)

@@ -258,7 +258,7 @@ def _watched(row, constant):
 STEPS = (1e-4, 1e-5, 1e-6)
 
 
-def assert_same_motion(scene, start, duration):
+def assert_same_motion(scene, start, duration, floor=1e-11):
     run = ss.simulate(scene, start, duration)
     events = run.events
     ours = list(zip(events.contact, events.kind, events.combination, strict=True))
@@ -278,7 +278,7 @@ def assert_same_motion(scene, start, duration):
     # What the peer changes by from steps twice as long, fourfold: at an impact of 2e-3 m/s rounding of its
     # event functions adds as much.
     # Beside that the tolerance of a step adds up over some hundred, and a slow impact multiplies it.
-    own_error = 4 * np.abs((theirs - roughly) / scale).max() + 5e-11
+    own_error = 4 * np.abs((theirs - roughly) / scale).max() + max(floor, 5e-11)
     assert own_error < 1e-5, "the peer is too far off to say anything"
     assert np.abs((states - theirs) / scale).max() <= own_error
     times = np.array([fine.time, rough.time])

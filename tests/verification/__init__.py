@@ -13,6 +13,7 @@ from verification import (
     mode_coupling,
     resting_slider,
     shaking_plate,
+    stops,
     two_masses,
     two_subsystems,
 )
@@ -30,6 +31,7 @@ FAMILIES = (
     collision,
     elastic_stop,
     bouncing_bar,
+    stops,
     mode_coupling,
     drum_brake,
     two_subsystems,

@@ -15,7 +15,7 @@ from stickslip.cycles.phases import CyclePhase, Margin, phases_of
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.motion.energy import Balance
-from stickslip.motion.motion import Motion
+from stickslip.motion.motion import Motion, undetermined_facts
 from stickslip.scene.checks import Complex, Real, whole_number
 from stickslip.scene.contact import dof_index
 from stickslip.scene.scene import Scene, checked
@@ -398,6 +398,7 @@ class Cycle(Shown):
             ("stability", self.stability),
             ("largest multipliers", "not known" if np.isnan(self.largest_multiplier) else listed),
             ("zero by structure", str(self.structural_zeros)),
+            *undetermined_facts(self.run),
         ]
         rows = []
         for phase in self.phases:

@@ -69,7 +69,8 @@ class Sliding:
         before, after = ends
         while min(before, after) < (middle := 0.5 * (before + after)) < max(before, after):
             scene = scene_at(middle)
-            if any(contact.slider_speed == 0.0 for contact in scene.contacts):
+            sliding = [contact for contact in scene.contacts if concerns("slider_speed", contact)]
+            if any(contact.slider_speed == 0.0 for contact in sliding):
                 after = middle
                 break
             if self.letters(scene) == letters:
@@ -92,9 +93,9 @@ class Sliding:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        # Friction enters linearly where every dof has mass.
+        # Friction does not enter linearly where dofs have no mass or directions depend on each other.
         model = self.family.model
-        if not isinstance(model, Scene) or model.core.has_massless:
+        if not isinstance(model, Scene) or model.core.has_massless or model.core.dependent:
             return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})

@@ -53,6 +53,20 @@ class Motion(Shown):
         """The limits of series of bounces, one for each event ``accumulation``."""
         return tuple(Accumulation(*limit) for limit in self.core.accumulations)
 
+    @cached_property
+    def undetermined(self) -> dict[str, tuple[int | str, ...]]:
+        """Combinations in which single forces are not determined, with the contacts that have them.
+
+        Directions of closed contacts depend on each other there, as where a rigid pad sticks on two points:
+        the motion is the same for all forces that add up to the same, and slip begins when no admissible ones
+        do. The shortest are shown.
+        """
+        if not self.scene.core.dependent:
+            return {}
+        labels = self.scene.contact_labels()
+        found = {name: self.scene.core.undetermined(name) for name in self.time_by_combination()}
+        return {name: tuple(labels[i] for i in contacts) for name, contacts in found.items() if contacts}
+
     @property
     def duration(self) -> float:
         """End of the computed motion, s."""
@@ -360,11 +374,18 @@ class Motion(Shown):
             ("motion", f"0 to {self.duration:g} s, stopped by {self.stop_reason}"),
             ("events", str(len(self.events))),
             ("grazings", str(len(self.grazings))),
+            *undetermined_facts(self),
         ]
         return Summary(facts, [shares, *self.events.summary().tables])
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (type(self), self.scene, self.start, self.core.record())
+
+
+def undetermined_facts(motion: Motion) -> list[tuple[str, str]]:
+    """Return which forces of a motion are not determined, as a line of its summary; none if all are."""
+    listed = [f"{name}: {', '.join(map(str, contacts))}" for name, contacts in motion.undetermined.items()]
+    return [("forces not determined", "of contacts in " + "; ".join(listed))] if listed else []
 
 
 def _restored(kind: type[Motion], scene: Scene, start: State, record: dict[str, Any]) -> Motion:

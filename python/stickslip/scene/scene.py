@@ -126,7 +126,7 @@ class Scene(Shown):
     ------
     InputError
         If anything is ill-posed: shape, number, symmetry, mass not positive definite, a contact direction
-        unknown or dependent on the others, friction < 0, static_friction < friction, restitution outside
+        unknown or zero, friction < 0, static_friction < friction, restitution outside
         [0, 1], ...
     """
 

@@ -148,29 +148,18 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
-    /// The contacts need more independent directions than there are dofs.
+    /// A scene has loads in time, and contact directions that depend on each other.
     #[error(
-        "contacts: {} for {directions} independent directions, {}; give each contact a small mass of its own, tied to the body by stiff springs",
-        counted(*contacts, "contact asks", "contacts ask"),
-        counted(*dofs, "dof has 1", &format!("dofs have {dofs}"))
+        "loads: loads in time do not go together with contact directions that depend on each other; give these contacts a small mass of their own, tied to the body by stiff springs"
     )]
-    TooManyDirections {
-        /// Number of contacts.
-        contacts: usize,
-        /// Number of directions of all of them.
-        directions: usize,
-        /// Number of dofs.
-        dofs: usize,
-    },
-    /// A direction of a contact is a linear combination of the directions of the other contacts.
+    LoadsOnDependentDirections,
+    /// In a combination the forces of closed contacts are not unique, and the motion depends on how they are split.
     #[error(
-        "contacts: the {direction} direction of contact {contact} depends on the directions of the other contacts; give each contact a small mass of its own, tied to the body by stiff springs"
+        "combination {combination:?}: the directions of its closed contacts depend on each other, and the motion depends on how their forces are split; give these contacts a stiffness, or a small mass of their own tied to the body by stiff springs"
     )]
-    DependentDirection {
-        /// Index of the contact.
-        contact: usize,
-        /// `tangential` or `normal`.
-        direction: &'static str,
+    DependentForces {
+        /// The combination, one letter per contact.
+        combination: String,
     },
     /// A status combination has an unknown letter or the wrong length.
     #[error(
@@ -375,11 +364,6 @@ pub enum Error {
         /// What does not fit, in words.
         reason: &'static str,
     },
-}
-
-/// A number of things with the noun and verb that go with it.
-fn counted(count: usize, one: &str, several: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { several })
 }
 
 /// Where the rest of a matrix belongs of which a scene takes the symmetric part.

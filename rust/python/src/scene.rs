@@ -266,8 +266,7 @@ impl Scene {
         combination: &str,
     ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
         let combination = self.combination(py, combination)?;
-        let reduction = core::scene::Reduction::new(self.core(), &combination);
-        let statics = core::scene::Statics::of(self.core(), &combination, &reduction)
+        let statics = core::scene::Statics::of(self.core(), &combination)
             .map_err(|error| raise(py, &error))?;
         modes::statics(py, statics)
     }
@@ -356,6 +355,18 @@ impl Scene {
         let forces =
             detached(py, || core::contact::forces_of_state(self.propagators.moving(), &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
+    }
+
+    /// Contacts whose forces nothing determines in a combination.
+    fn undetermined(&self, py: Python<'_>, combination: &str) -> PyResult<Vec<usize>> {
+        let combination = self.combination(py, combination)?;
+        Ok(core::contact::undetermined(self.core(), &combination))
+    }
+
+    /// Whether directions of contacts depend on each other.
+    #[getter]
+    fn dependent(&self) -> bool {
+        self.core().has_dependent_directions()
     }
 
     /// M, C + G, K + H and the symmetric and skew part of the latter over the dofs, as compressed rows.

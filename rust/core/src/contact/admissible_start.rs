@@ -1,7 +1,10 @@
 //! The start of a run: a state brought to contact coordinates and to the exact zeros of its combination.
 
 use crate::contact::event_function::Functional;
-use crate::contact::event_function::{contact_forces, contact_forces_in, reaction};
+use crate::contact::event_function::{
+    contact_forces, contact_forces_in, event_functions, reaction, undetermined as undetermined_in,
+};
+use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
 use crate::error::Error;
 use crate::scene::contact_law::check_finite;
@@ -101,6 +104,12 @@ pub(crate) fn coordinates_at(
             u[law.tangential] = law.slider_speed;
         }
     }
+    let (mut undetermined, mut functions) = (Vec::new(), Vec::new());
+    if !scene.dependents.is_empty() {
+        scene.fitted(&state.combination).follow(&mut q, &mut u);
+        undetermined = undetermined_in(scene, &state.combination);
+        functions = event_functions(scene, &state.combination)?;
+    }
     for (contact, (law, &status)) in
         scene.contacts.iter().zip(state.combination.statuses()).enumerate()
     {
@@ -117,6 +126,18 @@ pub(crate) fn coordinates_at(
         let (_, normal) = force_as(scene, &state.combination, contact, status);
         let normal_force = normal.value(&q, &u);
         let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
+        if undetermined.contains(&contact) {
+            // Some forces must do.
+            let own = functions.iter().filter(|function| function.contact == contact);
+            let kinematic = |kind| matches!(kind, EventKind::Velocity | EventKind::Impact);
+            for function in own.filter(|function| !kinematic(function.trigger)) {
+                let value = function.functional.value(&q, &u);
+                if value < -START_TOLERANCE * function.functional.magnitude(&q, &u) {
+                    return Err(violated("limit of its contact forces", value));
+                }
+            }
+            continue;
+        }
         if normal_force < -tolerance {
             return Err(violated("normal force", normal_force));
         }

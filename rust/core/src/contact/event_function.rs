@@ -11,12 +11,18 @@
 
 use nalgebra::DMatrix;
 
+use crate::contact::coupled::contact_problem::held_rows;
+use crate::contact::coupled::dependent::{Forces, eliminated};
 use crate::contact::event_kind::EventKind;
+use crate::error::Error;
 use crate::linalg::dense::Factors;
 use crate::scene::contact_law::Directions;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
+
+/// Relative difference of two functionals that is rounding.
+const MULTIPLE: f64 = 1e-9;
 
 /// `constant + position . q + velocity . q'` in contact coordinates.
 #[derive(Debug, Clone, Default)]
@@ -40,6 +46,54 @@ impl Functional {
             terms.iter().map(|&(k, weight)| (weight * x[k]).abs()).sum()
         };
         self.constant.abs() + dot(&self.position, q) + dot(&self.velocity, u)
+    }
+
+    /// Whether the two are positive multiples of each other, up to rounding; terms in the order of their coordinates.
+    pub fn is_multiple_of(&self, other: &Self) -> bool {
+        let terms = |of: &Self| -> Vec<(usize, usize, f64)> {
+            let position = of.position.iter().map(|&(k, weight)| (0, k, weight));
+            let velocity = of.velocity.iter().map(|&(k, weight)| (1, k, weight));
+            let constant = std::iter::once((2, 0, of.constant));
+            position.chain(velocity).chain(constant).filter(|term| term.2 != 0.0).collect()
+        };
+        let (own, others) = (terms(self), terms(other));
+        let largest = |terms: &[(usize, usize, f64)]| {
+            terms.iter().map(|term| term.2).max_by(|a, b| a.abs().total_cmp(&b.abs()))
+        };
+        let (Some(a), Some(b)) = (largest(&own), largest(&others)) else { return false };
+        let near = |(x, y): (&(usize, usize, f64), &(usize, usize, f64))| {
+            (x.0, x.1) == (y.0, y.1) && (x.2 / a.abs() - y.2 / b.abs()).abs() <= MULTIPLE
+        };
+        own.len() == others.len() && own.iter().zip(&others).all(near)
+    }
+
+    /// The same over the coordinates of x of a scene in which some coordinates are sums of others.
+    pub fn substituted(&self, scene: &Scene) -> Self {
+        let mut constant = self.constant;
+        let mut over = |terms: &[(usize, f64)], shifts: bool| {
+            let mut sums: Vec<(usize, f64)> = Vec::new();
+            for &(k, weight) in terms {
+                match scene.dependents.iter().find(|one| one.coordinate == k) {
+                    None => sums.push((k, weight)),
+                    Some(one) => {
+                        constant += if shifts { weight * one.offset } else { 0.0 };
+                        sums.extend(one.terms.iter().map(|&(j, factor)| (j, weight * factor)));
+                    }
+                }
+            }
+            sums.sort_by_key(|term| term.0);
+            sums.dedup_by(|next, kept| {
+                let same = next.0 == kept.0;
+                kept.1 += if same { next.1 } else { 0.0 };
+                same
+            });
+            sums
+        };
+        Self {
+            position: over(&self.position, true),
+            velocity: over(&self.velocity, false),
+            constant,
+        }
     }
 
     pub fn scaled(&self, factor: f64) -> Self {
@@ -126,6 +180,10 @@ pub(crate) fn contact_forces(
             })
             .collect();
     };
+    if !scene.dependents.is_empty() {
+        let (of_reactions, _) = dependent_forces(scene, w, statuses);
+        return force_functionals(&rows, &of_reactions);
+    }
     let size = 2 * statuses.len();
     let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
     for (i, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
@@ -141,10 +199,89 @@ pub(crate) fn contact_forces(
         }
     }
     let map = Factors::new(matrix).solve(held);
+    force_functionals(&rows, &map)
+}
+
+/// (T, N) of every contact as sums of the reactions (T, N) of all.
+fn force_functionals(
+    rows: &[(Functional, Functional)],
+    map: &DMatrix<f64>,
+) -> Vec<(Functional, Functional)> {
     let parts: Vec<&Functional> = rows.iter().flat_map(|(t, n)| [t, n]).collect();
     let force =
         |k: usize| Functional::sum(parts.iter().enumerate().map(|(j, part)| (map[(k, j)], *part)));
-    (0..statuses.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
+    (0..rows.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
+}
+
+/// Where directions depend on each other: the shortest forces (T, N) of all contacts per reaction, and the forces that
+/// nothing determines.
+fn dependent_forces(
+    scene: &Scene,
+    w: &DMatrix<f64>,
+    statuses: &[Status],
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let slope = |i: usize| statuses[i].friction_sign() * scene.contacts[i].friction;
+    let (held, map) = held_rows(statuses, slope);
+    let found = Forces::new(w, &held, &map);
+    (found.of_rows * w.select_rows(&held), found.free)
+}
+
+/// The contacts whose forces nothing determines in a combination, because directions of closed contacts depend on each
+/// other.
+pub fn undetermined(scene: &Scene, combination: &Combination) -> Vec<usize> {
+    let Some(w) = scene.coordinates.delassus.as_ref().filter(|_| !scene.dependents.is_empty())
+    else {
+        return Vec::new();
+    };
+    let (_, free) = dependent_forces(scene, w, combination.statuses());
+    let moved = |row: usize| free.row(row).iter().any(|&part| part != 0.0);
+    (0..scene.contacts.len()).filter(|&i| moved(2 * i) || moved(2 * i + 1)).collect()
+}
+
+/// The event functions of a combination in which some forces are not determined: its inequalities that hold for some of
+/// them. Each is told of every contact that it contains; both friction limits of one mean its normal force.
+fn undetermined_functions(
+    scene: &Scene,
+    combination: &Combination,
+    forces: &[(Functional, Functional)],
+    free: &DMatrix<f64>,
+) -> Result<Vec<EventFunction>, Error> {
+    // (contact, trigger, factor of N, factor of T)
+    let mut limits: Vec<(usize, EventKind, f64, f64)> = Vec::new();
+    for (i, (law, &status)) in scene.contacts.iter().zip(combination.statuses()).enumerate() {
+        if status == Status::Sticking {
+            limits.push((i, EventKind::SlipPositive, law.static_friction, -1.0));
+            limits.push((i, EventKind::SlipNegative, law.static_friction, 1.0));
+        } else if status.is_closed() && law.directions != Directions::Tangential {
+            limits.push((i, EventKind::Release, 1.0, 0.0));
+        }
+    }
+    let b = DMatrix::from_fn(limits.len(), free.ncols(), |j, k| {
+        let (i, _, normal, tangential) = limits[j];
+        normal * free[(2 * i + 1, k)] + tangential * free[(2 * i, k)]
+    });
+    let inequalities = eliminated(&b)
+        .ok_or_else(|| Error::DependentForces { combination: combination.to_string() })?;
+    let mut functions = Vec::new();
+    for factors in inequalities {
+        let parts = factors.iter().flat_map(|&(j, factor)| {
+            let (i, _, normal, tangential) = limits[j];
+            [(factor * normal, &forces[i].1), (factor * tangential, &forces[i].0)]
+        });
+        let functional = Functional::sum(parts);
+        let mut told: Vec<(usize, EventKind)> =
+            factors.iter().map(|&(j, _)| (limits[j].0, limits[j].1)).collect();
+        told.sort_by_key(|entry| entry.0);
+        for own in told.chunk_by(|a, b| a.0 == b.0) {
+            let trigger = if own.len() > 1 { EventKind::Release } else { own[0].1 };
+            functions.push(EventFunction {
+                contact: own[0].0,
+                trigger,
+                functional: functional.clone(),
+            });
+        }
+    }
+    Ok(functions)
 }
 
 pub(crate) fn slip_velocity(scene: &Scene, contact: usize) -> Functional {
@@ -156,10 +293,27 @@ pub(crate) fn slip_velocity(scene: &Scene, contact: usize) -> Functional {
 }
 
 /// The event functions that are active in `combination`, by contact.
-pub(crate) fn event_functions(scene: &Scene, combination: &Combination) -> Vec<EventFunction> {
+pub(crate) fn event_functions(
+    scene: &Scene,
+    combination: &Combination,
+) -> Result<Vec<EventFunction>, Error> {
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let statuses = combination.statuses().iter().enumerate();
-    statuses.flat_map(|(contact, &status)| of_contact(scene, contact, status, &coupled)).collect()
+    let mut functions: Vec<EventFunction> = statuses
+        .flat_map(|(contact, &status)| of_contact(scene, contact, status, &coupled))
+        .collect();
+    if let (Some(w), Some(forces), false) =
+        (&scene.coordinates.delassus, &coupled, scene.dependents.is_empty())
+    {
+        let (_, free) = dependent_forces(scene, w, combination.statuses());
+        if free.ncols() > 0 {
+            let kinematic = |trigger| matches!(trigger, EventKind::Velocity | EventKind::Impact);
+            functions.retain(|function| kinematic(function.trigger));
+            functions.extend(undetermined_functions(scene, combination, forces, &free)?);
+            functions.sort_by_key(|function| function.contact);
+        }
+    }
+    Ok(functions)
 }
 
 /// What ends the status of one contact by `trigger`: its event function, or that of its normal force for a sticking
@@ -172,6 +326,14 @@ pub(crate) fn ending(
 ) -> Functional {
     if trigger == EventKind::Load {
         return phase_of_loads(scene);
+    }
+    if !scene.dependents.is_empty()
+        && let Ok(functions) = event_functions(scene, combination)
+        && let Some(found) = functions
+            .into_iter()
+            .find(|function| function.contact == contact && function.trigger == trigger)
+    {
+        return found.functional;
     }
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let status = combination.statuses()[contact];

@@ -9,4 +9,5 @@ pub(crate) mod settlement;
 pub(crate) mod transition;
 
 pub use admissible_start::{forces_of_state, start_coordinates};
+pub use event_function::undetermined;
 pub use event_kind::{EventKind, NO_CONTACT};

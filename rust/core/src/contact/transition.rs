@@ -112,20 +112,20 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     }
 }
 
-/// The velocities after contact `struck` closes its gap while the others have `statuses`.
+/// The velocities after contacts `struck` close their gaps while the others have `statuses`.
 pub(crate) fn impact(
     scene: &Scene,
     statuses: &[Status],
-    struck: usize,
+    struck: &[usize],
     q: &[f64],
     u: &mut [f64],
 ) -> Result<(), RunFailure> {
     let Some(w) = &scene.coordinates.delassus else {
-        strike(scene, struck, u);
+        struck.iter().for_each(|&contact| strike(scene, contact, u));
         return Ok(());
     };
     let closed: Vec<usize> =
-        (0..statuses.len()).filter(|&i| i == struck || statuses[i].is_closed()).collect();
+        (0..statuses.len()).filter(|&i| struck.contains(&i) || statuses[i].is_closed()).collect();
     Coupled { scene, time: 0.0, w }.strike(&closed, q, u)
 }
 

@@ -213,8 +213,10 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         sample.elastic.push(elastic);
 
         let mut acceleration = vec![0.0; moving.size];
-        let mut residual = moving.residual(1.0, moved, velocities);
+        let fitted = equation.scene(moving);
+        let mut residual = fitted.residual(1.0, moved, velocities);
         equation.accelerate(&mut residual, &mut acceleration);
+        fitted.follow_rates(&mut acceleration);
         let (_, acceleration) = moving.at_rest(velocities, &acceleration);
         let inertia = bilinear(&scene.mass, u, &acceleration);
         sample.rate.push(inertia + bilinear(elastic_stiffness(scene), u, &elongation(scene, q)));

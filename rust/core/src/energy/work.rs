@@ -21,6 +21,7 @@ use crate::energy::power::{
     energy_change, external_force, slider_vibration,
 };
 use crate::error::Error;
+use crate::linalg::dense::impulses_of;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::gauss::{NODES, REACH, gauss_rule};
 use crate::scene::model::Scene;
@@ -318,8 +319,23 @@ impl<'a> Walk<'a> {
         let (before, (position, after)) = (&self.cursor.u, state.parts());
         let rest = self.at_rest().1;
         let jump: Vec<f64> = after.iter().zip(before).map(|(b, a)| b - a).collect();
+        let statuses = trajectory.phases[phase - 1].basis.combination.statuses();
+        let dependent = self.scene.coordinates.delassus.as_ref();
+        let dependent = dependent.filter(|_| !self.scene.dependents.is_empty()).map(|w| {
+            let struck = |i: usize| trajectory.events_at(phase).any(|event| event.contact == i);
+            let touches = |row: &usize| statuses[row / 2].is_closed() || struck(row / 2);
+            let rows: Vec<usize> = (0..w.nrows()).filter(touches).collect();
+            let laws = self.scene.contacts.iter();
+            let change: Vec<f64> =
+                laws.flat_map(|law| [jump[law.tangential], jump[law.normal]]).collect();
+            impulses_of(w, &rows, &change)
+        });
         for (contact, law) in self.scene.contacts.iter().enumerate() {
-            let impulse = |row: usize| self.moving.mass.row_dot(row, &jump);
+            let impulse = |row: usize| match &dependent {
+                Some(impulses) if row == law.normal => impulses[2 * contact + 1],
+                Some(impulses) => impulses[2 * contact],
+                None => self.moving.mass.row_dot(row, &jump),
+            };
             let mean = |row: usize| 0.5 * (after[row] + before[row]);
             let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
             let moved = position[law.tangential] != self.cursor.q[law.tangential]

@@ -89,6 +89,24 @@ pub(crate) enum Factors<T: Field> {
     Large(Box<PartialPivLu<T>>),
 }
 
+/// The shortest `f`, zero but for some rows, with `(W f)_row = change_row` in these.
+pub(crate) fn impulses_of(w: &DMatrix<f64>, rows: &[usize], change: &[f64]) -> Vec<f64> {
+    let within = w.select_rows(rows).select_columns(rows);
+    let found = pseudo_inverse(&within) * DVector::from_fn(rows.len(), |k, _| change[rows[k]]);
+    let mut impulses = vec![0.0; change.len()];
+    rows.iter().zip(&found).for_each(|(&row, &impulse)| impulses[row] = impulse);
+    impulses
+}
+
+/// The least-squares inverse: singular values below 1e-10 of the largest count as zero.
+pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let svd = matrix.clone().svd(true, true);
+    let largest = svd.singular_values.amax();
+    // Both factors were asked for.
+    svd.pseudo_inverse(1e-10 * largest)
+        .unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
+}
+
 impl<T: Field> Factors<T> {
     pub fn new(matrix: DMatrix<T>) -> Self {
         match matrix.nrows() < BLOCKED {

@@ -126,6 +126,7 @@ impl Path {
         }
         let reduced = Reduced::new(scene, combination)?;
         let m = reduced.size();
+        let scene = reduced.scene(scene);
         let moved = |contact: usize| contacts.contains(&contact);
         let fixed = Reduction::with_friction(scene, combination, |contact, law| {
             if moved(contact) { 0.0 } else { law.friction }

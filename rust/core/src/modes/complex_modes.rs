@@ -54,8 +54,7 @@ impl Modes {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
         let condensed = Condensed::new(scene, combination)?;
-        let moving = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
-        let pencil = Pencil::new(moving, combination, &reduced.reduction);
+        let pencil = Pencil::new(reduced.scene(scene), combination, &reduced.reduction);
         let mut half = spectrum(&pencil, Vectors::Refined)?;
         half.sort_by(|p, q| {
             let key =
@@ -100,6 +99,7 @@ impl Modes {
                 if let Some(condensed) = &condensed {
                     condensed.complete_rates(&mut q);
                 }
+                reduced.scene(scene).follow_rates(&mut q);
                 scene.velocities(&q)
             };
             let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));

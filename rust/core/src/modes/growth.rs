@@ -17,7 +17,6 @@ use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::numerics::double_double::Doubled;
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
-use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduction;
 use crate::scene::statics::Steady;
@@ -88,9 +87,8 @@ impl Growth {
     /// The verdict on one combination of a scene.
     pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        let condensed = Condensed::new(scene, combination)?;
-        let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
-        let reduction = Reduction::new(scene, combination);
+        let scene = &*scene.moving(combination)?;
+        let reduction = Reduction::new(scene, combination).checked(combination)?;
         pencil_growth(&Pencil::new(scene, combination, &reduction))
     }
 }

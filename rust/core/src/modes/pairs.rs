@@ -48,9 +48,8 @@ pub struct JudgedPair {
 /// `L' M R`, `L' C R` and `L' K R` of a combination, as sparse matrices.
 pub fn sparse_pencil(scene: &Scene, combination: &Combination) -> Result<[SparseMatrix; 3], Error> {
     scene.check_combination(combination)?;
-    let condensed = Condensed::new(scene, combination)?;
-    let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
-    let reduction = Reduction::new(scene, combination);
+    let scene = &*scene.moving(combination)?;
+    let reduction = Reduction::new(scene, combination).checked(combination)?;
     Ok([&scene.mass, &scene.damping, &scene.stiffness]
         .map(|matrix| reduction.sparse_matrix(matrix)))
 }
@@ -63,7 +62,7 @@ pub fn judged_pairs(
 ) -> Result<Vec<JudgedPair>, Error> {
     let norms = sparse_pencil(scene, combination)?.map(|matrix| largest_row_sum(&matrix));
     let condensed = Condensed::new(scene, combination)?;
-    let moving = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
+    let moving = &*scene.moving(combination)?;
     let reduction = Reduction::new(moving, combination);
     let pencil = Pencil::new(moving, combination, &reduction);
     let over_dofs = |right: &[Complex64]| {
@@ -73,6 +72,7 @@ pub fn judged_pairs(
             if let Some(condensed) = &condensed {
                 condensed.complete_rates(&mut q);
             }
+            moving.follow_rates(&mut q);
             scene.velocities(&q)
         };
         let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));

@@ -36,16 +36,25 @@ pub(crate) struct CombinationBasis {
     pub propagator: Propagator,
     /// What of the scene moves by itself, where some of its coordinates have no mass.
     pub condensed: Option<Box<Condensed>>,
+    /// The scene in the coordinates of the combination, where directions depend on each other.
+    pub fitted: Option<Arc<Scene>>,
 }
 
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
         scene.check_combination(combination)?;
         let condensed = Condensed::new(scene, combination)?.map(Box::new);
-        let mut functions = event_functions(scene, combination);
+        let mut functions = event_functions(scene, combination)?;
         if let Some(condensed) = &condensed {
             for function in &mut functions {
                 function.functional = function.functional.condensed(condensed);
+            }
+        }
+        let fitted = (!scene.dependents.is_empty())
+            .then(|| Arc::new(scene.fitted(combination).into_owned()));
+        if let Some(fitted) = &fitted {
+            for function in &mut functions {
+                function.functional = function.functional.substituted(fitted);
             }
         }
         let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
@@ -61,7 +70,8 @@ impl CombinationBasis {
             let modes = match &scene.drive {
                 Some(drive) => forced_modes(scene.bare(), drive, &reduced)?,
                 None => {
-                    let pencil = Pencil::new(scene, combination, &reduced.reduction);
+                    let own = reduced.scene(scene);
+                    let pencil = Pencil::new(own, combination, &reduced.reduction);
                     spectrum(&pencil, Vectors::Refined)?
                 }
             };
@@ -69,7 +79,12 @@ impl CombinationBasis {
             // Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11
             // of it; above it the series is used instead.
             if condition <= WELL_CONDITIONED {
-                Propagator::Modal(Box::new(ModalBasis::new(scene, &reduced, &functions, modes)))
+                Propagator::Modal(Box::new(ModalBasis::new(
+                    reduced.scene(scene),
+                    &reduced,
+                    &functions,
+                    modes,
+                )))
             } else if wanted == Wanted::SoundModes {
                 series()?
             } else {
@@ -80,18 +95,22 @@ impl CombinationBasis {
                 });
             }
         };
-        Ok(Self { combination: combination.clone(), functions, propagator, condensed })
+        Ok(Self { combination: combination.clone(), functions, propagator, condensed, fitted })
     }
 
-    /// The scene that moves: `whole`, or what is left of it without the coordinates that follow.
+    /// The scene that moves: `whole`, what is left of it without the coordinates that follow, or the fitted one.
     pub fn scene<'a>(&'a self, whole: &'a Scene) -> &'a Scene {
-        self.condensed.as_ref().map_or(whole, |condensed| &condensed.scene)
+        let condensed = self.condensed.as_ref().map(|condensed| &condensed.scene);
+        condensed.or(self.fitted.as_deref()).unwrap_or(whole)
     }
 
-    /// Places and velocities of coordinates without mass, from those of the others.
+    /// Places and velocities of coordinates without mass or that are sums of others, from those of the rest.
     pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
         if let Some(condensed) = &self.condensed {
             condensed.complete(q, u);
+        }
+        if let Some(fitted) = &self.fitted {
+            fitted.follow(q, u);
         }
     }
 

@@ -172,7 +172,9 @@ impl CoupledMotion<'_> {
     pub fn advance(&mut self) {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.advance(modal),
-            Kind::Taylor(motion, operator) => motion.advance(self.scene, operator),
+            Kind::Taylor(motion, operator) => {
+                motion.advance(self.scene, operator);
+            }
         }
     }
 

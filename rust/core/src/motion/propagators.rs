@@ -119,7 +119,7 @@ impl Propagators {
             let part =
                 |part: &Part| part.propagators.basis(&part.block.statuses(combination), wanted);
             let bases = self.parts().iter().map(part).collect::<Result<Vec<_>, Error>>()?;
-            self.of_parts(combination.clone(), bases.into_iter().map(|(basis, _)| basis))
+            self.of_parts(combination.clone(), bases.into_iter().map(|(basis, _)| basis))?
         };
         Ok((self.memory().keep(key, Arc::new(basis)), true))
     }
@@ -129,14 +129,15 @@ impl Propagators {
         &self,
         combination: Combination,
         bases: impl Iterator<Item = Arc<CombinationBasis>>,
-    ) -> CombinationBasis {
+    ) -> Result<CombinationBasis, Error> {
         let blocks = self.parts().iter().map(|part| Arc::clone(&part.block));
-        CombinationBasis {
-            functions: event_functions(&self.scene, &combination),
+        Ok(CombinationBasis {
+            functions: event_functions(&self.scene, &combination)?,
             propagator: Propagator::Blocks(blocks.zip(bases).collect()),
             combination,
             condensed: None,
-        }
+            fitted: None,
+        })
     }
 
     fn memory(&self) -> MutexGuard<'_, Memory> {

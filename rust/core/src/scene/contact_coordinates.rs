@@ -11,9 +11,11 @@
 //! mesh; but `M^-1` decays from node to node, and entries of P below rounding of their column are left out. This changes
 //! no equation: T is taken as it then is, and `Z' M P` is as small as rounding makes it anyway.
 //!
-//! A direction that a contact has not gets a coordinate beyond those of the dofs, on which no matrix acts.
+//! Directions that depend on others are no coordinates of x: a largest independent set of them is, normal directions
+//! first, and the others follow. Each of them gets a coordinate beyond those of the dofs, on which no matrix acts, and so
+//! does a direction that a contact has not.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
 use crate::linalg::components::components;
@@ -36,10 +38,15 @@ pub struct Coordinates {
     pub slots: Vec<(usize, usize)>,
     /// Number of directions that contacts have not; their coordinates are the last ones.
     pub missing: usize,
+    /// Coordinate of every direction that depends on others, and the terms of those in which it is a sum; the coordinates
+    /// are the last ones.
+    pub followers: Vec<(usize, Vec<(usize, f64)>)>,
+    /// Whether mass couples contact coordinates.
+    pub coupled: bool,
     dofs: usize,
     transform: Option<Transform>,
-    /// `D' M^-1 D` over (tangential, normal) of each contact, when mass couples contact coordinates with each other;
-    /// `None` when it is diagonal.
+    /// `D' M^-1 D` over (tangential, normal) of each contact, when mass couples contact coordinates with each other or
+    /// directions depend on each other; `None` when it is diagonal.
     pub delassus: Option<DMatrix<f64>>,
 }
 
@@ -78,17 +85,6 @@ impl Coordinates {
             stated.iter().flatten().map(|direction| direction.nonzero()).collect();
         let count = directions.len();
         let missing = stated.len() - count;
-        if count > size {
-            return Err(Error::TooManyDirections {
-                contacts: contacts.len(),
-                directions: count,
-                dofs: size,
-            });
-        }
-        let dependent = |index: usize| Error::DependentDirection {
-            contact: whose[index] / 2,
-            direction: ["tangential", "normal"][whose[index] % 2],
-        };
         let in_pairs = |slots: &[usize]| -> Vec<(usize, usize)> {
             let mut beyond = size..;
             let mut all: Vec<Option<usize>> = vec![None; stated.len()];
@@ -101,17 +97,17 @@ impl Coordinates {
         if nodal && mass.is_diagonal() {
             let mut taken = vec![false; size];
             let slots: Vec<usize> = directions.iter().map(|direction| direction[0].0).collect();
-            let again = slots.iter().position(|&dof| std::mem::replace(&mut taken[dof], true));
-            return match again {
-                Some(index) => Err(dependent(index)),
-                None => Ok(Self {
+            if !slots.iter().any(|&dof| std::mem::replace(&mut taken[dof], true)) {
+                return Ok(Self {
                     slots: in_pairs(&slots),
                     missing,
+                    followers: Vec::new(),
+                    coupled: false,
                     dofs: size,
                     transform: None,
                     delassus: None,
-                }),
-            };
+                });
+            }
         }
         let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
         for (index, direction) in directions.iter().enumerate() {
@@ -123,6 +119,8 @@ impl Coordinates {
                 .extend(along[dof].iter().flat_map(|&k| directions[k].iter().map(|entry| entry.0)));
         });
         let mut slots = vec![0; count];
+        // Directions that depend on others, with these and their factors.
+        let mut sums: Vec<(usize, Vec<(usize, f64)>)> = Vec::new();
         // The group of a dof and its row there.
         let mut place: Vec<Option<(usize, usize)>> = vec![None; size];
         let mut transformed: Vec<(Vec<usize>, Vec<usize>, Group)> = Vec::new();
@@ -135,20 +133,43 @@ impl Coordinates {
                 continue;
             }
             let own_row = |dof: usize| dofs.partition_point(|&other| other < dof);
-            let along = own.iter().map(|&index| -> Row {
-                directions[index].iter().map(|&(dof, entry)| (own_row(dof), entry)).collect()
-            });
-            let along = along.collect::<Vec<_>>();
+            let along: Vec<Row> = own
+                .iter()
+                .map(|&index| {
+                    directions[index].iter().map(|&(dof, entry)| (own_row(dof), entry)).collect()
+                })
+                .collect();
             let lacking = dofs.iter().filter(|&&dof| mass.get(dof, dof) == 0.0).count();
             if lacking > 0 && lacking < dofs.len() {
                 let reason = "its directions tie dofs with mass to dofs without; give all of them mass, or none";
                 return Err(Error::MixedMass { contact: whose[own[0]] / 2, reason });
             }
-            let group = match lacking {
-                0 => Group::new(&mass.restricted(&dofs), &along),
-                _ => Group::massless(dofs.len(), &along),
-            }
-            .map_err(|index| dependent(own[index]))?;
+            let group_of = |along: &[Row]| match lacking {
+                0 => Group::new(&mass.restricted(&dofs), along),
+                _ => Group::massless(dofs.len(), along),
+            };
+            let group = match group_of(&along) {
+                Some(group) => group,
+                None => {
+                    let mut d = DMatrix::zeros(dofs.len(), own.len());
+                    for (j, direction) in along.iter().enumerate() {
+                        direction.iter().for_each(|&(row, entry)| d[(row, j)] = entry);
+                    }
+                    let (base, others) = largest_independent(&d, |j| whose[own[j]] % 2 == 1);
+                    let basis = d.select_columns(&base);
+                    for &j in &others {
+                        let factors = factors_of(&basis, &d.column(j).into_owned());
+                        let terms = base.iter().map(|&i| own[i]).zip(factors);
+                        sums.push((own[j], terms.filter(|term| term.1 != 0.0).collect()));
+                    }
+                    let chosen: Vec<Row> = base.iter().map(|&j| along[j].clone()).collect();
+                    own = base.into_iter().map(|j| own[j]).collect();
+                    match group_of(&chosen) {
+                        Some(group) => group,
+                        None => unreachable!("independent directions"),
+                    }
+                }
+            };
             own.iter().zip(&group.slots).for_each(|(&index, &slot)| slots[index] = dofs[slot]);
             dofs.iter()
                 .enumerate()
@@ -171,17 +192,39 @@ impl Coordinates {
             forward,
         });
         let coupled = transformed.iter().any(|(_, _, group)| !is_diagonal(&group.delassus));
-        let delassus = coupled.then(|| {
+        let followers: Vec<(usize, Vec<(usize, f64)>)> = sums
+            .iter()
+            .enumerate()
+            .map(|(k, (index, terms))| {
+                slots[*index] = size + missing + k;
+                (slots[*index], terms.iter().map(|&(i, factor)| (slots[i], factor)).collect())
+            })
+            .collect();
+        let delassus = (coupled || !sums.is_empty()).then(|| {
             // A direction that a contact has not is coupled with none.
             let mut whole = DMatrix::identity(stated.len(), stated.len());
+            sums.iter().for_each(|(index, _)| whole[(whose[*index], whose[*index])] = 0.0);
             for (_, own, group) in &transformed {
                 for (i, j) in (0..own.len()).flat_map(|i| (0..own.len()).map(move |j| (i, j))) {
                     whole[(whose[own[i]], whose[own[j]])] = group.delassus[(i, j)];
                 }
             }
-            whole
+            let mut spread = DMatrix::identity(stated.len(), stated.len());
+            for (index, terms) in &sums {
+                spread[(whose[*index], whose[*index])] = 0.0;
+                terms.iter().for_each(|&(i, w)| spread[(whose[*index], whose[i])] = w);
+            }
+            if sums.is_empty() { whole } else { &spread * whole * spread.transpose() }
         });
-        Ok(Self { slots: in_pairs(&slots), missing, dofs: size, transform, delassus })
+        Ok(Self {
+            slots: in_pairs(&slots),
+            missing,
+            followers,
+            coupled,
+            dofs: size,
+            transform,
+            delassus,
+        })
     }
 
     /// Contact coordinates themselves, `size` of them, with the contacts' (tangential, normal).
@@ -189,13 +232,17 @@ impl Coordinates {
         size: usize,
         slots: Vec<(usize, usize)>,
         delassus: Option<DMatrix<f64>>,
+        coupled: bool,
     ) -> Self {
+        let delassus = delassus.filter(|delassus| !is_diagonal(delassus));
         Self {
             slots,
             missing: 0,
+            followers: Vec::new(),
+            coupled: coupled && delassus.is_some(),
             dofs: size,
             transform: None,
-            delassus: delassus.filter(|delassus| !is_diagonal(delassus)),
+            delassus,
         }
     }
 
@@ -207,11 +254,16 @@ impl Coordinates {
         }
     }
 
-    /// With empty rows and columns of the directions that contacts have not.
+    /// Number of coordinates.
+    pub fn size(&self) -> usize {
+        self.dofs + self.missing + self.followers.len()
+    }
+
+    /// With empty rows and columns of what is no coordinate of x.
     fn extended(&self, matrix: SparseMatrix) -> SparseMatrix {
-        match self.missing {
-            0 => matrix,
-            missing => SparseMatrix::from_rows(self.dofs + missing, |row, entries| {
+        match self.size() {
+            size if size == self.dofs => matrix,
+            size => SparseMatrix::from_rows(size, |row, entries| {
                 if row < self.dofs {
                     entries.extend(matrix.row(row));
                 }
@@ -253,7 +305,10 @@ impl Coordinates {
     pub fn of_dofs(&self, x: &[f64]) -> Vec<f64> {
         let applied = |transform: &Transform| transform.inverse.apply(x);
         let mut q = self.transform.as_ref().map_or_else(|| x.to_vec(), applied);
-        q.resize(self.dofs + self.missing, 0.0);
+        q.resize(self.size(), 0.0);
+        for (coordinate, terms) in &self.followers {
+            q[*coordinate] = terms.iter().map(|&(k, factor)| factor * q[k]).sum();
+        }
         q
     }
 
@@ -261,20 +316,20 @@ impl Coordinates {
     pub fn forces_of_dofs(&self, force: &[f64]) -> Vec<f64> {
         let applied = |transform: &Transform| transform.transposed.apply(force);
         let mut forces = self.transform.as_ref().map_or_else(|| force.to_vec(), applied);
-        forces.resize(self.dofs + self.missing, 0.0);
+        forces.resize(self.size(), 0.0);
         forces
     }
 }
 
 impl Group {
     /// Of dofs without mass, which couples nothing.
-    fn massless(size: usize, directions: &[Row]) -> Result<Self, usize> {
+    fn massless(size: usize, directions: &[Row]) -> Option<Self> {
         let group = Self::new(&SparseMatrix::diagonal(&vec![1.0; size]), directions)?;
-        Ok(Self { delassus: DMatrix::identity(directions.len(), directions.len()), ..group })
+        Some(Self { delassus: DMatrix::identity(directions.len(), directions.len()), ..group })
     }
 
-    /// Of the mass and the directions over the dofs of the group, or the index of a direction that depends on others.
-    fn new(mass: &SparseMatrix, directions: &[Row]) -> Result<Self, usize> {
+    /// Of the mass and the directions over the dofs of the group, or None if they depend on each other.
+    fn new(mass: &SparseMatrix, directions: &[Row]) -> Option<Self> {
         let (size, count) = (mass.size(), directions.len());
         // Dofs that a direction moves; elimination needs no others.
         let mut moved: Vec<usize> = directions.iter().flatten().map(|&(dof, _)| dof).collect();
@@ -304,7 +359,7 @@ impl Group {
             // One dof and one direction, without rounding.
             let entry = d[(0, 0)];
             let (forward, inverse) = (vec![vec![(0, 1.0 / entry)]], vec![vec![(0, entry)]]);
-            return Ok(Self { slots, forward, inverse, delassus });
+            return Some(Self { slots, forward, inverse, delassus });
         }
         let contact_mass = Factors::new(delassus.clone()).solve(DMatrix::identity(count, count));
         let mut p = inverse_mass_d * contact_mass;
@@ -360,7 +415,7 @@ impl Group {
         };
         let (forward, inverse) =
             ((0..size).map(forward).collect(), (0..size).map(inverse).collect());
-        Ok(Self { slots, forward, inverse, delassus })
+        Some(Self { slots, forward, inverse, delassus })
     }
 }
 
@@ -376,9 +431,54 @@ fn inverse_times(mass: &SparseMatrix, loads: DMatrix<f64>) -> DMatrix<f64> {
     Factors::new(mass.to_dense()).solve(loads)
 }
 
+/// Columns of a largest independent set, those that are `first` before others, and the columns that depend on them.
+fn largest_independent(
+    d: &DMatrix<f64>,
+    first: impl Fn(usize) -> bool,
+) -> (Vec<usize>, Vec<usize>) {
+    let mut order: Vec<usize> = (0..d.ncols()).collect();
+    order.sort_by_key(|&j| !first(j));
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let (mut base, mut others): (Vec<usize>, Vec<usize>) = order.into_iter().partition(|&j| {
+        let mut part: DVector<f64> = d.column(j) / d.column(j).norm();
+        // Twice, so that rounding of the first is gone.
+        for _ in 0..2 {
+            basis.iter().for_each(|unit| part.axpy(-unit.dot(&part), unit, 1.0));
+        }
+        let size = part.norm();
+        let independent = size > INDEPENDENCE;
+        if independent {
+            basis.push(part / size);
+        }
+        independent
+    });
+    base.sort_unstable();
+    others.sort_unstable();
+    (base, others)
+}
+
+/// The factors of independent columns whose sum is `direction`, without those that are rounding.
+fn factors_of(basis: &DMatrix<f64>, direction: &DVector<f64>) -> Vec<f64> {
+    // One column that is a multiple of it needs no arithmetic but a division.
+    for (j, column) in basis.column_iter().enumerate() {
+        let k = column.iamax();
+        let factor = direction[k] / column[k];
+        if (column * factor - direction).amax() <= f64::EPSILON * direction.amax() {
+            let mut factors = vec![0.0; basis.ncols()];
+            factors[j] = factor;
+            return factors;
+        }
+    }
+    let gram = Factors::new(basis.tr_mul(basis));
+    let mut factors = gram.solve(basis.tr_mul(direction));
+    factors += gram.solve(basis.tr_mul(&(direction - basis * &factors)));
+    let rounding = COUPLING_ROUNDING * factors.amax();
+    factors.iter().map(|&factor| if factor.abs() <= rounding { 0.0 } else { factor }).collect()
+}
+
 /// Gives each direction (a column) a dof of its own by elimination with complete pivoting, which also shows whether the
-/// directions are independent. A direction along one dof gets that dof.
-fn choose_slots(directions: &DMatrix<f64>) -> Result<Vec<usize>, usize> {
+/// directions are independent; None if not. A direction along one dof gets that dof.
+fn choose_slots(directions: &DMatrix<f64>) -> Option<Vec<usize>> {
     let (size, count) = directions.shape();
     let mut slots = vec![0; count];
     let mut taken = vec![false; size];
@@ -386,7 +486,7 @@ fn choose_slots(directions: &DMatrix<f64>) -> Result<Vec<usize>, usize> {
     for (index, direction) in directions.column_iter().enumerate() {
         let mut dofs = (0..size).filter(|&dof| direction[dof] != 0.0);
         match (dofs.next(), dofs.next()) {
-            (Some(dof), None) if taken[dof] => return Err(index),
+            (Some(dof), None) if taken[dof] => return None,
             (Some(dof), None) => (slots[index], taken[dof]) = (dof, true),
             _ => remaining.push((index, direction.amax(), direction.into_owned())),
         }
@@ -394,14 +494,14 @@ fn choose_slots(directions: &DMatrix<f64>) -> Result<Vec<usize>, usize> {
     for (_, _, part) in &mut remaining {
         part.iter_mut().zip(&taken).filter(|pair| *pair.1).for_each(|pair| *pair.0 = 0.0);
     }
-    let largest = |part: &(usize, f64, nalgebra::DVector<f64>)| part.2.amax() / part.1;
+    let largest = |part: &(usize, f64, DVector<f64>)| part.2.amax() / part.1;
     while let Some(position) = (0..remaining.len())
         .max_by(|&i, &j| largest(&remaining[i]).total_cmp(&largest(&remaining[j])))
     {
         let (index, norm, pivot_row) = remaining.swap_remove(position);
         let slot = pivot_row.iamax();
         if pivot_row[slot].abs() <= INDEPENDENCE * norm {
-            return Err(index);
+            return None;
         }
         slots[index] = slot;
         for (_, _, part) in &mut remaining {
@@ -410,5 +510,5 @@ fn choose_slots(directions: &DMatrix<f64>) -> Result<Vec<usize>, usize> {
             part[slot] = 0.0;
         }
     }
-    Ok(slots)
+    Some(slots)
 }

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::{Reduction, owned};
 use crate::scene::status::Combination;
 
 impl Scene {
@@ -39,6 +39,8 @@ impl Scene {
 pub(crate) struct EquationOfMotion {
     pub reduction: Reduction,
     inverse: InverseMass,
+    /// The scene in other coordinates, where the combination needs them.
+    pub fitted: Option<Arc<Scene>>,
 }
 
 #[derive(Debug)]
@@ -56,11 +58,21 @@ enum InverseMass {
 impl EquationOfMotion {
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        let reduction = Reduction::new(scene, combination);
+        let fitted = scene.fitted(combination);
+        let reduction = Reduction::new(&fitted, combination).checked(combination)?;
+        let inverse = Self::inverse_mass(&fitted, &reduction, combination)?;
+        Ok(Self { reduction, inverse, fitted: owned(fitted) })
+    }
+
+    fn inverse_mass(
+        scene: &Scene,
+        reduction: &Reduction,
+        combination: &Combination,
+    ) -> Result<InverseMass, Error> {
         let Some(mass) = &scene.coupled_mass else {
             let inverse = reduction.kept.iter().map(|&k| 1.0 / scene.mass.get(k, k));
             let inverse = InverseMass::Diagonal(inverse.collect());
-            return Ok(Self { reduction, inverse });
+            return Ok(inverse);
         };
         let places: Vec<usize> = (0..reduction.size())
             .filter(|&i| mass.contact_place(reduction.kept[i]).is_some())
@@ -76,7 +88,12 @@ impl EquationOfMotion {
         }
         let inverse = Factors::new(reduced).solve(DMatrix::identity(contact.len(), contact.len()));
         let inverse = InverseMass::Coupled { mass: Arc::clone(mass), contact, inverse };
-        Ok(Self { reduction, inverse })
+        Ok(inverse)
+    }
+
+    /// The scene in the coordinates of this combination.
+    pub fn scene<'a>(&'a self, scene: &'a Scene) -> &'a Scene {
+        self.fitted.as_deref().unwrap_or(scene)
     }
 
     /// About how many numbers it holds.

@@ -3,6 +3,7 @@
 pub(crate) mod chain;
 pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
+pub(crate) mod dependent;
 pub(crate) mod equation_of_motion;
 pub(crate) mod inertia;
 pub(crate) mod loads;

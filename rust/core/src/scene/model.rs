@@ -13,6 +13,7 @@ use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{
     Contact, ContactInput, Direction, Directions, Inertia, check_finite,
 };
+use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
@@ -114,10 +115,10 @@ impl SceneInput {
 /// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
 /// `contacts[i].tangential` less the slider speed.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Scene {
     /// Contact coordinates: one for each dof, one for each node of a compliant contact, and one for each direction that
-    /// a contact has not.
+    /// a contact has not or that depends on others.
     pub(crate) size: usize,
     /// Dofs as the user numbers them.
     pub(crate) dofs: usize,
@@ -127,6 +128,8 @@ pub struct Scene {
     pub(crate) massless: Massless,
     /// Whether those that follow the others are eliminated; see [`crate::scene::massless::condensation`].
     pub(crate) condensed: bool,
+    /// Coordinates that are sums of others, because directions of contacts depend on each other.
+    pub(crate) dependents: Vec<Dependent>,
     pub(crate) contacts: Vec<Contact>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
@@ -317,7 +320,7 @@ impl Scene {
             })
             .collect();
         check_massless(&contacts, &coordinates)?;
-        let (known, size) = (size, size + coordinates.missing);
+        let (known, size) = (size, coordinates.size());
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
         let symmetric_stiffness = coordinates.congruent(stiffness);
         let (symmetric_damping, law) = match damping {
@@ -376,12 +379,24 @@ impl Scene {
             }
             stiffness.add_product(1.0, &clearance, &mut force);
         }
+        let dependents = dependents_of(&coordinates, &contacts);
+        if !dependents.is_empty() && !input.loads.is_empty() {
+            return Err(Error::LoadsOnDependentDirections);
+        }
+        if !dependents.is_empty() && !massless.is_empty() {
+            return Err(unfit(
+                "contacts",
+                "directions that don't depend on each other, as some dofs have no mass or contacts are compliant",
+                "directions that do".into(),
+            ));
+        }
         Ok(Self {
             size,
             dofs,
             nodes: (!nodes.is_empty()).then(|| Arc::new(nodes)),
             massless,
             condensed: false,
+            dependents,
             contacts,
             impact_friction: input.impact_friction,
             coordinates,
@@ -489,23 +504,15 @@ impl Scene {
         !self.massless.is_empty()
     }
 
-    /// Whether mass couples the directions of contacts, so that their transitions depend on each other.
-    pub fn contacts_coupled(&self) -> bool {
-        self.coordinates.delassus.is_some()
+    /// Whether directions of contacts depend on each other.
+    pub fn has_dependent_directions(&self) -> bool {
+        !self.dependents.is_empty()
     }
 
-    /// Coordinates that a combination leaves free.
-    pub(crate) fn free(&self, combination: &Combination) -> usize {
-        let held = |(law, status): (&Contact, &Status)| {
-            let moves = |coordinate: usize| !self.massless.contains(coordinate);
-            usize::from(status.is_closed() && moves(law.normal))
-                + usize::from(*status == Status::Sticking && moves(law.tangential))
-        };
-        let stop = |law: &&Contact| law.directions == Directions::Normal;
-        let stops = self.contacts.iter().filter(stop).count();
-        let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
-        let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
-        self.size - self.massless.coordinates.len() - switches - stops - held
+    /// Whether mass couples the directions of contacts or these depend on each other, so that their transitions depend on
+    /// each other.
+    pub fn contacts_coupled(&self) -> bool {
+        self.coordinates.delassus.is_some()
     }
 
     /// The force that holds contact coordinate `row` in state (q, q') when all others are held too,

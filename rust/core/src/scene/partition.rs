@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
+use crate::scene::dependent::sums::Dependent;
 use crate::scene::loads::input::Loads;
 use crate::scene::model::{EnergyParts, Scene, coupled_mass};
 use crate::scene::status::Combination;
@@ -39,6 +40,12 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
     for contact in &scene.contacts {
         partner[contact.tangential].push(contact.normal);
         partner[contact.normal].push(contact.tangential);
+    }
+    for Dependent { coordinate, terms, .. } in &scene.dependents {
+        for &(k, _) in terms {
+            partner[*coordinate].push(k);
+            partner[k].push(*coordinate);
+        }
     }
     // Of unsymmetric matrices an entry couples both ways, too.
     let mirrored: Vec<SparseMatrix> = match &scene.bare().energy_parts {
@@ -97,6 +104,15 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let whole = scene.coordinates.delassus.as_ref();
     let delassus = whole.map(|whole| whole.select_rows(&rows).select_columns(&rows));
     let matrix = |whole: &SparseMatrix| whole.restricted(&coordinates);
+    let dependents = scene.dependents.iter().filter_map(|one| {
+        let within = one.terms.iter().map(|&(k, factor)| Some((place(k)?, factor)));
+        Some(Dependent {
+            coordinate: place(one.coordinate)?,
+            terms: within.collect::<Option<_>>()?,
+            offset: one.offset,
+        })
+    });
+    let dependents: Vec<Dependent> = dependents.collect();
     let [mass, damping, stiffness] = [&scene.mass, &scene.damping, &scene.stiffness].map(matrix);
     let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
     let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &slots)
@@ -104,13 +120,14 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
     let part = Scene {
+        dependents,
         size: coordinates.len(),
         dofs,
         nodes: None,
         massless: scene.massless.restricted(&coordinates, &contacts),
         condensed: false,
         impact_friction: scene.impact_friction,
-        coordinates: Coordinates::of_contacts(dofs, slots, delassus),
+        coordinates: Coordinates::of_contacts(dofs, slots, delassus, scene.coordinates.coupled),
         contacts: laws,
         mass,
         coupled_mass,

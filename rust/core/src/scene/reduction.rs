@@ -9,14 +9,48 @@
 //! M_s = L' M R,  C_s = L' C R,  K_s = L' K R,  F_s(t) = L' (F - C q'_presc - K q_presc(t)) = F0 + F1 t
 //! ```
 
+use std::borrow::Cow;
+use std::sync::Arc;
+
 use nalgebra::DMatrix;
 
 use crate::error::Error;
+use crate::linalg::dense::{Factors, pseudo_inverse, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::contact_law::{Contact, Directions, INDEPENDENCE};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
+
+impl Scene {
+    /// Number of coordinates that a combination leaves free.
+    pub(crate) fn free(&self, combination: &Combination) -> usize {
+        if !self.dependents.is_empty() {
+            return Reduction::new(&self.fitted(combination), combination).size();
+        }
+        let held = |(law, status): (&Contact, &Status)| {
+            let moves = |coordinate: usize| !self.massless.contains(coordinate);
+            let stop = law.directions == Directions::Normal;
+            usize::from(status.is_closed() && moves(law.normal))
+                + usize::from(stop || *status == Status::Sticking && moves(law.tangential))
+        };
+        let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
+        let without_mass = self.massless.coordinates.len();
+        let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
+        self.size - without_mass - switches - held
+    }
+}
+
+/// Part of a force that moves something, above which it is no rounding.
+const SPLIT: f64 = 1e-9;
+
+/// A scene that had to be fitted.
+pub(crate) fn owned(fitted: Cow<'_, Scene>) -> Option<Arc<Scene>> {
+    match fitted {
+        Cow::Borrowed(_) => None,
+        Cow::Owned(scene) => Some(Arc::new(scene)),
+    }
+}
 
 /// R and L of one status combination.
 #[derive(Debug, Clone)]
@@ -29,6 +63,8 @@ pub struct Reduction {
     pub sticking: Vec<(usize, f64)>,
     /// The place of each coordinate among those kept.
     places: Vec<Option<usize>>,
+    /// Whether the motion depends on how the forces of closed contacts are split, which nothing determines.
+    is_split: bool,
 }
 
 /// Row `normal`, times `factor`, is added to the row of the kept coordinate at `position`.
@@ -75,9 +111,12 @@ impl Reduction {
             dropped[law.tangential] |= law.directions == Directions::Normal;
             if status == Status::Sticking {
                 dropped[law.tangential] = true;
-                sticking.push((law.tangential, law.slider_speed));
+                if !scene.is_dependent(law.tangential) {
+                    sticking.push((law.tangential, law.slider_speed));
+                }
             }
         }
+        scene.dependents.iter().for_each(|one| dropped[one.coordinate] = true);
         // Switched loads are held as a contact that sticks to a slider at rest.
         for switch in scene.drive.iter().flat_map(|drive| &drive.switches) {
             dropped[switch.coordinate] = true;
@@ -86,6 +125,10 @@ impl Reduction {
         let kept: Vec<usize> = (0..scene.size).filter(|&k| !dropped[k]).collect();
         let mut places = vec![None; scene.size];
         kept.iter().enumerate().for_each(|(place, &k)| places[k] = Some(place));
+        if !scene.dependents.is_empty() {
+            let (merges, is_split) = dependent_merges(scene, statuses, &places, friction);
+            return Self { kept, merges, sticking, places, is_split };
+        }
         let mut merges: Vec<RowMerge> = scene
             .contacts
             .iter()
@@ -99,7 +142,7 @@ impl Reduction {
             })
             .collect();
         merges.sort_unstable_by_key(|merge| merge.position);
-        Self { kept, merges, sticking, places }
+        Self { kept, merges, sticking, places, is_split: false }
     }
 
     /// m, the number of coordinates left free.
@@ -113,10 +156,19 @@ impl Reduction {
     }
 
     /// Row i of L': coordinates with their factors.
-    pub(crate) fn sources(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + use<> {
-        let merge = self.merges.binary_search_by_key(&i, |merge| merge.position).ok();
-        let merged = merge.map(|k| (self.merges[k].normal, self.merges[k].factor));
+    pub(crate) fn sources(&self, i: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
+        let first = self.merges.partition_point(|merge| merge.position < i);
+        let merged = self.merges[first..].iter().take_while(move |merge| merge.position == i);
+        let merged = merged.map(|merge| (merge.normal, merge.factor));
         std::iter::once((self.kept[i], 1.0)).chain(merged)
+    }
+
+    /// Refuses a combination whose motion depends on a split of forces.
+    pub(crate) fn checked(self, combination: &Combination) -> Result<Self, Error> {
+        match self.is_split {
+            true => Err(Error::DependentForces { combination: combination.to_string() }),
+            false => Ok(self),
+        }
     }
 
     /// Terms (column, factor, entry) of row i of `L' matrix R`.
@@ -199,6 +251,115 @@ impl Reduction {
     }
 }
 
+/// The rows that are merged where directions depend on each other, and whether the motion depends on a split of forces.
+///
+/// The forces act on the coordinates of x as `B f`, one column for each: that of a sliding contact is `n + sigma mu t`, and a
+/// sticking one has two. `L' B = 0` with rows `e_k + sum_h X_kh e_h` over the held coordinates h is
+/// `X B_h = -B_k`, which has a solution unless forces that nothing determines move something.
+fn dependent_merges(
+    scene: &Scene,
+    statuses: &[Status],
+    places: &[Option<usize>],
+    friction: impl Fn(usize, &Contact) -> f64,
+) -> (Vec<RowMerge>, bool) {
+    let mut held = Vec::new();
+    for (law, &status) in scene.contacts.iter().zip(statuses) {
+        let normal = status.is_closed().then_some(law.normal);
+        let stuck = (status == Status::Sticking).then_some(law.tangential);
+        held.extend(normal.into_iter().chain(stuck).filter(|&k| !scene.is_dependent(k)));
+    }
+    let columns = force_columns(scene, statuses, friction);
+    let moved = columns.iter().flatten().filter_map(|term| places[term.0].map(|_| term.0));
+    let mut moved: Vec<usize> = moved.collect();
+    moved.sort_unstable();
+    moved.dedup();
+    let rows = |of: &[usize]| over_rows(&columns, of);
+    let (b_held, b_moved) = (rows(&held), rows(&moved));
+    if held.is_empty() || moved.is_empty() {
+        return (Vec::new(), false);
+    }
+    let square = held.len() == columns.len() && smallest_relative_pivot(&b_held) > INDEPENDENCE;
+    let factors = match square {
+        true => Factors::new(b_held.transpose()).solve(-b_moved.transpose()).transpose(),
+        false => -&b_moved * pseudo_inverse(&b_held),
+    };
+    let left = &factors * &b_held + &b_moved;
+    let mut merges = Vec::new();
+    for (i, &k) in moved.iter().enumerate() {
+        let Some(position) = places[k] else { continue };
+        let size = factors.row(i).amax();
+        for (j, &normal) in held.iter().enumerate() {
+            let factor = factors[(i, j)];
+            if factor.abs() > 8.0 * f64::EPSILON * size {
+                merges.push(RowMerge { position, normal, factor });
+            }
+        }
+    }
+    merges.sort_unstable_by_key(|merge| merge.position);
+    (merges, left.amax() > SPLIT * b_moved.amax())
+}
+
+/// The columns of B, those of the normal forces of the closed contacts first.
+fn force_columns(
+    scene: &Scene,
+    statuses: &[Status],
+    friction: impl Fn(usize, &Contact) -> f64,
+) -> Vec<Vec<(usize, f64)>> {
+    let (mut columns, mut stuck) = (Vec::new(), Vec::new());
+    for (contact, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
+        let mut column = scene.terms_of(law.normal);
+        if status == Status::Sticking {
+            stuck.push(scene.terms_of(law.tangential));
+        } else if law.directions != Directions::Normal {
+            let slope = status.friction_sign() * friction(contact, law);
+            column.extend(scene.terms_of(law.tangential).iter().map(|&(k, w)| (k, slope * w)));
+        }
+        columns.extend(status.is_closed().then_some(column));
+    }
+    columns.extend(stuck);
+    columns
+}
+
+fn over_rows(columns: &[Vec<(usize, f64)>], of: &[usize]) -> DMatrix<f64> {
+    let mut matrix = DMatrix::zeros(of.len(), columns.len());
+    for (j, column) in columns.iter().enumerate() {
+        for &(k, factor) in column {
+            if let Some(i) = of.iter().position(|&row| row == k) {
+                matrix[(i, j)] += factor;
+            }
+        }
+    }
+    matrix
+}
+
+/// The rows of `K q - F`, with their factors, that are the normal force of each closed contact at rest: the shortest ones
+/// where directions depend on each other. The scene is in the coordinates of the combination.
+pub(crate) fn normal_forces_at_rest(
+    scene: &Scene,
+    combination: &Combination,
+) -> Vec<Vec<(usize, f64)>> {
+    let statuses = combination.statuses();
+    if scene.dependents.is_empty() {
+        return scene.contacts.iter().map(|law| vec![(law.normal, 1.0)]).collect();
+    }
+    let columns = force_columns(scene, statuses, |_, law| law.friction);
+    let mut of: Vec<usize> = columns.iter().flatten().map(|term| term.0).collect();
+    of.sort_unstable();
+    of.dedup();
+    if columns.is_empty() {
+        return vec![Vec::new(); statuses.len()];
+    }
+    let inverse = pseudo_inverse(&over_rows(&columns, &of));
+    let mut place = 0..columns.len();
+    let rows = |status: &Status| match status.is_closed() {
+        false => Vec::new(),
+        true => place.next().map_or_else(Vec::new, |i| {
+            of.iter().enumerate().map(|(j, &row)| (row, inverse[(i, j)])).collect()
+        }),
+    };
+    statuses.iter().map(rows).collect()
+}
+
 /// `M q'' + C q' + K q = F0 + F1 t` of one status combination; matrices are m by m.
 #[derive(Debug, Clone)]
 pub struct Reduced {
@@ -218,15 +379,17 @@ pub struct Reduced {
     pub force_linear: Vec<f64>,
     /// What each sticking contact adds to F0 per unit of its q_t0.
     pub sticking_loads: Vec<Vec<f64>>,
+    /// The scene in other coordinates, where the combination needs them.
+    fitted: Option<Arc<Scene>>,
 }
 
 impl Reduced {
     /// The reduced system of `combination`.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        let condensed = Condensed::new(scene, combination)?;
-        let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
-        let reduction = Reduction::new(scene, combination);
+        let fitted = scene.moving(combination)?;
+        let scene = &*fitted;
+        let reduction = Reduction::new(scene, combination).checked(combination)?;
         let prescribed_velocity = reduction.prescribed_velocity(scene);
         let load = |&(coordinate, _): &(usize, f64)| reduction.force(&scene.held_load(coordinate));
         let mut linear = vec![0.0; scene.size];
@@ -242,7 +405,13 @@ impl Reduced {
             force_linear: reduction.force(&linear),
             sticking_loads: reduction.sticking.iter().map(load).collect(),
             reduction,
+            fitted: owned(fitted),
         })
+    }
+
+    /// The scene in the coordinates of this combination.
+    pub(crate) fn scene<'a>(&'a self, scene: &'a Scene) -> &'a Scene {
+        self.fitted.as_deref().unwrap_or(scene)
     }
 
     /// m, the number of coordinates left free.
@@ -262,11 +431,13 @@ impl Reduced {
             if let Some(condensed) = &condensed {
                 condensed.complete_rates(&mut shape);
             }
+            self.scene(scene).follow_rates(&mut shape);
             right.column_mut(j).copy_from_slice(&scene.velocities(&shape));
             self.reduction.sources(j).for_each(|(source, factor)| unit[source] = factor);
             if let Some(condensed) = &condensed {
                 condensed.complete_left(&scene.stiffness, &mut unit);
             }
+            self.scene(scene).follow_rates(&mut unit);
             left.column_mut(j).copy_from_slice(&scene.velocities(&unit));
         }
         Ok((right, left))

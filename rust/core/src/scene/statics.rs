@@ -8,7 +8,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::linalg::dense::{Factors, regular_solution};
+use crate::linalg::dense::{Factors, regular_solution, smallest_relative_pivot, solve};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseLu;
 use crate::numerics::complementarity::{self, Complementarity};
@@ -16,7 +16,7 @@ use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::{Reduced, Reduction};
+use crate::scene::reduction::{Reduced, Reduction, normal_forces_at_rest};
 use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the scaled matrix) below which an equilibrium is not unique.
@@ -63,43 +63,53 @@ impl Steady {
 impl Statics {
     /// Of a scene and one of its combinations.
     pub fn new(scene: &Scene, reduced: &Reduced) -> Result<Self, Error> {
-        Self::of(scene, &reduced.combination, &reduced.reduction)
+        Self::in_bases(scene, &reduced.combination, &reduced.reduction)
     }
 
-    /// The same from the bases of the combination.
-    pub fn of(
+    /// The same without the dense matrices of the combination.
+    pub fn of(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
+        let moving = scene.moving(combination)?;
+        let reduction = Reduction::new(&moving, combination).checked(combination)?;
+        Self::in_bases(scene, combination, &reduction)
+    }
+
+    fn in_bases(
         scene: &Scene,
         combination: &Combination,
         reduction: &Reduction,
     ) -> Result<Self, Error> {
         let condensed = Condensed::new(scene, combination)?;
-        let moving = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
+        let scene = &*scene.moving(combination)?;
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
+        let forces = normal_forces_at_rest(scene, combination);
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
             let position = |k: usize| reduction.place(k);
             if status.is_closed() {
-                offsets[i] = moving.force[law.normal];
-                for (k, value) in moving.stiffness.row(law.normal) {
-                    if let Some(j) = position(k) {
-                        rows[(i, j)] = value;
+                for &(row, factor) in &forces[i] {
+                    offsets[i] += factor * scene.force[row];
+                    for (k, value) in scene.stiffness.row(row) {
+                        if let Some(j) = position(k) {
+                            rows[(i, j)] += factor * value;
+                        }
                     }
                 }
-            } else if let Some(j) = position(law.normal) {
-                rows[(i, j)] = 1.0;
-            } else if let Some(condensed) = &condensed {
-                let (terms, constant) = condensed.replaced(&[(law.normal, 1.0)]);
-                offsets[i] = -constant;
-                for (k, value) in terms {
-                    if let Some(j) = position(k) {
-                        rows[(i, j)] = value;
-                    }
+                continue;
+            }
+            let (terms, constant) = match &condensed {
+                Some(condensed) => condensed.replaced(&[(law.normal, 1.0)]),
+                None => scene.sum_of(law.normal),
+            };
+            offsets[i] = 0.0 - constant;
+            for (k, factor) in terms {
+                if let Some(j) = position(k) {
+                    rows[(i, j)] = factor;
                 }
             }
         }
         Ok(Self {
-            load: reduction.force_constant(moving),
+            load: reduction.force_constant(scene),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(Contact::drive).collect(),
@@ -161,12 +171,70 @@ impl Scene {
 
     /// The equilibrium of steady sliding; contacts that would pull are open.
     pub fn sliding_equilibrium(&self) -> Result<State, Error> {
+        if !self.dependents.is_empty() {
+            return Ok(self.dependent_equilibrium()?.state);
+        }
         let contacts = StaticContacts::new(self)?;
         Ok(contacts.equilibrium(&contacts.open()?).state)
     }
 
+    /// Where directions of contacts depend on each other.
+    fn dependent_equilibrium(&self) -> Result<Equilibrium, Error> {
+        let combination = self.sliding_combination()?;
+        let reduced = Reduced::new(self, &combination)?;
+        let forces = normal_forces_at_rest(reduced.scene(self), &combination);
+        let mut equilibrated = reduced.stiffness.clone();
+        let mut load = reduced.force_constant.clone();
+        for (mut row, load) in equilibrated.row_iter_mut().zip(&mut load) {
+            let scale = Some(row.amax()).filter(|&largest| largest > 0.0).unwrap_or(1.0);
+            row /= scale;
+            *load /= scale;
+        }
+        let reciprocal_condition = smallest_relative_pivot(&equilibrated);
+        if reciprocal_condition < SINGULAR {
+            return Err(Error::SingularStiffness {
+                combination: combination.to_string(),
+                reciprocal_condition,
+            });
+        }
+        let kept = solve(equilibrated, &load);
+        let mut q = vec![0.0; self.size];
+        for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
+            q[k] = value;
+        }
+        let scene = reduced.scene(self);
+        scene.follow(&mut q, &mut vec![0.0; self.size]);
+        let mut normal_forces = vec![0.0; self.contacts.len()];
+        for (contact, (law, status)) in self.contacts.iter().zip(combination.statuses()).enumerate()
+        {
+            if !status.is_closed() {
+                if !(q[law.normal] >= 0.0) {
+                    return Err(Error::Penetration { contact, gap: q[law.normal] });
+                }
+                continue;
+            }
+            let row = |k: usize| scene.stiffness.row_dot(k, &q) - scene.force[k];
+            let normal_force: f64 = forces[contact].iter().map(|&(k, w)| w * row(k)).sum();
+            if !(normal_force > 0.0) {
+                return Err(Error::TensileEquilibrium { contact, normal_force });
+            }
+            normal_forces[contact] = normal_force;
+        }
+        let velocity = vec![0.0; self.dofs];
+        let state = State {
+            position: self.positions(&q),
+            velocity,
+            combination,
+            friction_force: Vec::new(),
+        };
+        Ok(Equilibrium { state, normal_forces })
+    }
+
     /// The same with its normal forces, and whether it is the only one.
     pub fn steady_equilibrium(&self) -> Result<(Equilibrium, Uniqueness), Error> {
+        if !self.dependents.is_empty() {
+            return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
+        }
         let contacts = StaticContacts::new(self)?;
         let open = contacts.open()?;
         let uniqueness = match contacts.problem().uniqueness(&open) {

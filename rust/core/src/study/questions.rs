@@ -10,6 +10,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
+use crate::contact::event_function::contact_forces_in;
 use crate::error::{Cancel, Error, RunFailure};
 use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
@@ -274,6 +275,11 @@ fn hopf_point(
 /// N of every contact at rest in an equilibrium.
 fn normal_forces_at_rest(scene: &Scene, state: &State) -> Vec<f64> {
     let (q, _) = scene.to_coordinates(&state.position, &state.velocity);
+    if !scene.dependents.is_empty() {
+        let still = vec![0.0; q.len()];
+        let forces = contact_forces_in(scene, &state.combination, &q, &still);
+        return forces.into_iter().map(|force| force.0).collect();
+    }
     let row = |law: &Contact| scene.stiffness.row_dot(law.normal, &q) - scene.force[law.normal];
     let force =
         |(law, status): (&Contact, &Status)| if status.is_closed() { row(law) } else { 0.0 };

@@ -178,7 +178,7 @@ fn put_together(
         let basis = if bases.clone().all(|basis| basis.is_modal()) {
             propagators.basis(&combination, method.for_repeated_use())?.0
         } else {
-            Arc::new(propagators.of_parts(combination, bases.cloned()))
+            Arc::new(propagators.of_parts(combination, bases.cloned())?)
         };
         whole.phases.push(Phase { start: time, rest, basis });
         whole.states.push(&q, &u, &[]);

@@ -129,7 +129,7 @@ fn recorded_basis(
         .zip(methods)
         .map(|(part, &method)| basis(&part.propagators, &part.block.statuses(&combination), method))
         .collect::<Result<_, Error>>()?;
-    Ok(Arc::new(propagators.of_parts(combination, parts.into_iter())))
+    Ok(Arc::new(propagators.of_parts(combination, parts.into_iter())?))
 }
 
 impl StopReason {

@@ -6,6 +6,7 @@ use crate::contact::admissible_start::coordinates_at;
 use crate::error::Error;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
+use crate::scene::contact_law::Directions;
 use crate::scene::model::State;
 use crate::transient::partitioned;
 use crate::transient::run::Run;
@@ -28,7 +29,8 @@ pub fn simulate(
         });
     }
     let scene = &propagators.scene;
-    if scene.contacts_coupled() && !scene.impact_friction {
+    let rubs = scene.contacts.iter().any(|law| law.directions == Directions::Both);
+    if scene.coordinates.coupled && rubs && !scene.impact_friction {
         return Err(Error::CoupledImpacts);
     }
     controls.validate()?;

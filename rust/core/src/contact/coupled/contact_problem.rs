@@ -15,6 +15,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::contact::coupled::dependent::{Forces, eliminated};
 use crate::linalg::dense::refined_solution;
 use crate::numerics::lemke::lemke;
 use crate::scene::status::Status;
@@ -27,6 +28,8 @@ const EXHAUSTED: usize = 8;
 const SWEEPS: usize = 500;
 /// Violation of an inequality, relative to its terms, that counts as rounding.
 const ROUNDING: f64 = 1e-11;
+/// Acceleration, relative to its terms, above which held directions that depend on each other contradict each other.
+const CONSISTENT: f64 = 1e-9;
 /// Force, relative to the largest, below which Lemke's method proposes none.
 const PIVOTED: f64 = 1e-11;
 
@@ -37,6 +40,8 @@ pub(crate) struct Closed {
     pub static_friction: f64,
     /// T / (mu N) where the contact already slips; `None` where slip is zero.
     pub sliding: Option<f64>,
+    /// Whether it can open: its normal force is not given.
+    pub opens: bool,
 }
 
 /// Statuses and forces (T, N) of each closed contact.
@@ -59,6 +64,8 @@ pub(crate) struct ContactProblem {
     pub contacts: Vec<Closed>,
     pub w: DMatrix<f64>,
     pub a0: DVector<f64>,
+    /// Whether directions depend on each other, so that W may be singular.
+    pub dependent: bool,
 }
 
 impl ContactProblem {
@@ -95,6 +102,7 @@ impl ContactProblem {
                 let before = forces.rows(2 * i, 2).into_owned();
                 forces.rows_mut(2 * i, 2).fill(0.0);
                 let alone = Self {
+                    dependent: self.dependent,
                     contacts: vec![*contact],
                     w: self.w.view((2 * i, 2 * i), (2, 2)).into_owned(),
                     a0: self.a0.rows(2 * i, 2) + self.w.rows(2 * i, 2) * &forces,
@@ -124,7 +132,7 @@ impl ContactProblem {
         loop {
             let statuses: Vec<Status> = counter.iter().zip(&choices).map(|(&k, c)| c[k]).collect();
             if let Some(solution) = self.verified(&statuses)
-                && !found.iter().any(|other| same_motion(other, &solution))
+                && !found.iter().any(|other| self.same_motion(other, &solution))
             {
                 found.push(solution);
             }
@@ -139,6 +147,9 @@ impl ContactProblem {
 
     /// Forces if the contacts had these statuses, consistent or not; `None` where they have none.
     pub fn forces(&self, statuses: &[Status]) -> Option<DVector<f64>> {
+        if self.dependent {
+            return self.dependent_forces(statuses).map(|found| found.0);
+        }
         // Rows: an acceleration that must vanish, or a force that is given by another.
         let mut matrix = DMatrix::identity(self.a0.len(), self.a0.len());
         let mut rhs = DVector::zeros(self.a0.len());
@@ -161,16 +172,50 @@ impl ContactProblem {
         refined_solution(matrix, &rhs)
     }
 
+    /// The shortest forces where directions depend on each other, and the forces that nothing determines; `None` where the
+    /// held accelerations contradict each other.
+    fn dependent_forces(&self, statuses: &[Status]) -> Option<(DVector<f64>, DMatrix<f64>)> {
+        let slope = |i: usize| statuses[i].friction_sign() * self.contacts[i].friction;
+        let (held, map) = held_rows(statuses, slope);
+        let found = Forces::new(&self.w, &held, &map);
+        let rhs = DVector::from_iterator(held.len(), held.iter().map(|&row| -self.a0[row]));
+        let forces = &found.of_rows * rhs;
+        let consistent = held.iter().all(|&row| {
+            let (sum, size) = self.terms(row, &forces);
+            sum.abs() <= CONSISTENT * size
+        });
+        consistent.then_some((forces, found.free))
+    }
+
+    /// An acceleration, and the sum of the absolute values of its terms.
+    fn terms(&self, row: usize, forces: &DVector<f64>) -> (f64, f64) {
+        let start = (self.a0[row], self.a0[row].abs());
+        let entries = self.w.row(row);
+        entries
+            .iter()
+            .zip(forces)
+            .fold(start, |(sum, size), (w, f)| (sum + w * f, size + (w * f).abs()))
+    }
+
+    /// Whether two solutions mean the same motion: statuses at a boundary have two names. Their forces are the same, too,
+    /// unless directions depend on each other.
+    fn same_motion(&self, one: &Solution, other: &Solution) -> bool {
+        let (a, b) = match self.dependent {
+            true => (&self.w * &one.forces, &self.w * &other.forces),
+            false => (one.forces.clone(), other.forces.clone()),
+        };
+        let scale = a.amax().max(b.amax()).max(if self.dependent { self.a0.amax() } else { 0.0 });
+        (a - b).amax() <= 100.0 * ROUNDING * scale
+    }
+
     /// The same when these statuses are consistent. Each inequality is held to the rounding of its own terms: those of a
     /// normal force are 1e-14 of a slip where contacts close slowly.
     fn verified(&self, statuses: &[Status]) -> Option<Solution> {
-        let forces = self.forces(statuses)?;
-        let terms = |k: usize| {
-            let row = self.w.row(k);
-            row.iter().zip(&forces).fold((self.a0[k], self.a0[k].abs()), |(sum, size), (w, f)| {
-                (sum + w * f, size + (w * f).abs())
-            })
+        let (forces, free) = match self.dependent {
+            true => self.dependent_forces(statuses)?,
+            false => (self.forces(statuses)?, DMatrix::zeros(self.a0.len(), 0)),
         };
+        let terms = |k: usize| self.terms(k, &forces);
         // A force is rounded as the terms that its row balances.
         let rounding = |k: usize| ROUNDING * terms(k).1 / self.w[(k, k)];
         let is_consistent = |(i, (contact, &status)): (usize, (&Closed, &Status))| {
@@ -180,7 +225,9 @@ impl ContactProblem {
                     let (acceleration, terms) = terms(n);
                     acceleration >= -ROUNDING * terms
                 }
-                _ if forces[n] < -rounding(n) => false,
+                // Of forces that nothing determines some must do.
+                _ if free.ncols() == 0 && forces[n] < -rounding(n) => false,
+                Status::Sticking if free.ncols() > 0 => true,
                 Status::Sticking => {
                     let limit = contact.static_friction;
                     forces[t].abs() <= limit * forces[n] + limit * rounding(n) + rounding(t)
@@ -193,14 +240,53 @@ impl ContactProblem {
                 _ => true,
             }
         };
-        let consistent = self.contacts.iter().zip(statuses).enumerate().all(is_consistent);
+        let consistent = self.contacts.iter().zip(statuses).enumerate().all(is_consistent)
+            && (free.ncols() == 0 || self.some_split_holds(statuses, &forces, &free, rounding));
         consistent.then(|| Solution { statuses: statuses.to_vec(), forces })
+    }
+
+    /// Whether some forces beside the shortest ones press every closed contact and stay within its friction.
+    fn some_split_holds(
+        &self,
+        statuses: &[Status],
+        forces: &DVector<f64>,
+        free: &DMatrix<f64>,
+        rounding: impl Fn(usize) -> f64,
+    ) -> bool {
+        // (value, rounding, part of the free forces)
+        let mut rows: Vec<(f64, f64, Vec<f64>)> = Vec::new();
+        for (i, &status) in statuses.iter().enumerate().filter(|(_, status)| status.is_closed()) {
+            let (t, n) = (2 * i, 2 * i + 1);
+            let mut push = |normal: f64, tangential: f64| {
+                rows.push((
+                    normal * forces[n] + tangential * forces[t],
+                    normal * rounding(n) + tangential.abs() * rounding(t),
+                    (0..free.ncols())
+                        .map(|k| normal * free[(n, k)] + tangential * free[(t, k)])
+                        .collect(),
+                ));
+            };
+            if status == Status::Sticking {
+                push(self.contacts[i].static_friction, 1.0);
+                push(self.contacts[i].static_friction, -1.0);
+            } else {
+                push(1.0, 0.0);
+            }
+        }
+        let b = DMatrix::from_fn(rows.len(), free.ncols(), |j, k| rows[j].2[k]);
+        eliminated(&b).is_some_and(|inequalities| {
+            inequalities.iter().all(|factors| {
+                let sum = factors.iter().map(|&(j, factor)| factor * rows[j].0).sum::<f64>();
+                let rounding = factors.iter().map(|&(j, factor)| factor * rows[j].1).sum::<f64>();
+                sum >= -rounding
+            })
+        })
     }
 
     /// Statuses from the complementarity problem in the unknowns (N, T^+, T^-, |a_t|), `T = T^+ - T^-`, whose
     /// matrix is copositive for every friction coefficient when no contact slips yet.
     fn lemke_statuses(&self, unit_a: f64) -> Option<Vec<Status>> {
-        let Self { contacts, w, a0 } = self;
+        let Self { contacts, w, a0, .. } = self;
         let count = contacts.len();
         let candidates: Vec<usize> = (0..count)
             .filter(|&i| contacts[i].sliding.is_none() && contacts[i].static_friction > 0.0)
@@ -270,12 +356,34 @@ impl ContactProblem {
 
 /// The statuses that a closed contact may take.
 fn choices(contact: &Closed) -> &'static [Status] {
-    match contact.sliding {
+    let all: &[Status] = match contact.sliding {
         Some(sign) if sign > 0.0 => &[Status::Positive, Status::Detached],
         Some(_) => &[Status::Negative, Status::Detached],
         None if contact.static_friction == 0.0 => &[Status::Positive, Status::Detached],
         None => &[Status::Sticking, Status::Positive, Status::Negative, Status::Detached],
+    };
+    if contact.opens { all } else { &all[..all.len() - 1] }
+}
+
+/// The rows that statuses hold at zero acceleration, and the forces (tangential, normal) of all contacts per force of
+/// each of them: a sliding contact has `slope` times its normal force along its slider.
+pub(crate) fn held_rows(
+    statuses: &[Status],
+    slope: impl Fn(usize) -> f64,
+) -> (Vec<usize>, DMatrix<f64>) {
+    let mut held = Vec::new();
+    for (i, &status) in statuses.iter().enumerate().filter(|(_, status)| status.is_closed()) {
+        held.push(2 * i + 1);
+        held.extend((status == Status::Sticking).then_some(2 * i));
     }
+    let mut map = DMatrix::zeros(2 * statuses.len(), held.len());
+    for (k, &row) in held.iter().enumerate() {
+        map[(row, k)] = 1.0;
+        if row % 2 == 1 && statuses[row / 2].is_sliding() {
+            map[(row - 1, k)] = slope(row / 2);
+        }
+    }
+    (held, map)
 }
 
 /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
@@ -303,12 +411,6 @@ fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsol
     }
 }
 
-/// Whether two solutions mean the same forces: statuses at a boundary have two names.
-fn same_motion(one: &Solution, other: &Solution) -> bool {
-    let scale = one.forces.amax().max(other.forces.amax());
-    (&one.forces - &other.forces).amax() <= 100.0 * ROUNDING * scale
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -317,6 +419,7 @@ mod tests {
         let size = 2 * contacts.len();
         let b = DMatrix::from_fn(size, size, |i, j| seed[(i * size + j) % seed.len()]);
         ContactProblem {
+            dependent: false,
             contacts,
             w: &b * b.transpose() + DMatrix::identity(size, size),
             a0: DVector::from_fn(size, |i, _| seed[(7 * i + 3) % seed.len()] - 0.3),
@@ -330,12 +433,12 @@ mod tests {
             count in 1usize..5,
             seed in proptest::collection::vec(-1.0f64..1.0, 64..80),
         ) {
-            let contact = Closed { friction: 0.02, static_friction: 0.02, sliding: None };
+            let contact = Closed { friction: 0.02, static_friction: 0.02, sliding: None, opens: true };
             let problem = random_problem(vec![contact; count], &seed);
             let all = problem.enumerate();
             let statuses = problem.lemke_statuses(problem.a0.amax()).expect("no ray for small friction");
             let pivoted = problem.verified(&statuses).expect("consistent");
-            proptest::prop_assert!(same_motion(&all.expect("unique"), &pivoted));
+            proptest::prop_assert!(problem.same_motion(&all.expect("unique"), &pivoted));
         }
     }
 
@@ -361,11 +464,16 @@ mod tests {
             let approach = (1024.0 + below(&mut state, 1024)) / 1024.0;
             velocity.push(-approach * (-27.0 - below(&mut state, 27)).exp2());
             let friction = below(&mut state, 512) / 1024.0;
-            contacts.push(Closed { friction, static_friction: friction, sliding: None });
+            contacts.push(Closed {
+                friction,
+                static_friction: friction,
+                sliding: None,
+                opens: true,
+            });
         }
         // Products of whole numbers over 1024: exact in any order.
         let w = &factor * factor.transpose() + DMatrix::identity(size, size);
-        ContactProblem { contacts, w, a0: velocity.into() }
+        ContactProblem { contacts, w, a0: velocity.into(), dependent: false }
     }
 
     /// Approaches of 1e-8 to 1e-16 beside slips of 1, against all combinations in 50 digits.
@@ -397,7 +505,7 @@ mod tests {
     /// the right way. Where static friction can't hold the first, only the second sticks.
     #[test]
     fn static_friction_holds_what_it_can() {
-        let contact = Closed { friction: 1.0, static_friction: 1.5, sliding: None };
+        let contact = Closed { friction: 1.0, static_friction: 1.5, sliding: None, opens: true };
         let mut w = DMatrix::identity(4, 4);
         (w[(0, 2)], w[(2, 0)]) = (0.1, 0.1);
         for (pulls, expected) in [
@@ -406,7 +514,8 @@ mod tests {
         ] {
             let a0 =
                 vec![-pulls[0] - 0.1 * pulls[1], -1.0, -pulls[1] - 0.1 * pulls[0], -1.0].into();
-            let problem = ContactProblem { contacts: vec![contact; 2], w: w.clone(), a0 };
+            let problem =
+                ContactProblem { contacts: vec![contact; 2], w: w.clone(), a0, dependent: false };
             let solution = problem.solve().expect("one motion");
             assert_eq!(solution.statuses, expected);
         }
@@ -416,9 +525,11 @@ mod tests {
     /// there is no solution, drawn apart (a0_n > 0) there are two.
     #[test]
     fn paradox_is_reported() {
-        let contact = Closed { friction: 2.0, static_friction: 2.0, sliding: Some(1.0) };
+        let contact =
+            Closed { friction: 2.0, static_friction: 2.0, sliding: Some(1.0), opens: true };
         for (load, expected) in [(-1.0, Unsolved::None), (1.0, Unsolved::Several)] {
             let rod = ContactProblem {
+                dependent: false,
                 contacts: vec![contact],
                 w: DMatrix::from_row_slice(2, 2, &[1.0, -1.0, -1.0, 1.5]),
                 a0: vec![0.0, load].into(),

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Solution, Unsolved};
 use crate::contact::settlement::sliding_status;
 use crate::error::{Level, RunFailure};
+use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -91,6 +92,7 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
+        self.scene.follow_held(closed.iter().copied().zip(statuses.iter().copied()), &mut u);
         Some(u)
     }
 
@@ -120,18 +122,27 @@ impl Coupled<'_> {
         let contacts = &self.scene.contacts;
         let closed = problem
             .iter()
-            .map(|&(i, sliding)| Closed {
-                friction: contacts[i].friction,
-                static_friction: if level == Level::Impulses {
-                    contacts[i].friction
-                } else {
-                    contacts[i].static_friction
-                },
-                sliding,
+            .map(|&(i, sliding)| {
+                let impulse = level == Level::Impulses;
+                let opens = contacts[i].directions != Directions::Tangential;
+                let mut closed = Closed {
+                    friction: contacts[i].friction,
+                    static_friction: contacts[i].static_friction,
+                    sliding,
+                    opens,
+                };
+                if impulse {
+                    // Where mass couples contacts, impulses have friction in any case.
+                    let rubs = self.scene.impact_friction || self.scene.coordinates.coupled;
+                    closed.friction = if rubs { closed.friction } else { 0.0 };
+                    closed.static_friction = closed.friction;
+                }
+                closed
             })
             .collect();
         let rows: Vec<usize> = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]).collect();
         ContactProblem {
+            dependent: !self.scene.dependents.is_empty(),
             contacts: closed,
             w: self.w.select_rows(&rows).select_columns(&rows),
             a0: DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row))),
@@ -215,6 +226,9 @@ impl Coupled<'_> {
     /// friction on the slip velocity after the impact; what lifts off has no approach, `g'+ >= 0`.
     pub fn strike(&self, touching: &[usize], q: &[f64], u: &mut [f64]) -> Result<(), RunFailure> {
         let contacts = &self.scene.contacts;
+        // A given normal force has no impulse.
+        let opens = |i: &usize| contacts[*i].directions != Directions::Tangential;
+        let touching: Vec<usize> = touching.iter().copied().filter(opens).collect();
         let problem: Vec<Touching> = touching.iter().map(|&i| (i, None)).collect();
         let before = u.to_vec();
         let rebound = |i: usize| -contacts[i].restitution * before[contacts[i].normal].min(0.0);
@@ -226,7 +240,7 @@ impl Coupled<'_> {
             }
         };
         let solution = self.solve(&problem, Level::Impulses, velocity, q, &before)?;
-        self.push(touching, solution.forces.as_slice(), u);
+        self.push(&touching, solution.forces.as_slice(), u);
         // What the impulses hold at zero is zero exactly.
         for (&i, &status) in touching.iter().zip(&solution.statuses) {
             let law = &contacts[i];
@@ -237,6 +251,7 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
+        self.scene.follow_held(touching.iter().copied().zip(solution.statuses), u);
         Ok(())
     }
 }

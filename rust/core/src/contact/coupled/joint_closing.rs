@@ -5,7 +5,7 @@ use nalgebra::DMatrix;
 use crate::contact::coupled::contacts::{Coupled, Resting};
 use crate::contact::settlement::Series;
 use crate::error::RunFailure;
-use crate::linalg::dense::solve;
+use crate::linalg::dense::{apply, pseudo_inverse, solve};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
@@ -88,8 +88,15 @@ pub(crate) fn close_jointly(
             DMatrix::from_fn(pressed.len(), pressed.len(), |i, j| w(pressed[i].0, pressed[j].0));
         let speeds: Vec<f64> = pressed.iter().map(|&(i, _)| u[contacts[i].normal]).collect();
         let lightest = mass.diagonal().max();
-        let part = mass.symmetric_eigenvalues().min().max(0.0) / lightest;
-        let momenta = solve(mass, &speeds);
+        let dependent = !coupled.scene.dependents.is_empty();
+        let values = mass.symmetric_eigenvalues();
+        // What depends on others has no mass of its own.
+        let least = values.iter().filter(|&&value| !dependent || value > 1e-10 * lightest);
+        let part = least.copied().fold(f64::INFINITY, f64::min).max(0.0) / lightest;
+        let momenta = match dependent {
+            true => apply(&pseudo_inverse(&mass), &speeds),
+            false => solve(mass, &speeds),
+        };
         let kinetic: f64 = momenta.iter().zip(&speeds).map(|(p, v)| 0.5 * p * v).sum();
         let lifted: f64 = pressed.iter().map(|&(i, n)| n * q[contacts[i].normal].max(0.0)).sum();
         let energy = kinetic + lifted;

@@ -2,5 +2,6 @@
 
 pub(crate) mod contact_problem;
 pub(crate) mod contacts;
+pub(crate) mod dependent;
 pub(crate) mod joint_closing;
 pub(crate) mod transition;

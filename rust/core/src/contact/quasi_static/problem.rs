@@ -80,9 +80,10 @@ impl Problem {
             friction: node.friction,
             static_friction: node.static_friction,
             sliding: None,
+            opens: true,
         };
         let contacts = nodes.iter().map(law).collect();
-        Self { nodes, linear: ContactProblem { contacts, w, a0 } }
+        Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false } }
     }
 
     /// The one answer. Where static friction exceeds the kinetic one, a contact that could go on as it was does so.

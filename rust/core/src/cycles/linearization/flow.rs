@@ -99,6 +99,7 @@ impl<'a> Flow<'a> {
             end_u[k] = speed;
         }
         self.basis.complete(end_q, end_u);
+        self.equation.scene(self.scene).follow(end_q, end_u);
         end
     }
 
@@ -130,11 +131,15 @@ impl<'a> Flow<'a> {
         let mut start = vec![0.0; size];
         let origin = self.end(&start, duration);
         let mut transition = DMatrix::zeros(size, size);
+        // What is a sum of others moves with them.
+        let dependents = self.equation.scene(self.scene).dependents.iter();
+        let following: Vec<usize> =
+            dependents.flat_map(|one| [one.coordinate, self.scene.size + one.coordinate]).collect();
         for &column in &self.free {
             start[column] = 1.0;
             let end = self.end(&start, duration);
             start[column] = 0.0;
-            for &row in &self.free {
+            for &row in self.free.iter().chain(&following) {
                 transition[(row, column)] = end[row] - origin[row];
             }
             if let Some(condensed) = &self.basis.condensed {
@@ -159,7 +164,7 @@ impl<'a> Flow<'a> {
 
     /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
     fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
-        let scene = self.basis.scene(self.scene);
+        let scene = self.equation.scene(self.basis.scene(self.scene));
         let n = scene.size;
         let (q, u) = state.split_at(n);
         let mut residual = scene.residual(load, q, u);
@@ -173,6 +178,8 @@ impl<'a> Flow<'a> {
             condensed.complete_rates(speed);
             condensed.complete_rates(acceleration);
         }
+        scene.follow_rates(speed);
+        scene.follow_rates(acceleration);
         field
     }
 }

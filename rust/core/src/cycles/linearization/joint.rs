@@ -29,7 +29,7 @@ use nalgebra::DMatrix;
 use crate::contact::coupled::joint_closing::at_rest;
 use crate::error::{Error, RunFailure};
 use crate::linalg::components::components;
-use crate::linalg::dense::{Factors, apply};
+use crate::linalg::dense::{Factors, SINGULAR, apply, pseudo_inverse, smallest_relative_pivot};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -63,7 +63,11 @@ pub(crate) fn response(w: &DMatrix<f64>, impulses: &[Option<Impulse>]) -> DMatri
             conditions[(t, g)] = -impulse.friction;
         }
     }
-    w * Factors::new(conditions).solve(given)
+    // Where directions depend on each other the impulses are not determined, but what they do is.
+    match smallest_relative_pivot(&conditions) < SINGULAR {
+        true => w * (pseudo_inverse(&conditions) * given),
+        false => w * Factors::new(conditions).solve(given),
+    }
 }
 
 /// The rest of a series after its last impact: `y+ = projection (y - moving) + moving`.

@@ -16,13 +16,13 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use crate::contact::event_function::{Functional, ending};
+use crate::contact::event_function::{EventFunction, Functional, ending, event_functions};
 use crate::contact::event_kind::EventKind;
 use crate::contact::transition;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::joint::{Closing, Impulse, coupled_with, response};
 use crate::error::RunFailure;
-use crate::linalg::dense::solve;
+use crate::linalg::dense::{impulses_of, solve};
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -38,6 +38,8 @@ pub(crate) struct Passage {
     event: Functional,
     /// The contacts that close for good with the impact of `contact`; empty unless the end of a series over several.
     pub series: Vec<usize>,
+    /// The contacts whose directions depend on its own so that the same happens to them, always at the same instant.
+    pub companions: Vec<usize>,
 }
 
 /// The derivatives of a passage at one motion, over (q, q').
@@ -60,7 +62,8 @@ pub(crate) struct Linearised {
 impl Passage {
     pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: EventKind) -> Self {
         let event = ending(scene, before, contact, trigger);
-        Self { contact, trigger, event, series: Vec::new() }
+        let companions = companions(scene, before, contact, trigger, &event);
+        Self { contact, trigger, event, series: Vec::new(), companions }
     }
 
     /// The impact of contact `struck` with which all contacts of a series close.
@@ -77,6 +80,11 @@ impl Passage {
         }
     }
 
+    /// Its contact and the companions.
+    pub fn own(&self) -> impl Iterator<Item = usize> + '_ {
+        std::iter::once(self.contact).chain(self.companions.iter().copied())
+    }
+
     /// Whether several contacts close with it.
     pub const fn is_joint(&self) -> bool {
         !self.series.is_empty()
@@ -84,7 +92,7 @@ impl Passage {
 
     /// A combination in which the contacts that this passage moves are as in another one.
     pub fn settled(&self, between: &Combination, after: &Combination) -> Combination {
-        let moved = std::iter::once(self.contact).chain(self.series.iter().copied());
+        let moved = self.own().chain(self.series.iter().copied());
         moved.fold(between.clone(), |settled, contact| {
             settled.with(contact, after.statuses()[contact])
         })
@@ -120,7 +128,10 @@ impl Passage {
         }
         let (q, u) = state.split_at_mut(scene.size);
         match self.trigger {
-            EventKind::Velocity => u[law.tangential] = law.slider_speed,
+            EventKind::Velocity => self.own().for_each(|contact| {
+                let law = &scene.contacts[contact];
+                u[law.tangential] = law.slider_speed;
+            }),
             EventKind::Impact => self.strike(scene, before, state)?,
             EventKind::Accumulation => {
                 q[law.normal] = 0.0;
@@ -144,8 +155,9 @@ impl Passage {
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
         let (q, u) = state.split_at_mut(scene.size);
-        q[scene.contacts[self.contact].normal] = 0.0;
-        transition::impact(scene, before.statuses(), self.contact, q, u)
+        self.own().for_each(|contact| q[scene.contacts[contact].normal] = 0.0);
+        let struck: Vec<usize> = self.own().collect();
+        transition::impact(scene, before.statuses(), &struck, q, u)
     }
 
     /// All derivatives at a phase from `start` to `end`, which jumps to `arrived`.
@@ -235,17 +247,24 @@ impl Passage {
             | EventKind::Jump
             | EventKind::Load => {}
             EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
-            EventKind::Velocity => matrix[(t, t)] = 0.0,
+            EventKind::Velocity => self.own().for_each(|contact| {
+                let t = n + scene.contacts[contact].tangential;
+                matrix[(t, t)] = 0.0;
+            }),
             EventKind::Accumulation => {
                 matrix[(law.normal, law.normal)] = 0.0;
                 matrix[(g, g)] = 0.0;
             }
             EventKind::Impact => {
                 // The gap is zero at the event; the time shift does the rest.
-                matrix[(law.normal, law.normal)] = 0.0;
+                for contact in self.own() {
+                    let normal = scene.contacts[contact].normal;
+                    matrix[(normal, normal)] = 0.0;
+                }
                 match &scene.coordinates.delassus {
                     Some(w) => {
-                        coupled_impact(scene, w, before, self.contact, end, arrived, &mut matrix);
+                        let struck: Vec<usize> = self.own().collect();
+                        coupled_impact(scene, w, before, &struck, end, arrived, &mut matrix);
                     }
                     None => {
                         matrix[(g, g)] = -law.restitution;
@@ -288,7 +307,7 @@ fn coupled_impact(
     scene: &Scene,
     w: &DMatrix<f64>,
     before: &Combination,
-    struck: usize,
+    struck: &[usize],
     end: &[f64],
     arrived: &[f64],
     matrix: &mut DMatrix<f64>,
@@ -298,7 +317,14 @@ fn coupled_impact(
     let rows: Vec<usize> =
         scene.contacts.iter().flat_map(|law| [n + law.tangential, n + law.normal]).collect();
     let change: Vec<f64> = rows.iter().map(|&row| arrived[row] - end[row]).collect();
-    let impulse = solve(w.clone(), &change);
+    let impulse = match scene.dependents.is_empty() {
+        true => solve(w.clone(), &change),
+        false => {
+            let touches = |i: usize| struck.contains(&i) || before.statuses()[i].is_closed();
+            let touching: Vec<usize> = (0..count).filter(|row| touches(row / 2)).collect();
+            impulses_of(w, &touching, &change)
+        }
+    };
     let largest = impulse.iter().fold(0.0, |size: f64, p| size.max(p.abs()));
     // Velocities that do not depend on what they were.
     let mut set = vec![false; count];
@@ -308,7 +334,7 @@ fn coupled_impact(
         .enumerate()
         .map(|(i, law)| {
             let (t, g) = (2 * i, 2 * i + 1);
-            let touching = i == struck || before.statuses()[i].is_closed();
+            let touching = struck.contains(&i) || before.statuses()[i].is_closed();
             let held = touching && impulse[g] > NO_IMPULSE * largest;
             let sticking = held && arrived[rows[t]] == law.slider_speed;
             (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
@@ -341,6 +367,31 @@ impl Linearised {
     }
 }
 
+/// The contacts that have the same event function as one of them, up to a factor, because directions depend on each other.
+fn companions(
+    scene: &Scene,
+    before: &Combination,
+    contact: usize,
+    trigger: EventKind,
+    event: &Functional,
+) -> Vec<usize> {
+    if scene.dependents.is_empty() || trigger == EventKind::Accumulation {
+        return Vec::new();
+    }
+    let fitted = scene.fitted(before);
+    let own = event.substituted(&fitted);
+    let Ok(functions) = event_functions(scene, before) else { return Vec::new() };
+    let same = |other: &EventFunction| {
+        other.contact != contact
+            && other.trigger == trigger
+            && own.is_multiple_of(&other.functional.substituted(&fitted))
+    };
+    let mut found: Vec<usize> =
+        functions.iter().filter(|other| same(other)).map(|other| other.contact).collect();
+    found.dedup();
+    found
+}
+
 /// The passages behind the events of one instant, in the order of the contacts: a consequence of an
 /// impact, whose own event function is not at zero, is none.
 pub(crate) fn passages(
@@ -361,16 +412,17 @@ pub(crate) fn passages(
         Some(w) => found.iter().flat_map(|passage| coupled_with(w, passage.contact)).collect(),
         None => Vec::new(),
     };
-    found.extend(
-        events
-            .iter()
-            .filter(|event| !joined.contains(&event.0))
-            .map(|&(contact, kind)| match kind {
+    for &(contact, kind) in events.iter().filter(|event| !joined.contains(&event.0)) {
+        let accompanies =
+            |passage: &Passage| passage.trigger == kind && passage.companions.contains(&contact);
+        if !found.iter().any(accompanies) {
+            let passage = match kind {
                 EventKind::Jump => onset(scene, before, contact, end),
                 kind => Passage::new(scene, before, contact, kind),
-            })
-            .filter(own),
-    );
+            };
+            found.extend(Some(passage).filter(&own));
+        }
+    }
     found.sort_by_key(|passage| passage.contact);
     found
 }

@@ -258,7 +258,9 @@ impl Orbit {
                 let passage = &step.passage;
                 let ends = match passage.is_joint() {
                     false => {
-                        function.contact == passage.contact && function.trigger == passage.trigger
+                        let mut own = passage.own();
+                        own.any(|contact| contact == function.contact)
+                            && function.trigger == passage.trigger
                     }
                     true => {
                         function.trigger == EventKind::Impact

@@ -53,6 +53,7 @@ impl Orbit {
             let fastest = modes.eigenvalues.iter().map(|l| l.norm()).fold(loads, f64::max);
             let kept = &modes.reduced.reduction.kept;
             let exact = self.load_periods == 0
+                && scene.dependents.is_empty()
                 && modes.condition.iter().all(|&condition| condition < CONDITION);
             integrate(step, flow, fastest, |state, weight, _| {
                 let (q, u) = state.split_at(coordinates);

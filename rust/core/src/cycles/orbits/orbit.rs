@@ -55,7 +55,10 @@ impl Step {
     pub(crate) fn events(&self) -> Vec<(usize, EventKind)> {
         let Passage { contact, series, .. } = &self.passage;
         if series.is_empty() {
-            return vec![(*contact, self.kind)];
+            let mut events: Vec<_> =
+                self.passage.own().map(|contact| (contact, self.kind)).collect();
+            events.sort_unstable_by_key(|event| event.0);
+            return events;
         }
         let mut events: Vec<_> =
             series.iter().map(|&member| (member, EventKind::Accumulation)).collect();

@@ -267,6 +267,7 @@ impl Orbit {
             }
             let (q, u) = step.state.split_at_mut(n);
             flow.basis.complete(q, u);
+            scene.fitted(&step.combination).follow(q, u);
             if let Some(duration) = explicit_time(&scene, flow, step) {
                 step.duration = duration;
             }

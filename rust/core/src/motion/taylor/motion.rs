@@ -14,6 +14,7 @@ use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
+use crate::scene::reduction::RowMerge;
 
 /// What the series may leave out, relative to the state.
 const TRUNCATION: f64 = 0.1 * f64::EPSILON;
@@ -96,9 +97,11 @@ impl TaylorMotion {
         force.resize(origin.len(), 0.0);
         let reduction = &operator.equation.reduction;
         reduction.kept.iter().for_each(|&k| force[k] = of_row(k).value());
-        for merge in &reduction.merges {
-            let k = reduction.kept[merge.position];
-            force[k] = of_row(k).add(of_row(merge.normal).times(merge.factor)).value();
+        for merges in reduction.merges.chunk_by(|a, b| a.position == b.position) {
+            let k = reduction.kept[merges[0].position];
+            let merged =
+                |sum: Doubled, merge: &RowMerge| sum.add(of_row(merge.normal).times(merge.factor));
+            force[k] = merges.iter().fold(of_row(k), merged).value();
         }
         let sizes =
             operator.equation.reduction.kept.iter().map(|&k| operator.weight[k] * origin[k].abs());

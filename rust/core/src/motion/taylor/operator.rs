@@ -52,6 +52,8 @@ impl TaylorOperator {
         functions: &[EventFunction],
     ) -> Result<Self, Error> {
         let equation = EquationOfMotion::new(scene, combination)?;
+        let fitted = equation.fitted.clone();
+        let scene = fitted.as_deref().unwrap_or(scene);
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
         let dense = DenseRows::new(scene, &equation.reduction, equation.moving());
         let mut operator = Self {

@@ -68,6 +68,7 @@ impl Scene {
             condensed: false,
             contacts: scene.contacts.clone(),
             impact_friction: scene.impact_friction,
+            dependents: scene.dependents.clone(),
             coordinates: scene.coordinates.clone(),
             mass: mass_matrix,
             coupled_mass,

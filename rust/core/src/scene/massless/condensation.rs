@@ -10,6 +10,8 @@
 //!
 //! with r all other coordinates. Rows of what is held stay: they are contact forces.
 
+use std::borrow::Cow;
+
 use nalgebra::DMatrix;
 
 use crate::error::Error;
@@ -48,6 +50,17 @@ struct Elimination {
     sources: Vec<Vec<(usize, f64)>>,
     /// A^-1
     inverse: DMatrix<f64>,
+}
+
+impl Scene {
+    /// What moves by itself in a combination: the scene without coordinates that follow from their rows, or in the
+    /// coordinates of the combination where directions depend on each other.
+    pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        Ok(match Condensed::new(self, combination)? {
+            Some(condensed) => Cow::Owned(condensed.scene),
+            None => self.fitted(combination),
+        })
+    }
 }
 
 impl Condensed {
@@ -129,6 +142,7 @@ impl Condensed {
             nodes: scene.nodes.clone(),
             massless: scene.massless.clone(),
             condensed: true,
+            dependents: Vec::new(),
             mass: scene.mass.clone(),
             coupled_mass: None,
             damping: scene.damping.clone(),

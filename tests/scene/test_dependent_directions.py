@@ -1,0 +1,327 @@
+"""Contact directions that depend on each other: floor and ceiling, a stop on a friction dof, rigid pads."""
+
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mpmath import mp
+
+import stickslip as ss
+from random_scenes import drawn_scenes
+
+EPS = np.finfo(float).eps
+
+
+def between(floor=0.0, ceiling=1.5, restitution=0.8, **law):
+    """A mass of 1 kg under a force of -10 N between a floor and a ceiling."""
+    stops = [
+        ss.Contact(normal=0, gap=-floor, restitution=restitution, name="floor"),
+        ss.Contact(normal=[-1.0], gap=ceiling, restitution=restitution, name="ceiling"),
+    ]
+    return ss.Scene([1.0], [[0.0]], force=[-10.0], contacts=stops, **law)
+
+
+def test_a_floor_and_a_ceiling_in_closed_form():
+    """Between stops v^2 changes by 2 g h, each takes it to e v, and rest comes after 2 v / (g (1 - e))."""
+    with mp.workdps(40):
+        e, g = mp.mpf("0.8"), mp.mpf(10)
+        speeds, times, which = [], [], []
+        time, speed, height = mp.mpf(0), mp.mpf(10), mp.mpf(1)
+        while True:
+            # Upwards from `height`.
+            if speed**2 > 2 * g * (mp.mpf("1.5") - height):
+                arrival = mp.sqrt(speed**2 - 2 * g * (mp.mpf("1.5") - height))
+                time += (speed - arrival) / g
+                speeds.append(e * arrival)
+                times.append(time)
+                which.append("ceiling")
+                landing = mp.sqrt((e * arrival) ** 2 + 2 * g * mp.mpf("1.5"))
+                time += (landing - e * arrival) / g
+            else:
+                rest = time + 2 * speed / (g * (1 - e))
+                landing = speed
+                time += 2 * speed / g
+            speed, height = e * landing, mp.mpf(0)
+            speeds.append(speed)
+            times.append(time)
+            which.append("floor")
+            if len(times) > 20:
+                break
+        assert [float(v) for v in speeds[:2]] == pytest.approx([7.5894663844, 7.48758973235], rel=1e-11)
+        assert [float(t) for t in times[:2]] == pytest.approx(
+            [0.0513167019494862, 0.228318780052882], rel=1e-13
+        )
+        assert float(rest) == pytest.approx(6.20723724208631, rel=1e-14)
+    for method in ("auto", "taylor"):
+        run = ss.simulate(between(), ss.State([1.0], [10.0], "dd"), 7.0, method)
+        assert [("floor", "ceiling")[i] for i in run.events.contact[: len(which)]] == which
+        assert (run.events.contact == 1).sum() == 2
+        assert run.events.time[: len(times)] == pytest.approx([float(t) for t in times], rel=1e-13)
+        after = np.abs(run.event_states()[1][: len(speeds), 0])
+        assert after == pytest.approx([float(v) for v in speeds], rel=1e-12)
+        assert run.events.kind[-1] == "accumulation"
+        assert run.events.time[-1] == pytest.approx(float(rest), rel=1e-12)
+        assert run.events.combination[-1] == "+d"
+        balance = run.balance()
+        assert abs(balance.residual) <= 1e-12 * balance.turnover
+        again = pickle.loads(pickle.dumps(run))
+        assert (
+            again.sample(np.linspace(0, 7, 20)).position == run.sample(np.linspace(0, 7, 20)).position
+        ).all()
+
+
+def test_a_force_towards_the_ceiling_rests_there():
+    scene = between(restitution=0.0).replace(force=[10.0])
+    run = ss.simulate(scene, ss.State([1.0], [0.0], "dd"), 1.0)
+    assert list(run.events.combination) == ["d+"]
+    assert run.events.time == pytest.approx([np.sqrt(0.1)], rel=1e-14)
+    sample = run.sample([0.5])
+    assert float(sample.position.squeeze()) == 1.5
+    assert sample.normal_force.values[0] == pytest.approx([0.0, 10.0], rel=1e-15)
+    at_rest = ss.sliding_equilibrium(between())
+    assert at_rest.combination == "+d"
+    assert ss.sliding_equilibrium(scene).combination == "d+"
+    assert ss.sliding_equilibrium(scene).position == pytest.approx([1.5])
+    assert ss.reduce(scene, "d+").stiffness.shape == (0, 0)
+    # Both at once are held by what is held already.
+    assert ss.reduce(scene, "++").stiffness.shape == (0, 0)
+
+
+@pytest.mark.parametrize("restitution", [0.0, 0.5])
+def test_a_stop_on_a_dof_with_friction(restitution):
+    """mu N = 3 N slows the mass by 3 m/s^2 until it strikes; friction turns round in the same instant."""
+    scene = ss.Scene(
+        [1.0],
+        [[0.0]],
+        contacts=[
+            ss.Contact(tangential=0, friction=0.3, normal_force=10.0),
+            ss.Contact(normal=[-1.0], gap=1.0, restitution=restitution),
+        ],
+    )
+    for method in ("auto", "taylor"):
+        run = ss.simulate(scene, ss.State([0.0], [4.0], "-d"), 3.0, method)
+        arrival = np.sqrt(16.0 - 2.0 * 3.0 * 1.0)
+        time = (4.0 - arrival) / 3.0
+        assert run.events.time[0] == pytest.approx(time, rel=1e-13)
+        if restitution == 0.0:
+            assert run.events.combination[-1][0] == "s"
+            assert run.state(3.0).position == pytest.approx([1.0], rel=1e-14)
+            continue
+        struck = run.events.combination[run.events.time == run.events.time[0]][-1]
+        assert struck == "+d"
+        back = restitution * arrival
+        assert run.events.time[-1] == pytest.approx(time + back / 3.0, rel=1e-13)
+        assert run.events.combination[-1] == "sd"
+        assert run.state(3.0).position == pytest.approx([1.0 - back**2 / 6.0], rel=1e-13)
+        assert abs(run.balance().residual) <= 1e-14 * run.balance().turnover
+
+
+def pad(points=(-1.0, 1.0), height=0.1, friction=0.4, speed=0.1, stiffness=100.0, **law):
+    """A rigid pad (x, y, angle) of 10 kg on points of a belt, pressed with 100 N and held by a spring."""
+    frictions = np.broadcast_to(friction, len(points))
+    contacts = [
+        ss.Contact(
+            tangential=[1.0, 0.0, height],
+            normal=[0.0, 1.0, place],
+            friction=float(mu),
+            slider_speed=speed,
+            **law,
+        )
+        for place, mu in zip(points, frictions, strict=True)
+    ]
+    return ss.Scene(
+        [10.0, 10.0, 4.0],
+        np.diag([stiffness, 0.0, 0.0]),
+        force=[0.0, -100.0, 0.0],
+        contacts=contacts,
+        impact_friction=True,
+    )
+
+
+def single(friction=0.4, speed=0.1, stiffness=100.0, **law):
+    """The same mass on one contact."""
+    contact = ss.Contact(tangential=0, normal=1, friction=friction, slider_speed=speed, **law)
+    return ss.Scene([10.0, 10.0], np.diag([stiffness, 0.0]), force=[0.0, -100.0], contacts=[contact])
+
+
+@pytest.mark.parametrize("points", [(-1.0, 1.0), (-1.0, 0.3, 1.0), (-1.0, -0.2, 0.2, 1.0)])
+@pytest.mark.parametrize("static", [0.5, 0.6])
+def test_a_rigid_pad_moves_as_one_contact(points, static):
+    """All points stick or slide together; slip begins when the total force reaches the sum of the limits."""
+    count = len(points)
+    for method in ("auto", "taylor"):
+        pads = ss.simulate(
+            pad(points, static_friction=static),
+            ss.State(np.zeros(3), [0.1, 0.0, 0.0], "s" * count),
+            20.0,
+            method,
+        )
+        one = ss.simulate(single(static_friction=static), ss.State([0.0, 0.0], [0.1, 0.0], "s"), 20.0, method)
+        assert len(one.events) >= 4
+        assert set(pads.events.combination) == {letter * count for letter in "+s"}
+        times = pads.events.time.reshape(-1, count)
+        assert (times == times[:, :1]).all()
+        assert times[:, 0] == pytest.approx(one.events.time, rel=1e-12)
+        at = np.linspace(0.003, 20.0, 101)
+        theirs, ours = one.sample(at), pads.sample(at)
+        assert ours.position.values[:, 0] == pytest.approx(theirs.position.values[:, 0], abs=1e-12)
+        total = ours.friction_force.values.sum(axis=1)
+        assert total == pytest.approx(theirs.friction_force.values[:, 0], abs=1e-9)
+        assert ours.normal_force.values.sum(axis=1) == pytest.approx(np.full(101, 100.0), rel=1e-12)
+        stuck = tuple(range(count))
+        assert pads.undetermined["s" * count] == stuck
+        assert ("+" * count in pads.undetermined) == (count > 2)
+        assert "forces not determined" in str(pads.summary())
+        assert one.undetermined == {}
+        assert abs(pads.balance().residual) <= 1e-12 * pads.balance().turnover
+
+
+def test_a_pad_that_tips():
+    """Pulled at its centre of mass, height h above the belt, it tips about its front edge when P h > W a."""
+    height, half = 0.5, 0.2
+    scene = pad((-half, half), height=height, friction=0.9, speed=0.0, stiffness=0.0)
+    for pull, tips in ((35.0, False), (45.0, True)):
+        pulled = scene.replace(force=[pull, -100.0, 0.0])
+        run = ss.simulate(pulled, ss.State(np.zeros(3), np.zeros(3), "ss"), 0.2) if not tips else None
+        if not tips:
+            assert len(run.events) == 0
+            forces = run.sample([0.1])
+            assert forces.friction_force.values.sum() == pytest.approx(-pull)
+            # About the front point: N_1 2 a = W a - P h, in this sign of the angle.
+            assert sorted(forces.normal_force.values[0]) == pytest.approx(
+                sorted([50.0 - pull * height / (2 * half), 50.0 + pull * height / (2 * half)])
+            )
+        else:
+            with pytest.raises(ss.InputError, match=r"contact [01] is"):
+                ss.simulate(pulled, ss.State(np.zeros(3), np.zeros(3), "ss"), 0.2)
+
+
+def test_a_pad_lifts_a_point_and_comes_down_again():
+    scene = pad((-0.2, 0.2), height=0.5, friction=0.3, speed=0.2, stiffness=2000.0)
+    run = ss.simulate(scene, ss.State(np.zeros(3), [0.0, 0.0, 0.0], "++"), 3.0)
+    assert "impact" in run.events.kind or len(run.events) >= 2
+    for time in np.linspace(0.0, run.duration, 200):
+        state, sample = run.state(time), run.sample([time])
+        for i, contact in enumerate(scene.contacts):
+            gap = scene.normal_direction(i) @ state.position + contact.gap
+            assert gap >= -1e-13
+            assert sample.normal_force.values[0, i] >= -1e-9
+            assert sample.normal_force.values[0, i] * gap == pytest.approx(0.0, abs=1e-10)
+    assert abs(run.balance().residual) <= 1e-11 * run.balance().turnover
+
+
+def test_where_the_motion_depends_on_the_split_it_says_so():
+    scene = pad((-1.0, 0.0, 1.0), friction=(0.2, 0.8, 0.4))
+    with pytest.raises(
+        (ss.InputError, ss.RunError), match=r"depends on how their forces are split; give .* stiffness"
+    ):
+        ss.simulate(scene, ss.State(np.zeros(3), np.zeros(3), "+++"), 1.0)
+    with pytest.raises(ss.InputError, match="depends on how their forces are split"):
+        ss.complex_modes(scene, "+++")
+    # Where they stick it does not matter, until they slip.
+    stuck = ss.State(np.zeros(3), [0.1, 0.0, 0.0], "sss")
+    assert len(ss.simulate(scene, stuck, 1.0).events) == 0
+
+
+def test_modes_and_cycles_of_a_pad_are_those_of_one_contact():
+    assert ss.complex_modes(pad(), "++").eigenvalues == pytest.approx(
+        ss.complex_modes(single(), "+").eigenvalues
+    )
+    hinged = ss.complex_modes(pad(), "+d")
+    assert hinged.eigenvalues.size == 4
+    law = {"static_friction": 0.6}
+    pads = ss.simulate(pad(**law), ss.State(np.zeros(3), [0.1, 0.0, 0.0], "ss"), 300.0).limit_cycle()
+    one = ss.simulate(single(**law), ss.State([0.0, 0.0], [0.1, 0.0], "s"), 300.0).limit_cycle()
+    assert pads.period == pytest.approx(one.period, rel=1e-12)
+    assert pads.stability == one.stability
+    assert pads.balance().contact == pytest.approx(one.balance().contact, rel=1e-10)
+    assert "forces not determined" in str(pads.summary())
+    swept = ss.sweep(pad(), friction=[0.1, 0.2, 0.4])
+    assert swept.eigenvalue.shape == ss.sweep(single(), friction=[0.1, 0.2, 0.4]).eigenvalue.shape
+
+
+def test_twin_stops_are_one():
+    """Two stops at the same place: their forces are shared, the motion is that of one."""
+    one = ss.Scene([2.0], [[0.0]], force=[-20.0], contacts=[ss.Contact(normal=0, restitution=0.5)])
+    two = one.replace(contacts=[one.contacts[0], one.contacts[0]])
+    first, second = (
+        ss.simulate(scene, ss.State([5.0], [0.0], "d" * len(scene.contacts)), 4.0) for scene in (one, two)
+    )
+    assert second.events.combination[-1] == "++"
+    assert second.events.time[-1] == pytest.approx(first.events.time[-1], rel=1e-12)
+    assert second.sample([3.5]).normal_force.values.sum() == pytest.approx(20.0)
+
+
+DRAWN = drawn_scenes(
+    restitution=(0.0, 0.5), min_friction=0.2, max_friction=0.8, kinds=("both", "stop", "friction")
+)
+
+
+def with_dependents(drawn, rng):
+    """A ceiling above every normal direction, a stop along a tangential one, friction along it."""
+    scene, contacts, letters = drawn.scene, list(drawn.scene.contacts), ""
+    for i, contact in enumerate(drawn.scene.contacts):
+        normal, tangential = scene.normal_direction(i), scene.tangential_direction(i)
+        if normal.any():
+            gap = rng.uniform(2e-6, 2e-5) - contact.gap
+            contacts.append(ss.Contact(normal=-normal, gap=gap, restitution=contact.restitution))
+            letters += "d"
+        if tangential.any():
+            place = tangential @ drawn.equilibrium
+            clearance = rng.uniform(1e-5, 1e-4)
+            contacts.append(ss.Contact(normal=-tangential, gap=place + clearance, restitution=0.5))
+            contacts.append(
+                ss.Contact(
+                    tangential=rng.choice([-2.0, 1.0]) * tangential,
+                    friction=0.3,
+                    normal_force=rng.uniform(1.0, 10.0),
+                    slider_speed=rng.uniform(0.5, 1.0),
+                )
+            )
+            letters += "d+"
+    return scene.replace(contacts=contacts), letters
+
+
+@given(DRAWN, st.integers(0, 2**32 - 1), st.floats(0.3, 3.0))
+def test_random_scenes(drawn, seed, strength):
+    scene, letters = with_dependents(drawn, np.random.default_rng(seed))
+    kicked = drawn.kicked(strength)
+    start = ss.State(kicked.position, kicked.velocity, kicked.combination + letters)
+    try:
+        one, other = (ss.simulate(scene, start, 0.02, method, max_events=60) for method in ("auto", "taylor"))
+    except ss.InputError:
+        # The further friction may take the pressure off a contact that was closed.
+        return
+    count = min(len(one.events), len(other.events), 12)
+    assert list(one.events.kind[:count]) == list(other.events.kind[:count])
+    assert one.events.time[:count] == pytest.approx(other.events.time[:count], abs=1e-9)
+    balance = one.balance()
+    stiffness = scene.stiffness.toarray() if hasattr(scene.stiffness, "toarray") else scene.stiffness
+    at_first = np.abs(start.position)
+    stored = at_first @ np.abs(stiffness) @ at_first
+    assert abs(balance.residual) <= 1e-11 * balance.turnover + 100 * EPS * (1 + len(one.events)) * stored
+    lengths = max(np.abs(start.position).max(), 1e-4)
+    for time in np.linspace(0.0, one.duration, 40):
+        state, sample = one.state(time), one.sample([time])
+        for i, contact in enumerate(scene.contacts):
+            letter = state.combination[i]
+            normal_force, friction_force = (
+                float(sample[name].values[0, i]) for name in ("normal_force", "friction_force")
+            )
+            slip = scene.tangential_direction(i) @ state.velocity - contact.slider_speed
+            if contact.normal is not None:
+                gap = scene.normal_direction(i) @ state.position + contact.gap
+                assert gap >= -1e-11 * lengths
+                assert normal_force >= -1e-6
+                assert letter == "d" or abs(gap) <= 1e-11 * lengths
+            if letter == "s":
+                assert abs(slip) <= 1e-10
+                static = contact.friction if contact.static_friction is None else contact.static_friction
+                if i not in one.undetermined.get(state.combination, ()):
+                    assert abs(friction_force) <= static * normal_force + 1e-6
+            elif letter in "+-" and contact.tangential is not None:
+                sign = 1.0 if letter == "+" else -1.0
+                assert sign * slip <= 1e-10
+                assert friction_force == pytest.approx(sign * contact.friction * normal_force, abs=1e-6)
