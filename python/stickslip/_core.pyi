@@ -85,10 +85,9 @@ class Scene:
         stiffness: tuple[_Real | _SparseData, _Real | _SparseData | None],  # K and H, (n, n)
         # C as (mass factor, stiffness factor) or (n, n), and G, (n, n)
         damping: tuple[tuple[float, float] | _Real | _SparseData, _Real | _SparseData | None],
-        force: _Real,  # (n,)
+        force: tuple[_Real, _LoadData],  # (n,), and in time
         contacts: Sequence[_ContactData],
         impact_friction: bool,
-        loads: _LoadData,
     ) -> Scene: ...
     def with_contacts(self, contacts: Sequence[_ContactData], loads: _LoadData) -> Scene: ...
     @property

@@ -182,10 +182,9 @@ class Scene(Shown):
             core_matrix(m),
             (core_matrix(k), None if h is None else core_matrix(h)),
             (_core_damping(c), None if g is None else core_matrix(g)),
-            f,
+            (f, core_loads(listed_loads, listed, names)),
             given,
             bool(impact_friction),
-            core_loads(listed_loads, listed, names),
         )
         self._set(
             mass=m,

@@ -3,10 +3,7 @@
 use num_complex::Complex64;
 use numpy::ndarray::{ArrayView, Dimension};
 use numpy::npyffi::NPY_ORDER;
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2,
-    PyUntypedArrayMethods,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use stickslip_core::contact::EventKind;
 use stickslip_core::linalg::{DMatrix, SparseMatrix};
@@ -43,7 +40,7 @@ impl MatrixInput<'_> {
     pub fn to_matrix(&self, py: Python<'_>, argument: &str) -> PyResult<SparseMatrix> {
         match self {
             MatrixInput::Dense(dense) => {
-                let &[rows, columns] = dense.shape() else { unreachable!("two axes by type") };
+                let (rows, columns) = dense.as_array().dim();
                 if rows != columns {
                     let error = Error::Shape {
                         argument: argument.to_owned(),

@@ -7,9 +7,8 @@ mod energy;
 mod errors;
 mod interrupt;
 mod modes;
-mod path;
+mod parameters;
 mod scene;
-mod study;
 mod trajectory;
 
 use mimalloc::MiMalloc;
@@ -30,11 +29,11 @@ mod _core {
     #[pymodule_export]
     use crate::modes::Reduced;
     #[pymodule_export]
-    use crate::path::Path;
+    use crate::parameters::path::Path;
+    #[pymodule_export]
+    use crate::parameters::study::{Family, answers, arithmetic, verdicts};
     #[pymodule_export]
     use crate::scene::{Scene, chain};
-    #[pymodule_export]
-    use crate::study::{Family, answers, arithmetic, verdicts};
     #[pymodule_export]
     use crate::trajectory::Trajectory;
 }

@@ -130,7 +130,7 @@ impl Scene {
     }
 
     pub fn core(&self) -> &Arc<core::Scene> {
-        self.propagators.scene()
+        self.propagators.bare()
     }
 
     pub fn combination(&self, py: Python<'_>, text: &str) -> PyResult<core::Combination> {
@@ -166,12 +166,12 @@ impl Scene {
         mass: MassInput<'_>,
         stiffness: (MatrixInput<'_>, Option<MatrixInput<'_>>),
         damping: (DampingInput<'_>, Option<MatrixInput<'_>>),
-        force: PyReadonlyArray1<'_, f64>,
+        force: (PyReadonlyArray1<'_, f64>, LoadData),
         contacts: Vec<ContactData<'_>>,
         impact_friction: bool,
-        loads: LoadData,
     ) -> PyResult<Self> {
         let ((stiffness, circulatory), (damping, gyroscopic)) = (stiffness, damping);
+        let (force, loads) = force;
         let mass = match mass {
             MassInput::Lumped(mass) => core::scene::Mass::Lumped(vector(&mass)),
             MassInput::Full(MatrixInput::Dense(mass)) => {

@@ -199,7 +199,8 @@ pub(crate) fn determinant_sign(matrix: DMatrix<f64>) -> f64 {
 pub(crate) fn regular_solution(matrix: DMatrix<f64>, rhs: &[f64]) -> Option<DVector<f64>> {
     let lost = rounding(&matrix);
     let (factors, sizes) = equilibrated(matrix, lost)?;
-    let mut solution = DVector::from_column_slice(rhs).component_div(&sizes);
+    let mut solution = DVector::from_column_slice(rhs);
+    solution.component_div_assign(&sizes);
     (rhs.is_empty() || factors.solve_mut(&mut solution)).then_some(solution)
 }
 

@@ -40,7 +40,12 @@ impl Series {
 
     /// In working precision.
     pub(crate) fn at(&self, t: f64) -> DMatrix<f64> {
-        let [first, rest @ ..] = self.0.as_slice() else { return DMatrix::default() };
+        let (first, rest) = match self.0.as_slice() {
+            [] => return DMatrix::default(),
+            [constant] => return constant.clone(),
+            [constant, slope] => return slope * t + constant,
+            [first, rest @ ..] => (first, rest),
+        };
         let mut b1 = DMatrix::zeros(first.nrows(), first.ncols());
         let mut b2 = b1.clone();
         for coefficient in rest.iter().rev() {

@@ -1,15 +1,13 @@
 //! Complex modes and growth of one status combination.
 
 pub(crate) mod complex_modes;
-pub(crate) mod general;
 pub(crate) mod growth;
 pub(crate) mod mass_factor;
 pub(crate) mod mode;
 pub(crate) mod pairs;
-pub(crate) mod problem;
-pub(crate) mod proportional;
 pub(crate) mod quadratic_pencil;
 pub(crate) mod refinement;
+pub(crate) mod solvers;
 pub(crate) mod spectrum;
 
 pub use complex_modes::Modes;

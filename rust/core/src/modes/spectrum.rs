@@ -7,13 +7,13 @@
 
 use crate::error::Error;
 use crate::linalg::parallel::each;
-use crate::modes::general::general_modes;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
-use crate::modes::problem::Problem;
-use crate::modes::proportional::proportional_modes;
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::modes::refinement::inverse_iteration::InverseIteration;
+use crate::modes::solvers::general::general_modes;
+use crate::modes::solvers::problem::Problem;
+use crate::modes::solvers::proportional::proportional_modes;
 
 /// Relative residual of the quadratic problem above which an eigenvalue counts as not converged.
 /// A backward-stable solver leaves some 1e-15; the margin only has to tell noise from failure.
@@ -77,8 +77,8 @@ fn all_at_once(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::modes::proportional::roots_of_mode;
     use crate::modes::quadratic_pencil::DoubledRows;
+    use crate::modes::solvers::proportional::roots_of_mode;
     use crate::scene::status::Combination;
 
     /// A chain of 160 masses between two walls, in units of a steel mesh (K over M of 1e12 1/s^2), without and with a

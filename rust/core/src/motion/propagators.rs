@@ -80,8 +80,8 @@ impl Propagators {
         }
     }
 
-    /// The scene that they propagate.
-    pub fn scene(&self) -> &Arc<Scene> {
+    /// The scene as it was given, without the coordinates that carry its loads.
+    pub fn bare(&self) -> &Arc<Scene> {
         &self.bare
     }
 

@@ -123,7 +123,7 @@ pub(crate) fn follow(
     questions: &MotionQuestions,
     cancel: &Cancel,
 ) -> Result<Followed, Failure> {
-    let scene = propagators.scene();
+    let scene = propagators.bare();
     let start = match &questions.added {
         None => disturbed_sliding(scene)?,
         Some((position, velocity)) => {

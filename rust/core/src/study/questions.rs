@@ -204,7 +204,7 @@ fn ask(scene: &Arc<Scene>, questions: &Questions, cancel: &Cancel, answer: &mut 
         }
     }
     if let Some(range) = &questions.hopf {
-        match hopf_point(scene, questions.combination.as_ref(), range) {
+        match hopf_point(scene, questions.combination.as_ref(), range, cancel) {
             Ok(point) => answer.hopf = Some(point),
             Err(error) => answer.fail(error),
         }
@@ -248,13 +248,14 @@ fn hopf_point(
     scene: &Scene,
     combination: Option<&Combination>,
     range: &HopfRange,
+    cancel: &Cancel,
 ) -> Result<(f64, f64), Failure> {
     let HopfRange { contacts, lower, upper } = range;
     let chosen = combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;
     let path = Path::contact_law([scene, scene], &chosen, contacts, *lower, *upper)?;
     let mut lost = None;
     let eigenproblems = AtomicUsize::new(0);
-    let watched = WatchedPath { path: &path, cancel: None, eigenproblems: &eigenproblems };
+    let watched = WatchedPath { path: &path, cancel: Some(cancel), eigenproblems: &eigenproblems };
     let first = first_hopf_point(watched, |point| {
         let destabilising = point.slope > 0.0;
         if destabilising {

@@ -84,7 +84,7 @@ impl Batch {
     /// Puts a run at the end of the queue; it begins as soon as a thread is free.
     pub fn submit(&mut self, job: Job) {
         let propagators = match &self.shared {
-            Some(shared) if Arc::ptr_eq(shared.scene(), &job.scene) => Arc::clone(shared),
+            Some(shared) if Arc::ptr_eq(shared.bare(), &job.scene) => Arc::clone(shared),
             _ => Arc::new(Propagators::new(Arc::clone(&job.scene))),
         };
         self.shared = Some(Arc::clone(&propagators));

@@ -93,7 +93,7 @@ proptest! {
         combinations.sort_by_key(|combination| combination.to_string());
         combinations.dedup();
         let conditions = combinations.iter().flat_map(|combination| {
-            Modes::new(scene.scene(), combination).expect("modes").condition
+            Modes::new(scene.bare(), combination).expect("modes").condition
         });
         let condition = match method {
             Method::Taylor => 1.0,
@@ -168,7 +168,7 @@ proptest! {
         let statuses = [Status::Positive, Status::Negative, Status::Sticking, Status::Detached];
         let chosen = letters.iter().map(|&k| statuses[k]).collect();
         let combination = Combination::new(chosen);
-        let modes = Modes::new(scene.scene(), &combination).expect("modes");
+        let modes = Modes::new(scene.bare(), &combination).expect("modes");
         let m = modes.reduced.size();
         let count = modes.eigenvalues.len();
         prop_assert_eq!(count, 2 * m);

@@ -106,7 +106,7 @@ fn check(propagators: &Arc<Propagators>, cycle: &Cycle, kinds: &[EventKind]) {
 
 /// Steady sliding with a push on the first mass.
 fn pushed(scene: &Arc<Propagators>) -> State {
-    let mut start = scene.scene().sliding_equilibrium().expect("steady sliding");
+    let mut start = scene.bare().sliding_equilibrium().expect("steady sliding");
     start.velocity[0] += 1e-3;
     start
 }

@@ -12,11 +12,11 @@
 //! holds for every lambda, zero included, without cancellation. From panel to panel
 //!
 //! ```text
-//! z(t + h) = e^{lambda h} z + h phi1(lambda h) p + h^2 phi2(lambda h) p1
+//! z(t + h) = e^{lambda h} z + h phi1(lambda h) p + h^2 phi2(lambda h) p1,   z'(t + h) = e^{lambda h} z' + h phi1(lambda h) p1
 //! ```
 //!
-//! is taken instead, with z' and w of the result: a rounding of z then moves, and decays, as the mode does, where one of z'
-//! in the first form is integrated for the rest of the phase.
+//! is taken instead: a rounding then moves, and decays, as the mode does, where one of z' in the first form is integrated
+//! for the rest of the phase.
 
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::{Level, Step};
@@ -167,7 +167,9 @@ impl ModalMotion {
                 force = force.add_scaled(simd, simd.splat_f64s(at), stick);
             }
             self.force[g] = force;
-            *modes = Modes::of(simd, z, basis.lambda.0[g], force, forces[g].linear);
+            let lambda = basis.lambda.0[g];
+            let dz = force.add_product(simd, lambda, z);
+            *modes = Modes { z, dz, w: forces[g].linear.add_product(simd, lambda, dz) };
         }
     }
 
@@ -184,15 +186,23 @@ impl ModalMotion {
     #[inline(always)]
     fn shift<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, level: &Level) {
         let width = simd.splat_f64s(level.width);
-        let forces = &basis.references[self.reference].force[..groups];
+        let reference = &basis.references[self.reference];
         for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
-            let (step, linear) = (&level.modes[g].whole, forces[g].linear);
-            let z = ComplexGroup::ZERO
-                .add_product(simd, step.phi2, linear)
-                .add_product(simd, step.phi1, self.force[g])
-                .add_product(simd, step.exponential, modes.z);
-            self.force[g] = self.force[g].add_scaled(simd, width, linear);
-            *modes = Modes::of(simd, z, basis.lambda.0[g], self.force[g], linear);
+            let Step { exponential, phi1, phi2 } = level.modes[g].whole;
+            let force = &mut self.force[g];
+            // A closure would not be compiled for the vector unit.
+            let zero = ComplexGroup::ZERO;
+            let mut z = zero.add_product(simd, exponential, modes.z);
+            let mut dz = zero.add_product(simd, exponential, modes.dz);
+            let w = zero.add_product(simd, exponential, modes.w);
+            z = z.add_product(simd, phi1, *force);
+            if !reference.is_steady {
+                let linear = reference.force[g].linear;
+                z = z.add_product(simd, phi2, linear);
+                dz = dz.add_product(simd, phi1, linear);
+                *force = force.add_scaled(simd, width, linear);
+            }
+            *modes = Modes { z, dz, w };
         }
     }
 
@@ -202,19 +212,6 @@ impl ModalMotion {
 }
 
 impl Modes {
-    /// At z, where the force is p and grows by `linear` per unit of time.
-    #[inline(always)]
-    fn of<S: Lanes>(
-        simd: S,
-        z: ComplexGroup,
-        lambda: ComplexGroup,
-        force: ComplexGroup,
-        linear: ComplexGroup,
-    ) -> Self {
-        let dz = force.add_product(simd, lambda, z);
-        Self { z, dz, w: linear.add_product(simd, lambda, dz) }
-    }
-
     /// A step of `h` later.
     #[inline(always)]
     pub(super) fn after<S: Lanes>(&self, simd: S, step: &Step, h: f64) -> Self {

@@ -52,7 +52,7 @@ impl ModalMotion {
         while self.quiet >= QUIET && leaps < LEAPS {
             let index = (self.level + self.leap).min(LEVELS - 1);
             let level = basis.level(index);
-            let within = self.start.high + level.width <= remaining;
+            let within = self.start.add(level.width.into()).high <= remaining;
             if !(within && self.unit.run(IsQuiet { motion: self, basis, level })) {
                 if self.leap <= 1 {
                     self.quiet = 0;

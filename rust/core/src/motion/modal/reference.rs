@@ -22,6 +22,8 @@ pub(super) struct Reference {
     pub sticking: Vec<Sticking>,
     /// For each group of modes.
     pub force: Vec<ModalForce>,
+    /// Whether it rests: then no force grows with time.
+    pub is_steady: bool,
     /// For each event function.
     pub functions: Vec<AffineFunction>,
 }
@@ -157,6 +159,7 @@ impl At {
         };
         Reference {
             force: force.collect(),
+            is_steady: velocity.iter().all(|&speed| speed == 0.0),
             functions: functions.iter().map(affine).collect(),
             size: [largest(&self.position), largest(&self.velocity)],
             at: self.position.into_iter().zip(self.velocity).map(|(q, u)| [q, u]).collect(),

@@ -2,5 +2,7 @@
 
 #[cfg(test)]
 mod fuzz;
+#[cfg(test)]
+mod planted_dips;
 pub(crate) mod polynomial;
 pub(crate) mod search;

@@ -8,9 +8,9 @@ use crate::linalg::eigen;
 use crate::linalg::eigenpair::{EigenPair, norm};
 use crate::linalg::parallel::each;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
-use crate::modes::problem::{Problem, Solved, WELL_CONDITIONED, packed};
 use crate::modes::quadratic_pencil::{DoubledRows, Pencil, Products};
 use crate::modes::refinement::vectors::Eigenvectors;
+use crate::modes::solvers::problem::{Problem, Solved, WELL_CONDITIONED, packed};
 
 /// Rounds of refinement with general damping: the slow modes of a scene with a fast dashpot keep few digits.
 const GENERAL_ROUNDS: usize = 2;

@@ -11,7 +11,7 @@ use stickslip_core as core;
 use crate::convert::{matrix, method_named, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::{detached, until_interrupted};
-use crate::path::verdict_arrays;
+use crate::parameters::path::verdict_arrays;
 use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs};
 use crate::trajectory::Trajectory;
 

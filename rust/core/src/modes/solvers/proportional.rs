@@ -8,9 +8,9 @@ use crate::linalg::eigen;
 use crate::linalg::eigenpair::EigenPair;
 use crate::linalg::parallel::each;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
-use crate::modes::problem::{Problem, Solved, WELL_CONDITIONED, packed, project};
 use crate::modes::refinement::slow_modes;
 use crate::modes::refinement::vectors::Eigenvectors;
+use crate::modes::solvers::problem::{Problem, Solved, WELL_CONDITIONED, packed, project};
 use crate::numerics::double_double::DoubledComplex;
 
 /// Rounds of refinement; each squares the error, so three take one digit to rounding.
@@ -107,7 +107,11 @@ impl Problem<'_> {
             let length = (1.0 + beta * lambda) * rows;
             self.norms.relative_residual(lambda, &half.right, std::iter::once(length))
         };
-        of_root(larger).max(of_root(smaller))
+        // Of a conjugate pair both are the same.
+        match smaller == larger.conj() {
+            true => of_root(larger),
+            false => of_root(larger).max(of_root(smaller)),
+        }
     }
 
     /// Values with their vectors, corrected by their Rayleigh quotients `y' K x / y' M x`.
