@@ -39,6 +39,8 @@ _Index = NDArray[np.int64]
 _SparseData = tuple[_Real, _Index, _Index]
 #: A direction: dof index, (n,) vector, or its (dof index, entry) pairs, ascending.
 _Along = int | _Real | list[tuple[int, float]]
+#: (normal, tangential) stiffness of a compliant contact.
+_SpringData = tuple[float | None, float | None]
 #: Loads in time: (dof entries, frequency, phase), (dof entries, times, values), and of sliders
 #: (contact, amplitude, frequency, phase).
 _LoadData = tuple[
@@ -46,8 +48,11 @@ _LoadData = tuple[
     list[tuple[list[tuple[int, float]], list[float], list[float]]],
     list[tuple[int, float, float, float]],
 ]
-#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force.
-_ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float]
+#: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force,
+#: stiffness.
+_ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float, _SpringData]
+#: A combination, with the friction forces that compliant contacts hold.
+_Statuses = str | tuple[str, list[float]]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
 _Growth = tuple[float, float, float]
 #: What a motion settles to: kind, cycle, growth of neighbours, last stretch of the motion.
@@ -87,6 +92,8 @@ class Scene:
     def with_contacts(self, contacts: Sequence[_ContactData], loads: _LoadData) -> Scene: ...
     @property
     def size(self) -> int: ...
+    @property
+    def has_massless(self) -> bool: ...  # dofs or nodes of compliant contacts
     def reduced(self, combination: str) -> Reduced: ...
     def modes(self, combination: str) -> _ModesData: ...
     # M_s, C_s, K_s
@@ -100,12 +107,12 @@ class Scene:
     def steady_sliding(self) -> str: ...
     # (position, combination, normal forces), whether it is the only one, another one
     def sliding_equilibrium(self) -> tuple[_Equilibrium, bool | None, _Equilibrium | None]: ...
-    def check_state(self, position: _Real, velocity: _Real, combination: str) -> None: ...
+    def check_state(self, position: _Real, velocity: _Real, combination: _Statuses) -> None: ...
     def undetermined(self, combination: str) -> list[int]: ...
     @property
     def dependent(self) -> bool: ...
     def contact_forces(
-        self, position: _Real, velocity: _Real, combination: str
+        self, position: _Real, velocity: _Real, combination: _Statuses
     ) -> tuple[list[float], list[float]]: ...  # normal, friction
     # M, C + G, K + H, and the symmetric and the skew part of K + H, (n, n)
     def matrices(self) -> list[_SparseData]: ...
@@ -129,12 +136,12 @@ class Batch:
     def submit(
         self,
         scene: Scene,
-        start: tuple[_Real, _Real, str] | None,  # None: sliding equilibrium
+        start: tuple[_Real, _Real, _Statuses] | None,  # None: sliding equilibrium
         added_position: _Real | None,
         added_velocity: _Real | None,
     ) -> None: ...
-    # position, velocity, combination at the start and the motion; or why there is none
-    def collect(self) -> tuple[_Real, _Real, str, Trajectory] | StickslipError: ...
+    # position, velocity, combination, friction forces at the start and the motion; or why there is none
+    def collect(self) -> tuple[_Real, _Real, str, list[float], Trajectory] | StickslipError: ...
     def stop(self) -> None: ...
 
 @final
@@ -202,7 +209,7 @@ class Trajectory:
         scene: Scene,
         position: _Real,
         velocity: _Real,
-        combination: str,
+        combination: _Statuses,
         duration: float,
         method: Literal["auto", "modal", "taylor"],
         max_events: int | None,
@@ -224,7 +231,7 @@ class Trajectory:
     accumulations: list[tuple[int, int, float]]  # event index, bounces left out, error bound of the time
     # time, contact, kind of the event not taken, event function at the touch, bound on its error
     grazings: list[tuple[float, int, str, float, float]]
-    def state(self, time: float) -> tuple[_Real, _Real, str]: ...
+    def state(self, time: float) -> tuple[_Real, _Real, str, list[float]]: ...
     def event_states(
         self,
     ) -> tuple[_Real, _Real]: ...  # (events, n) position and velocity just after each event
@@ -325,7 +332,7 @@ def attractor(
 ) -> _Settled: ...
 def settle_all(
     scenes: Sequence[Scene],
-    starts: Sequence[tuple[_Real, _Real, str]],  # position, velocity, combination
+    starts: Sequence[tuple[_Real, _Real, _Statuses]],  # position, velocity, combination
     stretch: float,
     limit: float,
     runs: bool,  # whether the last stretches of the motions come with them

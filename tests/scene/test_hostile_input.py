@@ -28,7 +28,6 @@ def scene(**changes):
 SCENES = [
     ({"mass": [1.0, NAN]}, "mass: must be finite, got NaN at index 1"),
     ({"mass": [1.0, INF]}, "mass: must be finite, got inf"),
-    ({"mass": [1.0, 0.0]}, "mass: must be positive definite, got 0"),
     ({"mass": [1.0, -2.0]}, "mass: must be positive definite, got -2"),
     ({"mass": [[1.0, 2.0], [2.0, 1.0]]}, "mass: must be positive definite, got -3"),
     ({"mass": [[1.0, 0.5], [0.4, 1.0]]}, "mass: must be symmetric, got 0.5 at .*0.4"),

@@ -110,14 +110,14 @@ def settled(
 
     What was not done by then is None. The last stretches of the motions come with them if `runs`.
     """
-    parts = [(state.position, state.velocity, state.combination) for state in starts]
+    parts = [(state.position, state.velocity, state.statuses) for state in starts]
     return _core.settle_all([scene.core for scene in scenes], parts, stretch, limit, runs)
 
 
 def is_valid(scene: Scene, state: State) -> bool:
     """Return whether a state satisfies its combination in a scene."""
     try:
-        scene.core.check_state(state.position, state.velocity, state.combination)
+        scene.core.check_state(state.position, state.velocity, state.statuses)
     except InputError:
         return False
     return True

@@ -93,8 +93,9 @@ class Sliding:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        # Where directions depend on each other, friction does not enter linearly.
-        if not isinstance(self.family.model, Scene) or self.family.model.core.dependent:
+        # Friction does not enter linearly where dofs have no mass or directions depend on each other.
+        model = self.family.model
+        if not isinstance(model, Scene) or model.core.has_massless or model.core.dependent:
             return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})
@@ -201,6 +202,8 @@ class Interpolation:
 
 def is_proportional(scene: Scene) -> bool:
     """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
+    if scene.core.has_massless:
+        return False
     if scene.damping is None:
         return scene.gyroscopic is None
     return isinstance(scene.damping, Proportional) and not scene.unsymmetric

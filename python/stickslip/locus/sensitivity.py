@@ -147,6 +147,11 @@ def entry_sensitivity(
     _, defined = _partners(modes)
     value = modes.eigenvalues
     law = scene.damping if isinstance(scene.damping, Proportional) else Proportional()
+    if scene.core.has_massless and law.stiffness:
+        raise InputError(
+            "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"
+            " are compliant; state it as a matrix to differentiate"
+        )
     factors = {
         "mass": value**2 + law.mass * value,
         "damping": value,

@@ -48,6 +48,11 @@ class Contact:
         Ratio of normal velocities after and before an impact, in [0, 1]; 0 is plastic.
     gap
         Clearance at x = 0, m; negative: an interference.
+    normal_stiffness, tangential_stiffness
+        Springs, N/m, between the contact and the dofs that its directions name; None: it is rigid. The
+        contact is then a node without mass: its gap closes without an impact, its slip velocity is that of
+        the node. With a normal stiffness only, slip is that of the dofs; a tangential one needs a normal
+        one, or a given normal force.
     normal_force
         N > 0 of a contact without a normal direction, N; None of one with it.
     name
@@ -68,6 +73,8 @@ class Contact:
     slider_speed: float = 0.0
     restitution: float = 0.0
     gap: float = 0.0
+    normal_stiffness: float | None = None
+    tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
     slider_vibration: Any = None
@@ -82,7 +89,7 @@ class Contact:
         for name in ("tangential", "normal"):
             if isinstance(direction := getattr(self, name), Mapping):
                 object.__setattr__(self, name, dict(direction))
-        for name in LAW:
+        for name in (*LAW, *SPRINGS):
             value = getattr(self, name)
             # Numbers of other kinds, such as fractions, become floats; what is no number, the scene refuses.
             if isinstance(value, numbers.Real) and not isinstance(value, float | int):
@@ -101,6 +108,8 @@ class Contact:
 
 #: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
 LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force")
+#: Stiffnesses of a compliant contact, None where it is rigid.
+SPRINGS = ("normal_stiffness", "tangential_stiffness")
 
 
 def concerns(field: str, contact: Contact) -> bool:
@@ -172,7 +181,13 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
         real_number(f"{place}: restitution", contact.restitution),
         real_number(f"{place}: gap", contact.gap),
         0.0 if contact.normal_force is None else real_number(f"{place}: normal_force", contact.normal_force),
+        (_spring(place, contact, "normal_stiffness"), _spring(place, contact, "tangential_stiffness")),
     )
+
+
+def _spring(place: str, contact: Contact, name: str) -> float | None:
+    value = getattr(contact, name)
+    return None if value is None else real_number(f"{place}: {name}", value)
 
 
 def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:

@@ -36,6 +36,9 @@ class State:
         ``s`` sticking, ``d`` detached.
     dofs
         Names of the dofs; None: ``x1``, ``x2``, ...
+    friction_force
+        (c,), N: what compliant contacts that stick hold, one entry per contact; None: nothing. Of all other
+        contacts the friction force follows from the state, and theirs don't count here.
 
     Raises
     ------
@@ -48,6 +51,7 @@ class State:
     velocity: Real
     combination: str = field(kw_only=True)
     dofs: tuple[str, ...] = field(kw_only=True)
+    friction_force: Real | None = field(kw_only=True)
 
     def __init__(
         self,
@@ -55,6 +59,7 @@ class State:
         velocity: ArrayLike,
         combination: str,
         dofs: Sequence[str] | None = None,
+        friction_force: ArrayLike | None = None,
     ) -> None:
         x = real_array("position", position, 1)
         v = real_array("velocity", velocity, 1)
@@ -77,6 +82,19 @@ class State:
         object.__setattr__(self, "velocity", v)
         object.__setattr__(self, "combination", combination)
         object.__setattr__(self, "dofs", names)
+        held = None
+        if friction_force is not None and np.size(friction_force):
+            held = real_array("friction_force", friction_force, 1)
+            if held.shape != (len(combination),) or not np.isfinite(held).all():
+                expected = f"expected one finite number per contact ({len(combination)})"
+                raise InputError(f"friction_force: {expected}, got {held!r}")
+        object.__setattr__(self, "friction_force", held)
+
+    @property
+    def statuses(self) -> str | tuple[str, list[float]]:
+        """The combination with the friction forces that go with it, as the core takes it."""
+        forces = self.friction_force
+        return self.combination if forces is None else (self.combination, forces.tolist())
 
     def perturbed(self, position: Change | None = None, velocity: Change | None = None) -> State:
         """Return the state with something added; the combination stays.
@@ -96,6 +114,7 @@ class State:
             self.velocity + change_vector("velocity", velocity, self.dofs),
             self.combination,
             self.dofs,
+            self.friction_force,
         )
 
     def contact_forces(self, scene: Scene) -> xr.Dataset:
@@ -121,7 +140,7 @@ class State:
         import xarray as xr
 
         core = checked(scene).core
-        normal, friction = core.contact_forces(self.position, self.velocity, self.combination)
+        normal, friction = core.contact_forces(self.position, self.velocity, self.statuses)
         newton = {"units": "N"}
         return xr.Dataset(
             {

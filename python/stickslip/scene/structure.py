@@ -7,6 +7,7 @@ from typing import Any
 
 import scipy.sparse
 
+from stickslip.faults import InputError
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.scene import Scene
 
@@ -44,7 +45,18 @@ class Structure:
 
     @classmethod
     def of(cls, scene: Scene) -> Structure:
-        """Return the sparse matrices of a scene."""
+        """Return the sparse matrices of a scene.
+
+        Raises
+        ------
+        InputError
+            If some dofs have no mass, or contacts are compliant: their nodes are none of the dofs.
+        """
+        if scene.core.has_massless:
+            raise InputError(
+                "scene: energies of modes and harmonics need mass on every dof and rigid contacts;"
+                " Trajectory.energy and Trajectory.balance have those of a motion"
+            )
         core, shape = scene.core, (scene.size, scene.size)
         mass, damping, stiffness, elastic, circulatory = (
             scipy.sparse.csr_array(parts, shape=shape) for parts in core.matrices()

@@ -145,8 +145,8 @@ def _collected(batch: _core.Batch, pending: deque[Pending]) -> Outcome:
     pending.popleft()
     if isinstance(collected, StickslipError):
         return Outcome(index, scene, None, collected)
-    position, velocity, combination, core = collected
-    run = Trajectory(scene, State(position, velocity, combination, scene.dofs), core)
+    position, velocity, combination, held, core = collected
+    run = Trajectory(scene, State(position, velocity, combination, scene.dofs, held), core)
     stopped = run.stop_reason in ("failed", "chattering")
     return Outcome(index, scene, run, RunError(core.stop_message, run) if stopped else None)
 
@@ -203,5 +203,5 @@ def _checked(jobs: Iterable[tuple[Any, Any]]) -> Iterator[tuple[Scene, State | N
         raise InputError(f"starts: expected one per scene, {error}") from None
 
 
-def _core_start(start: State | None) -> tuple[Real, Real, str] | None:
-    return None if start is None else (start.position, start.velocity, start.combination)
+def _core_start(start: State | None) -> tuple[Real, Real, str | tuple[str, list[float]]] | None:
+    return None if start is None else (start.position, start.velocity, start.statuses)

@@ -277,6 +277,62 @@ pub enum Error {
         /// Smallest relative pivot of that matrix, -.
         pivot: f64,
     },
+    /// A tangential stiffness without a normal one.
+    #[error(
+        "contact {contact}: tangential_stiffness: needs normal_stiffness, too, or a given normal_force; at a rigid contact the normal force jumps, and with it the place of a node that slides"
+    )]
+    RigidNormal {
+        /// Index of the contact.
+        contact: usize,
+    },
+    /// A contact without mass that is told to bounce.
+    #[error(
+        "contact {contact}: restitution: must be 0 where the contact has no mass, got {restitution}; its gap closes without an impact, and nothing bounces"
+    )]
+    RestitutionWithoutMass {
+        /// Index of the contact.
+        contact: usize,
+        /// The value given.
+        restitution: f64,
+    },
+    /// Dofs without mass that the springs do not hold.
+    #[error(
+        "stiffness: must be positive definite over the dofs without mass, which follow the others at once; coordinate {coordinate} has the pivot {pivot:e}"
+    )]
+    FloatingBoundary {
+        /// Index of the coordinate.
+        coordinate: usize,
+        /// Pivot of the factorization there, N/m.
+        pivot: f64,
+    },
+    /// A force that would need the velocity of a dof without mass.
+    #[error(
+        "{argument}: entry at dof {dof}, which has no mass: its velocity jumps; state damping=Proportional(...), which is formed from the mass and the stiffness that the dofs with mass feel, or give the dof a mass"
+    )]
+    RateWithoutMass {
+        /// The matrix: `damping`, `gyroscopic` or `circulatory`.
+        argument: &'static str,
+        /// Index of the dof.
+        dof: usize,
+    },
+    /// Mass and no mass mixed where the program needs one or the other.
+    #[error("contact {contact}: {reason}")]
+    MixedMass {
+        /// Index of the contact.
+        contact: usize,
+        /// What is mixed, and what to do.
+        reason: &'static str,
+    },
+    /// The dofs without mass have no unique place in a combination.
+    #[error(
+        "combination {combination:?}: the places of the dofs without mass are not unique (pivot {pivot:e}): with this friction and stiffness the quasi-static contact problem is singular"
+    )]
+    SingularBoundary {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// Smallest relative pivot of their equations, -.
+        pivot: f64,
+    },
     /// The eigenvalue iteration of a combination did not converge.
     #[error(
         "the eigenvalues of combination {combination:?} did not converge: relative residual {residual:e}"
@@ -396,6 +452,20 @@ pub enum RunFailure {
         slip: Vec<f64>,
         /// (tangential, normal) of each contact.
         reactions: Vec<f64>,
+    },
+    /// The quasi-static contact problem of contacts without mass has no solution, or several.
+    #[error(
+        "contacts {contacts:?} at t = {time} s: the quasi-static contact problem of their {level} has {count}; friction is too large for the stiffness that ties them, give them a normal_stiffness and a tangential_stiffness or less friction"
+    )]
+    QuasiStatic {
+        /// Indices of the contacts of the problem.
+        contacts: Vec<usize>,
+        /// Time of the event, s.
+        time: f64,
+        /// "forces" or "rates".
+        level: &'static str,
+        /// "no solution" or "several solutions".
+        count: &'static str,
     },
     /// Why a motion read back from its record could not be continued, in the words of then.
     #[error("{0}")]

@@ -9,7 +9,7 @@
 //! ```
 //! use std::sync::Arc;
 //! use stickslip_core::linalg::SparseMatrix;
-//! use stickslip_core::scene::{Damping, Mass};
+//! use stickslip_core::scene::{Damping, Mass, Springs};
 //! use stickslip_core::*;
 //!
 //! let belt = ContactInput {
@@ -21,6 +21,7 @@
 //!     slider_speed: 0.1,
 //!     restitution: 0.0,
 //!     gap: 0.0,
+//!     springs: Springs::default(),
 //! };
 //! let scene = Scene::new(SceneInput {
 //!     mass: Mass::Lumped(vec![1.0, 1.0]),
@@ -37,6 +38,7 @@
 //!     position: vec![0.0, 0.0],
 //!     velocity: vec![0.1, 0.0],
 //!     combination: Combination::parse("s", 1)?,
+//!     friction_force: Vec::new(),
 //! };
 //! let propagators = Arc::new(Propagators::new(Arc::new(scene)));
 //! let run = simulate(&propagators, &start, 40.0, Method::Auto, Controls::default())?;

@@ -9,7 +9,7 @@ use stickslip_core as core;
 use crate::convert::{method_named, stops_at_grazing, vector};
 use crate::errors::{named, raise_failure};
 use crate::interrupt::{PATIENCE, detached};
-use crate::scene::Scene;
+use crate::scene::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
 #[pyclass(frozen, module = "stickslip._core")]
@@ -65,7 +65,7 @@ impl Batch {
         &self,
         py: Python<'_>,
         scene: &Scene,
-        start: Option<(PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>, String)>,
+        start: Option<(PyReadonlyArray1<'_, f64>, PyReadonlyArray1<'_, f64>, StatusInput)>,
         added_position: Option<PyReadonlyArray1<'_, f64>>,
         added_velocity: Option<PyReadonlyArray1<'_, f64>>,
     ) -> PyResult<()> {
@@ -87,7 +87,7 @@ impl Batch {
         Ok(())
     }
 
-    /// (position, velocity, combination, trajectory) of the oldest run, or the error that kept it from starting.
+    /// (position, velocity, combination, friction forces, trajectory) of the oldest run, or the error that kept it from starting.
     fn collect<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         if self.lock().pending() == 0 {
             return Err(named(py, "InputError", "collect: no run was submitted"));
@@ -100,6 +100,7 @@ impl Batch {
                         start.position.into_pyarray(py),
                         start.velocity.into_pyarray(py),
                         start.combination.to_string(),
+                        start.friction_force,
                         Trajectory::new(run),
                     );
                     return Ok(parts.into_pyobject(py)?.into_any());

@@ -12,7 +12,7 @@ use stickslip_core as core;
 use crate::convert::{dense, integers, kinds, method_named, read_record, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::{detached, listening, until_interrupted};
-use crate::scene::Scene;
+use crate::scene::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
 #[pyclass(frozen, module = "stickslip._core")]
@@ -350,7 +350,7 @@ fn sides<'a>(below: &'a Scene, above: &'a Scene, width: f64) -> core::cycles::or
     core::cycles::orbits::Sides { below, above, width }
 }
 
-type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, String);
+type Start<'py> = (PyReadonlyArray1<'py, f64>, PyReadonlyArray1<'py, f64>, StatusInput);
 /// What a motion settles to and why its last stretch ended.
 type Found = (Settled, String);
 

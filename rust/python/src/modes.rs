@@ -18,10 +18,10 @@ pub struct Reduced {
 }
 
 impl Reduced {
-    pub fn new(scene: &core::Scene, inner: core::Reduced) -> Self {
-        let (right_basis, left_basis) = inner.bases(scene);
-        let statics = core::scene::Statics::new(scene, &inner);
-        Self { inner, right_basis, left_basis, statics }
+    pub fn new(scene: &core::Scene, inner: core::Reduced) -> Result<Self, core::Error> {
+        let (right_basis, left_basis) = inner.bases(scene)?;
+        let statics = core::scene::Statics::new(scene, &inner)?;
+        Ok(Self { inner, right_basis, left_basis, statics })
     }
 }
 

@@ -34,8 +34,27 @@ enum DampingInput<'py> {
     General(MatrixInput<'py>),
 }
 
-pub type ContactData<'py> =
-    (Option<DirectionInput<'py>>, Option<DirectionInput<'py>>, f64, f64, f64, f64, f64, f64);
+/// (normal, tangential) stiffness of a compliant contact.
+type SpringData = (Option<f64>, Option<f64>);
+
+pub type ContactData<'py> = (
+    Option<DirectionInput<'py>>,
+    Option<DirectionInput<'py>>,
+    f64,
+    f64,
+    f64,
+    f64,
+    f64,
+    f64,
+    SpringData,
+);
+
+/// The combination of a state, with the friction forces that its compliant contacts hold.
+#[derive(FromPyObject)]
+pub enum StatusInput {
+    Plain(String),
+    Holding(String, Vec<f64>),
+}
 
 /// Position, combination and normal forces.
 type EquilibriumData<'py> = (Bound<'py, PyArray1<f64>>, String, Bound<'py, PyArray1<f64>>);
@@ -48,7 +67,18 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
     };
     contacts
         .iter()
-        .map(|(tangential, normal, friction, static_friction, speed, restitution, gap, force)| {
+        .map(|contact| {
+            let (
+                tangential,
+                normal,
+                friction,
+                static_friction,
+                speed,
+                restitution,
+                gap,
+                force,
+                springs,
+            ) = contact;
             core::ContactInput {
                 tangential: tangential.as_ref().map(direction),
                 normal: normal.as_ref().map(direction),
@@ -58,6 +88,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
                 slider_speed: *speed,
                 restitution: *restitution,
                 gap: *gap,
+                springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
             }
         })
         .collect()
@@ -112,12 +143,17 @@ impl Scene {
         py: Python<'_>,
         position: &PyReadonlyArray1<'_, f64>,
         velocity: &PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: &StatusInput,
     ) -> PyResult<core::State> {
+        let (combination, friction_force) = match combination {
+            StatusInput::Plain(combination) => (combination, Vec::new()),
+            StatusInput::Holding(combination, forces) => (combination, forces.clone()),
+        };
         Ok(core::State {
             position: vector(position),
             velocity: vector(velocity),
             combination: self.combination(py, combination)?,
+            friction_force,
         })
     }
 }
@@ -189,11 +225,17 @@ impl Scene {
         self.core().dofs()
     }
 
+    /// Whether some dofs or compliant contacts have no mass.
+    #[getter]
+    fn has_massless(&self) -> bool {
+        self.core().has_massless()
+    }
+
     fn reduced(&self, py: Python<'_>, combination: &str) -> PyResult<Reduced> {
         let combination = self.combination(py, combination)?;
         let scene = self.core();
         let reduced = detached(py, || {
-            core::Reduced::new(scene, &combination).map(|reduced| Reduced::new(scene, reduced))
+            core::Reduced::new(scene, &combination).and_then(|reduced| Reduced::new(scene, reduced))
         })?;
         reduced.map_err(|error| raise(py, &error))
     }
@@ -224,8 +266,9 @@ impl Scene {
         combination: &str,
     ) -> PyResult<[Bound<'py, PyArray2<f64>>; 4]> {
         let combination = self.combination(py, combination)?;
-        let reduction = core::scene::Reduction::new(self.core(), &combination);
-        modes::statics(py, core::scene::Statics::of(self.core(), &combination, &reduction))
+        let statics = core::scene::Statics::of(self.core(), &combination)
+            .map_err(|error| raise(py, &error))?;
+        modes::statics(py, statics)
     }
 
     /// Pairs found elsewhere, by rows of (k, m), corrected and judged on the stated matrices.
@@ -292,9 +335,9 @@ impl Scene {
         py: Python<'_>,
         position: PyReadonlyArray1<'_, f64>,
         velocity: PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: StatusInput,
     ) -> PyResult<()> {
-        let state = self.start(py, &position, &velocity, combination)?;
+        let state = self.start(py, &position, &velocity, &combination)?;
         detached(py, || core::contact::start_coordinates(self.propagators.moving(), &state))?
             .map_err(|error| raise(py, &error))?;
         Ok(())
@@ -306,9 +349,9 @@ impl Scene {
         py: Python<'_>,
         position: PyReadonlyArray1<'_, f64>,
         velocity: PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: StatusInput,
     ) -> PyResult<(Vec<f64>, Vec<f64>)> {
-        let state = self.start(py, &position, &velocity, combination)?;
+        let state = self.start(py, &position, &velocity, &combination)?;
         let forces =
             detached(py, || core::contact::forces_of_state(self.propagators.moving(), &state))?;
         Ok(forces.map_err(|error| raise(py, &error))?.into_iter().unzip())
@@ -335,13 +378,13 @@ impl Scene {
     /// By row: the tangential and the normal direction of every contact.
     fn contact_directions<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let rows = self.input.directions();
-        matrix(py, rows.len(), self.size(), rows.concat())
+        matrix(py, rows.len(), self.core().dofs(), rows.concat())
     }
 
     /// By row: how contact forces along each direction are told from a load on the dofs.
     fn contact_basis<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let columns = detached(py, || self.core().contact_basis())?;
-        matrix(py, columns.len(), self.size(), columns.concat())
+        matrix(py, columns.len(), self.core().dofs(), columns.concat())
     }
 }
 

@@ -13,7 +13,7 @@ use crate::convert::{
 };
 use crate::errors::raise;
 use crate::interrupt::{detached, listening};
-use crate::scene::Scene;
+use crate::scene::{Scene, StatusInput};
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Trajectory {
@@ -22,7 +22,7 @@ pub struct Trajectory {
 
 type Matrix<'py> = Bound<'py, PyArray2<f64>>;
 type Sample<'py> = (Matrix<'py>, Matrix<'py>, Matrix<'py>, Matrix<'py>, Bound<'py, PyArray2<u8>>);
-type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String);
+type StateParts<'py> = (Bound<'py, PyArray1<f64>>, Bound<'py, PyArray1<f64>>, String, Vec<f64>);
 type ModalRun<'py> = (String, Bound<'py, PyArray1<i64>>, Bound<'py, PyArray2<Complex64>>);
 
 impl Trajectory {
@@ -44,7 +44,7 @@ impl Trajectory {
         scene: &Scene,
         position: PyReadonlyArray1<'_, f64>,
         velocity: PyReadonlyArray1<'_, f64>,
-        combination: &str,
+        combination: StatusInput,
         duration: f64,
         method: &str,
         max_events: Option<usize>,
@@ -52,7 +52,7 @@ impl Trajectory {
         accumulation_tolerance: f64,
         on_grazing: &str,
     ) -> PyResult<Self> {
-        let start = scene.start(py, &position, &velocity, combination)?;
+        let start = scene.start(py, &position, &velocity, &combination)?;
         let method = method_named(py, method)?;
         let cancel = listening();
         let stop_at_grazing = stops_at_grazing(py, on_grazing)?;
@@ -208,6 +208,7 @@ impl Trajectory {
             state.position.into_pyarray(py),
             state.velocity.into_pyarray(py),
             state.combination.to_string(),
+            state.friction_force,
         ))
     }
 

@@ -8,6 +8,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
 use crate::error::Error;
 use crate::scene::contact_law::check_finite;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
 
@@ -49,6 +50,11 @@ pub(crate) fn coordinates_at(
     }
     scene.check_combination(&state.combination)?;
     let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
+    hold_nodes(scene, state, &mut q)?;
+    let condensed = Condensed::new(scene, &state.combination)?;
+    if let Some(condensed) = &condensed {
+        condensed.complete(&mut q, &mut u);
+    }
     let largest = |values: &[f64]| values.iter().fold(0.0, |size: f64, x| size.max(x.abs()));
     let (length, speed) = {
         let (q, u) = scene.at_rest(&q, &u);
@@ -136,7 +142,9 @@ pub(crate) fn coordinates_at(
             return Err(violated("normal force", normal_force));
         }
         let slip = u[law.tangential] - law.slider_speed;
-        if slip == 0.0 && law.static_friction > 0.0 {
+        // Without mass, what sticks may also be at rest by its place alone.
+        let held = status == Status::Sticking || law.tangential_has_mass();
+        if slip == 0.0 && law.static_friction > 0.0 && held {
             let (friction, _) = force_as(scene, &state.combination, contact, Status::Sticking);
             let required = friction.value(&q, &u);
             let limit = law.static_friction * normal_force;
@@ -152,7 +160,34 @@ pub(crate) fn coordinates_at(
             }
         }
     }
+    if let Some(condensed) = &condensed {
+        condensed.complete(&mut q, &mut u);
+    }
     Ok((q, u))
+}
+
+/// Puts the nodes of compliant contacts that stick where their springs carry the friction forces of the state.
+fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64]) -> Result<(), Error> {
+    let forces = &state.friction_force;
+    if forces.is_empty() {
+        return Ok(());
+    }
+    if forces.len() != scene.contacts.len() {
+        return Err(Error::Shape {
+            argument: "friction_force".into(),
+            expected: format!("shape ({},)", scene.contacts.len()),
+            got: format!("({},)", forces.len()),
+        });
+    }
+    check_finite("friction_force", forces)?;
+    for (law, (&status, force)) in
+        scene.contacts.iter().zip(state.combination.statuses().iter().zip(forces))
+    {
+        if status == Status::Sticking && law.tangential >= scene.dofs {
+            q[law.tangential] += force / scene.stiffness.get(law.tangential, law.tangential);
+        }
+    }
+    Ok(())
 }
 
 /// (T, N) of a contact if it had a status and the others theirs of `combination`: where mass couples contacts, what
@@ -190,6 +225,11 @@ pub(crate) fn initial_departures(
             let vanishes = |reaction: &Functional| {
                 reaction.value(q, u).abs() <= START_TOLERANCE * reaction.magnitude(q, u)
             };
+            if !law.normal_has_mass()
+                && let Some(departure) = departure_without_mass(scene, contact, status, q, u)
+            {
+                return departure;
+            }
             match status {
                 Status::Detached if q[law.normal] == 0.0 => {
                     if u[law.normal] > 0.0 {
@@ -212,4 +252,50 @@ pub(crate) fn initial_departures(
             }
         })
         .collect()
+}
+
+/// The same of a contact without mass, whose forces and gap have rates that the state gives; None where its slip, which
+/// has mass, decides.
+fn departure_without_mass(
+    scene: &Scene,
+    contact: usize,
+    status: Status,
+    q: &[f64],
+    u: &[f64],
+) -> Option<Departure> {
+    let law = &scene.contacts[contact];
+    let multiplicity = |function: &Functional| {
+        let rounding = START_TOLERANCE * function.magnitude(q, u);
+        if function.value(q, u).abs() > rounding {
+            return 0;
+        }
+        let rate = Functional { constant: 0.0, ..function.clone() };
+        if rate.value(u, u).abs() > START_TOLERANCE * rate.magnitude(u, u) { 1 } else { 2 }
+    };
+    let normal = reaction(scene, law.normal);
+    if status == Status::Detached {
+        let gap = Functional { position: vec![(law.normal, 1.0)], ..Functional::default() };
+        return Some(match multiplicity(&gap) {
+            0 => Departure::None,
+            order => Departure::Gap(order),
+        });
+    }
+    match multiplicity(&normal) {
+        0 => {}
+        order => return Some(Departure::Force(order)),
+    }
+    if law.tangential_has_mass() {
+        return None;
+    }
+    if status == Status::Sticking {
+        let friction = reaction(scene, law.tangential);
+        for (bound, sign) in [(Status::Positive, -1.0), (Status::Negative, 1.0)] {
+            let cone = normal.scaled(law.static_friction).plus(&friction.scaled(sign));
+            match multiplicity(&cone) {
+                0 => {}
+                order => return Some(Departure::Bound(bound, order)),
+            }
+        }
+    }
+    Some(Departure::None)
 }

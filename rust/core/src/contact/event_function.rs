@@ -17,6 +17,7 @@ use crate::contact::event_kind::EventKind;
 use crate::error::Error;
 use crate::linalg::dense::Factors;
 use crate::scene::contact_law::Directions;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -102,6 +103,17 @@ impl Functional {
             velocity: terms(&self.velocity),
             constant: factor * self.constant,
         }
+    }
+
+    pub fn plus(&self, other: &Self) -> Self {
+        Self::sum([(1.0, self), (1.0, other)].into_iter())
+    }
+
+    /// The same functional where some coordinates without mass follow the others.
+    pub fn condensed(&self, condensed: &Condensed) -> Self {
+        let (position, constant) = condensed.replaced(&self.position);
+        let (velocity, _) = condensed.replaced(&self.velocity);
+        Self { position, velocity, constant: self.constant + constant }
     }
 
     /// `sum_j factor_j part_j`
@@ -379,7 +391,11 @@ fn of_contact(
         }
         Status::Detached => {
             let gap = Functional { position: vec![(law.normal, 1.0)], ..Functional::default() };
-            vec![function(EventKind::Impact, gap)]
+            let trigger = match law.normal_has_mass() {
+                true => EventKind::Impact,
+                false => EventKind::Closing,
+            };
+            vec![function(trigger, gap)]
         }
     }
 }

@@ -18,6 +18,11 @@ pub enum EventKind {
     Impact,
     /// Infinitely many bounces came to rest; this kind has no event function of its own.
     Accumulation,
+    /// The gap of an open contact without mass closed: nothing bounces.
+    Closing,
+    /// T of a sticking contact without mass reached mu_static N and dropped to mu N, which moved it at once; its event
+    /// functions are those of `SlipPositive` and `SlipNegative`.
+    Jump,
     /// A load was switched; of no contact.
     Load,
 }
@@ -35,17 +40,21 @@ impl EventKind {
             EventKind::Release => "release",
             EventKind::Impact => "impact",
             EventKind::Accumulation => "accumulation",
+            EventKind::Closing => "closing",
+            EventKind::Jump => "jump",
             EventKind::Load => "load",
         }
     }
 
-    const ALL: [EventKind; 7] = [
+    const ALL: [EventKind; 9] = [
         EventKind::Velocity,
         EventKind::SlipPositive,
         EventKind::SlipNegative,
         EventKind::Release,
         EventKind::Impact,
         EventKind::Accumulation,
+        EventKind::Closing,
+        EventKind::Jump,
         EventKind::Load,
     ];
 
@@ -53,9 +62,11 @@ impl EventKind {
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
             EventKind::Velocity => status.is_sliding(),
-            EventKind::SlipPositive | EventKind::SlipNegative => matches!(status, Status::Sticking),
+            EventKind::SlipPositive | EventKind::SlipNegative | EventKind::Jump => {
+                matches!(status, Status::Sticking)
+            }
             EventKind::Release => status.is_closed(),
-            EventKind::Impact | EventKind::Accumulation => !status.is_closed(),
+            EventKind::Impact | EventKind::Accumulation | EventKind::Closing => !status.is_closed(),
             EventKind::Load => false,
         }
     }

@@ -11,8 +11,31 @@ pub(crate) enum Departure {
     None,
     /// The slip velocity: 2 after an onset of slip with mu_static = mu, else 1.
     Slip(usize),
-    /// The gap: 1 after a bounce, 2 when a normal force was already negative, 3 after a release.
+    /// The gap: 1 after a bounce or a release without mass, 2 when a normal force was already negative, 3 after a release.
     Gap(usize),
+    /// Normal force, and both bounds of what sticks, of a contact without mass: 1 after its gap has closed.
+    Force(usize),
+    /// The bound in one direction of what sticks without mass: 2 after slip has come to an end, 1 when another contact
+    /// has ended it.
+    Bound(Status, usize),
+    /// Slip velocity and normal force at once, each 1.
+    SlipAndForce,
+}
+
+impl Departure {
+    /// Multiplicity of the zero at which an event function of the contact begins.
+    pub fn multiplicity(self, trigger: EventKind) -> usize {
+        use EventKind::{Closing, Impact, Release, SlipNegative, SlipPositive, Velocity};
+        match (self, trigger) {
+            (Self::Slip(multiplicity), Velocity)
+            | (Self::Gap(multiplicity), Impact | Closing)
+            | (Self::Force(multiplicity), Release | SlipPositive | SlipNegative)
+            | (Self::Bound(Status::Positive, multiplicity), SlipPositive)
+            | (Self::Bound(Status::Negative, multiplicity), SlipNegative) => multiplicity,
+            (Self::SlipAndForce, Velocity | Release) => 1,
+            _ => 0,
+        }
+    }
 }
 
 /// Statuses and departures of all contacts, and what has happened to which at the last event.
@@ -48,6 +71,7 @@ impl Settlement {
             let departure = &mut self.departures[contact];
             if *departure == Departure::None
                 && self.statuses[contact] == Status::Detached
+                && law.normal_has_mass()
                 && q[law.normal] == 0.0
                 && u[law.normal] > 0.0
             {
@@ -69,6 +93,8 @@ impl Settlement {
         let kind = match trigger {
             Some(EventKind::Impact) => EventKind::Impact,
             Some(EventKind::Accumulation) => EventKind::Accumulation,
+            Some(EventKind::Closing) => EventKind::Closing,
+            Some(EventKind::Jump) => EventKind::Jump,
             _ if after == before && trigger != Some(EventKind::Velocity) => return,
             _ if after == Status::Detached => EventKind::Release,
             Some(EventKind::Velocity) => EventKind::Velocity,
@@ -101,7 +127,7 @@ pub(crate) fn continuous(
         EventKind::Release => Some((Status::Detached, Departure::Gap(3))),
         EventKind::SlipPositive => Some((Status::Positive, Departure::Slip(onset))),
         EventKind::SlipNegative => Some((Status::Negative, Departure::Slip(onset))),
-        EventKind::Velocity | EventKind::Impact | EventKind::Accumulation | EventKind::Load => None,
+        _ => None,
     }
 }
 

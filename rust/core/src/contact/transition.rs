@@ -3,6 +3,7 @@
 use crate::contact::coupled::contacts::Coupled;
 use crate::contact::coupled::transition::settle_coupled;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
+use crate::contact::quasi_static::transition::settle_group;
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
 };
@@ -43,9 +44,11 @@ pub(crate) fn settle(
                 q[law.normal] = 0.0;
                 u[law.normal] = 0.0;
             }
+            EventKind::Closing => q[law.normal] = 0.0,
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
+            | EventKind::Jump
             | EventKind::Load => {}
         }
     }
@@ -66,11 +69,22 @@ pub(crate) fn settle(
             strike(scene, contact, u);
         }
     }
+    let mut jump = false;
+    for group in &scene.massless.groups {
+        if impact || triggers.iter().any(|trigger| group.contacts.contains(&trigger.0)) {
+            jump |= settle_group(scene, group, time, triggers, settlement, q, u)?;
+        }
+    }
     for contact in 0..settlement.statuses.len() {
         let trigger = of_contact(triggers, contact);
         let before = settlement.statuses[contact];
+        let law = &scene.contacts[contact];
+        let opens = matches!(trigger, Some(EventKind::Closing | EventKind::Release));
+        if !law.tangential_has_mass() || opens && !law.normal_has_mass() {
+            continue;
+        }
         // An impact's velocity jump reaches the other contacts through the damping, a switched load all of them.
-        if trigger.is_some() || (impact || switched) && before.is_closed() {
+        if trigger.is_some() || (impact || switched || jump) && before.is_closed() {
             let (after, departure) = settle_contact(scene, time, contact, trigger, before, q, u)?;
             settlement.record(contact, trigger, after, departure);
         }

@@ -290,10 +290,11 @@ impl<'a> Walk<'a> {
     /// What the contacts take at the start of `phase`; the cursor stands at the end of the phase before.
     fn strike(&mut self, phase: usize) {
         let trajectory = self.trajectory;
-        let mut impact = false;
+        let (mut impact, mut jump_of_places) = (false, false);
         for event in trajectory.events_at(phase) {
             match event.kind {
                 EventKind::Impact => impact = true,
+                EventKind::Jump => (impact, jump_of_places) = (true, true),
                 // Where mass couples contacts, what one loses the others feel: the jump tells.
                 EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
                 EventKind::Accumulation => {
@@ -337,8 +338,11 @@ impl<'a> Walk<'a> {
             };
             let mean = |row: usize| 0.5 * (after[row] + before[row]);
             let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
+            let moved = position[law.tangential] != self.cursor.q[law.tangential]
+                || position[law.normal] != self.cursor.q[law.normal];
+            let jumped = jump_of_places && !law.tangential_has_mass() && moved;
             let reset = |row: usize| {
-                if !self.scene.contacts_coupled() {
+                if !self.scene.contacts_coupled() && !jumped {
                     return 0.0;
                 }
                 let (q0, q1) = (&self.cursor.q, position);
@@ -350,13 +354,15 @@ impl<'a> Walk<'a> {
                 .events_at(phase)
                 .any(|event| event.contact == contact && event.kind == EventKind::Impact);
             // Where mass couples contacts, every closed one may take an impulse.
-            if struck || (self.scene.contacts_coupled() && (p_n, p_t) != (0.0, 0.0)) {
+            let coupled = self.scene.contacts_coupled() && (p_n, p_t) != (0.0, 0.0);
+            if struck || jumped || coupled {
                 self.works.impacts.push(ImpactWork {
                     time,
                     contact,
                     normal: -p_n * mean(law.normal) + reset(law.normal),
                     slider: p_t * (law.slider_speed + slider_vibration(law, before, &rest)),
-                    friction: -p_t * (mean(law.tangential) - law.slider_speed),
+                    friction: -p_t * (mean(law.tangential) - law.slider_speed)
+                        + if jumped { reset(law.tangential) } else { 0.0 },
                 });
             }
         }

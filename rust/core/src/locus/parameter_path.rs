@@ -116,6 +116,14 @@ impl Path {
         lower: f64,
         upper: f64,
     ) -> Result<Self, Error> {
+        if scene.has_massless() {
+            // Friction does not enter linearly where it moves what has no mass.
+            return Err(Error::Shape {
+                argument: "scene".into(),
+                expected: "mass on every dof and no compliant contact".into(),
+                got: "dofs without mass".into(),
+            });
+        }
         let reduced = Reduced::new(scene, combination)?;
         let m = reduced.size();
         let scene = reduced.scene(scene);
@@ -140,8 +148,8 @@ impl Path {
             Series(vec![column(fixed.force(&scene.force)), column(slope)])
         };
         let ends = [
-            Statics::new(scene, &reduced),
-            Statics::new(other, &Reduced::new(other, combination)?),
+            Statics::new(scene, &reduced)?,
+            Statics::new(other, &Reduced::new(other, combination)?)?,
         ];
         let load = (!contacts.is_empty()).then(load);
         let piece = Piece {

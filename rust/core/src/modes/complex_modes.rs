@@ -13,6 +13,7 @@ use crate::linalg::parallel::each;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduced;
 use crate::scene::status::Combination;
@@ -52,6 +53,7 @@ impl Modes {
     /// Modes of one combination; fails where the reduced mass is singular or an eigenvalue does not converge.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         let reduced = Reduced::new(scene, combination)?;
+        let condensed = Condensed::new(scene, combination)?;
         let pencil = Pencil::new(reduced.scene(scene), combination, &reduced.reduction);
         let mut half = spectrum(&pencil, Vectors::Refined)?;
         half.sort_by(|p, q| {
@@ -94,6 +96,9 @@ impl Modes {
             let over_dofs = |part: fn(&Complex64) -> f64| {
                 let mut q = vec![0.0; scene.size];
                 reduced.reduction.kept.iter().zip(right.iter()).for_each(|(&k, z)| q[k] = part(z));
+                if let Some(condensed) = &condensed {
+                    condensed.complete_rates(&mut q);
+                }
                 reduced.scene(scene).follow_rates(&mut q);
                 scene.velocities(&q)
             };

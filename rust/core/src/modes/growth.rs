@@ -87,8 +87,7 @@ impl Growth {
     /// The verdict on one combination of a scene.
     pub fn of_scene(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        let fitted = scene.fitted(combination);
-        let scene = &*fitted;
+        let scene = &*scene.moving(combination)?;
         let reduction = Reduction::new(scene, combination).checked(combination)?;
         pencil_growth(&Pencil::new(scene, combination, &reduction))
     }

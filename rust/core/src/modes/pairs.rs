@@ -11,6 +11,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::Reduction;
 use crate::scene::status::Combination;
@@ -47,7 +48,7 @@ pub struct JudgedPair {
 /// `L' M R`, `L' C R` and `L' K R` of a combination, as sparse matrices.
 pub fn sparse_pencil(scene: &Scene, combination: &Combination) -> Result<[SparseMatrix; 3], Error> {
     scene.check_combination(combination)?;
-    let scene = &*scene.fitted(combination);
+    let scene = &*scene.moving(combination)?;
     let reduction = Reduction::new(scene, combination).checked(combination)?;
     Ok([&scene.mass, &scene.damping, &scene.stiffness]
         .map(|matrix| reduction.sparse_matrix(matrix)))
@@ -60,18 +61,31 @@ pub fn judged_pairs(
     pairs: Vec<Triple>,
 ) -> Result<Vec<JudgedPair>, Error> {
     let norms = sparse_pencil(scene, combination)?.map(|matrix| largest_row_sum(&matrix));
-    let scene = &*scene.fitted(combination);
-    let reduction = Reduction::new(scene, combination);
-    let pencil = Pencil::new(scene, combination, &reduction);
-    Ok(each(pencil.size, pairs, |pair| judged(scene, &reduction, &pencil, norms, pair)))
+    let condensed = Condensed::new(scene, combination)?;
+    let moving = &*scene.moving(combination)?;
+    let reduction = Reduction::new(moving, combination);
+    let pencil = Pencil::new(moving, combination, &reduction);
+    let over_dofs = |right: &[Complex64]| {
+        let part = |part: fn(&Complex64) -> f64| {
+            let mut q = vec![0.0; scene.size];
+            reduction.kept.iter().zip(right).for_each(|(&k, z)| q[k] = part(z));
+            if let Some(condensed) = &condensed {
+                condensed.complete_rates(&mut q);
+            }
+            moving.follow_rates(&mut q);
+            scene.velocities(&q)
+        };
+        let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));
+        parts.map(|(re, im)| Complex64::new(re, im)).collect()
+    };
+    Ok(each(pencil.size, pairs, |pair| judged(&pencil, norms, pair, over_dofs)))
 }
 
 fn judged(
-    scene: &Scene,
-    reduction: &Reduction,
     pencil: &Pencil,
     [mass, damping, stiffness]: [f64; 3],
     (start, right, left): Triple,
+    over_dofs: impl Fn(&[Complex64]) -> Vec<Complex64>,
 ) -> JudgedPair {
     let products = pencil.products(&right);
     let corrected = products.corrected(start, &left);
@@ -97,15 +111,8 @@ fn judged(
         right,
         left,
     });
-    let over_dofs = |part: fn(&Complex64) -> f64| {
-        let mut q = vec![0.0; scene.size];
-        reduction.kept.iter().zip(&mode.right).for_each(|(&k, z)| q[k] = part(z));
-        scene.follow_rates(&mut q);
-        scene.velocities(&q)
-    };
-    let parts = over_dofs(|z| z.re).into_iter().zip(over_dofs(|z| z.im));
     JudgedPair {
-        shape: parts.map(|(re, im)| Complex64::new(re, im)).collect(),
+        shape: over_dofs(&mode.right),
         rounding: mode.rounding(pencil),
         defective: mode.is_defective(),
         eigenvalue: mode.eigenvalue,

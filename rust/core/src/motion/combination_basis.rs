@@ -13,6 +13,7 @@ use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::forced::forced_modes;
 use crate::motion::taylor::operator::TaylorOperator;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
 use crate::scene::reduction::Reduced;
@@ -33,21 +34,30 @@ pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
+    /// What of the scene moves by itself, where some of its coordinates have no mass.
+    pub condensed: Option<Box<Condensed>>,
     /// The scene in the coordinates of the combination, where directions depend on each other.
     pub fitted: Option<Arc<Scene>>,
 }
 
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
+        scene.check_combination(combination)?;
+        let condensed = Condensed::new(scene, combination)?.map(Box::new);
         let mut functions = event_functions(scene, combination)?;
+        if let Some(condensed) = &condensed {
+            for function in &mut functions {
+                function.functional = function.functional.condensed(condensed);
+            }
+        }
         let fitted = (!scene.dependents.is_empty())
             .then(|| Arc::new(scene.fitted(combination).into_owned()));
         if let Some(fitted) = &fitted {
-            let substituted = |function: &mut EventFunction| {
+            for function in &mut functions {
                 function.functional = function.functional.substituted(fitted);
-            };
-            functions.iter_mut().for_each(substituted);
+            }
         }
+        let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let series = || {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
@@ -85,7 +95,23 @@ impl CombinationBasis {
                 });
             }
         };
-        Ok(Self { combination: combination.clone(), functions, propagator, fitted })
+        Ok(Self { combination: combination.clone(), functions, propagator, condensed, fitted })
+    }
+
+    /// The scene that moves: `whole`, what is left of it without the coordinates that follow, or the fitted one.
+    pub fn scene<'a>(&'a self, whole: &'a Scene) -> &'a Scene {
+        let condensed = self.condensed.as_ref().map(|condensed| &condensed.scene);
+        condensed.or(self.fitted.as_deref()).unwrap_or(whole)
+    }
+
+    /// Places and velocities of coordinates without mass or that are sums of others, from those of the rest.
+    pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
+        if let Some(condensed) = &self.condensed {
+            condensed.complete(q, u);
+        }
+        if let Some(fitted) = &self.fitted {
+            fitted.follow(q, u);
+        }
     }
 
     /// By what it is propagated, block by block if the scene is in blocks.

@@ -33,9 +33,8 @@ struct BlockMotion {
 /// A phase in progress of a scene in one block: events are searched for in each block by itself.
 pub(crate) struct CoupledMotion<'a> {
     pub functions: &'a [EventFunction],
+    basis: &'a CombinationBasis,
     scene: &'a Scene,
-    /// Of a scene in which directions depend on each other.
-    fitted: Option<&'a Scene>,
     kind: Kind<'a>,
 }
 
@@ -66,7 +65,7 @@ impl Motion {
         match &basis.propagator {
             Propagator::Modal(modal) => self.modal.restart(modal, q, u),
             Propagator::Taylor(operator) => {
-                let scene = operator.scene(&self.scene);
+                let scene = basis.scene(&self.scene);
                 self.taylor.restart(scene, operator, &basis.functions, q, u);
             }
             Propagator::Blocks(parts) => {
@@ -106,8 +105,8 @@ impl Motion {
             Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
             Propagator::Blocks(_) => return None,
         };
-        let fitted = self.basis.fitted.as_deref();
-        Some(CoupledMotion { functions: &self.basis.functions, scene: &self.scene, fitted, kind })
+        let scene = self.basis.scene(&self.scene);
+        Some(CoupledMotion { functions: &self.basis.functions, basis: &self.basis, scene, kind })
     }
 
     /// (q, q') at local time `time`, from the start of the panel on.
@@ -120,7 +119,7 @@ impl Motion {
             }
             Propagator::Taylor(operator) => {
                 while time > self.taylor.end() {
-                    self.taylor.advance(operator.scene(&self.scene), operator);
+                    self.taylor.advance(self.basis.scene(&self.scene), operator);
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
@@ -132,9 +131,7 @@ impl Motion {
                 }
             }
         }
-        if let Some(scene) = &self.basis.fitted {
-            scene.follow(q, u);
-        }
+        self.basis.complete(q, u);
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have
@@ -176,7 +173,7 @@ impl CoupledMotion<'_> {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.advance(modal),
             Kind::Taylor(motion, operator) => {
-                motion.advance(operator.scene(self.scene), operator);
+                motion.advance(self.scene, operator);
             }
         }
     }
@@ -187,8 +184,6 @@ impl CoupledMotion<'_> {
             Kind::Modal(motion, modal) => motion.state(modal, offset, q, u),
             Kind::Taylor(motion, operator) => motion.state(operator, offset, q, u),
         }
-        if let Some(scene) = self.fitted {
-            scene.follow(q, u);
-        }
+        self.basis.complete(q, u);
     }
 }

@@ -135,6 +135,7 @@ impl Propagators {
             functions: event_functions(&self.scene, &combination)?,
             propagator: Propagator::Blocks(blocks.zip(bases).collect()),
             combination,
+            condensed: None,
             fitted: None,
         })
     }

@@ -17,6 +17,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use crate::error::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
@@ -72,7 +73,7 @@ type Row = Vec<(usize, f64)>;
 
 impl Coordinates {
     /// `mass` is symmetric and positive definite.
-    pub fn new(mass: &SparseMatrix, contacts: &[ContactInput]) -> Self {
+    pub fn new(mass: &SparseMatrix, contacts: &[ContactInput]) -> Result<Self, Error> {
         let size = mass.size();
         let stated: Vec<Option<&Direction>> = contacts
             .iter()
@@ -97,7 +98,7 @@ impl Coordinates {
             let mut taken = vec![false; size];
             let slots: Vec<usize> = directions.iter().map(|direction| direction[0].0).collect();
             if !slots.iter().any(|&dof| std::mem::replace(&mut taken[dof], true)) {
-                return Self {
+                return Ok(Self {
                     slots: in_pairs(&slots),
                     missing,
                     followers: Vec::new(),
@@ -105,7 +106,7 @@ impl Coordinates {
                     dofs: size,
                     transform: None,
                     delassus: None,
-                };
+                });
             }
         }
         let mut along: Vec<Vec<usize>> = vec![Vec::new(); size];
@@ -138,8 +139,16 @@ impl Coordinates {
                     directions[index].iter().map(|&(dof, entry)| (own_row(dof), entry)).collect()
                 })
                 .collect();
-            let group_mass = mass.restricted(&dofs);
-            let group = match Group::new(&group_mass, &along) {
+            let lacking = dofs.iter().filter(|&&dof| mass.get(dof, dof) == 0.0).count();
+            if lacking > 0 && lacking < dofs.len() {
+                let reason = "its directions tie dofs with mass to dofs without; give all of them mass, or none";
+                return Err(Error::MixedMass { contact: whose[own[0]] / 2, reason });
+            }
+            let group_of = |along: &[Row]| match lacking {
+                0 => Group::new(&mass.restricted(&dofs), along),
+                _ => Group::massless(dofs.len(), along),
+            };
+            let group = match group_of(&along) {
                 Some(group) => group,
                 None => {
                     let mut d = DMatrix::zeros(dofs.len(), own.len());
@@ -155,7 +164,7 @@ impl Coordinates {
                     }
                     let chosen: Vec<Row> = base.iter().map(|&j| along[j].clone()).collect();
                     own = base.into_iter().map(|j| own[j]).collect();
-                    match Group::new(&group_mass, &chosen) {
+                    match group_of(&chosen) {
                         Some(group) => group,
                         None => unreachable!("independent directions"),
                     }
@@ -207,7 +216,7 @@ impl Coordinates {
             }
             if sums.is_empty() { whole } else { &spread * whole * spread.transpose() }
         });
-        Self {
+        Ok(Self {
             slots: in_pairs(&slots),
             missing,
             followers,
@@ -215,7 +224,7 @@ impl Coordinates {
             dofs: size,
             transform,
             delassus,
-        }
+        })
     }
 
     /// Contact coordinates themselves, `size` of them, with the contacts' (tangential, normal).
@@ -313,6 +322,12 @@ impl Coordinates {
 }
 
 impl Group {
+    /// Of dofs without mass, which couples nothing.
+    fn massless(size: usize, directions: &[Row]) -> Option<Self> {
+        let group = Self::new(&SparseMatrix::diagonal(&vec![1.0; size]), directions)?;
+        Some(Self { delassus: DMatrix::identity(directions.len(), directions.len()), ..group })
+    }
+
     /// Of the mass and the directions over the dofs of the group, or None if they depend on each other.
     fn new(mass: &SparseMatrix, directions: &[Row]) -> Option<Self> {
         let (size, count) = (mass.size(), directions.len());

@@ -51,6 +51,29 @@ pub struct ContactInput {
     pub restitution: f64,
     /// Clearance at x = 0, m; negative where the contact is pressed in at x = 0.
     pub gap: f64,
+    /// Springs between the contact and the dofs that its directions name.
+    pub springs: Springs,
+}
+
+/// Stiffness of a compliant contact, N/m, along each of its directions; None: rigid.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Springs {
+    /// Along the normal direction.
+    pub normal: Option<f64>,
+    /// Along the tangential direction; only where there is one along the normal, too.
+    pub tangential: Option<f64>,
+}
+
+/// Which coordinates of a contact have mass.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) enum Inertia {
+    #[default]
+    Full,
+    /// The tangential one alone: gaps close without an impact.
+    Tangential,
+    /// The normal one alone: refused.
+    Normal,
+    None,
 }
 
 /// Which directions a contact has.
@@ -96,6 +119,17 @@ pub struct Contact {
     pub restitution: f64,
     /// Initial clearance, m.
     pub gap: f64,
+    pub(crate) inertia: Inertia,
+}
+
+impl Contact {
+    pub(crate) fn normal_has_mass(&self) -> bool {
+        self.inertia == Inertia::Full
+    }
+
+    pub(crate) fn tangential_has_mass(&self) -> bool {
+        self.inertia != Inertia::None
+    }
 }
 
 impl Contact {
@@ -170,12 +204,44 @@ impl ContactInput {
                 return Err(Error::Range { argument: named(field), requirement, value });
             }
         }
+        let springs = [
+            ("normal_stiffness", self.springs.normal),
+            ("tangential_stiffness", self.springs.tangential),
+        ];
+        for (field, stiffness) in springs {
+            if let Some(value) = stiffness.filter(|&value| !(value > 0.0 && value.is_finite())) {
+                let requirement = if value.is_finite() { "> 0" } else { "finite" };
+                return Err(Error::Range { argument: named(field), requirement, value });
+            }
+        }
+        let missing = [
+            ("normal_stiffness", self.springs.normal, given, without_normal),
+            ("tangential_stiffness", self.springs.tangential, stop, without_tangential),
+        ];
+        for (field, stiffness, missing, requirement) in missing {
+            if let Some(value) = stiffness.filter(|_| missing) {
+                return Err(Error::Range { argument: named(field), requirement, value });
+            }
+        }
+        if self.springs.tangential.is_some() && self.springs.normal.is_none() && !given {
+            return Err(Error::RigidNormal { contact });
+        }
         self.check_directions(contact)?;
         Ok(())
     }
 }
 
 impl ContactInput {
+    /// What has mass of it, if its tangential and its normal coordinate lack it; None where the normal one alone has any.
+    pub(crate) fn inertia(&self, tangential: bool, normal: bool) -> Inertia {
+        match (self.directions(), tangential, normal) {
+            (Directions::Tangential, true, _) | (_, true, true) => Inertia::None,
+            (_, false, true) => Inertia::Tangential,
+            (_, true, false) => Inertia::Normal,
+            _ => Inertia::Full,
+        }
+    }
+
     /// Which directions it has, of the one at least that it must have.
     pub(crate) fn directions(&self) -> Directions {
         match (&self.tangential, &self.normal) {

@@ -23,7 +23,7 @@ impl Scene {
     /// What a displacement of one of a coordinate adds to the loads, `-(K + H)_k`.
     pub(crate) fn held_load(&self, coordinate: usize) -> Vec<f64> {
         let mut load = vec![0.0; self.size];
-        if self.energy_parts.is_none() && self.drive.is_none() {
+        if self.energy_parts.is_none() && self.drive.is_none() && !self.condensed {
             // K is symmetric: its row is its column.
             self.stiffness.row(coordinate).for_each(|(k, value)| load[k] = -value);
         } else {

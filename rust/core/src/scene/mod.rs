@@ -7,6 +7,7 @@ pub(crate) mod dependent;
 pub(crate) mod equation_of_motion;
 pub(crate) mod inertia;
 pub(crate) mod loads;
+pub(crate) mod massless;
 pub(crate) mod model;
 pub(crate) mod partition;
 pub(crate) mod reduction;
@@ -14,7 +15,7 @@ pub(crate) mod statics;
 pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
-pub use contact_law::{Contact, ContactInput, Direction, Directions};
+pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
 pub use loads::input::{Harmonic, Loads, Steps, Vibration};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
 pub use reduction::{Reduced, Reduction};

@@ -10,19 +10,22 @@ use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_coordinates::Coordinates;
-use crate::scene::contact_law::{Contact, ContactInput, Direction, Directions, check_finite};
+use crate::scene::contact_law::{
+    Contact, ContactInput, Direction, Directions, Inertia, check_finite,
+};
 use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
+use crate::scene::massless::coordinates::{Massless, Nodes, condensed_stiffness};
 use crate::scene::status::{Combination, Status};
 
 /// Mass as a user states it.
 #[derive(Debug, Clone)]
 pub enum Mass {
-    /// Diagonal, kg.
+    /// Diagonal, kg; 0 where a dof has no mass.
     Lumped(Vec<f64>),
-    /// Symmetric positive definite, kg.
+    /// Symmetric, positive definite over the dofs whose rows are not zero, kg.
     Full(DMatrix<f64>),
     /// The same by its nonzero entries, kg.
     Sparse(SparseMatrix),
@@ -76,7 +79,8 @@ impl SceneInput {
         };
         let damping = match &self.damping {
             Damping::Proportional { mass: alpha, stiffness: beta } => {
-                mass.combined(*alpha, &self.stiffness, *beta)
+                let stiffness = condensed_stiffness(&mass, &self.stiffness);
+                mass.combined(*alpha, stiffness.as_ref().unwrap_or(&self.stiffness), *beta)
             }
             Damping::General(damping) => damping.clone(),
         };
@@ -113,10 +117,17 @@ impl SceneInput {
 /// `contacts[i].tangential` less the slider speed.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// Number of contact coordinates: one for each dof, and one for each direction that a contact has not or that depends
-    /// on others.
+    /// Contact coordinates: one for each dof, one for each node of a compliant contact, and one for each direction that
+    /// a contact has not or that depends on others.
     pub(crate) size: usize,
+    /// Dofs as the user numbers them.
     pub(crate) dofs: usize,
+    /// Of compliant contacts.
+    pub(crate) nodes: Option<Arc<Nodes>>,
+    /// Coordinates without mass.
+    pub(crate) massless: Massless,
+    /// Whether those that follow the others are eliminated; see [`crate::scene::massless::condensation`].
+    pub(crate) condensed: bool,
     /// Coordinates that are sums of others, because directions of contacts depend on each other.
     pub(crate) dependents: Vec<Dependent>,
     pub(crate) contacts: Vec<Contact>,
@@ -163,6 +174,9 @@ pub struct State {
     pub velocity: Vec<f64>,
     /// Status of every contact.
     pub combination: Combination,
+    /// T of every contact, N, or empty for none: what a compliant contact that sticks holds. In every other case T follows
+    /// from the state.
+    pub friction_force: Vec<f64>,
 }
 
 impl Scene {
@@ -228,13 +242,74 @@ impl Scene {
             load.direction.iter().for_each(|&(dof, entry)| force[dof] += load.values[0] * entry);
         }
 
-        let coordinates = Coordinates::new(&mass, &input.contacts);
-        let contacts: Vec<Contact> = input
-            .contacts
+        let dofs = size;
+        let nodes = Nodes::new(dofs, &input.contacts);
+        let size = nodes.size;
+        let lacks = |dof: &usize| mass.get(*dof, *dof) == 0.0;
+        let massless = (0..dofs).any(|dof| lacks(&dof));
+        if (massless || !nodes.is_empty()) && !input.loads.is_empty() {
+            return Err(unfit(
+                "loads",
+                "none, as some dofs have no mass or contacts are compliant",
+                "loads in time".into(),
+            ));
+        }
+        let damping = match damping {
+            Damping::Proportional { mass: alpha, stiffness: beta }
+                if beta != 0.0 && (massless || !nodes.is_empty()) =>
+            {
+                let felt = condensed_stiffness(&mass, &stiffness)?;
+                Damping::General(mass.combined(alpha, &felt, beta))
+            }
+            damping => damping,
+        };
+        if massless {
+            let given = match &damping {
+                Damping::General(damping) => Some(damping),
+                Damping::Proportional { .. } => None,
+            };
+            let rates = [
+                ("damping", given),
+                ("gyroscopic", gyroscopic.as_ref()),
+                ("circulatory", circulatory.as_ref()),
+            ];
+            for (argument, matrix) in rates {
+                let touches = |matrix: &SparseMatrix, dof: usize| {
+                    matrix.row(dof).any(|(k, value)| value != 0.0 && (lacks(&dof) || lacks(&k)))
+                };
+                let found = matrix.and_then(|matrix| (0..dofs).find(|&dof| touches(matrix, dof)));
+                if let Some(row) = found {
+                    let column = |matrix: &SparseMatrix| {
+                        matrix.row(row).map(|entry| entry.0).find(|k| lacks(k))
+                    };
+                    let dof =
+                        if lacks(&row) { row } else { matrix.and_then(column).unwrap_or(row) };
+                    return Err(Error::RateWithoutMass { argument, dof });
+                }
+            }
+        }
+        let laws = nodes.contacts(&input.contacts);
+        let mass = nodes.padded(mass);
+        let stiffness = nodes.with_springs(stiffness);
+        let damping = match damping {
+            Damping::General(damping) => Damping::General(nodes.padded(damping)),
+            proportional => proportional,
+        };
+        let gyroscopic = gyroscopic.map(|matrix| nodes.padded(matrix));
+        let circulatory = circulatory.map(|matrix| nodes.padded(matrix));
+        force.resize(size, 0.0);
+
+        let coordinates = Coordinates::new(&mass, &laws)?;
+        let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
+        let contacts: Vec<Contact> = laws
             .iter()
             .zip(&coordinates.slots)
             .map(|(law, &(tangential, normal))| Contact {
                 directions: law.directions(),
+                inertia: law.inertia(
+                    tangential < size && mass.get(tangential, tangential) == 0.0,
+                    normal < size && mass.get(normal, normal) == 0.0,
+                ),
                 tangential,
                 normal,
                 friction: law.friction,
@@ -244,8 +319,8 @@ impl Scene {
                 gap: law.gap,
             })
             .collect();
-        let (dofs, size) = (size, coordinates.size());
-        let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
+        check_massless(&contacts, &coordinates)?;
+        let (known, size) = (size, coordinates.size());
         let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
         let symmetric_stiffness = coordinates.congruent(stiffness);
         let (symmetric_damping, law) = match damping {
@@ -275,6 +350,21 @@ impl Scene {
             Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
             _ => proportions(&damping, &mass, &stiffness),
         };
+        let massless = Massless::new(&mass, &stiffness, &contacts, known)?;
+        for group in massless.groups.iter().filter(|group| group.contacts.len() > 1) {
+            let excess = |&&i: &&usize| contacts[i].static_friction > contacts[i].friction;
+            if let Some(&contact) = group.contacts.iter().find(excess) {
+                let reason = "static_friction: must equal friction, as springs tie it to other contacts without mass, which its jump would move along; give it a normal_stiffness and a tangential_stiffness on dofs with mass";
+                return Err(Error::MixedMass { contact, reason });
+            }
+        }
+        if !massless.is_empty() && !mass.is_diagonal() {
+            return Err(unfit(
+                "mass",
+                "a diagonal one, as some dofs have none or contacts are compliant",
+                "a mass that couples dofs".into(),
+            ));
+        }
         let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &coordinates.slots)?;
         let mut force = coordinates.forces_of_dofs(&force);
         for (contact, law) in contacts.iter().zip(&input.contacts) {
@@ -293,9 +383,19 @@ impl Scene {
         if !dependents.is_empty() && !input.loads.is_empty() {
             return Err(Error::LoadsOnDependentDirections);
         }
+        if !dependents.is_empty() && !massless.is_empty() {
+            return Err(unfit(
+                "contacts",
+                "directions that don't depend on each other, as some dofs have no mass or contacts are compliant",
+                "directions that do".into(),
+            ));
+        }
         Ok(Self {
             size,
             dofs,
+            nodes: (!nodes.is_empty()).then(|| Arc::new(nodes)),
+            massless,
+            condensed: false,
             dependents,
             contacts,
             impact_friction: input.impact_friction,
@@ -399,6 +499,11 @@ impl Scene {
         &self.contacts
     }
 
+    /// Whether some dofs or compliant contacts have no mass.
+    pub fn has_massless(&self) -> bool {
+        !self.massless.is_empty()
+    }
+
     /// Whether directions of contacts depend on each other.
     pub fn has_dependent_directions(&self) -> bool {
         !self.dependents.is_empty()
@@ -420,7 +525,7 @@ impl Scene {
     /// contact forces f that add up to a load `r = D f`.
     pub fn contact_basis(&self) -> Vec<Vec<f64>> {
         let slots = self.contacts.iter().flat_map(|law| [law.tangential, law.normal]);
-        slots.map(|slot| self.coordinates.column(slot, self.dofs)).collect()
+        slots.map(|slot| self.over_dofs(self.coordinates.column(slot, self.size))).collect()
     }
 
     /// Contact coordinates (q, q') of dof positions and velocities.
@@ -429,11 +534,21 @@ impl Scene {
         position: &[f64],
         velocity: &[f64],
     ) -> (Vec<f64>, Vec<f64>) {
-        let mut q = self.coordinates.of_dofs(position);
+        let of = |x: &[f64]| match &self.nodes {
+            Some(nodes) => self.coordinates.of_dofs(&nodes.extended(x)),
+            None => self.coordinates.of_dofs(x),
+        };
+        let mut q = of(position);
         for contact in &self.contacts {
             q[contact.normal] += contact.gap;
         }
-        (q, self.coordinates.of_dofs(velocity))
+        (q, of(velocity))
+    }
+
+    /// Without the nodes of compliant contacts.
+    fn over_dofs(&self, mut x: Vec<f64>) -> Vec<f64> {
+        x.truncate(self.dofs);
+        x
     }
 
     /// Dof positions of contact coordinates.
@@ -442,12 +557,28 @@ impl Scene {
         for contact in &self.contacts {
             unshifted[contact.normal] -= contact.gap;
         }
-        self.coordinates.to_dofs(&unshifted)
+        self.over_dofs(self.coordinates.to_dofs(&unshifted))
     }
 
     /// Dof velocities of contact coordinates; also any other displacement difference or mode shape.
     pub(crate) fn velocities(&self, u: &[f64]) -> Vec<f64> {
-        self.coordinates.to_dofs(u)
+        self.over_dofs(self.coordinates.to_dofs(u))
+    }
+
+    /// The state of contact coordinates.
+    pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
+        let held = |(law, &status): (&Contact, &Status)| {
+            let sticks = status == Status::Sticking && law.tangential >= self.dofs;
+            if sticks { self.reaction_value(law.tangential, q, u) } else { 0.0 }
+        };
+        let forces = || self.contacts.iter().zip(combination.statuses()).map(held).collect();
+        let (position, velocity) = self.dof_state(q, u);
+        State {
+            position,
+            velocity,
+            combination: combination.clone(),
+            friction_force: self.nodes.as_ref().map_or_else(Vec::new, |_| forces()),
+        }
     }
 
     /// Refuses a combination in which a frictionless contact sticks, or a contact has a status for which it lacks a
@@ -509,12 +640,12 @@ fn unfit(argument: &str, expected: &str, got: String) -> Error {
     Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
 }
 
-/// The mass in compressed rows; positive definite by Cholesky pivots.
+/// The mass in compressed rows; positive definite by Cholesky pivots over the dofs that have any.
 fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
     match mass {
         Mass::Lumped(mass) => {
             check_finite("mass", &mass)?;
-            match mass.iter().position(|&entry| entry <= 0.0) {
+            match mass.iter().position(|&entry| entry < 0.0) {
                 Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
                 None => Ok(SparseMatrix::diagonal(&mass)),
             }
@@ -525,8 +656,10 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
                 return Err(unfit("mass", "shape (n,) or (n, n)", format!("({rows}, {columns})")));
             }
             let mass = SparseMatrix::from_dense(&mass).validated_symmetric("mass")?;
-            cholesky(&mass.to_dense())
-                .map_err(|(dof, value)| Error::IndefiniteMass { dof, value })?;
+            let heavy: Vec<usize> =
+                (0..mass.size()).filter(|&dof| mass.row(dof).any(|entry| entry.1 != 0.0)).collect();
+            cholesky(&mass.restricted(&heavy).to_dense())
+                .map_err(|(row, value)| Error::IndefiniteMass { dof: heavy[row], value })?;
             Ok(mass)
         }
         Mass::Sparse(mass) => {
@@ -543,6 +676,28 @@ fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
             }
         }
     }
+}
+
+/// Refuses contacts of which only the gap has mass, that bounce without mass, or that have none beside others that mass
+/// couples.
+fn check_massless(contacts: &[Contact], coordinates: &Coordinates) -> Result<(), Error> {
+    for (contact, law) in contacts.iter().enumerate() {
+        if law.inertia == Inertia::Full {
+            continue;
+        }
+        if law.inertia == Inertia::Normal {
+            let reason = "its normal direction has mass and its tangential one has none; give both mass, or a normal_stiffness";
+            return Err(Error::MixedMass { contact, reason });
+        }
+        if law.restitution != 0.0 {
+            return Err(Error::RestitutionWithoutMass { contact, restitution: law.restitution });
+        }
+        if coordinates.delassus.is_some() {
+            let reason = "it has no mass, and mass couples other contacts of the scene with each other; state a lumped mass";
+            return Err(Error::MixedMass { contact, reason });
+        }
+    }
+    Ok(())
 }
 
 /// What is known of a mass in contact coordinates that is not diagonal.

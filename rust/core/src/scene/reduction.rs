@@ -18,6 +18,7 @@ use crate::error::Error;
 use crate::linalg::dense::{Factors, pseudo_inverse, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, Directions, INDEPENDENCE};
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -28,13 +29,15 @@ impl Scene {
             return Reduction::new(&self.fitted(combination), combination).size();
         }
         let held = |(law, status): (&Contact, &Status)| {
-            usize::from(status.is_closed())
-                + usize::from(*status == Status::Sticking || law.directions == Directions::Normal)
+            let moves = |coordinate: usize| !self.massless.contains(coordinate);
+            let stop = law.directions == Directions::Normal;
+            usize::from(status.is_closed() && moves(law.normal))
+                + usize::from(stop || *status == Status::Sticking && moves(law.tangential))
         };
         let switches = self.drive.as_ref().map_or(0, |drive| drive.switches.len());
-        self.size
-            - switches
-            - self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>()
+        let without_mass = self.massless.coordinates.len();
+        let held = self.contacts.iter().zip(combination.statuses()).map(held).sum::<usize>();
+        self.size - without_mass - switches - held
     }
 }
 
@@ -85,12 +88,27 @@ impl Reduction {
         friction: impl Fn(usize, &Contact) -> f64,
     ) -> Self {
         let mut dropped = vec![false; scene.size];
+        scene.massless.coordinates.iter().for_each(|&k| dropped[k] = true);
+        Self::without(scene, combination, dropped, friction)
+    }
+
+    /// With the coordinates that have no mass, as statics sees them.
+    pub(crate) fn with_massless(scene: &Scene, combination: &Combination) -> Self {
+        Self::without(scene, combination, vec![false; scene.size], |_, law| law.friction)
+    }
+
+    fn without(
+        scene: &Scene,
+        combination: &Combination,
+        mut dropped: Vec<bool>,
+        friction: impl Fn(usize, &Contact) -> f64,
+    ) -> Self {
         let mut sticking = Vec::new();
         let statuses = combination.statuses();
         for (law, &status) in scene.contacts.iter().zip(statuses) {
-            dropped[law.normal] = status.is_closed();
+            dropped[law.normal] |= status.is_closed();
             // A stop has no tangential motion.
-            dropped[law.tangential] = law.directions == Directions::Normal;
+            dropped[law.tangential] |= law.directions == Directions::Normal;
             if status == Status::Sticking {
                 dropped[law.tangential] = true;
                 if !scene.is_dependent(law.tangential) {
@@ -369,7 +387,7 @@ impl Reduced {
     /// The reduced system of `combination`.
     pub fn new(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        let fitted = scene.fitted(combination);
+        let fitted = scene.moving(combination)?;
         let scene = &*fitted;
         let reduction = Reduction::new(scene, combination).checked(combination)?;
         let prescribed_velocity = reduction.prescribed_velocity(scene);
@@ -402,18 +420,26 @@ impl Reduced {
     }
 
     /// (R, L) over the dofs of the scene, n by m.
-    pub fn bases(&self, scene: &Scene) -> (DMatrix<f64>, DMatrix<f64>) {
+    pub fn bases(&self, scene: &Scene) -> Result<(DMatrix<f64>, DMatrix<f64>), Error> {
+        let condensed = Condensed::new(scene, &self.combination)?;
         let mut right = DMatrix::zeros(scene.dofs, self.size());
         let mut left = right.clone();
         for (j, &k) in self.reduction.kept.iter().enumerate() {
             let mut unit = vec![0.0; scene.size];
             unit[k] = 1.0;
-            self.scene(scene).follow_rates(&mut unit);
-            right.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
+            let mut shape = unit.clone();
+            if let Some(condensed) = &condensed {
+                condensed.complete_rates(&mut shape);
+            }
+            self.scene(scene).follow_rates(&mut shape);
+            right.column_mut(j).copy_from_slice(&scene.velocities(&shape));
             self.reduction.sources(j).for_each(|(source, factor)| unit[source] = factor);
+            if let Some(condensed) = &condensed {
+                condensed.complete_left(&scene.stiffness, &mut unit);
+            }
             self.scene(scene).follow_rates(&mut unit);
-            left.column_mut(j).copy_from_slice(&scene.coordinates.to_dofs(&unit));
+            left.column_mut(j).copy_from_slice(&scene.velocities(&unit));
         }
-        (right, left)
+        Ok((right, left))
     }
 }

@@ -14,6 +14,7 @@ use crate::linalg::sparse_factors::SparseLu;
 use crate::numerics::complementarity::{self, Complementarity};
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::{Contact, Directions};
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::reduction::{Reduced, Reduction, normal_forces_at_rest};
 use crate::scene::status::{Combination, Status};
@@ -61,16 +62,27 @@ impl Steady {
 
 impl Statics {
     /// Of a scene and one of its combinations.
-    pub fn new(scene: &Scene, reduced: &Reduced) -> Self {
-        Self::of(scene, &reduced.combination, &reduced.reduction)
+    pub fn new(scene: &Scene, reduced: &Reduced) -> Result<Self, Error> {
+        Self::in_bases(scene, &reduced.combination, &reduced.reduction)
     }
 
-    /// The same from the bases of the combination.
-    pub fn of(scene: &Scene, combination: &Combination, reduction: &Reduction) -> Self {
+    /// The same without the dense matrices of the combination.
+    pub fn of(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
+        let moving = scene.moving(combination)?;
+        let reduction = Reduction::new(&moving, combination).checked(combination)?;
+        Self::in_bases(scene, combination, &reduction)
+    }
+
+    fn in_bases(
+        scene: &Scene,
+        combination: &Combination,
+        reduction: &Reduction,
+    ) -> Result<Self, Error> {
+        let condensed = Condensed::new(scene, combination)?;
+        let scene = &*scene.moving(combination)?;
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];
-        let scene = &*scene.fitted(combination);
         let forces = normal_forces_at_rest(scene, combination);
         for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
             let position = |k: usize| reduction.place(k);
@@ -85,20 +97,23 @@ impl Statics {
                 }
                 continue;
             }
-            let dependent = scene.dependents.iter().find(|one| one.coordinate == law.normal);
-            offsets[i] = dependent.map_or(0.0, |one| -one.offset);
-            for (k, factor) in scene.terms_of(law.normal) {
+            let (terms, constant) = match &condensed {
+                Some(condensed) => condensed.replaced(&[(law.normal, 1.0)]),
+                None => scene.sum_of(law.normal),
+            };
+            offsets[i] = 0.0 - constant;
+            for (k, factor) in terms {
                 if let Some(j) = position(k) {
                     rows[(i, j)] = factor;
                 }
             }
         }
-        Self {
+        Ok(Self {
             load: reduction.force_constant(scene),
             rows,
             offsets,
             speeds: scene.contacts.iter().map(Contact::drive).collect(),
-        }
+        })
     }
 
     pub(crate) fn steady(&self, combination: &Combination, stiffness: DMatrix<f64>) -> Steady {
@@ -206,7 +221,12 @@ impl Scene {
             normal_forces[contact] = normal_force;
         }
         let velocity = vec![0.0; self.dofs];
-        let state = State { position: self.positions(&q), velocity, combination };
+        let state = State {
+            position: self.positions(&q),
+            velocity,
+            combination,
+            friction_force: Vec::new(),
+        };
         Ok(Equilibrium { state, normal_forces })
     }
 
@@ -230,7 +250,7 @@ impl Scene {
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
         let reduced = Reduced::new(self, combination)?;
-        let statics = Statics::new(self, &reduced);
+        let statics = Statics::new(self, &reduced)?;
         Ok(statics.steady(combination, reduced.stiffness))
     }
 
@@ -307,7 +327,7 @@ impl<'a> StaticContacts<'a> {
             .iter()
             .filter(stop)
             .fold(preferred.clone(), |all, &stop| all.with(stop, Status::Positive));
-        let reduction = Reduction::new(scene, &closed);
+        let reduction = Reduction::with_massless(scene, &closed);
         let stiffness = SparseMatrix::from_rows(reduction.size(), |i, entries| {
             entries
                 .extend(reduction.row(&scene.stiffness, i).map(|(j, factor, k)| (j, factor * k)));
@@ -432,6 +452,9 @@ impl<'a> StaticContacts<'a> {
         });
         let normal_forces = forces.collect();
         let (position, velocity) = (scene.positions(&q), vec![0.0; scene.dofs]);
-        Equilibrium { state: State { position, velocity, combination }, normal_forces }
+        Equilibrium {
+            state: State { position, velocity, combination, friction_force: Vec::new() },
+            normal_forces,
+        }
     }
 }

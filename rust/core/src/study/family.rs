@@ -255,7 +255,16 @@ impl Template {
     /// The validated scene of the numbers now in the template.
     pub fn scene(&self) -> Result<Arc<Scene>, Error> {
         let input = match self {
-            Template::Chain(chain) => chain.input(),
+            Template::Chain(chain) => {
+                let input = chain.input();
+                // Every mass of a chain is one of its parameters.
+                if let Mass::Lumped(mass) = &input.mass
+                    && let Some(dof) = mass.iter().position(|&mass| mass == 0.0)
+                {
+                    return Err(Error::IndefiniteMass { dof, value: 0.0 });
+                }
+                input
+            }
             Template::Scene(input) => (**input).clone(),
         };
         Scene::new(input).map(Arc::new)

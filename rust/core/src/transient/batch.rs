@@ -151,7 +151,7 @@ fn run(
 pub(crate) mod tests {
     use super::*;
     use crate::linalg::SparseMatrix;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 
     /// A mass carried by a belt, pressed on it by `load`.
     pub fn oscillator(load: f64) -> Arc<Scene> {
@@ -171,6 +171,7 @@ pub(crate) mod tests {
                 slider_speed: 0.1,
                 restitution: 0.0,
                 gap: 0.0,
+                springs: Springs::default(),
             }],
             impact_friction: false,
             loads: Default::default(),
@@ -187,6 +188,7 @@ pub(crate) mod tests {
     /// Faster than the belt: the mass turns back and is caught.
     pub fn job(scene: &Arc<Scene>) -> Job {
         let start = State {
+            friction_force: Vec::new(),
             velocity: vec![0.3, 0.0],
             combination: crate::Combination::parse("-", 1).expect("one letter"),
             ..scene.sliding_equilibrium().expect("pressed on")

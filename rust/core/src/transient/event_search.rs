@@ -79,11 +79,7 @@ impl PhaseSearch {
         self.multiplicity.clear();
         self.multiplicity.extend(functions.iter().map(|function| {
             let departure = departures.map_or(Departure::None, |all| all[function.contact]);
-            match (departure, function.trigger) {
-                (Departure::Slip(multiplicity), EventKind::Velocity)
-                | (Departure::Gap(multiplicity), EventKind::Impact) => multiplicity,
-                _ => 0,
-            }
+            departure.multiplicity(function.trigger)
         }));
         if self.waiting || self.pending.len() != functions.len() {
             self.pending.clear();

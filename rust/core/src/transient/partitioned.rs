@@ -244,7 +244,7 @@ mod tests {
     use super::*;
     use crate::contact::admissible_start::start_coordinates;
     use crate::linalg::SparseMatrix;
-    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, Scene, SceneInput, Springs};
 
     #[test]
     fn uncoupled_parts_are_not_run_as_one() {
@@ -257,6 +257,7 @@ mod tests {
             slider_speed: 0.1,
             restitution: 0.0,
             gap: 0.0,
+            springs: Springs::default(),
         };
         let input = SceneInput {
             mass: Mass::Lumped(vec![1.0; 4]),

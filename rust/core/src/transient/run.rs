@@ -217,6 +217,7 @@ impl<'a> Run<'a> {
         self.state.trajectory.events.extend(
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
+        basis.complete(&mut self.state.q, &mut self.state.u);
         motion.restart(basis, &self.state.q, &self.state.u);
         Ok(None)
     }
@@ -306,7 +307,9 @@ impl<'a> Run<'a> {
             let (_, settled) = run.settle(&search, &mut settlement);
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
-            motion.restart(&trajectory.phases[phase].basis, &run.state.q, &run.state.u);
+            let basis = &trajectory.phases[phase].basis;
+            basis.complete(&mut run.state.q, &mut run.state.u);
+            motion.restart(basis, &run.state.q, &run.state.u);
             states.extend_from_slice(&run.state.q);
             states.extend_from_slice(&run.state.u);
         }

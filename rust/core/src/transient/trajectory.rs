@@ -254,12 +254,15 @@ impl Trajectory {
     pub fn state(&self, time: f64) -> Result<State, Error> {
         let mut cursor = Cursor::new(self);
         cursor.seek("time", time)?;
-        let (position, velocity) = self.scene().dof_state(&cursor.q, &cursor.u);
-        Ok(State {
-            position,
-            velocity,
-            combination: self.phases[cursor.phase].basis.combination.clone(),
-        })
+        let combination = &self.phases[cursor.phase].basis.combination;
+        Ok(self.scene().state(&cursor.q, &cursor.u, combination))
+    }
+
+    /// (q, q') at a time within the motion; at an event time those after it.
+    pub(crate) fn coordinates(&self, time: f64) -> Result<(Vec<f64>, Vec<f64>), Error> {
+        let mut cursor = Cursor::new(self);
+        cursor.seek("time", time)?;
+        Ok((cursor.q, cursor.u))
     }
 
     /// States and contact forces at `times`, in any order.

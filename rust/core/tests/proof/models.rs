@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use stickslip_core::linalg::SparseMatrix;
-use stickslip_core::scene::{Damping, Link, Mass, Subsystem, chain};
+use stickslip_core::scene::{Damping, Link, Mass, Springs, Subsystem, chain};
 use stickslip_core::{
     Combination, ContactInput, Controls, Direction, Method, Propagators, Scene, SceneInput, State,
     Trajectory, simulate,
@@ -20,6 +20,7 @@ pub fn contact(tangential: usize, normal: usize) -> ContactInput {
         slider_speed: 0.0,
         restitution: 0.0,
         gap: 0.0,
+        springs: Springs::default(),
     }
 }
 
@@ -87,6 +88,7 @@ pub fn propagators(input: SceneInput) -> Arc<Propagators> {
 
 pub fn state(position: &[f64], velocity: &[f64], combination: &str) -> State {
     State {
+        friction_force: Vec::new(),
         position: position.to_vec(),
         velocity: velocity.to_vec(),
         combination: Combination::parse(combination, combination.len()).expect("statuses"),

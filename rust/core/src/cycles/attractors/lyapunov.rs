@@ -18,7 +18,7 @@ use lru::LruCache;
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::linearization::saltation::passages;
+use crate::cycles::linearization::saltation::{jumps_alone, passages};
 use crate::cycles::orbits::orbit::Scales;
 use crate::error::Error;
 use crate::motion::method::Method;
@@ -127,6 +127,11 @@ impl Neighbour {
                 let found = passages(scene, &basis.combination, [start, &end], &events[phase + 1]);
                 let after = &run.phases[phase + 1].basis.combination;
                 let mut between = basis.combination.clone();
+                let jump = |event: &&(usize, EventKind)| event.1 == EventKind::Jump;
+                let mut jumps = events[phase + 1].iter().filter(jump);
+                if !jumps.all(|event| jumps_alone(scene, event.0, after)) {
+                    apart.fill(f64::NAN);
+                }
                 for (index, passage) in found.iter().enumerate() {
                     // Events that coincide follow each other in no time.
                     let states = if index == 0 { [start, &end, arrived] } else { [arrived; 3] };

@@ -11,7 +11,7 @@
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::linearization::saltation::{Passage, passages};
+use crate::cycles::linearization::saltation::{Passage, jumps_alone, passages};
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
 use crate::motion::method::Method;
@@ -182,6 +182,10 @@ pub(super) fn steps(
         let flow = Flow::new(&run.propagators, combination, method).ok()?;
         let end = flow.end(start, duration);
         let (events, after) = &labels[phase];
+        let mut jumps = events.iter().filter(|event| event.1 == EventKind::Jump);
+        if !jumps.all(|event| jumps_alone(run.scene(), event.0, after)) {
+            return None;
+        }
         let mut found = passages(run.scene(), combination, [start, &end], events);
         // The limit of the bounces of a contact comes before what coincides with it.
         let is_limit =
@@ -274,8 +278,13 @@ pub fn is_followed(orbit: &Orbit) -> bool {
     let mut turned = orbit.clone();
     turned.steps.rotate_left(longest);
     let Ok(expected) = turned.trajectory() else { return false };
-    let Ok(end) = run.state(run.end) else { return false };
-    let (q, u) = scene.moving_coordinates(&end.position, &end.velocity, load_time + orbit.period);
+    let (q, u) = if scene.has_massless() {
+        let Ok(end) = run.coordinates(run.end) else { return false };
+        end
+    } else {
+        let Ok(end) = run.state(run.end) else { return false };
+        scene.moving_coordinates(&end.position, &end.velocity, load_time + orbit.period)
+    };
     lasting_combinations(&expected, orbit.period) == lasting_combinations(&run, orbit.period)
         && orbit.scales().distance(&[q, u].concat(), &middle) < SAME
 }
@@ -286,8 +295,7 @@ pub(crate) fn state_of(
     combination: &Combination,
 ) -> crate::scene::model::State {
     let (q, u) = state.split_at(orbit.scene().size);
-    let (position, velocity) = orbit.scene().dof_state(q, u);
-    crate::scene::model::State { position, velocity, combination: combination.clone() }
+    orbit.scene().state(q, u, combination)
 }
 
 /// The same orbit from the section at which its combinations come first in the alphabet.

@@ -98,6 +98,7 @@ impl<'a> Flow<'a> {
             end_q[k] = q[k] + speed * duration;
             end_u[k] = speed;
         }
+        self.basis.complete(end_q, end_u);
         self.equation.scene(self.scene).follow(end_q, end_u);
         end
     }
@@ -141,6 +142,12 @@ impl<'a> Flow<'a> {
             for &row in self.free.iter().chain(&following) {
                 transition[(row, column)] = end[row] - origin[row];
             }
+            if let Some(condensed) = &self.basis.condensed {
+                let mut column = transition.column_mut(column);
+                let (q, u) = column.as_mut_slice().split_at_mut(self.scene.size);
+                condensed.complete_rates(q);
+                condensed.complete_rates(u);
+            }
         }
         transition
     }
@@ -157,7 +164,7 @@ impl<'a> Flow<'a> {
 
     /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
     fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
-        let scene = self.equation.scene(self.scene);
+        let scene = self.equation.scene(self.basis.scene(self.scene));
         let n = scene.size;
         let (q, u) = state.split_at(n);
         let mut residual = scene.residual(load, q, u);
@@ -167,6 +174,10 @@ impl<'a> Flow<'a> {
         let Reduction { kept, sticking, .. } = &self.equation.reduction;
         kept.iter().for_each(|&k| speed[k] = u[k]);
         sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
+        if let Some(condensed) = &self.basis.condensed {
+            condensed.complete_rates(speed);
+            condensed.complete_rates(acceleration);
+        }
         scene.follow_rates(speed);
         scene.follow_rates(acceleration);
         field

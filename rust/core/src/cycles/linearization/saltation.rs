@@ -137,9 +137,11 @@ impl Passage {
                 q[law.normal] = 0.0;
                 u[law.normal] = 0.0;
             }
+            EventKind::Closing => q[law.normal] = 0.0,
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
+            | EventKind::Jump
             | EventKind::Load => {}
         }
         Ok(())
@@ -242,7 +244,9 @@ impl Passage {
             EventKind::Release
             | EventKind::SlipPositive
             | EventKind::SlipNegative
+            | EventKind::Jump
             | EventKind::Load => {}
+            EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
             EventKind::Velocity => self.own().for_each(|contact| {
                 let t = n + scene.contacts[contact].tangential;
                 matrix[(t, t)] = 0.0;
@@ -412,12 +416,30 @@ pub(crate) fn passages(
         let accompanies =
             |passage: &Passage| passage.trigger == kind && passage.companions.contains(&contact);
         if !found.iter().any(accompanies) {
-            let passage = Passage::new(scene, before, contact, kind);
+            let passage = match kind {
+                EventKind::Jump => onset(scene, before, contact, end),
+                kind => Passage::new(scene, before, contact, kind),
+            };
             found.extend(Some(passage).filter(&own));
         }
     }
     found.sort_by_key(|passage| passage.contact);
     found
+}
+
+/// The end of sticking at which the friction of a contact without mass drops: at the bound that it is nearer to.
+fn onset(scene: &Scene, before: &Combination, contact: usize, end: &[f64]) -> Passage {
+    let [one, other] = [EventKind::SlipPositive, EventKind::SlipNegative]
+        .map(|trigger| Passage::new(scene, before, contact, trigger));
+    if one.value(end).0 <= other.value(end).0 { one } else { other }
+}
+
+/// Whether the neighbours of a motion jump with it as they are, along with none but this contact: what slides
+/// afterwards has no place of its own.
+pub(crate) fn jumps_alone(scene: &Scene, contact: usize, after: &Combination) -> bool {
+    let groups = &scene.massless.groups;
+    let own = groups.iter().find(|group| group.contacts.contains(&contact));
+    after.statuses()[contact].is_sliding() && own.is_some_and(|group| group.contacts.len() == 1)
 }
 
 /// The joint closings among the events of one instant: an impact comes with them, whose contact may close as well. The

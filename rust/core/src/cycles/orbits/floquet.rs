@@ -123,6 +123,7 @@ impl Orbit {
         let impact = |passage: &Passage| {
             matches!(passage.trigger, EventKind::Impact | EventKind::Accumulation)
         };
+        let jump = |k: usize| self.steps[k % count].kind == EventKind::Jump;
         (0..count).filter(|&k| !self.lasts(k) && !self.is_within_series(k)).find_map(|k| {
             let (first, second) =
                 (&self.steps[(k + count - 1) % count].passage, &self.steps[k].passage);
@@ -130,8 +131,10 @@ impl Orbit {
             if timed(first) || timed(second) {
                 return None;
             }
-            (first.contact != second.contact && (coupled || impact(first) || impact(second)))
-                .then_some((first.contact.min(second.contact), first.contact.max(second.contact)))
+            let jump = jump(k) || jump(k + count - 1);
+            (first.contact != second.contact
+                && (coupled || jump || impact(first) || impact(second)))
+            .then_some((first.contact.min(second.contact), first.contact.max(second.contact)))
         })
     }
 

@@ -119,6 +119,15 @@ impl Cycle {
                     duration: record.durations[k],
                     passage: match is_joint {
                         true => Passage::joint(scene, &combination, contact, series.clone()),
+                        false if kind == EventKind::Jump => {
+                            let after = &record.combinations[(k + 1) % count];
+                            let trigger = match after.as_bytes().get(contact) {
+                                Some(b'+') => EventKind::SlipPositive,
+                                Some(b'-') => EventKind::SlipNegative,
+                                _ => return Err(refused("a jump that does not slide")),
+                            };
+                            Passage::new(scene, &combination, contact, trigger)
+                        }
                         false => Passage::new(scene, &combination, contact, kind),
                     },
                     kind,

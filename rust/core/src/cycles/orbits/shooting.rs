@@ -184,10 +184,13 @@ impl Orbit {
 
     pub(crate) fn pass(&self, flows: &[Flow<'_>]) -> Result<Pass, OrbitFailure> {
         let mut pass = Pass { arrived: Vec::new(), linearised: Vec::new() };
-        for (step, flow) in self.steps.iter().zip(flows) {
+        let n = self.scene().size;
+        for (k, (step, flow)) in self.steps.iter().zip(flows).enumerate() {
             let end = flow.end(&step.state, step.duration);
             let mut arrived = end.clone();
             step.passage.jump(self.scene(), &step.combination, &mut arrived)?;
+            let (q, u) = arrived.split_at_mut(n);
+            flows[(k + 1) % flows.len()].basis.complete(q, u);
             let transition = flow.transition(step.duration);
             pass.linearised.push(step.passage.linearised(
                 self.scene(),
@@ -263,6 +266,7 @@ impl Orbit {
                 }
             }
             let (q, u) = step.state.split_at_mut(n);
+            flow.basis.complete(q, u);
             scene.fitted(&step.combination).follow(q, u);
             if let Some(duration) = explicit_time(&scene, flow, step) {
                 step.duration = duration;

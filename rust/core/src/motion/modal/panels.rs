@@ -305,6 +305,7 @@ mod tests {
             slider_speed: 0.2,
             restitution: 0.0,
             gap: 0.0,
+            springs: crate::scene::contact_law::Springs::default(),
         };
         let scene = Scene::new(SceneInput {
             mass: Mass::Lumped(vec![1.0; size]),

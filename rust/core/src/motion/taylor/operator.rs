@@ -41,11 +41,6 @@ pub(crate) struct TaylorOperator {
 }
 
 impl TaylorOperator {
-    /// The scene in the coordinates of the combination.
-    pub fn scene<'a>(&'a self, scene: &'a Scene) -> &'a Scene {
-        self.equation.scene(scene)
-    }
-
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
         self.equation.numbers()
@@ -78,7 +73,12 @@ impl TaylorOperator {
         operator.sigma = sigma;
         let dual = |terms: &[(usize, f64)]| match &scene.coupled_mass {
             Some(mass) => mass.dual_norm(terms),
-            None => terms.iter().map(|&(k, weight)| weight.abs() / operator.weight[k]).sum(),
+            // What a sticking contact without mass prescribes leaves nothing out.
+            None => terms
+                .iter()
+                .filter(|&&(k, _)| operator.weight[k] > 0.0)
+                .map(|&(k, weight)| weight.abs() / operator.weight[k])
+                .sum(),
         };
         let of = |functional: &Functional| {
             dual(&functional.position) / operator.omega + dual(&functional.velocity)

@@ -40,6 +40,12 @@ impl Scene {
         dependent.map_or_else(|| vec![(coordinate, 1.0)], |one| one.terms.clone())
     }
 
+    /// A coordinate as a sum of coordinates of x, and the constant that comes with it.
+    pub(crate) fn sum_of(&self, coordinate: usize) -> (Vec<(usize, f64)>, f64) {
+        let dependent = self.dependents.iter().find(|one| one.coordinate == coordinate);
+        (self.terms_of(coordinate), dependent.map_or(0.0, |one| one.offset))
+    }
+
     /// Brings velocities up to date with those that contacts of these statuses hold: what is the same direction as one
     /// that is held is held as exactly.
     pub(crate) fn follow_held(&self, held: impl Iterator<Item = (usize, Status)>, u: &mut [f64]) {
@@ -133,6 +139,9 @@ impl Scene {
             }),
             force,
             dependents,
+            nodes: self.nodes.clone(),
+            massless: self.massless.clone(),
+            condensed: self.condensed,
             // Such a scene has no loads in time.
             loads: Loads::default(),
             drive: None,

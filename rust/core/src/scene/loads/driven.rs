@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
+use crate::scene::massless::coordinates::Massless;
 use crate::scene::model::{Scene, coupled_mass};
 
 /// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
@@ -61,6 +62,10 @@ impl Scene {
         Arc::new(Self {
             size,
             dofs: scene.dofs,
+            // Beside loads in time, every dof has mass.
+            nodes: None,
+            massless: Massless::default(),
+            condensed: false,
             contacts: scene.contacts.clone(),
             impact_friction: scene.impact_friction,
             dependents: scene.dependents.clone(),

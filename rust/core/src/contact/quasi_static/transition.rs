@@ -1,0 +1,242 @@
+//! What contacts without mass do after an event.
+//!
+//! Displacements and forces are continuous, only their rates change, unless static friction exceeds the kinetic one: then
+//! a contact that begins to slip jumps to its place under kinetic friction first, with all that follow it.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::contact::coupled::contact_problem::Unsolved;
+use crate::contact::event_kind::EventKind;
+use crate::contact::quasi_static::problem::{Answer, Case, Node, Problem};
+use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
+use crate::error::RunFailure;
+use crate::scene::contact_law::Inertia;
+use crate::scene::massless::coordinates::Group;
+use crate::scene::model::Scene;
+use crate::scene::status::Status;
+
+/// One group at an event.
+struct GroupEvent<'a> {
+    scene: &'a Scene,
+    group: &'a Group,
+    time: f64,
+}
+
+/// Settles the contacts of a group in state (q, q'), the velocities of which without mass don't count; whether forces
+/// have jumped.
+pub(crate) fn settle_group(
+    scene: &Scene,
+    group: &Group,
+    time: f64,
+    triggers: &[(usize, EventKind)],
+    settlement: &mut Settlement,
+    q: &mut [f64],
+    u: &[f64],
+) -> Result<bool, RunFailure> {
+    let event = GroupEvent { scene, group, time };
+    let own: Vec<Option<EventKind>> =
+        group.contacts.iter().map(|&contact| of_contact(triggers, contact)).collect();
+    let before: Vec<Status> =
+        group.contacts.iter().map(|&contact| settlement.statuses[contact]).collect();
+    let onset = |k: usize| match own[k] {
+        Some(EventKind::SlipPositive) => Some(Status::Positive),
+        Some(EventKind::SlipNegative) => Some(Status::Negative),
+        _ => None,
+    };
+    let law = |k: usize| &scene.contacts[group.contacts[k]];
+    let excess = |k: usize| law(k).static_friction > law(k).friction;
+    let slips = |k: usize| law(k).inertia == Inertia::None;
+    let count = group.contacts.len();
+    let jumps: Vec<bool> =
+        (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some()).collect();
+    let jump = jumps.contains(&true);
+    let mut statuses = before.clone();
+    if jump {
+        let cases = (0..count).map(|k| match (onset(k), before[k]) {
+            (Some(towards), _) if jumps[k] => Case::Jumping { towards },
+            (_, Status::Detached) => Case::Settled(Status::Detached),
+            (_, before) => Case::Pressed { before },
+        });
+        statuses = event.jump(cases.collect(), q)?;
+    }
+    let cases: Vec<Case> = (0..count)
+        .map(|k| {
+            // Without a jump.
+            let touches = matches!(own[k], Some(EventKind::Closing | EventKind::Release)) && !jump;
+            let towards = match statuses[k] {
+                Status::Sticking => onset(k).filter(|_| slips(k)),
+                status => Some(status),
+            };
+            match (statuses[k], towards) {
+                _ if touches => Case::Touching,
+                (Status::Detached, _) => Case::Settled(Status::Detached),
+                _ if !slips(k) => Case::Settled(Status::Positive),
+                (_, Some(towards)) if law(k).static_friction > 0.0 => Case::Slipping {
+                    towards,
+                    at_bound: !excess(k),
+                    ends: own[k] == Some(EventKind::Velocity),
+                },
+                (status, _) => Case::Settled(status),
+            }
+        })
+        .collect();
+    let answer = event.rates(&cases, u)?;
+    let alone = triggers.len() == 1;
+    for (k, &contact) in group.contacts.iter().enumerate() {
+        let after = answer.statuses[k];
+        if !slips(k) {
+            // Of its slip, which has mass, the velocity decides.
+            match cases[k] {
+                Case::Touching if after.is_closed() => {
+                    let (status, departure) = sliding_with_mass(scene, contact, q, u);
+                    settlement.record(contact, own[k], status, departure);
+                }
+                Case::Touching => settlement.record(contact, own[k], after, Departure::Gap(1)),
+                _ if jump && before[k].is_closed() && after == Status::Detached => {
+                    settlement.record(contact, own[k], after, Departure::None);
+                }
+                _ => {}
+            }
+            continue;
+        }
+        let departure = match (cases[k], after) {
+            (Case::Touching, Status::Detached) => Departure::Gap(1),
+            (Case::Touching, _) => Departure::Force(1),
+            (Case::Slipping { towards, at_bound: true, ends }, Status::Sticking) => {
+                let smooth = ends && alone && answer.is_at_bound(k);
+                Departure::Bound(towards, if smooth { 2 } else { 1 })
+            }
+            _ => Departure::None,
+        };
+        let trigger = if jumps[k] { Some(EventKind::Jump) } else { own[k] };
+        settlement.record(contact, trigger, after, departure);
+    }
+    Ok(jump)
+}
+
+/// A gap that has closed without force while the slip has mass.
+fn sliding_with_mass(scene: &Scene, contact: usize, q: &[f64], u: &[f64]) -> (Status, Departure) {
+    let law = &scene.contacts[contact];
+    if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
+        return (status, Departure::Force(1));
+    }
+    let required = scene.reaction_value(law.tangential, q, u);
+    match sliding_status(-required) {
+        _ if law.static_friction == 0.0 => (Status::Positive, Departure::Force(1)),
+        Some(status) => (status, Departure::SlipAndForce),
+        None => (Status::Sticking, Departure::Force(1)),
+    }
+}
+
+impl GroupEvent<'_> {
+    /// Displacements without contact forces, or, of velocities and without loads, the rates of these displacements.
+    fn free(&self, x: &[f64], load: f64) -> DVector<f64> {
+        let Self { scene, group, .. } = self;
+        let rhs = group.coordinates.iter().map(|&row| {
+            let outside = scene.stiffness.row(row).filter(|entry| group.place(entry.0).is_none());
+            outside.fold(load * scene.force[row], |sum, (k, value)| sum - value * x[k])
+        });
+        &group.flexibility * DVector::from_iterator(group.coordinates.len(), rhs)
+    }
+
+    /// Places of (tangential, normal) of each contact in the group.
+    fn places(&self) -> Vec<Option<usize>> {
+        let laws = self.group.contacts.iter().map(|&contact| &self.scene.contacts[contact]);
+        laws.flat_map(|law| [self.group.place(law.tangential), self.group.place(law.normal)])
+            .collect()
+    }
+
+    fn solve(
+        &self,
+        cases: &[Case],
+        a0: DVector<f64>,
+        level: &'static str,
+    ) -> Result<Answer, RunFailure> {
+        let places = self.places();
+        let w = DMatrix::from_fn(places.len(), places.len(), |i, j| match (places[i], places[j]) {
+            (Some(i), Some(j)) => self.group.flexibility[(i, j)],
+            // A normal force that is given.
+            (None, None) if i == j && i % 2 == 1 => 1.0,
+            _ => 0.0,
+        });
+        let nodes = cases.iter().zip(&self.group.contacts).map(|(&case, &contact)| {
+            let law = &self.scene.contacts[contact];
+            let slips = if law.inertia == Inertia::None { 1.0 } else { 0.0 };
+            Node {
+                case,
+                friction: slips * law.friction,
+                static_friction: slips * law.static_friction,
+            }
+        });
+        let problem = Problem::new(nodes.collect(), w, a0);
+        problem.solve().map_err(|unsolved| RunFailure::QuasiStatic {
+            contacts: self.group.contacts.clone(),
+            time: self.time,
+            level,
+            count: match unsolved {
+                Unsolved::None => "no solution",
+                Unsolved::Several => "several solutions",
+            },
+        })
+    }
+
+    /// Statuses from the rates of the forces.
+    fn rates(&self, cases: &[Case], u: &[f64]) -> Result<Answer, RunFailure> {
+        let free = self.free(u, 0.0);
+        let speeds = self
+            .group
+            .contacts
+            .iter()
+            .flat_map(|&contact| [self.scene.contacts[contact].slider_speed, 0.0]);
+        let a0 = self.places().into_iter().zip(speeds);
+        let a0 = a0.map(|(place, speed)| place.map_or(0.0, |place| free[place] - speed)).collect();
+        self.solve(cases, DVector::from_vec(a0), "rates")
+    }
+
+    /// Moves the group to where kinetic friction takes it at once; the statuses there.
+    fn jump(&self, cases: Vec<Case>, q: &mut [f64]) -> Result<Vec<Status>, RunFailure> {
+        let Self { scene, group, .. } = self;
+        let mut free = self.free(q, 1.0);
+        let places = self.places();
+        let a0 = places.iter().enumerate().map(|(k, place)| {
+            let from = match place {
+                Some(place) if k % 2 == 0 => q[group.coordinates[*place]],
+                _ => 0.0,
+            };
+            place.map_or(0.0, |place| free[place] - from)
+        });
+        let mut a0 = DVector::from_vec(a0.collect());
+        for (k, &contact) in group.contacts.iter().enumerate() {
+            if places[2 * k + 1].is_none() {
+                a0[2 * k + 1] = scene.force[scene.contacts[contact].normal];
+            }
+        }
+        let answer = self.solve(&cases, a0, "forces")?;
+        for (place, force) in places.iter().zip(&answer.forces) {
+            if let Some(place) = place {
+                free += group.flexibility.column(*place) * *force;
+            }
+        }
+        let mut held = vec![false; group.coordinates.len()];
+        for (k, &contact) in group.contacts.iter().enumerate() {
+            let status = answer.statuses[k];
+            if let Some(place) = places[2 * k].filter(|_| status == Status::Sticking) {
+                held[place] = true;
+            }
+            if let Some(place) = places[2 * k + 1].filter(|_| status.is_closed()) {
+                held[place] = true;
+                q[scene.contacts[contact].normal] = 0.0;
+            }
+        }
+        for (place, &coordinate) in group.coordinates.iter().enumerate().filter(|(k, _)| !held[*k])
+        {
+            q[coordinate] = free[place];
+        }
+        // A contact whose slip has mass goes on as it was.
+        let statuses = answer.statuses.iter().enumerate().map(|(k, &status)| match cases[k] {
+            Case::Pressed { before } if status.is_closed() && places[2 * k].is_none() => before,
+            _ => status,
+        });
+        Ok(statuses.collect())
+    }
+}

@@ -1,0 +1,282 @@
+//! A scene as one status combination leaves it, without the coordinates that have no mass.
+//!
+//! Of these, a closed contact holds its gap at zero and a sticking one its tangential coordinate at its place; the
+//! others follow from their rows, in which sliding merges the normal row as in [`crate::scene::reduction`]:
+//!
+//! ```text
+//! q_e = S q_r + c,   S = -A^-1 (L' K)_er,   c = A^-1 (L' F)_e,   A = (L' K)_ee
+//! (q_r rows of K) = K_rr + K_re S,          F_r - K_re c
+//! ```
+//!
+//! with r all other coordinates. Rows of what is held stay: they are contact forces.
+
+use std::borrow::Cow;
+
+use nalgebra::DMatrix;
+
+use crate::error::Error;
+use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
+use crate::linalg::sparse::SparseMatrix;
+use crate::scene::massless::coordinates::{Group, summed};
+use crate::scene::model::Scene;
+use crate::scene::status::{Combination, Status};
+
+/// A combination of a scene with coordinates that have no mass.
+#[derive(Debug)]
+pub(crate) struct Condensed {
+    /// Over all coordinates; rows and columns of those that follow are zero.
+    pub scene: Scene,
+    pub followers: Vec<Follower>,
+    /// Gaps held at zero.
+    closed: Vec<usize>,
+    /// Coordinate and speed of sticking contacts.
+    sticking: Vec<(usize, f64)>,
+    parts: Vec<Elimination>,
+}
+
+/// A coordinate without mass, `q = constant + sum of weights times other coordinates`.
+#[derive(Debug)]
+pub(crate) struct Follower {
+    pub coordinate: usize,
+    pub constant: f64,
+    pub terms: Vec<(usize, f64)>,
+}
+
+/// What follows within one group.
+#[derive(Debug)]
+struct Elimination {
+    coordinates: Vec<usize>,
+    /// Their rows of L': (row, factor).
+    sources: Vec<Vec<(usize, f64)>>,
+    /// A^-1
+    inverse: DMatrix<f64>,
+}
+
+impl Scene {
+    /// What moves by itself in a combination: the scene without coordinates that follow from their rows, or in the
+    /// coordinates of the combination where directions depend on each other.
+    pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        Ok(match Condensed::new(self, combination)? {
+            Some(condensed) => Cow::Owned(condensed.scene),
+            None => self.fitted(combination),
+        })
+    }
+}
+
+impl Condensed {
+    /// None where every coordinate has mass, or `scene` is condensed already.
+    pub fn new(scene: &Scene, combination: &Combination) -> Result<Option<Self>, Error> {
+        if scene.massless.is_empty() || scene.condensed {
+            return Ok(None);
+        }
+        let (mut closed, mut sticking) = (Vec::new(), Vec::new());
+        let mut merged = vec![None; scene.size];
+        for (law, &status) in scene.contacts.iter().zip(combination.statuses()) {
+            if law.normal_has_mass() || !status.is_closed() {
+                continue;
+            }
+            closed.push(law.normal);
+            if law.tangential_has_mass() {
+                continue;
+            }
+            if status == Status::Sticking {
+                sticking.push((law.tangential, law.slider_speed));
+            } else {
+                merged[law.tangential] = Some((law.normal, -status.friction_sign() * law.friction));
+            }
+        }
+        let held = |k: usize| closed.contains(&k) || sticking.iter().any(|stick| stick.0 == k);
+        let mut parts = Vec::new();
+        let mut followers = Vec::new();
+        for group in &scene.massless.groups {
+            let coordinates: Vec<usize> =
+                group.coordinates.iter().copied().filter(|&k| !held(k)).collect();
+            if coordinates.is_empty() {
+                continue;
+            }
+            let source = |&k: &usize| {
+                let merge = merged[k].filter(|merge: &(usize, f64)| merge.1 != 0.0);
+                std::iter::once((k, 1.0)).chain(merge).collect()
+            };
+            let sources: Vec<Vec<(usize, f64)>> = coordinates.iter().map(source).collect();
+            parts.push(eliminated(
+                scene,
+                combination,
+                group,
+                coordinates,
+                sources,
+                &mut followers,
+            )?);
+        }
+        followers.sort_by_key(|follower| follower.coordinate);
+        let place = |k: usize| followers.binary_search_by_key(&k, |f| f.coordinate).ok();
+        let follows = |k: usize| place(k).map(|index| &followers[index]);
+        let mut force = scene.force.clone();
+        let stiffness = SparseMatrix::from_rows(scene.size, |row, entries| {
+            if follows(row).is_some() {
+                force[row] = 0.0;
+                return;
+            }
+            let mut changed = false;
+            for (k, value) in scene.stiffness.row(row) {
+                match follows(k) {
+                    None => entries.push((k, value)),
+                    Some(follower) => {
+                        changed = true;
+                        let terms = follower.terms.iter();
+                        entries.extend(terms.map(|&(j, weight)| (j, value * weight)));
+                        force[row] -= value * follower.constant;
+                    }
+                }
+            }
+            if changed {
+                summed(entries);
+            }
+        });
+        let condensed = Scene {
+            size: scene.size,
+            dofs: scene.dofs,
+            contacts: scene.contacts.clone(),
+            impact_friction: scene.impact_friction,
+            coordinates: scene.coordinates.clone(),
+            nodes: scene.nodes.clone(),
+            massless: scene.massless.clone(),
+            condensed: true,
+            dependents: Vec::new(),
+            mass: scene.mass.clone(),
+            coupled_mass: None,
+            damping: scene.damping.clone(),
+            proportional: scene.proportional,
+            stiffness,
+            energy_parts: scene.energy_parts.clone(),
+            force,
+            loads: scene.loads.clone(),
+            drive: None,
+            bare: None,
+        };
+        Ok(Some(Self { scene: condensed, followers, closed, sticking, parts }))
+    }
+
+    /// Gives the coordinates without mass their places and velocities: those that follow, and those that contacts hold.
+    pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
+        for &k in &self.closed {
+            (q[k], u[k]) = (0.0, 0.0);
+        }
+        self.sticking.iter().for_each(|&(k, speed)| u[k] = speed);
+        for Follower { coordinate, constant, terms } in &self.followers {
+            q[*coordinate] = terms.iter().fold(*constant, |sum, &(k, weight)| sum + weight * q[k]);
+        }
+        self.complete_rates(u);
+    }
+
+    /// The same of velocities alone, or of any other difference of states.
+    pub fn complete_rates(&self, rates: &mut [f64]) {
+        for Follower { coordinate, terms, .. } in &self.followers {
+            rates[*coordinate] = terms.iter().map(|&(k, weight)| weight * rates[k]).sum();
+        }
+    }
+
+    /// Terms of a sum over coordinates in which what follows is replaced; and the constant that this adds.
+    pub fn replaced(&self, terms: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
+        let (mut replaced, mut constant) = (Vec::new(), 0.0);
+        for &(k, weight) in terms {
+            match self.followers.binary_search_by_key(&k, |follower| follower.coordinate) {
+                Err(_) => replaced.push((k, weight)),
+                Ok(index) => {
+                    let follower = &self.followers[index];
+                    constant += weight * follower.constant;
+                    replaced.extend(follower.terms.iter().map(|&(j, w)| (j, weight * w)));
+                }
+            }
+        }
+        summed(&mut replaced);
+        (replaced, constant)
+    }
+
+    /// Completes a row of L', given on the coordinates that stay, on those that follow.
+    pub fn complete_left(&self, whole: &SparseMatrix, left: &mut [f64]) {
+        for part in &self.parts {
+            let loads: Vec<f64> = part
+                .coordinates
+                .iter()
+                .map(|&e| {
+                    let terms = left.iter().enumerate().filter(|entry| *entry.1 != 0.0);
+                    terms.map(|(i, weight)| weight * whole.get(i, e)).sum()
+                })
+                .collect();
+            for (row, source) in part.sources.iter().enumerate() {
+                let weight: f64 =
+                    loads.iter().zip(part.inverse.column(row).iter()).map(|(a, b)| a * b).sum();
+                source.iter().for_each(|&(k, factor)| left[k] -= factor * weight);
+            }
+        }
+    }
+}
+
+/// Solves the rows of what follows in a group for its coordinates.
+fn eliminated(
+    scene: &Scene,
+    combination: &Combination,
+    group: &Group,
+    coordinates: Vec<usize>,
+    sources: Vec<Vec<(usize, f64)>>,
+    followers: &mut Vec<Follower>,
+) -> Result<Elimination, Error> {
+    let count = coordinates.len();
+    let place = |k: usize| coordinates.binary_search(&k).ok();
+    let rows: Vec<Vec<(usize, f64)>> = sources
+        .iter()
+        .map(|source| {
+            let scaled = |&(row, factor): &(usize, f64)| {
+                scene.stiffness.row(row).map(move |(k, value)| (k, factor * value))
+            };
+            let mut entries: Vec<(usize, f64)> = source.iter().flat_map(scaled).collect();
+            summed(&mut entries);
+            entries
+        })
+        .collect();
+    // Gaps that are held are zero, and do not count.
+    let counts = |k: usize| {
+        let within = group.place(k).is_some() && place(k).is_none();
+        !within
+            || scene.contacts.iter().zip(combination.statuses()).any(|(law, &status)| {
+                law.tangential == k && status == Status::Sticking && !law.tangential_has_mass()
+            })
+    };
+    let mut others: Vec<usize> = rows
+        .iter()
+        .flat_map(|row| row.iter().map(|entry| entry.0))
+        .filter(|&k| place(k).is_none() && counts(k))
+        .collect();
+    others.sort_unstable();
+    others.dedup();
+    let mut matrix = DMatrix::zeros(count, count);
+    let mut known = DMatrix::zeros(count, others.len() + 1);
+    for (i, (row, source)) in rows.iter().zip(&sources).enumerate() {
+        for &(k, value) in row {
+            if let Some(j) = place(k) {
+                matrix[(i, j)] = value;
+            } else if let Ok(j) = others.binary_search(&k) {
+                known[(i, j)] = -value;
+            }
+        }
+        known[(i, others.len())] =
+            source.iter().map(|&(k, factor)| factor * scene.force[k]).sum::<f64>();
+    }
+    let pivot = smallest_relative_pivot(&matrix);
+    if pivot < SINGULAR {
+        return Err(Error::SingularBoundary { combination: combination.to_string(), pivot });
+    }
+    let factors = Factors::new(matrix);
+    let shapes = factors.solve(known);
+    for (i, &coordinate) in coordinates.iter().enumerate() {
+        let terms = others.iter().enumerate().map(|(j, &k)| (k, shapes[(i, j)]));
+        followers.push(Follower {
+            coordinate,
+            constant: shapes[(i, others.len())],
+            terms: terms.filter(|term| term.1 != 0.0).collect(),
+        });
+    }
+    let inverse = factors.solve(DMatrix::identity(count, count));
+    Ok(Elimination { coordinates, sources, inverse })
+}

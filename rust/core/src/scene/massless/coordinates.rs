@@ -1,0 +1,270 @@
+//! Coordinates without mass: the nodes of compliant contacts, and dofs to which a scene gives no mass.
+//!
+//! They have no damping either, so that they follow the others at once: with `K_bb` positive definite,
+//!
+//! ```text
+//! q_b = Y (F_b - K_bi q_i + B p),   Y = inv(K_bb)
+//! ```
+//!
+//! p being the contact forces. A compliant contact is a node without mass, tied to the body by one spring along its
+//! normal and one along its tangential direction; in its scene it is two more dofs, which its contact acts on.
+
+use nalgebra::DMatrix;
+
+use crate::error::Error;
+use crate::linalg::components::components;
+use crate::linalg::dense::cholesky;
+use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::{Contact, ContactInput, Direction, Inertia};
+
+/// The coordinates without mass, in groups that stiffness ties.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Massless {
+    pub groups: Vec<Group>,
+    /// Ascending.
+    pub coordinates: Vec<usize>,
+}
+
+/// Coordinates without mass that follow each other.
+#[derive(Debug, Clone)]
+pub(crate) struct Group {
+    /// Ascending.
+    pub coordinates: Vec<usize>,
+    /// The contacts whose gap or slip is one of them, ascending.
+    pub contacts: Vec<usize>,
+    /// Y over the coordinates, m/N.
+    pub flexibility: DMatrix<f64>,
+}
+
+impl Group {
+    pub fn place(&self, coordinate: usize) -> Option<usize> {
+        self.coordinates.binary_search(&coordinate).ok()
+    }
+}
+
+impl Massless {
+    /// Of the matrices in contact coordinates.
+    pub fn new(
+        mass: &SparseMatrix,
+        stiffness: &SparseMatrix,
+        contacts: &[Contact],
+        known: usize,
+    ) -> Result<Self, Error> {
+        // Beyond those that are `known` are the directions which contacts have not.
+        let size = mass.size();
+        let lacks = |k: usize| k < known && mass.get(k, k) == 0.0;
+        let coordinates: Vec<usize> = (0..size).filter(|&k| lacks(k)).collect();
+        if coordinates.is_empty() {
+            return Ok(Self::default());
+        }
+        let mut partner = vec![None; size];
+        let both = |law: &&Contact| law.inertia == Inertia::None && lacks(law.normal);
+        for law in contacts.iter().filter(both) {
+            partner[law.tangential] = Some(law.normal);
+            partner[law.normal] = Some(law.tangential);
+        }
+        let parts = components(size, |k, found| {
+            if lacks(k) {
+                found.extend(partner[k]);
+                found.extend(stiffness.row(k).map(|entry| entry.0).filter(|&j| lacks(j)));
+            }
+        });
+        let parts = parts.into_iter().filter(|part| lacks(part[0]));
+        let groups = parts
+            .map(|coordinates| {
+                let block = stiffness.restricted(&coordinates).to_dense();
+                let factor = cholesky(&block).map_err(|(row, pivot)| Error::FloatingBoundary {
+                    coordinate: coordinates[row],
+                    pivot,
+                })?;
+                let within = |law: &Contact| {
+                    let own = match law.inertia {
+                        Inertia::None => law.tangential,
+                        _ => law.normal,
+                    };
+                    coordinates.contains(&own)
+                };
+                let contacts = (0..contacts.len()).filter(|&i| within(&contacts[i])).collect();
+                Ok(Group { flexibility: factor.inverse(), contacts, coordinates })
+            })
+            .collect::<Result<_, Error>>()?;
+        Ok(Self { groups, coordinates })
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.groups.is_empty()
+    }
+
+    pub fn contains(&self, coordinate: usize) -> bool {
+        self.coordinates.binary_search(&coordinate).is_ok()
+    }
+
+    /// Of the part of a scene with these coordinates and contacts, both ascending.
+    pub fn restricted(&self, coordinates: &[usize], contacts: &[usize]) -> Self {
+        let places = |all: &[usize], of: &[usize]| -> Vec<usize> {
+            all.iter().filter_map(|k| of.binary_search(k).ok()).collect()
+        };
+        let inside = |group: &&Group| coordinates.binary_search(&group.coordinates[0]).is_ok();
+        let part = |group: &Group| Group {
+            coordinates: places(&group.coordinates, coordinates),
+            contacts: places(&group.contacts, contacts),
+            flexibility: group.flexibility.clone(),
+        };
+        Self {
+            groups: self.groups.iter().filter(inside).map(part).collect(),
+            coordinates: places(&self.coordinates, coordinates),
+        }
+    }
+}
+
+/// The nodes of compliant contacts as dofs behind those of a scene.
+#[derive(Debug)]
+pub(crate) struct Nodes {
+    /// Dofs with the nodes.
+    pub size: usize,
+    /// (tangential, normal) dof of the node of each contact, where it has one.
+    places: Vec<(Option<usize>, Option<usize>)>,
+    springs: Vec<Spring>,
+}
+
+/// A spring of a compliant contact.
+#[derive(Debug)]
+struct Spring {
+    /// Dof of the node.
+    node: usize,
+    /// On the body.
+    direction: Vec<(usize, f64)>,
+    stiffness: f64,
+}
+
+impl Nodes {
+    pub fn new(size: usize, contacts: &[ContactInput]) -> Self {
+        let mut nodes = Self { size, places: Vec::new(), springs: Vec::new() };
+        for law in contacts {
+            let mut place = |direction: &Option<Direction>, stiffness: Option<f64>| {
+                let (direction, stiffness) = (direction.as_ref()?, stiffness?);
+                let direction = direction.nonzero();
+                nodes.springs.push(Spring { node: nodes.size, direction, stiffness });
+                nodes.size += 1;
+                Some(nodes.size - 1)
+            };
+            let tangential = place(&law.tangential, law.springs.tangential);
+            let normal = place(&law.normal, law.springs.normal);
+            nodes.places.push((tangential, normal));
+        }
+        nodes
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.springs.is_empty()
+    }
+
+    /// A matrix over the dofs with rows of zeros for the nodes.
+    pub fn padded(&self, matrix: SparseMatrix) -> SparseMatrix {
+        if self.is_empty() {
+            return matrix;
+        }
+        let dofs = matrix.size();
+        SparseMatrix::from_rows(self.size, |row, entries| {
+            if row < dofs {
+                entries.extend(matrix.row(row));
+            }
+        })
+    }
+
+    /// K with the springs: `k (z - d . x)^2 / 2` is the energy of each.
+    pub fn with_springs(&self, stiffness: SparseMatrix) -> SparseMatrix {
+        if self.is_empty() {
+            return stiffness;
+        }
+        let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.size];
+        for Spring { node, direction, stiffness: k } in &self.springs {
+            let stretch = || {
+                let body = direction.iter().map(|&(dof, entry)| (dof, -entry));
+                body.chain([(*node, 1.0)])
+            };
+            for (i, a) in stretch() {
+                added[i].extend(stretch().map(|(j, b)| (j, a * k * b)));
+            }
+        }
+        let springs = SparseMatrix::from_rows(self.size, |row, entries| {
+            entries.append(&mut added[row]);
+            summed(entries);
+        });
+        self.padded(stiffness).combined(1.0, &springs, 1.0)
+    }
+
+    /// The contacts as they act on dofs and nodes.
+    pub fn contacts(&self, contacts: &[ContactInput]) -> Vec<ContactInput> {
+        let sparse = |direction: &Direction| match direction {
+            Direction::Vector(_) if !self.is_empty() => Direction::Entries(direction.nonzero()),
+            _ => direction.clone(),
+        };
+        let stated = |direction: &Option<Direction>| direction.as_ref().map(sparse);
+        let moved =
+            |(law, &(tangential, normal)): (&ContactInput, &(Option<usize>, Option<usize>))| {
+                ContactInput {
+                    tangential: tangential.map(Direction::Dof).or_else(|| stated(&law.tangential)),
+                    normal: normal.map(Direction::Dof).or_else(|| stated(&law.normal)),
+                    ..law.clone()
+                }
+            };
+        contacts.iter().zip(&self.places).map(moved).collect()
+    }
+
+    /// Positions or velocities over dofs, with nodes where their springs are relaxed.
+    pub fn extended(&self, x: &[f64]) -> Vec<f64> {
+        let mut whole = x.to_vec();
+        for Spring { direction, .. } in &self.springs {
+            whole.push(direction.iter().map(|&(dof, entry)| entry * x[dof]).sum());
+        }
+        whole
+    }
+}
+
+/// Entries of a row by column, those of one column added up.
+pub(crate) fn summed(entries: &mut Vec<(usize, f64)>) {
+    entries.sort_by_key(|entry| entry.0);
+    entries.dedup_by(|next, kept| {
+        let same = next.0 == kept.0;
+        kept.1 += if same { next.1 } else { 0.0 };
+        same
+    });
+}
+
+/// `K_ii - K_ib Y K_bi` over the dofs with mass: the stiffness that they feel while no contact acts on the others.
+pub(crate) fn condensed_stiffness(
+    mass: &SparseMatrix,
+    stiffness: &SparseMatrix,
+) -> Result<SparseMatrix, Error> {
+    let massless = Massless::new(mass, stiffness, &[], mass.size())?;
+    if massless.is_empty() {
+        return Ok(stiffness.clone());
+    }
+    let size = mass.size();
+    let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); size];
+    for group in &massless.groups {
+        let coupling = |row: usize| {
+            stiffness.row(group.coordinates[row]).filter(|entry| !massless.contains(entry.0))
+        };
+        for (e, row) in added_pairs(group) {
+            let y = group.flexibility[(e, row)];
+            for (i, a) in coupling(e) {
+                added[i].extend(coupling(row).map(|(j, b)| (j, -a * y * b)));
+            }
+        }
+    }
+    Ok(SparseMatrix::from_rows(size, |row, entries| {
+        if massless.contains(row) {
+            return;
+        }
+        entries.extend(stiffness.row(row).filter(|entry| !massless.contains(entry.0)));
+        entries.append(&mut added[row]);
+        summed(entries);
+    }))
+}
+
+fn added_pairs(group: &Group) -> impl Iterator<Item = (usize, usize)> + use<> {
+    let count = group.coordinates.len();
+    (0..count).flat_map(move |i| (0..count).map(move |j| (i, j)))
+}
