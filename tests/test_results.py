@@ -84,8 +84,8 @@ def examples():
 
 NAMES = [
     "Accumulation", "Balance", "Basins", "Bifurcation", "Branch", "BranchPoint", "Case", "Contact",
-    "CriticalPoint", "Cycle", "CyclePhase", "Equilibrium", "Event", "Events", "FrequencyResponse", "Grazing", "Harmonic",
-    "InputError", "Margin", "Mode",
+    "CriticalPoint", "Cycle", "CyclePhase", "Equilibrium", "Event", "Events", "FrequencyResponse",
+    "Grazing", "Harmonic", "InputError", "Margin", "Mode",
     "ModeSelection", "Modes", "Motion", "NoSteadySlidingError", "NotPeriodicError", "OrbitError", "Outcome",
     "Proportional", "Reduced", "RunError", "RunInterrupted", "Scene", "SearchInterrupted", "State",
     "StatusTable", "Steps", "StickslipError", "StoreError", "Study", "StudyError", "StudyInterrupted",
