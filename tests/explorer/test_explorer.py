@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from equal_chain import PART
 from stickslip.explorer import sound
 from stickslip.explorer.knobs import joint, knobs
 from stickslip.scene.family import Family
@@ -302,17 +303,7 @@ def test_any_model_can_be_explored(kind):
         "function": block,
         "chain": partial(
             ss.models.chain,
-            [
-                ss.models.Subsystem(
-                    upper_mass=0.3,
-                    contact_mass=0.3,
-                    inclination=0.1,
-                    vertical_stiffness=4e5,
-                    horizontal_stiffness=3e5,
-                    ceiling_stiffness=6e4,
-                    preload_displacement=1e-3,
-                )
-            ],
+            [PART],
             [],
             wall_stiffness=1e6,
             friction=0.4,

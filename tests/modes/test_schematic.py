@@ -6,6 +6,7 @@ import pytest
 from matplotlib.animation import AbstractMovieWriter
 
 import stickslip as ss
+from equal_chain import equal_chain
 from stickslip.modes.schematic import schematic
 
 
@@ -39,19 +40,7 @@ def test_layers_count_springs_from_the_contact():
 
 
 def test_no_two_bodies_stand_in_one_place():
-    parts = [
-        ss.models.Subsystem(
-            upper_mass=0.3,
-            contact_mass=0.3,
-            inclination=0.1,
-            vertical_stiffness=4e5,
-            horizontal_stiffness=3e5,
-            ceiling_stiffness=6e4,
-            preload_displacement=1e-3,
-        )
-    ] * 6
-    links = [ss.models.Link(horizontal_stiffness=1e5, vertical_stiffness=1e5)] * 5
-    scene = ss.models.chain(parts, links, wall_stiffness=1e6, friction=0.3, slider_speed=0.02)
+    scene = equal_chain(6, friction=0.3)
     drawing = schematic(scene)
     assert len(drawing.bodies) == 18
     places = {(body.x, body.y) for body in drawing.bodies}

@@ -66,10 +66,15 @@ def with_loads(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple
         ss.simulate(scene, start, 1e-9, max_events=0)
     except ss.InputError:
         # The loads leave tension at a contact, or a slider that vibrates slips the other way.
-        position = np.zeros(4 * count)
-        position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
-        start = ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+        start = flight(rng, count)
     return scene, start
+
+
+def flight(rng: np.random.Generator, count: int) -> ss.State:
+    """All contact masses above their sliders, by up to 1 mm."""
+    position = np.zeros(4 * count)
+    position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
+    return ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
 
 
 def forces(scene: ss.Scene, times: np.ndarray) -> np.ndarray:
@@ -148,9 +153,7 @@ def with_unsymmetric_terms(
     except ss.InputError:
         # The terms leave tension at a contact.
         count = len(scene.contacts)
-        position = np.zeros(4 * count)
-        position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
-        start = ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+        start = flight(rng, count)
     return scene, start
 
 
@@ -283,9 +286,7 @@ def chain(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
         ss.simulate(scene, start, 1e-9, max_events=0)
     except ss.InputError:
         # No sliding equilibrium, or the kick leaves tension at a contact.
-        position = np.zeros(4 * count)
-        position[3::4] = 10.0 ** rng.uniform(-5, -3, count)
-        start = ss.State(position, 0.1 * rng.normal(size=4 * count), "d" * count)
+        start = flight(rng, count)
     return scene, start
 
 

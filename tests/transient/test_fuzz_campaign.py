@@ -42,20 +42,17 @@ def test_the_first_scenes():
     assert np.isfinite([outcome.energy_residual for outcome in outcomes]).all(), report
 
 
-def test_the_first_scenes_with_gyroscopic_and_circulatory_terms():
-    outcomes = fuzz_campaign.campaign(UNSYMMETRIC_SCENES, 1, None, os.cpu_count() or 1, unsymmetric=True)
+@pytest.mark.parametrize(
+    ("scenes", "least", "option"),
+    [(UNSYMMETRIC_SCENES, 100, "unsymmetric"), (FORCED_SCENES, 50, "forced")],
+    ids=["with gyroscopic and circulatory terms", "under loads in time"],
+)
+def test_the_first_scenes_with_more_terms(scenes, least, option):
+    outcomes = fuzz_campaign.campaign(scenes, 1, None, os.cpu_count() or 1, **{option: True})
     report = fuzz_campaign.summary(outcomes)
     failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
     assert not failed, report
-    assert sum(outcome.events for outcome in outcomes) > 100 * UNSYMMETRIC_SCENES, report
-
-
-def test_the_first_scenes_under_loads_in_time():
-    outcomes = fuzz_campaign.campaign(FORCED_SCENES, 1, None, os.cpu_count() or 1, forced=True)
-    report = fuzz_campaign.summary(outcomes)
-    failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
-    assert not failed, report
-    assert sum(outcome.events for outcome in outcomes) > 50 * FORCED_SCENES, report
+    assert sum(outcome.events for outcome in outcomes) > least * scenes, report
 
 
 @pytest.mark.parametrize("index", NESTED)

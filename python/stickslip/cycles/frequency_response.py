@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse
 import xarray as xr
 
-from stickslip.cycles.attractors import Outcome, settled
+from stickslip.cycles.attractors import Outcome, is_valid, settled
 from stickslip.cycles.branches.arclength import trace_branch
 from stickslip.cycles.cycle import Cycle
 from stickslip.faults import InputError, OrbitError
@@ -227,7 +227,7 @@ def _sweep(
     found: list[Cycle | None] = []
     for scene, value in zip(scenes, values, strict=True):
         state = None if before is None else before.run.state(0.0)
-        if state is None or not _fits(scene, state):
+        if state is None or not is_valid(scene, state):
             state = begins(scene)
         (outcome,), interruption = settled([scene], [state], LOOK / value, LIMIT / value)
         if interruption is not None:
@@ -235,14 +235,6 @@ def _sweep(
         before = _cycle(scene, outcome)
         found.append(before)
     return found
-
-
-def _fits(scene: Scene, state: State) -> bool:
-    try:
-        scene.core.check_state(state.position, state.velocity, state.combination)
-    except InputError:
-        return False
-    return True
 
 
 def _cycle(scene: Scene, outcome: Outcome | None) -> Cycle | None:

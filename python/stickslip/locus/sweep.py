@@ -178,6 +178,11 @@ def _along_band(
         path = sliding.path(name, lower, upper, fixed)
     found = swept_band(path, ascending, region)
     order = _order(found["eigenvalue"][backwards[0]], None)
+    return _in_order(found, backwards, order)
+
+
+def _in_order(found: Mapping[str, Any], backwards: Any, order: Any) -> dict[str, Any]:
+    """Return a sweep with its values as they were asked for, and its branches in `order`."""
     return {
         key: part
         if key == "meetings"
@@ -224,14 +229,7 @@ def _along(
         if np.array_equal(ascending, values) and np.array_equal(order, np.arange(order.size)):
             # Nothing to put in order, and vectors are large.
             return found
-        return {
-            key: part
-            if key == "meetings"
-            else part[backwards]
-            if key in _POINTWISE
-            else part[backwards][..., order]
-            for key, part in found.items()
-        }
+        return _in_order(found, backwards, order)
 
     if not outer:
         return [row({})]
