@@ -1,31 +1,15 @@
 """The explorer in a browser, driven as a user would: drag, sliders, zoom, listen, copy."""
 
 import io
-import os
-import shutil
-import time
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import sync_playwright
 
 import stickslip as ss
+from waiting import until
 
-CHROMIUM = shutil.which(os.environ.get("CHROMIUM", "chromium"))
 PANELS = ("map", "loci", "portraits", "structure", "ribbon", "way", "lines", "energy")
-
-
-@pytest.fixture(scope="module")
-def browser():
-    assert CHROMIUM, "no chromium on the path; install it, or name a browser by CHROMIUM=..."
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM,
-            args=["--no-sandbox", "--headless", "--autoplay-policy=no-user-gesture-required"],
-        )
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -68,14 +52,6 @@ def settled(page):
         "!!(state.motion && state.loci && (state.map || by('note').textContent)) && "
         "Object.values(lanes).every((lane) => !lane.busy)",
     )
-
-
-def until(page, condition):
-    # The page's policy forbids what `wait_for_function` does.
-    end = time.monotonic() + 60.0
-    while not page.evaluate(condition):
-        assert time.monotonic() < end, condition
-        page.wait_for_timeout(20)
 
 
 def middle(page, panel, across=0.5, up=0.5):

@@ -1,28 +1,16 @@
 """The report in a browser: nothing fails, nothing is loaded, every figure shows, the keyboard is enough."""
 
 import io
-import os
 import re
-import shutil
 
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import sync_playwright
 
 import stickslip as ss
+from waiting import until
 
-CHROMIUM = shutil.which(os.environ.get("CHROMIUM", "chromium"))
 DESKTOP, PHONE = {"width": 1280, "height": 900}, {"width": 375, "height": 740}
-
-
-@pytest.fixture(scope="module")
-def browser():
-    assert CHROMIUM, "no chromium on the path; install it, or name a browser by CHROMIUM=..."
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=["--no-sandbox", "--headless"])
-        yield browser
-        browser.close()
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +111,7 @@ def test_modes_move_until_they_are_paused_by_keyboard(opened):
     page = opened()
     place = "document.querySelector('svg.motion .point').getAttribute('transform')"
     before = page.evaluate(place)
-    page.wait_for_function(f"{place} !== {before!r}")
+    until(page, f"{place} !== {before!r}")
     page.locator("#motion").focus()
     page.keyboard.press("Space")
     assert page.locator("#motion").inner_text() == "Start the motion"
@@ -132,7 +120,7 @@ def test_modes_move_until_they_are_paused_by_keyboard(opened):
     assert page.evaluate(place) == still
     page.keyboard.press("Enter")
     assert page.locator("#motion").inner_text() == "Pause the motion"
-    page.wait_for_function(f"{place} !== {still!r}")
+    until(page, f"{place} !== {still!r}")
 
 
 @pytest.mark.parametrize("name", ["standard", "ill-posed"])
