@@ -125,6 +125,7 @@ impl Scene {
             size,
             dofs: self.dofs,
             contacts: self.contacts.clone(),
+            laws: None,
             impact_friction: self.impact_friction,
             coordinates: self.coordinates.clone(),
             coupled_mass,
