@@ -184,7 +184,8 @@ impl Scene {
         if !self.dependents.is_empty() {
             return Ok(self.dependent_equilibrium()?.state);
         }
-        let contacts = StaticContacts::new(self)?;
+        let scene = self.at_steady_sliding();
+        let contacts = StaticContacts::new(&scene)?;
         Ok(contacts.equilibrium(&contacts.open()?).state)
     }
 
@@ -245,7 +246,8 @@ impl Scene {
         if !self.dependents.is_empty() {
             return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
         }
-        let contacts = StaticContacts::new(self)?;
+        let scene = self.at_steady_sliding();
+        let contacts = StaticContacts::new(&scene)?;
         let open = contacts.open()?;
         let uniqueness = match contacts.problem().uniqueness(&open) {
             complementarity::Uniqueness::Proved => Uniqueness::Proved,
@@ -259,15 +261,16 @@ impl Scene {
 
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
-        if self.size <= DENSE {
-            let reduced = Reduced::new(self, combination)?;
-            let statics = Statics::new(self, &reduced)?;
+        let scene = &*self.at_steady_sliding();
+        if scene.size <= DENSE {
+            let reduced = Reduced::new(scene, combination)?;
+            let statics = Statics::new(scene, &reduced)?;
             return Ok(statics.steady(combination, reduced.stiffness));
         }
-        self.check_combination(combination)?;
-        let moving = self.moving(combination)?;
+        scene.check_combination(combination)?;
+        let moving = scene.moving(combination)?;
         let reduction = Reduction::new(&moving, combination).checked(combination)?;
-        let statics = Statics::in_bases(self, combination, &reduction)?;
+        let statics = Statics::in_bases(scene, combination, &reduction)?;
         let rest = || {
             let stiffness = reduction.sparse_matrix(&moving.stiffness);
             let factors = SparseLu::new(&stiffness, SINGULAR).ok()?;
