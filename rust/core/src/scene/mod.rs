@@ -5,6 +5,7 @@ pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
 pub(crate) mod dependent;
 pub(crate) mod equation_of_motion;
+pub(crate) mod friction;
 pub(crate) mod inertia;
 pub(crate) mod loads;
 pub(crate) mod massless;
@@ -16,6 +17,7 @@ pub(crate) mod status;
 
 pub use chain::{DOFS, Link, Subsystem, chain};
 pub use contact_law::{Contact, ContactInput, Direction, Directions, Springs};
+pub use friction::law::{FrictionLaw, Table};
 pub use loads::input::{Harmonic, Loads, Steps, Vibration};
 pub use model::{Damping, Mass, Scene, SceneInput, State};
 pub use reduction::{Reduced, Reduction};

@@ -14,6 +14,7 @@ use crate::scene::contact_law::{
     Contact, ContactInput, Direction, Directions, Inertia, check_finite,
 };
 use crate::scene::dependent::sums::{Dependent, dependents_of};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
@@ -131,6 +132,8 @@ pub struct Scene {
     /// Coordinates that are sums of others, because directions of contacts depend on each other.
     pub(crate) dependents: Vec<Dependent>,
     pub(crate) contacts: Vec<Contact>,
+    /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
+    pub(crate) laws: Option<Arc<[Option<FrictionLaw>]>>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
     /// M in contact coordinates.
@@ -398,6 +401,7 @@ impl Scene {
             condensed: false,
             dependents,
             contacts,
+            laws: None,
             impact_friction: input.impact_friction,
             coordinates,
             mass,

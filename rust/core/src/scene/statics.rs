@@ -174,7 +174,8 @@ impl Scene {
         if !self.dependents.is_empty() {
             return Ok(self.dependent_equilibrium()?.state);
         }
-        let contacts = StaticContacts::new(self)?;
+        let scene = self.at_steady_sliding();
+        let contacts = StaticContacts::new(&scene)?;
         Ok(contacts.equilibrium(&contacts.open()?).state)
     }
 
@@ -235,7 +236,8 @@ impl Scene {
         if !self.dependents.is_empty() {
             return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
         }
-        let contacts = StaticContacts::new(self)?;
+        let scene = self.at_steady_sliding();
+        let contacts = StaticContacts::new(&scene)?;
         let open = contacts.open()?;
         let uniqueness = match contacts.problem().uniqueness(&open) {
             complementarity::Uniqueness::Proved => Uniqueness::Proved,
@@ -249,8 +251,9 @@ impl Scene {
 
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
-        let reduced = Reduced::new(self, combination)?;
-        let statics = Statics::new(self, &reduced)?;
+        let scene = &*self.at_steady_sliding();
+        let reduced = Reduced::new(scene, combination)?;
+        let statics = Statics::new(scene, &reduced)?;
         Ok(statics.steady(combination, reduced.stiffness))
     }
 
