@@ -88,13 +88,15 @@ def _name_entries(figure: Figure) -> None:
             # What is drawn as pixels is no element of its own.
             if not artist.get_rasterized():
                 drawn.setdefault(str(artist.get_label()).removeprefix("_"), []).append(artist)
-    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes if axes.get_legend())]
-    for legend in legends:
+    own = [legend for axes in figure.axes if (legend := axes.get_legend()) is not None]
+    for legend in [*figure.legends, *own]:
         for handle, text in zip(legend.legend_handles, legend.get_texts(), strict=True):
             series = drawn.get(text.get_text(), [])
-            number = list(drawn).index(text.get_text()) if series else 0
+            if handle is None or not series:
+                continue
+            number = list(drawn).index(text.get_text())
             for kind, members in (("entry", [handle, text]), ("series", series)):
-                for k, member in enumerate(members if series and handle is not None else ()):
+                for k, member in enumerate(members):
                     member.set_gid(f"{kind}-{number}-{k}")
 
 
