@@ -242,6 +242,37 @@ def test_modes_and_cycles_of_a_pad_are_those_of_one_contact():
     assert swept.eigenvalue.shape == ss.sweep(single(), friction=[0.1, 0.2, 0.4]).eigenvalue.shape
 
 
+@pytest.mark.parametrize("speed", np.linspace(0.086, 0.1, 12))
+def test_an_impact_elsewhere_leaves_what_sticks_at_rest(speed):
+    """A dashpot tells a mass that sticks of an impact; its friction force stays within static friction.
+
+    The slip velocity is a multiple of another contact's: it is zero to the last bit all the same.
+    """
+    scene = ss.Scene(
+        [1.0, 1.0],
+        [[2000.0, 0.0], [0.0, 0.0]],
+        damping=[[200.0, -200.0], [-200.0, 200.0]],
+        contacts=[
+            ss.Contact(tangential=[0.7, 0.0], friction=0.3, normal_force=1.0, slider_speed=1.0),
+            ss.Contact(
+                tangential=[1.0, 0.0],
+                friction=0.3,
+                static_friction=0.5,
+                normal_force=100.0,
+                slider_speed=speed,
+            ),
+            ss.Contact(normal=[0.0, -1.0], gap=0.002, restitution=0.9),
+        ],
+    )
+    run = ss.simulate(scene, ss.State([0.0, 0.0], [speed, 0.3], "+sd"), 0.02)
+    assert run.events.kind[0] == "impact"
+    after = run.state(run.events.time[0])
+    required = 2000.0 * after.position[0] + 200.0 * (speed - after.velocity[1]) - 0.7 * 0.3
+    # Between the two: under kinetic friction it would slip.
+    assert 30.0 < required < 50.0
+    assert run.events.combination[0] == "+sd"
+
+
 def test_twin_stops_are_one():
     """Two stops at the same place: their forces are shared, the motion is that of one."""
     one = ss.Scene([2.0], [[0.0]], force=[-20.0], contacts=[ss.Contact(normal=0, restitution=0.5)])

@@ -9,6 +9,13 @@ from stickslip.scene.family import Family
 #: Of a contact's law, by whatever model.
 LAW_UNITS = {
     "friction": "1",
+    "friction_friction": "1",
+    "friction_mu0": "1",
+    "friction_slope": "s/m",
+    "friction_static": "1",
+    "friction_kinetic": "1",
+    "friction_speed": "m/s",
+    "friction_viscous": "s/m",
     "static_friction": "1",
     "slider_speed": "m/s",
     "restitution": "1",

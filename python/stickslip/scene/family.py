@@ -28,7 +28,17 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import LAW, concerns, core_contact, law_entry, nearest, per_contact
+from stickslip.scene.contact import (
+    LAW,
+    OF_LAW,
+    concerns,
+    core_contact,
+    law_entry,
+    law_number,
+    nearest,
+    per_contact,
+)
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import NUMBERS, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
@@ -102,8 +112,10 @@ class Family:
 
     @property
     def compiled(self) -> bool:
-        """Whether scenes are made in compiled code."""
-        return isinstance(self.model, Scene) or self.is_chain
+        """Whether scenes are made in compiled code, which knows constant friction alone."""
+        if not (isinstance(self.model, Scene) or self.is_chain):
+            return False
+        return not any(isinstance(contact.friction, Law) for contact in self.template.contacts)
 
     @cached_property
     def keywords(self) -> Mapping[str, inspect.Parameter]:
@@ -127,6 +139,9 @@ class Family:
         if self.is_chain:
             if name in self._parts:
                 return self._parts[name]
+            if name not in self.keywords and name.startswith(OF_LAW):
+                law_entry(self.template.contacts, name)
+                return Slot(name, None, 1, late=True)
             if name not in self.keywords:
                 raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self._parts])}")
         stem, _, label = name.rpartition("_")
@@ -285,7 +300,7 @@ class Family:
             if name in loads:
                 return real_number(name, load_number(scene.loads, scene.contacts, name))
             entry, place = law_entry(scene.contacts, entry)
-            numbers = [getattr(contact, entry) for contact in scene.contacts]
+            numbers = [law_number(contact, entry) for contact in scene.contacts]
             if place is None:
                 numbers = [
                     number for number, c in zip(numbers, scene.contacts, strict=True) if concerns(entry, c)
@@ -329,7 +344,7 @@ class Family:
             return float(chain.get(entry, 1e-4))
         if entry in CHAIN_LAW:
             value = getattr(self.template.contacts[at], entry)
-            return None if value is None else float(value)
+            return None if value is None or isinstance(value, Law) else float(value)
         part = chain["links"] if entry.startswith("link_") else chain["subsystems"]
         return float(getattr(part[at], entry.removeprefix("link_")))
 
@@ -374,8 +389,11 @@ def _is_number(value: Any) -> bool:
 def _law_numbers(scene: Scene, fields: Iterable[str]) -> dict[str, float | None]:
     """Return fields of the law of every contact by the names of single parameters."""
     several = len(scene.contacts) > 1
-    return {
-        f"{name}_{k}" if several else name: getattr(contact, name)
-        for name in fields
-        for k, contact in enumerate(scene.contacts)
-    }
+    found: dict[str, float | None] = {}
+    for name in fields:
+        for k, contact in enumerate(scene.contacts):
+            law = contact.friction if name == "friction" else None
+            names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, Law) else [name]
+            for one in names:
+                found[f"{one}_{k}" if several else one] = law_number(contact, one)
+    return found

@@ -236,6 +236,26 @@ pub enum Error {
         /// Estimate of that of the scaled stiffness, -; 0 where it is exactly singular.
         reciprocal_condition: f64,
     },
+    /// Small motions are asked for where the friction of a contact depends on slip speed and another one sticks.
+    #[error(
+        "combination {combination:?}: friction of contact {contact} depends on slip speed and contact {stuck} sticks, so there is no steady state about which motions are linear"
+    )]
+    NoSteadyState {
+        /// The contact with the law.
+        contact: usize,
+        /// The contact that sticks.
+        stuck: usize,
+        /// The combination, one letter per contact.
+        combination: String,
+    },
+    /// A motion is asked for of a scene whose friction depends on slip speed.
+    #[error(
+        "friction: motions are computed with constant friction only; that of contact {contact} depends on slip speed"
+    )]
+    FrictionLawMotion {
+        /// The contact with the law.
+        contact: usize,
+    },
     /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration {

@@ -436,6 +436,7 @@ pub(crate) fn contact_forces_in(
     q: &[f64],
     u: &[f64],
 ) -> Vec<(f64, f64)> {
+    let scene = &*scene.at_slip(u);
     if scene.contacts_coupled() {
         let forces = contact_forces(scene, combination);
         return forces.iter().map(|(t, n)| (n.value(q, u), t.value(q, u))).collect();

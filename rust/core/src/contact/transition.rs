@@ -56,6 +56,8 @@ pub(crate) fn settle(
             | EventKind::Load => {}
         }
     }
+    let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);
+    scene.follow_held(struck.map(|trigger| scene.contacts[trigger.0].normal), u);
     settlement.events.clear();
     let switched = triggers.iter().any(|trigger| trigger.1 == EventKind::Load);
     if switched {

@@ -43,6 +43,10 @@ pub(crate) struct CombinationBasis {
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
         scene.check_combination(combination)?;
+        if let Some(contact) = (0..scene.contacts.len()).find(|&i| scene.friction_law(i).is_some())
+        {
+            return Err(Error::FrictionLawMotion { contact });
+        }
         let condensed = Condensed::new(scene, combination)?.map(Box::new);
         let mut functions = event_functions(scene, combination)?;
         if let Some(condensed) = &condensed {

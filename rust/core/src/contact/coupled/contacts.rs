@@ -92,7 +92,7 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
-        self.scene.follow_held(closed.iter().copied().zip(statuses.iter().copied()), &mut u);
+        self.scene.follow_held(std::iter::empty(), &mut u);
         Some(u)
     }
 
@@ -251,7 +251,9 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
-        self.scene.follow_held(touching.iter().copied().zip(solution.statuses), u);
+        let struck =
+            touching.iter().zip(&solution.statuses).filter(|(_, status)| status.is_closed());
+        self.scene.follow_held(struck.map(|(&i, _)| contacts[i].normal), u);
         Ok(())
     }
 }

@@ -24,9 +24,7 @@ impl Scene {
 
     /// The same of velocities, and of any other difference of positions.
     pub(crate) fn follow_rates(&self, u: &mut [f64]) {
-        for Dependent { coordinate, terms, .. } in &self.dependents {
-            u[*coordinate] = terms.iter().map(|&(k, factor)| factor * u[k]).sum();
-        }
+        follow_rates(&self.dependents, u);
     }
 
     /// Whether a coordinate is a sum of others.
@@ -46,15 +44,19 @@ impl Scene {
         (self.terms_of(coordinate), dependent.map_or(0.0, |one| one.offset))
     }
 
-    /// Brings velocities up to date with those that contacts of these statuses hold: what is the same direction as one
-    /// that is held is held as exactly.
-    pub(crate) fn follow_held(&self, held: impl Iterator<Item = (usize, Status)>, u: &mut [f64]) {
+    /// Brings velocities up to date with those known exactly: of `held` coordinates, of gaps that rest and slip velocities
+    /// that vanish. What is the same direction as one of them is known as exactly.
+    pub(crate) fn follow_held(&self, held: impl Iterator<Item = usize>, u: &mut [f64]) {
         if self.dependents.is_empty() {
             return;
         }
-        let mut statuses = vec![Status::Detached; self.contacts.len()];
-        held.for_each(|(contact, status)| statuses[contact] = status);
-        self.fitted(&Combination::new(statuses)).follow_rates(u);
+        let mut held: Vec<usize> = held.collect();
+        for law in &self.contacts {
+            held.extend((u[law.normal] == 0.0).then_some(law.normal));
+            held.extend((u[law.tangential] == law.slider_speed).then_some(law.tangential));
+        }
+        let fitted = self.dependents_beside(&held);
+        follow_rates(fitted.as_ref().unwrap_or(&self.dependents), u);
     }
 
     /// The scene in coordinates of x among which is all that a combination holds, as far as it is independent.
@@ -68,9 +70,17 @@ impl Scene {
                 normal.into_iter().chain((status == Status::Sticking).then_some(law.tangential))
             })
             .collect();
+        match self.dependents_beside(&held) {
+            None => Cow::Borrowed(self),
+            Some(dependents) => Cow::Owned(self.in_terms_of(dependents)),
+        }
+    }
+
+    /// The sums of others when `held` coordinates are among those of x, as far as they are independent; None: as they are.
+    fn dependents_beside(&self, held: &[usize]) -> Option<Vec<Dependent>> {
         let mut dependents = self.dependents.clone();
         let mut changed = false;
-        for &wanted in &held {
+        for &wanted in held {
             let Some(index) = dependents.iter().position(|one| one.coordinate == wanted) else {
                 continue;
             };
@@ -86,10 +96,7 @@ impl Scene {
             exchange(&mut dependents, index, given, pivot);
             changed = true;
         }
-        if !changed {
-            return Cow::Borrowed(self);
-        }
-        Cow::Owned(self.in_terms_of(dependents))
+        changed.then_some(dependents)
     }
 
     /// The scene with other coordinates as sums of the rest.
@@ -125,6 +132,7 @@ impl Scene {
             size,
             dofs: self.dofs,
             contacts: self.contacts.clone(),
+            laws: None,
             impact_friction: self.impact_friction,
             coordinates: self.coordinates.clone(),
             coupled_mass,
@@ -147,5 +155,11 @@ impl Scene {
             drive: None,
             bare: None,
         }
+    }
+}
+
+fn follow_rates(dependents: &[Dependent], u: &mut [f64]) {
+    for Dependent { coordinate, terms, .. } in dependents {
+        u[*coordinate] = terms.iter().map(|&(k, factor)| factor * u[k]).sum();
     }
 }

@@ -67,6 +67,7 @@ impl Scene {
             massless: Massless::default(),
             condensed: false,
             contacts: scene.contacts.clone(),
+            laws: scene.laws.clone(),
             impact_friction: scene.impact_friction,
             dependents: scene.dependents.clone(),
             coordinates: scene.coordinates.clone(),

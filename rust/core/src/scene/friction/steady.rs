@@ -1,0 +1,112 @@
+//! Steady sliding under friction that depends on slip speed.
+//!
+//! A contact that slides steadily has the slip speed |v| of its slider, and the friction of its law there. About it,
+//! `|s| = |v| -+ t . x'` changes the friction force by `-N_0 mu'(|v|) t . x'` in either direction of sliding: small
+//! motions see the damping matrix `C + N_0 mu' t t'`, negative damping where friction falls with speed.
+
+use std::borrow::Cow;
+
+use crate::error::Error;
+use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::Contact;
+use crate::scene::friction::law::FrictionLaw;
+use crate::scene::model::Scene;
+use crate::scene::status::{Combination, Status};
+
+impl Scene {
+    /// The same scene with laws of friction over slip speed, one entry per contact; None where it is constant. `friction`
+    /// of the contacts has to be their law at rest.
+    pub fn with_friction_laws(mut self, laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
+        for (contact, law) in laws.iter().enumerate() {
+            let Some(law) = law else { continue };
+            law.validate(contact)?;
+            let refused = |expected: &str, got: &str| Error::Shape {
+                argument: format!("contact {contact}: friction"),
+                expected: format!("a constant one {expected}"),
+                got: got.to_owned(),
+            };
+            if !self.massless.is_empty() {
+                return Err(refused(
+                    "in a scene with dofs without mass or compliant contacts",
+                    "a law over slip speed",
+                ));
+            }
+            if !self.dependents.is_empty() {
+                return Err(refused(
+                    "where directions of contacts depend on each other",
+                    "a law over slip speed",
+                ));
+            }
+            if self.impact_friction && !self.contacts[contact].never_opens() {
+                return Err(refused("with impact_friction", "a law over slip speed"));
+            }
+        }
+        self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
+        Ok(self)
+    }
+
+    /// Whether friction of some contact depends on slip speed.
+    pub fn has_friction_laws(&self) -> bool {
+        self.laws.is_some()
+    }
+
+    /// The law of a contact, where it depends on slip speed.
+    pub(crate) fn friction_law(&self, contact: usize) -> Option<&FrictionLaw> {
+        self.laws.as_ref()?[contact].as_ref()
+    }
+
+    /// The same scene with the constant friction that its laws have at given slip speeds.
+    fn at_speeds(&self, speed: impl Fn(usize) -> f64) -> Cow<'_, Self> {
+        let Some(laws) = &self.laws else { return Cow::Borrowed(self) };
+        let mut scene = Self { laws: None, ..self.clone() };
+        for (contact, law) in laws.iter().enumerate() {
+            if let Some(law) = law {
+                scene.contacts[contact].friction = law.value(speed(contact));
+            }
+        }
+        Cow::Owned(scene)
+    }
+
+    /// With the friction of slip at the speed of each slider.
+    pub(crate) fn at_steady_sliding(&self) -> Cow<'_, Self> {
+        self.at_speeds(|contact| self.contacts[contact].slider_speed.abs())
+    }
+
+    /// With the friction of the slip velocities of a state.
+    pub(crate) fn at_slip(&self, u: &[f64]) -> Cow<'_, Self> {
+        let slip = |law: &Contact| u[law.tangential] - law.slider_speed;
+        self.at_speeds(|contact| slip(&self.contacts[contact]).abs())
+    }
+
+    /// Small motions about steady sliding of a combination; the scene itself where no contact slides by a law.
+    pub(crate) fn linearised(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        let Some(laws) = &self.laws else { return Ok(Cow::Borrowed(self)) };
+        let steady = self.at_steady_sliding().into_owned();
+        let sliding = |contact: &usize| combination.statuses()[*contact].is_sliding();
+        let sliding: Vec<usize> =
+            (0..laws.len()).filter(sliding).filter(|&contact| laws[contact].is_some()).collect();
+        if sliding.is_empty() {
+            return Ok(Cow::Owned(steady));
+        }
+        if let Some(stuck) = combination.statuses().iter().position(|&s| s == Status::Sticking) {
+            let combination = combination.to_string();
+            return Err(Error::NoSteadyState { contact: sliding[0], stuck, combination });
+        }
+        let margins = steady.steady(combination)?.margins;
+        let mut damping = vec![0.0; self.size];
+        for contact in sliding {
+            let (law, normal_force) = (&self.contacts[contact], margins[contact]);
+            if normal_force.is_nan() {
+                let combination = combination.to_string();
+                return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
+            }
+            let slope = laws[contact].as_ref().map_or(0.0, |l| l.slope(law.slider_speed.abs()));
+            damping[law.tangential] += normal_force * slope;
+        }
+        Ok(Cow::Owned(Self {
+            damping: self.damping.combined(1.0, &SparseMatrix::diagonal(&damping), 1.0),
+            proportional: None,
+            ..steady
+        }))
+    }
+}
