@@ -71,7 +71,7 @@ def cells(kind, count, seed, **laws):
 
 
 def lasting(events, contact):
-    """Return times and kinds of the events of a contact, without bounces that the clock hardly tells apart."""
+    """Return times and kinds of the events of a contact, without bounces too short to tell apart."""
     own = np.flatnonzero(events.contact == contact)
     times, kinds = events.time[own], [str(events.kind[k]) for k in own]
     limits = np.array([time for time, kind in zip(times, kinds, strict=True) if kind == "accumulation"])

@@ -8,6 +8,7 @@ use crate::contact::event_function::event_functions;
 use crate::error::Error;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::local::locality::Locality;
+use crate::motion::local::reach::Reaches;
 use crate::motion::method::Wanted;
 use crate::scene::model::Scene;
 use crate::scene::partition::{Block, blocks_of};
@@ -25,7 +26,7 @@ pub struct Propagators {
     /// With the coordinates that carry its loads.
     pub(crate) scene: Arc<Scene>,
     parts: OnceLock<Vec<Part>>,
-    locality: OnceLock<Result<Arc<Locality>, Error>>,
+    locality: OnceLock<Result<Arc<Reaches>, Error>>,
     memory: Mutex<Memory>,
 }
 
@@ -107,8 +108,10 @@ impl Propagators {
     }
 
     /// What local marches need to know of the scene.
-    pub(crate) fn locality(&self) -> Result<Arc<Locality>, Error> {
-        self.locality.get_or_init(|| Locality::new(&self.scene).map(Arc::new)).clone()
+    pub(crate) fn locality(&self) -> Result<Arc<Reaches>, Error> {
+        self.locality
+            .get_or_init(|| Locality::new(&self.scene).map(|of| Arc::new(Reaches::new(of))))
+            .clone()
     }
 
     /// The basis of a combination, and whether it had to be computed.

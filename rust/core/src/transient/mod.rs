@@ -1,6 +1,7 @@
 //! The event-driven run, its trajectory, samples and batches.
 
 pub(crate) mod batch;
+pub(crate) mod clock;
 pub(crate) mod kept_states;
 pub(crate) mod local;
 pub(crate) mod partitioned;

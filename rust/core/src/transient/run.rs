@@ -16,8 +16,9 @@ use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
+use crate::transient::clock::Clock;
 use crate::transient::kept_states::{KEPT, KeptStates};
-use crate::transient::run_state::{Clock, Controls, RunState};
+use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
 use crate::transient::trajectory::{
     Accumulation, Event, Phase, Repetition, StopReason, Trajectory,

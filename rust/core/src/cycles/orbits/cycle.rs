@@ -9,7 +9,7 @@ use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::error::Error;
 use crate::motion::propagators::Propagators;
 use crate::numerics::bracket::Bracket;
-use crate::transient::run_state::Clock;
+use crate::transient::clock::Clock;
 use crate::transient::trajectory::{Event, Phase, Trajectory};
 
 /// Instants per phase at which an extreme is looked for, and per period besides; between two of

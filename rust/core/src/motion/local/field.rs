@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use crate::contact::event_function::EventFunction;
-use crate::motion::local::locality::{Course, Locality};
-use crate::motion::local::reach::NEGLECTED;
+use crate::motion::local::locality::Course;
+use crate::motion::local::reach::{NEGLECTED, Reaches};
 use crate::motion::local::region::{Region, TERMS};
 use crate::motion::panel::Panel;
 use crate::scene::model::Scene;
@@ -25,7 +25,7 @@ pub(crate) struct Reset {
 #[derive(Debug)]
 pub(crate) struct Field {
     scene: Arc<Scene>,
-    locality: Arc<Locality>,
+    locality: Arc<Reaches>,
     /// The time up to which all series hold.
     pub end: f64,
     /// Largest norm of the state so far.
@@ -45,7 +45,7 @@ pub(crate) struct Field {
 }
 
 impl Field {
-    pub fn new(scene: &Arc<Scene>, locality: &Arc<Locality>) -> Self {
+    pub fn new(scene: &Arc<Scene>, locality: &Arc<Reaches>) -> Self {
         let n = scene.size;
         Self {
             scene: Arc::clone(scene),
@@ -79,8 +79,7 @@ impl Field {
     pub fn restart(&mut self, statuses: &[Status], contacts: &[usize], resets: &[Reset], at: f64) {
         let rest = self.end - at;
         let Self { scene, locality, region, .. } = self;
-        let reaches: Vec<_> =
-            contacts.iter().map(|&contact| locality.reach(scene, contact)).collect();
+        let reaches: Vec<_> = contacts.iter().map(|&contact| locality.of(scene, contact)).collect();
         let part = rest / locality.width();
         let reached = reaches.iter().flat_map(|reach| reach.within(part));
         region.width = rest;
@@ -227,6 +226,7 @@ mod tests {
 
     use super::*;
     use crate::linalg::SparseMatrix;
+    use crate::motion::local::locality::Locality;
     use crate::motion::local::reach::Reach;
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 
@@ -314,7 +314,7 @@ mod tests {
             statuses in proptest::collection::vec(0usize..4, 60),
         ) {
             let scene = cells(kind, count, &numbers, beta);
-            let locality = Arc::new(Locality::new(&scene).expect("lumped"));
+            let locality = Arc::new(Reaches::new(Locality::new(&scene).expect("lumped")));
             let all = [Status::Positive, Status::Negative, Status::Sticking, Status::Detached];
             let contact = count / 2;
             let mut before: Vec<Status> = statuses[..count].iter().map(|&s| all[s]).collect();

@@ -1,13 +1,8 @@
 //! What a local march needs to know of a scene once: which coordinate is what, and norms that hold in every combination.
 
-use std::sync::{Arc, Mutex, PoisonError};
-
-use lru::LruCache;
-
 use crate::contact::event_function::Functional;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::motion::local::reach::{NEGLECTED, Reach};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
@@ -15,8 +10,6 @@ use crate::scene::status::Status;
 /// Norm of the first-order system times the width of a panel. Row sums overestimate the fastest mode about twofold, and
 /// terms up to e^3 cancel.
 pub(super) const WIDTH: f64 = 6.0;
-/// Coordinates that the reaches kept may hold in all: 256 MB.
-const KEPT: usize = 1 << 26;
 
 /// What a coordinate is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,14 +47,6 @@ pub(crate) struct Locality {
     /// Bounds of `M^-1 K h^2` and `M^-1 C h` in mass-weighted coordinates and any combination, by columns.
     pub(super) springs: SparseMatrix,
     pub(super) dampers: SparseMatrix,
-    reaches: Mutex<Kept>,
-}
-
-#[derive(Debug)]
-struct Kept {
-    known: LruCache<usize, Arc<Reach>>,
-    /// Sum of their sizes.
-    coordinates: usize,
 }
 
 impl Locality {
@@ -76,6 +61,10 @@ impl Locality {
         }
         if !scene.massless.is_empty() {
             return refused("contacts act on coordinates without mass");
+        }
+        if let Some(contact) = (0..scene.contacts.len()).find(|&i| scene.friction_law(i).is_some())
+        {
+            return Err(Error::FrictionLawMotion { contact });
         }
         let n = scene.size;
         let mut kinds = vec![Kind::Free; n];
@@ -111,7 +100,6 @@ impl Locality {
             sigma,
             springs: springs.scaled(width * width).transposed(),
             dampers: dampers.scaled(width).transposed(),
-            reaches: Mutex::new(Kept { known: LruCache::unbounded(), coordinates: 0 }),
         })
     }
 
@@ -135,30 +123,9 @@ impl Locality {
         dual(&functional.position) / self.omega + dual(&functional.velocity)
     }
 
-    /// The coordinates that a change of a contact reaches.
-    pub fn reach(&self, scene: &Scene, contact: usize) -> Arc<Reach> {
-        if let Some(known) = self.kept().known.get(&contact) {
-            return Arc::clone(known);
-        }
-        let found = Arc::new(Reach::new(scene, self, contact, NEGLECTED));
-        let mut kept = self.kept();
-        kept.coordinates += found.len();
-        kept.known.put(contact, Arc::clone(&found));
-        while kept.coordinates > KEPT && kept.known.len() > 1 {
-            if let Some((_, oldest)) = kept.known.pop_lru() {
-                kept.coordinates -= oldest.len();
-            }
-        }
-        found
-    }
-
     /// The rows in which a velocity of a coordinate acts at once.
     pub fn felt_at_once(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
         self.dampers.row(k).map(|entry| entry.0)
-    }
-
-    fn kept(&self) -> std::sync::MutexGuard<'_, Kept> {
-        self.reaches.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// How a coordinate moves.

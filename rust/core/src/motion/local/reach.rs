@@ -13,6 +13,10 @@
 //! recursion with equality dominates. It knows no status: the reach of a contact is that of all its changes.
 
 use std::collections::HashMap;
+use std::ops::Deref;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lru::LruCache;
 
 use crate::motion::local::locality::{Kind, Locality, WIDTH};
 use crate::scene::model::Scene;
@@ -25,6 +29,60 @@ const ORDERS: usize = 60;
 const FLOOR: f64 = 1e-34;
 /// Stretches of a panel for which reaches are told apart.
 const LEVELS: usize = 16;
+
+/// Coordinates that the reaches kept may hold in all: 256 MB.
+const KEPT: usize = 1 << 26;
+
+/// A scene of local marches with the reaches of its contacts, found when one first changes.
+#[derive(Debug)]
+pub(crate) struct Reaches {
+    locality: Locality,
+    kept: Mutex<Kept>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    known: LruCache<usize, Arc<Reach>>,
+    /// Sum of their sizes.
+    coordinates: usize,
+}
+
+impl Deref for Reaches {
+    type Target = Locality;
+
+    fn deref(&self) -> &Locality {
+        &self.locality
+    }
+}
+
+impl Reaches {
+    /// None of them found yet.
+    pub fn new(locality: Locality) -> Self {
+        let kept = Mutex::new(Kept { known: LruCache::unbounded(), coordinates: 0 });
+        Self { locality, kept }
+    }
+
+    /// The coordinates that a change of a contact reaches.
+    pub fn of(&self, scene: &Scene, contact: usize) -> Arc<Reach> {
+        if let Some(known) = self.kept().known.get(&contact) {
+            return Arc::clone(known);
+        }
+        let found = Arc::new(Reach::new(scene, self, contact, NEGLECTED));
+        let mut kept = self.kept();
+        kept.coordinates += found.len();
+        kept.known.put(contact, Arc::clone(&found));
+        while kept.coordinates > KEPT && kept.known.len() > 1 {
+            if let Some((_, oldest)) = kept.known.pop_lru() {
+                kept.coordinates -= oldest.len();
+            }
+        }
+        found
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
 
 /// The coordinates that a change of one contact moves by more than [`NEGLECTED`] within the rest of a panel.
 #[derive(Debug)]

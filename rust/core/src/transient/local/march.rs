@@ -13,12 +13,14 @@ use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
 use crate::error::{Cancel, Error};
 use crate::motion::local::field::{Field, Reset};
-use crate::motion::local::locality::{Kind, Locality};
+use crate::motion::local::locality::Kind;
+use crate::motion::local::reach::Reaches;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
+use crate::transient::clock::Clock;
 use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
-use crate::transient::run_state::{Clock, Controls};
+use crate::transient::run_state::Controls;
 use crate::transient::search::panel::PanelSearch;
 use crate::transient::trajectory::{Accumulation, Event, Grazing, Phase, StopReason, Trajectory};
 
@@ -78,7 +80,7 @@ enum PanelEnd {
 /// A run in progress.
 struct March<'a> {
     scene: Arc<Scene>,
-    locality: Arc<Locality>,
+    locality: Arc<Reaches>,
     controls: Controls<'a>,
     started: Instant,
     field: Field,
@@ -141,7 +143,12 @@ pub(crate) fn simulate(
         speed: 0.0,
         switched: controls.load_time,
         at_this_instant: 0,
-        motion: LocalMotion::new(scene, &locality, combination, controls),
+        motion: LocalMotion::new(
+            scene,
+            &locality,
+            combination,
+            (controls.load_time, controls.kept_numbers),
+        ),
         trajectory,
         locality,
     };

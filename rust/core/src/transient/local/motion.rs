@@ -5,11 +5,11 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::motion::local::field::{Field, Reset};
-use crate::motion::local::locality::Locality;
+use crate::motion::local::reach::Reaches;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
+use crate::transient::clock::Clock;
 use crate::transient::kept_states::{KEPT, KeptStates};
-use crate::transient::run_state::{Clock, Controls};
 
 /// A panel of all coordinates.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ pub(crate) struct Step {
 #[derive(Debug)]
 pub(crate) struct LocalMotion {
     scene: Arc<Scene>,
-    locality: Arc<Locality>,
+    locality: Arc<Reaches>,
     start: Vec<Status>,
     /// Time of the loads at the start, s.
     pub load_time: f64,
@@ -61,16 +61,16 @@ struct Replay {
 impl LocalMotion {
     pub fn new(
         scene: &Arc<Scene>,
-        locality: &Arc<Locality>,
+        locality: &Arc<Reaches>,
         start: &Combination,
-        controls: Controls<'_>,
+        (load_time, kept): (f64, Option<usize>),
     ) -> Self {
-        let kept = controls.kept_numbers.unwrap_or(KEPT);
+        let kept = kept.unwrap_or(KEPT);
         Self {
             scene: Arc::clone(scene),
             locality: Arc::clone(locality),
             start: start.statuses().to_vec(),
-            load_time: controls.load_time,
+            load_time,
             panels: Vec::new(),
             states: KeptStates::new(scene.size, 0, kept),
             steps: Vec::new(),
