@@ -33,7 +33,7 @@ test-slow: $(INSTALLED) ## Test the package with many new random examples of eve
 	$(BIN)/python -m pytest --hypothesis-profile slow $(PYTEST)
 
 # Playwright drives the browser of the system: CHROMIUM=..., by default `chromium`.
-test-browser: $(VENV)/.extra-browser ## Look at the report and the explorer in a browser
+test-browser: $(VENV)/.extra-browser pages ## Look at the documentation, the report and the explorer in a browser
 	$(BIN)/python -m pytest tests/browser
 
 # Seeds share no scene; a campaign that was stopped goes on.
