@@ -78,7 +78,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/studies.md)
+	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/large_scenes.py
