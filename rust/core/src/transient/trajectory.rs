@@ -7,7 +7,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use crate::contact::event_function::Functional;
-use crate::contact::event_function::{contact_force, contact_forces};
+use crate::contact::event_function::{contact_force, contact_forces, contact_forces_in};
 use crate::contact::event_kind::EventKind;
 use crate::error::Error;
 use crate::modes::complex_modes::Modes;
@@ -282,8 +282,13 @@ impl Trajectory {
                 coupled = Some((combination.clone(), contact_forces(self.scene(), combination)));
             }
             let statuses = combination.statuses();
+            let of_laws = match self.scene().has_friction_laws() {
+                true => contact_forces_in(self.scene(), combination, &cursor.q, &cursor.u),
+                false => Vec::new(),
+            };
             for (contact, &status) in statuses.iter().enumerate() {
                 let (normal, friction) = match &coupled {
+                    _ if self.scene().has_friction_laws() => of_laws[contact],
                     Some((_, forces)) => (
                         forces[contact].1.value(&cursor.q, &cursor.u),
                         forces[contact].0.value(&cursor.q, &cursor.u),

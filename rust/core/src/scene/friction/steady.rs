@@ -8,7 +8,6 @@ use std::borrow::Cow;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::Contact;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
@@ -37,9 +36,6 @@ impl Scene {
                     "a law over slip speed",
                 ));
             }
-            if self.impact_friction && !self.contacts[contact].never_opens() {
-                return Err(refused("with impact_friction", "a law over slip speed"));
-            }
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
         Ok(self)
@@ -55,27 +51,34 @@ impl Scene {
         self.laws.as_ref()?[contact].as_ref()
     }
 
-    /// The same scene with the constant friction that its laws have at given slip speeds.
-    fn at_speeds(&self, speed: impl Fn(usize) -> f64) -> Cow<'_, Self> {
-        let Some(laws) = &self.laws else { return Cow::Borrowed(self) };
+    /// The coefficient of kinetic friction of a contact at its slip velocity in a state.
+    pub(crate) fn friction_at(&self, contact: usize, u: &[f64]) -> f64 {
+        let own = &self.contacts[contact];
+        let of_law = |law: &FrictionLaw| law.value((u[own.tangential] - own.slider_speed).abs());
+        self.friction_law(contact).map_or(own.friction, of_law)
+    }
+
+    /// The same scene with the constant friction that its laws have somewhere.
+    fn with_friction(&self, friction: impl Fn(usize) -> f64) -> Cow<'_, Self> {
+        if self.laws.is_none() {
+            return Cow::Borrowed(self);
+        }
         let mut scene = Self { laws: None, ..self.clone() };
-        for (contact, law) in laws.iter().enumerate() {
-            if let Some(law) = law {
-                scene.contacts[contact].friction = law.value(speed(contact));
-            }
+        for (contact, own) in scene.contacts.iter_mut().enumerate() {
+            own.friction = friction(contact);
         }
         Cow::Owned(scene)
     }
 
     /// With the friction of slip at the speed of each slider.
     pub(crate) fn at_steady_sliding(&self) -> Cow<'_, Self> {
-        self.at_speeds(|contact| self.contacts[contact].slider_speed.abs())
+        let still = vec![0.0; self.size];
+        self.with_friction(|contact| self.friction_at(contact, &still))
     }
 
     /// With the friction of the slip velocities of a state.
     pub(crate) fn at_slip(&self, u: &[f64]) -> Cow<'_, Self> {
-        let slip = |law: &Contact| u[law.tangential] - law.slider_speed;
-        self.at_speeds(|contact| slip(&self.contacts[contact]).abs())
+        self.with_friction(|contact| self.friction_at(contact, u))
     }
 
     /// Small motions about steady sliding of a combination; the scene itself where no contact slides by a law.
