@@ -122,7 +122,8 @@ def core_place(
         vibrating = [k for k, contact in enumerate(contacts) if contact.slider_vibration is not None]
         return f"vibration_{field}", vibrating.index(place)
     kind = type(loads[place])
-    single_entry(f"{load_names(loads)[place]}_{field}", loads[place].amplitude)
+    if field == "amplitude":
+        single_entry(f"{load_names(loads)[place]}_{field}", loads[place].amplitude)
     before = sum(isinstance(load, kind) for load in loads[:place])
     return f"{'harmonic' if kind is Harmonic else 'steps'}_{field}", before
 
