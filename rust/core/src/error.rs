@@ -252,12 +252,12 @@ pub enum Error {
         /// The contact with the law.
         contact: usize,
     },
-    /// Mass couples contacts whose friction depends on slip speed.
+    /// Nothing determines contact forces, and friction depends on slip speed.
     #[error(
-        "contact {contact}: motions are computed for friction over slip speed only where mass does not couple contacts; state a lumped mass, or constant friction"
+        "contact {contact}: nothing determines how the forces of closed contacts are split, which is followed with constant friction only"
     )]
-    CoupledFrictionLaw {
-        /// The contact with the law.
+    UndeterminedFrictionLaw {
+        /// A contact whose forces are not determined.
         contact: usize,
     },
     /// A limit cycle, its multipliers or an attractor are asked for where friction depends on slip speed.

@@ -76,7 +76,8 @@ impl Motion {
             }
             Propagator::Law(operator) => {
                 let law = self.law.get_or_insert_default();
-                law.restart(&self.scene, operator, &basis.functions, q, u);
+                let scene = basis.scene(&self.scene);
+                law.restart(scene, operator, &basis.functions, q, u);
             }
             Propagator::Blocks(parts) => {
                 self.blocks.truncate(parts.len());
@@ -138,7 +139,7 @@ impl Motion {
             Propagator::Law(operator) => {
                 let Some(law) = &mut self.law else { return };
                 while time > law.end() {
-                    law.advance(&self.scene, operator);
+                    law.advance(self.basis.scene(&self.scene), operator);
                 }
                 law.state(operator, time - law.start(), q, u);
             }
@@ -151,6 +152,16 @@ impl Motion {
             }
         }
         self.basis.complete(q, u);
+    }
+
+    /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
+    pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
+        let Propagator::Law(operator) = &self.basis.propagator else { return None };
+        let law = self.law.as_mut()?;
+        while law.end() <= time {
+            law.advance(self.basis.scene(&self.scene), operator);
+        }
+        Some(law.end())
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have

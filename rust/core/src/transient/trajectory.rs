@@ -455,6 +455,12 @@ impl<'a> Cursor<'a> {
         }
     }
 
+    /// Local time up to which the motion of a phase is one series from a local time on, where it is not smooth everywhere.
+    pub fn smooth_until(&mut self, phase: usize, local: f64) -> Option<f64> {
+        self.seek_local(phase, local.max(f64::MIN_POSITIVE));
+        self.motion.as_mut()?.smooth_until(local)
+    }
+
     /// A rate such that the motion of a phase grows, off the real axis too, by at most `e^{rate |z|}` around a
     /// local time; what has decayed below rounding does not count. 1/s.
     pub fn growth_rate(&mut self, phase: usize, local: f64) -> f64 {

@@ -13,9 +13,11 @@
 //!
 //! (Gronwall), as long as this is within the neighbourhood in which l_i holds.
 
+use nalgebra::DMatrix;
+
 use crate::contact::event_function::EventFunction;
 use crate::motion::friction::law_series::{LawSeries, scale};
-use crate::motion::friction::operator::{LawContact, LawOperator};
+use crate::motion::friction::operator::LawOperator;
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::{TRUNCATION, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, ROW};
@@ -41,12 +43,24 @@ const CHANGES: usize = 4;
 #[derive(Debug)]
 struct Sliding {
     series: LawSeries,
-    /// N, of one order more than the others by the displacements alone.
-    normal: [f64; COEFFICIENTS + 1],
-    /// N at the origin at rest.
+    /// N, and what its displacements add in the order beyond.
+    normal: [f64; COEFFICIENTS],
+    beyond: f64,
+    /// y
+    force: [f64; COEFFICIENTS],
+    /// N without what laws add, at the origin at rest, and the sum of the absolute values of its terms on the panel.
     at_origin: f64,
-    /// Sum of the absolute values of all terms of N.
     size: f64,
+    /// Bound of the error of y.
+    error: f64,
+}
+
+/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, with c what lower orders make of y.
+#[derive(Debug, Default)]
+struct Coupling {
+    inverse: DMatrix<f64>,
+    /// Largest row sums of this inverse, and of H.
+    norms: [f64; 2],
 }
 
 /// One phase by Taylor series of the nonlinear equation of motion.
@@ -56,6 +70,7 @@ pub(crate) struct LawMotion {
     /// The force at the origin, without what laws add.
     base: Vec<f64>,
     contacts: Vec<Sliding>,
+    coupling: Coupling,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
@@ -82,7 +97,7 @@ impl LawMotion {
         self.contacts.clear();
         for (place, one) in operator.contacts.iter().enumerate() {
             let mut series = LawSeries::new();
-            let speed = -one.sign * (u[one.tangential] - one.slider_speed);
+            let speed = -one.sign * one.slip.value(q, u);
             if let FrictionLaw::Tabulated(table) = &one.law {
                 series.piece = table.piece(speed);
             }
@@ -92,8 +107,16 @@ impl LawMotion {
             let origin = &self.taylor.origin;
             let terms = one.normal.position.iter().map(|&(k, weight)| weight * origin[k]);
             let at_origin = terms.fold(one.normal.constant, |sum, term| sum + term);
-            let normal = [0.0; COEFFICIENTS + 1];
-            self.contacts.push(Sliding { series, normal, at_origin, size: 0.0 });
+            let none = [0.0; COEFFICIENTS];
+            self.contacts.push(Sliding {
+                series,
+                normal: none,
+                beyond: 0.0,
+                force: none,
+                at_origin,
+                size: 0.0,
+                error: 0.0,
+            });
         }
         self.fill(scene, operator);
     }
@@ -112,9 +135,9 @@ impl LawMotion {
         self.ended.map(|place| operator.contacts[place].contact)
     }
 
-    /// A rate of the motion for quadratures: they take no longer steps than the series.
+    /// A rate of the linear part of the motion, 1/s; quadratures go by single panels anyway.
     pub fn rate(&self, operator: &LawOperator) -> f64 {
-        operator.taylor.norm().max(2.0 / self.taylor.width)
+        operator.taylor.norm()
     }
 
     /// The series on the next panel, and how far it holds.
@@ -149,76 +172,154 @@ impl LawMotion {
 
     /// The recurrences of state, slip speed, normal force and law.
     fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
-        let Self { taylor, base, contacts, .. } = self;
-        taylor.width = operator.taylor.width();
+        self.taylor.width = operator.taylor.width();
         for k in 0..COEFFICIENTS {
+            let Self { taylor, contacts, .. } = self;
+            for (one, sliding) in operator.contacts.iter().zip(contacts) {
+                let Sliding { series, normal, force, at_origin, .. } = sliding;
+                let [slip, constant] = match k {
+                    0 => [one.slip.constant, *at_origin],
+                    _ => [0.0; 2],
+                };
+                series.slip[k] = -one.sign * (taylor.coefficient(&one.slip, k) + slip);
+                normal[k] = taylor.coefficient(&one.normal, k) + constant;
+                series.extend(&one.law, k);
+                // What lower orders of N make of y.
+                force[k] = (1..=k).map(|j| series.excess[j] * normal[k - j]).sum();
+            }
+            if let Some(response) = &operator.response {
+                self.couple(&response.normal, k);
+            }
+            let Self { taylor, contacts, base, .. } = self;
             if k == 0 {
                 taylor.force.copy_from_slice(base);
             } else {
                 taylor.force.fill(0.0);
             }
-            for (one, sliding) in operator.contacts.iter().zip(contacts.iter_mut()) {
-                let Sliding { series, normal, at_origin, .. } = sliding;
-                let velocity = taylor.velocity(one.tangential, k);
-                let relative = if k == 0 { velocity - one.slider_speed } else { velocity };
-                series.slip[k] = -one.sign * relative;
-                normal[k] =
-                    taylor.coefficient(&one.normal, k) + if k == 0 { *at_origin } else { 0.0 };
-                series.extend(&one.law, k);
-                let product: f64 = (0..=k).map(|j| series.excess[j] * normal[k - j]).sum();
-                taylor.force[one.tangential] += one.sign * product;
+            for (one, Sliding { series, normal, force, .. }) in
+                operator.contacts.iter().zip(contacts)
+            {
+                force[k] += series.excess[0] * normal[k];
+                for &(row, weight) in &one.direction {
+                    taylor.force[row] += one.sign * weight * force[k];
+                }
             }
             if k < DEGREE {
                 taylor.order(scene, &operator.taylor, k, true);
             }
         }
+        let Self { taylor, contacts, base, .. } = self;
         taylor.force.copy_from_slice(base);
         for (one, sliding) in operator.contacts.iter().zip(contacts) {
-            sliding.normal[COEFFICIENTS] = taylor.displacement(&one.normal, COEFFICIENTS);
+            sliding.beyond = taylor.displacement(&one.normal, COEFFICIENTS).abs();
             sliding.size = taylor.size_of(&one.normal);
+        }
+    }
+
+    /// The normal forces of order k, each of which the friction of the others moves.
+    fn couple(&mut self, response: &DMatrix<f64>, k: usize) {
+        let Self { contacts, coupling, .. } = self;
+        let count = contacts.len();
+        if k == 0 {
+            let matrix = DMatrix::from_fn(count, count, |i, j| {
+                let unit = if i == j { 1.0 } else { 0.0 };
+                unit - response[(i, j)] * contacts[j].series.excess[0]
+            });
+            // A singular one leaves no bound.
+            let none = || DMatrix::from_element(count, count, f64::INFINITY);
+            coupling.inverse = matrix.try_inverse().unwrap_or_else(none);
+            let norm = |matrix: &DMatrix<f64>| {
+                let sums = matrix.row_iter().map(|row| row.iter().map(|x| x.abs()).sum());
+                sums.fold(0.0, f64::max)
+            };
+            coupling.norms = [norm(&coupling.inverse), norm(response)];
+        }
+        let loaded: Vec<f64> = (0..count)
+            .map(|i| {
+                let by_others =
+                    contacts.iter().enumerate().map(|(j, one)| response[(i, j)] * one.force[k]);
+                contacts[i].normal[k] + by_others.sum::<f64>()
+            })
+            .collect();
+        for (i, one) in contacts.iter_mut().enumerate() {
+            one.normal[k] = coupling.inverse.row(i).iter().zip(&loaded).map(|(a, b)| a * b).sum();
         }
     }
 
     fn shorten(&mut self, factor: f64) {
         self.taylor.shorten(factor);
-        for Sliding { series, normal, .. } in &mut self.contacts {
+        for Sliding { series, normal, force, beyond, .. } in &mut self.contacts {
             series.shorten(factor);
             scale(normal, factor);
+            scale(force, factor);
+            *beyond *= factor.powi(COEFFICIENTS as i32);
         }
     }
 
     /// Bounds of the error of the state by truncation alone, and of all of it.
-    fn bound(&self, scene: &Scene, operator: &LawOperator, scale: f64) -> (f64, f64) {
-        let taylor = &self.taylor;
+    fn bound(&mut self, scene: &Scene, operator: &LawOperator, scale: f64) -> (f64, f64) {
+        let Self { taylor, contacts, coupling, .. } = self;
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let radius = TUBE * scale;
-        // Where the norm is the largest entry, the worst contact counts; else all together.
-        let together = |sum: &mut f64, part: f64| {
-            *sum = if scene.coupled_mass.is_some() { *sum + part } else { sum.max(part) };
-        };
+        let size = |all: &[f64; COEFFICIENTS]| all.iter().map(|c| c.abs()).sum::<f64>();
+        // Of each contact: bounds of its law, |excess|, |N|, and the orders of their product from DEGREE and beyond.
+        let laws: Vec<_> = operator
+            .contacts
+            .iter()
+            .zip(&*contacts)
+            .map(|(one, Sliding { series, normal, .. })| {
+                let law = series.bounds(&one.law, radius * one.slip_norm);
+                let (mut rest, mut products) = (0.0, 0.0);
+                for (i, coefficient) in series.excess.iter().enumerate() {
+                    rest += normal[DEGREE - i].abs();
+                    products += coefficient.abs() * rest;
+                }
+                (law, size(&series.excess), size(normal), products)
+            })
+            .collect();
+        // How far off the polynomials of N are, and how much N moves per norm of the state.
+        let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
+        let mut moved = operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
+        let mut unsharp = 0.0;
+        if operator.response.is_some() {
+            let [inverse, response] = coupling.norms;
+            let pairs = || operator.contacts.iter().zip(&laws);
+            let drift = pairs().map(|(one, (law, excess, ..))| {
+                excess + law.truncation + law.rounding + law.slope * one.slip_norm * radius
+            });
+            let drift = inverse * response * drift.fold(0.0, f64::max);
+            let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };
+            let parts =
+                laws.iter().map(|(law, _, pressed, products)| products + law.truncation * pressed);
+            off = gain * (off + response * parts.fold(0.0, f64::max));
+            let parts = laws.iter().map(|(law, excess, pressed, _)| {
+                (law.rounding + UNIT * (DEGREE + 4 + laws.len()) as f64 * (1.0 + excess)) * pressed
+            });
+            unsharp = gain * (1.0 + response) * parts.fold(0.0, f64::max);
+            let by_slip =
+                pairs().map(|(one, (law, _, pressed, _))| law.slope * one.slip_norm * pressed);
+            moved = gain * (moved + response * by_slip.fold(0.0, f64::max));
+        }
+        // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
+        let apart = scene.coupled_mass.is_none() && operator.response.is_none();
+        let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
-        for (one, Sliding { series, normal, size, .. }) in
-            operator.contacts.iter().zip(&self.contacts)
+        let mut of_products = Vec::with_capacity(laws.len());
+        for (one, (sliding, (law, excess, pressed, products))) in
+            operator.contacts.iter().zip(contacts.iter().zip(&laws))
         {
-            let law = series.bounds(&one.law, radius * one.slip_norm);
-            let excess: f64 = series.excess.iter().map(|c| c.abs()).sum();
-            let pressed: f64 = normal.iter().map(|c| c.abs()).sum();
-            // sum of |excess_i| |N_j| with i + j >= DEGREE
-            let (mut rest, mut products) = (0.0, 0.0);
-            for (i, coefficient) in series.excess.iter().enumerate() {
-                rest += normal[DEGREE - i].abs()
-                    + if i == 0 { normal[COEFFICIENTS].abs() } else { 0.0 };
-                products += coefficient.abs() * rest;
-            }
-            let by_force = taylor.width * one.force_norm;
-            together(&mut truncated, by_force * (products + law.truncation * pressed));
-            let terms = (DEGREE + 4) as f64 * excess * pressed
-                + (operator.terms + 8) as f64 * excess * size;
-            together(&mut rounded, by_force * (UNIT * terms + law.rounding * pressed));
             let largest = excess + law.truncation + law.rounding;
-            let of_law = (pressed + radius * one.normal_norm) * law.slope * one.slip_norm;
-            together(&mut lipschitz, one.force_norm * (largest * one.normal_norm + of_law));
+            let cut = products + law.truncation * pressed + largest * off;
+            let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * sliding.size;
+            let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
+            let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
+            let gain = largest * moved + slope;
+            let by_force = taylor.width * one.force_norm;
+            truncated = together(truncated, by_force * cut);
+            rounded = together(rounded, by_force * round);
+            lipschitz = together(lipschitz, one.force_norm * gain);
+            of_products.push((cut + round, gain));
         }
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);
@@ -228,9 +329,12 @@ impl LawMotion {
         rounded += UNIT * (operator.terms + 8) as f64 * (reach * sizes + load);
         let exponent = reach + taylor.width * lipschitz;
         let growth = if exponent > 0.0 { exponent.exp_m1() / exponent } else { 1.0 };
-        let error = growth * (truncated + rounded);
-        let inside = error <= radius;
-        (growth * truncated + beyond, if inside { error + beyond } else { f64::INFINITY })
+        let inside = growth * (truncated + rounded) <= radius;
+        let error = if inside { growth * (truncated + rounded) + beyond } else { f64::INFINITY };
+        for (sliding, (own, gain)) in contacts.iter_mut().zip(of_products) {
+            sliding.error = own + gain * error;
+        }
+        (growth * truncated + beyond, error)
     }
 
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
@@ -307,8 +411,41 @@ impl LawMotion {
         panel: &mut Panel,
     ) {
         self.taylor.expand_within(&operator.taylor, functions, panel, self.left_out);
+        if let Some(response) = &operator.response {
+            self.add_friction(&response.functions, functions, panel);
+        }
         if self.ended.is_some() {
             panel.error.fill(f64::INFINITY);
+        }
+    }
+
+    /// What friction adds to the event functions of coupled contacts.
+    fn add_friction(
+        &self,
+        response: &DMatrix<f64>,
+        functions: &[EventFunction],
+        panel: &mut Panel,
+    ) {
+        for (index, function) in functions.iter().enumerate() {
+            let factors = response.row(index);
+            if factors.iter().all(|&factor| factor == 0.0) {
+                continue;
+            }
+            let mut error = 0.0;
+            let row = panel.row(index);
+            for (k, c) in row.iter_mut().enumerate() {
+                let by = factors.iter().zip(&self.contacts).map(|(a, one)| a * one.force[k]);
+                *c = self.taylor.coefficient(&function.functional, k) + by.sum::<f64>();
+            }
+            row[0] += self.taylor.at_origin(index);
+            for (factor, one) in factors.iter().zip(&self.contacts) {
+                let terms: f64 = one.force.iter().map(|c| c.abs()).sum();
+                error += factor.abs() * (one.error + UNIT * (DEGREE + 4) as f64 * terms);
+            }
+            let least = row[1..].iter().fold(row[0], |sum, c| sum + c.min(0.0));
+            panel.error[index] += error;
+            panel.curvature_error[index] += error;
+            panel.excluded[index] = least > panel.error[index];
         }
     }
 

@@ -334,8 +334,13 @@ impl TaylorMotion {
     }
 
     /// The coefficient of order k of the velocity of a coordinate.
-    pub(crate) fn velocity(&self, coordinate: usize, k: usize) -> f64 {
+    fn velocity(&self, coordinate: usize, k: usize) -> f64 {
         (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
+    }
+
+    /// The value of an event function at the origin at rest.
+    pub(crate) fn at_origin(&self, index: usize) -> f64 {
+        self.constants[index][0]
     }
 
     /// The coefficient of order k of the displacements in a functional.

@@ -26,7 +26,7 @@ const TIGHT_WIDTH: f64 = 5.0;
 /// The equation of motion of one combination, without forming it.
 #[derive(Debug)]
 pub(crate) struct TaylorOperator {
-    pub(super) equation: EquationOfMotion,
+    pub(crate) equation: EquationOfMotion,
     /// The same equation in a form that is quicker for small scenes.
     pub(super) dense: Option<DenseRows>,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
@@ -88,6 +88,15 @@ impl TaylorOperator {
                 .sum(),
         };
         dual(&functional.position) / self.omega + dual(&functional.velocity)
+    }
+
+    /// Norm of the state whose velocities are given, and whose displacements are zero.
+    pub fn norm_of_velocity(&self, scene: &Scene, u: &[f64]) -> f64 {
+        let terms = u.iter().enumerate();
+        match scene.coupled_mass.is_some() {
+            true => terms.map(|(k, v)| v * scene.mass.row_dot(k, u)).sum::<f64>().sqrt(),
+            false => terms.map(|(k, v)| self.weight[k] * v.abs()).fold(0.0, f64::max),
+        }
     }
 
     /// Width of a panel before it is shortened to what the series leaves out.

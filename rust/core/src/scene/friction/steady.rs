@@ -30,12 +30,6 @@ impl Scene {
                     "a law over slip speed",
                 ));
             }
-            if !self.dependents.is_empty() {
-                return Err(refused(
-                    "where directions of contacts depend on each other",
-                    "a law over slip speed",
-                ));
-            }
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
         Ok(self)
@@ -96,7 +90,7 @@ impl Scene {
             return Err(Error::NoSteadyState { contact: sliding[0], stuck, combination });
         }
         let margins = steady.steady(combination)?.margins;
-        let mut damping = vec![0.0; self.size];
+        let mut rows = vec![Vec::new(); self.size];
         for contact in sliding {
             let (law, normal_force) = (&self.contacts[contact], margins[contact]);
             if normal_force.is_nan() {
@@ -104,10 +98,22 @@ impl Scene {
                 return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
             }
             let slope = laws[contact].as_ref().map_or(0.0, |l| l.slope(law.slider_speed.abs()));
-            damping[law.tangential] += normal_force * slope;
+            let terms = self.terms_of(law.tangential);
+            for &(k, a) in &terms {
+                rows[k].extend(terms.iter().map(|&(j, b)| (j, normal_force * slope * a * b)));
+            }
         }
+        let added = SparseMatrix::from_rows(self.size, |k, entries| {
+            rows[k].sort_by_key(|entry| entry.0);
+            for &(j, value) in &rows[k] {
+                match entries.last_mut() {
+                    Some(last) if last.0 == j => last.1 += value,
+                    _ => entries.push((j, value)),
+                }
+            }
+        });
         Ok(Cow::Owned(Self {
-            damping: self.damping.combined(1.0, &SparseMatrix::diagonal(&damping), 1.0),
+            damping: self.damping.combined(1.0, &added, 1.0),
             proportional: None,
             ..steady
         }))
