@@ -8,8 +8,9 @@ use crate::error::Error;
 use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
 use crate::scene::chain::{Link, Subsystem, chain};
 use crate::scene::contact_law::{ContactInput, Directions};
+use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{Damping, Mass, Scene, SceneInput};
+use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
 /// What a parameter can set.
