@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.show.style import panel_letters, readable_times, save
+from stickslip.show.style import panel_letters, readable_lengths, readable_times, save
 
 
 def test_panels_have_letters_and_a_single_one_has_none():
@@ -49,6 +49,19 @@ def test_panels_that_share_a_label_share_its_unit():
     readable_times(figure)
     assert below.get_xlabel() == "time, ms"
     assert above.xaxis.get_major_formatter()(0.52, 0) == "520"
+
+
+@pytest.mark.parametrize(("far", "label", "tick"), [(9e3, "x, µm", None), (5e4, "x, mm", "50")])
+def test_far_displacements_are_in_millimetres(far, label, tick):
+    figure = Figure()
+    axes = figure.subplots()
+    axes.set(xlim=(0.0, far), xlabel="x, µm", ylabel="amplitude, µm", ylim=(1.0, far), yscale="log")
+    for _ in range(2):
+        readable_lengths(figure)
+    assert axes.get_xlabel() == label
+    assert axes.get_ylabel() == "amplitude, µm"
+    if tick:
+        assert axes.xaxis.get_major_formatter()(5e4, 0) == tick
 
 
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])

@@ -24,6 +24,8 @@ STABLE, UNSTABLE = "#4477aa", "#cc3311"
 MICROMETRES = 1e6
 #: Range of a time axis, s, below which its ticks are in ms.
 SHORT = 0.1
+#: Displacement on an axis, µm, from which on its ticks are in mm.
+FAR = 1e4
 #: Points per inch that journals ask for at least.
 DPI = 300
 
@@ -37,7 +39,7 @@ def quantity(name: object, units: str = "1") -> str:
 def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
-    The panels of several bear letters, and a short time axis is in milliseconds.
+    The panels of several bear letters, a short time axis is in milliseconds, a far displacement in mm.
 
     Parameters
     ----------
@@ -53,6 +55,7 @@ def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str 
     import matplotlib
 
     readable_times(figure)
+    readable_lengths(figure)
     panel_letters(figure)
     # What would tell when and by which version a file was made.
     metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
@@ -73,6 +76,17 @@ def readable_times(figure: Figure) -> None:
         axes.set_xlabel("time, ms")
     for axes in read_alike if timed else []:
         axes.xaxis.set_major_formatter(lambda seconds, _: f"{1e3 * seconds:.6g}")
+
+
+def readable_lengths(figure: Figure) -> None:
+    """Let axes of displacements in µm that reach far be in mm."""
+    for panel in _panels(figure):
+        for axis in (panel.xaxis, panel.yaxis):
+            label = axis.label.get_text()
+            far = max(abs(bound) for bound in axis.get_view_interval()) >= FAR
+            if label.endswith(", µm") and axis.get_scale() == "linear" and far:
+                axis.set_label_text(f"{label.removesuffix('µm')}mm")
+                axis.set_major_formatter(lambda micrometres, _: f"{1e-3 * micrometres:.6g}")
 
 
 def panel_letters(figure: Figure) -> None:
