@@ -242,11 +242,29 @@ pub enum Error {
         /// The combination, one letter per contact.
         combination: String,
     },
-    /// A motion is asked for of a scene whose friction depends on slip speed.
+    /// Modes are asked for where friction depends on slip speed.
     #[error(
-        "friction: motions are computed with constant friction only; that of contact {contact} depends on slip speed"
+        "method 'modal': combination {combination:?} has no modes of finite motion, as friction of contact {contact} depends on slip speed; use 'auto' or 'taylor'"
     )]
-    FrictionLawMotion {
+    NonlinearPhase {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// The contact with the law.
+        contact: usize,
+    },
+    /// Nothing determines contact forces, and friction depends on slip speed.
+    #[error(
+        "contact {contact}: nothing determines how the forces of closed contacts are split, which is followed with constant friction only"
+    )]
+    UndeterminedFrictionLaw {
+        /// A contact whose forces are not determined.
+        contact: usize,
+    },
+    /// A limit cycle, its multipliers or an attractor are asked for where friction depends on slip speed.
+    #[error(
+        "contact {contact}: limit cycles, multipliers and attractors are computed with constant friction only; that of this contact depends on slip speed"
+    )]
+    FrictionLawCycle {
         /// The contact with the law.
         contact: usize,
     },
@@ -439,6 +457,16 @@ pub enum RunFailure {
     /// The question itself is ill-posed.
     #[error(transparent)]
     Input(#[from] Error),
+    /// A law of friction that falls with slip speed has come to 0.
+    #[error(
+        "contact {contact} at t = {time} s: its friction reaches 0 at this slip speed and would be negative beyond it"
+    )]
+    NegativeFriction {
+        /// Index of the contact.
+        contact: usize,
+        /// When it does, s.
+        time: f64,
+    },
     /// After an event a closed contact can neither stick nor slide.
     #[error(
         "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",

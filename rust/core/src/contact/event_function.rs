@@ -180,9 +180,13 @@ pub(crate) fn contact_forces(
             })
             .collect();
     };
+    force_functionals(&rows, &force_map(scene, w, statuses))
+}
+
+/// The forces (T, N) of all contacts per reaction, where contacts are coupled.
+fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f64> {
     if !scene.dependents.is_empty() {
-        let (of_reactions, _) = dependent_forces(scene, w, statuses);
-        return force_functionals(&rows, &of_reactions);
+        return dependent_forces(scene, w, statuses).0;
     }
     let size = 2 * statuses.len();
     let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
@@ -198,8 +202,18 @@ pub(crate) fn contact_forces(
             matrix[(t, n)] = -status.friction_sign() * law.friction;
         }
     }
-    let map = Factors::new(matrix).solve(held);
-    force_functionals(&rows, &map)
+    Factors::new(matrix).solve(held)
+}
+
+/// What friction beyond that of `friction` adds to the forces of coupled contacts, without itself: a column (T, N) of all
+/// of them for each newton against the slip of one. None where contacts are not coupled.
+pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
+    let statuses = combination.statuses();
+    let map = force_map(scene, scene.coordinates.delassus.as_ref()?, statuses);
+    // A load along a contact is a reaction less.
+    Some(DMatrix::from_fn(map.nrows(), statuses.len(), |row, contact| {
+        -statuses[contact].friction_sign() * map[(row, 2 * contact)]
+    }))
 }
 
 /// (T, N) of every contact as sums of the reactions (T, N) of all.

@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
 use crate::modes::spectrum::{Vectors, spectrum};
+use crate::motion::friction::operator::LawOperator;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
@@ -16,7 +17,7 @@ use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Combination;
 
 /// How a combination is propagated.
@@ -24,6 +25,8 @@ use crate::scene::status::Combination;
 pub(crate) enum Propagator {
     Modal(Box<ModalBasis>),
     Taylor(Box<TaylorOperator>),
+    /// By Taylor series of its nonlinear equation of motion.
+    Law(Box<LawOperator>),
     /// Each block of the scene by its own.
     Blocks(Vec<(Arc<Block>, Arc<CombinationBasis>)>),
 }
@@ -43,10 +46,6 @@ pub(crate) struct CombinationBasis {
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
         scene.check_combination(combination)?;
-        if let Some(contact) = (0..scene.contacts.len()).find(|&i| scene.friction_law(i).is_some())
-        {
-            return Err(Error::FrictionLawMotion { contact });
-        }
         let condensed = Condensed::new(scene, combination)?.map(Box::new);
         let mut functions = event_functions(scene, combination)?;
         if let Some(condensed) = &condensed {
@@ -66,8 +65,15 @@ impl CombinationBasis {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
         };
+        let by_law = LawOperator::sliding(scene, combination).next();
         let large = scene.free(combination) > largest(scene);
-        let propagator = if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
+        let propagator = if let Some((contact, _)) = by_law {
+            if wanted == Wanted::Modes {
+                let combination = combination.to_string();
+                return Err(Error::NonlinearPhase { combination, contact });
+            }
+            Propagator::Law(Box::new(LawOperator::new(scene, combination, &functions)?))
+        } else if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
             series()?
         } else {
             let reduced = Reduced::new(scene, combination)?;
@@ -122,7 +128,7 @@ impl CombinationBasis {
     pub fn methods(&self) -> Vec<Method> {
         match &self.propagator {
             Propagator::Modal(_) => vec![Method::Modal],
-            Propagator::Taylor(_) => vec![Method::Taylor],
+            Propagator::Taylor(_) | Propagator::Law(_) => vec![Method::Taylor],
             Propagator::Blocks(parts) => {
                 parts.iter().flat_map(|(_, part)| part.methods()).collect()
             }
@@ -136,6 +142,7 @@ impl CombinationBasis {
         let propagator = match &self.propagator {
             Propagator::Modal(basis) => basis.numbers(),
             Propagator::Taylor(operator) => operator.numbers(),
+            Propagator::Law(operator) => operator.numbers(),
             Propagator::Blocks(parts) => parts.len(),
         };
         propagator + 2 * terms.sum::<usize>()
@@ -144,7 +151,7 @@ impl CombinationBasis {
     pub fn is_modal(&self) -> bool {
         match &self.propagator {
             Propagator::Modal(_) => true,
-            Propagator::Taylor(_) => false,
+            Propagator::Taylor(_) | Propagator::Law(_) => false,
             Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
         }
     }

@@ -123,11 +123,6 @@ pub struct Contact {
 }
 
 impl Contact {
-    /// Whether its normal force is given.
-    pub(crate) fn never_opens(&self) -> bool {
-        self.directions == Directions::Tangential
-    }
-
     pub(crate) fn normal_has_mass(&self) -> bool {
         self.inertia == Inertia::Full
     }

@@ -21,7 +21,7 @@ use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
 
 /// Duration, in terms of the fastest rate of the scene, below which a phase is summed as a series, and its terms:
@@ -58,6 +58,10 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
+        if let Some(contact) = (0..scene.contacts.len()).find(|&i| scene.friction_law(i).is_some())
+        {
+            return Err(Error::FrictionLawCycle { contact });
+        }
         let equation = EquationOfMotion::new(scene, &basis.combination)?;
         let Reduction { kept, sticking, .. } = &equation.reduction;
         let mut free: Vec<usize> = kept

@@ -132,7 +132,7 @@ impl Scene {
             size,
             dofs: self.dofs,
             contacts: self.contacts.clone(),
-            laws: None,
+            laws: self.laws.clone(),
             impact_friction: self.impact_friction,
             coordinates: self.coordinates.clone(),
             coupled_mass,

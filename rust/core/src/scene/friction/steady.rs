@@ -8,7 +8,6 @@ use std::borrow::Cow;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::Contact;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
@@ -31,15 +30,6 @@ impl Scene {
                     "a law over slip speed",
                 ));
             }
-            if !self.dependents.is_empty() {
-                return Err(refused(
-                    "where directions of contacts depend on each other",
-                    "a law over slip speed",
-                ));
-            }
-            if self.impact_friction && !self.contacts[contact].never_opens() {
-                return Err(refused("with impact_friction", "a law over slip speed"));
-            }
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
         Ok(self)
@@ -55,27 +45,34 @@ impl Scene {
         self.laws.as_ref()?[contact].as_ref()
     }
 
-    /// The same scene with the constant friction that its laws have at given slip speeds.
-    fn at_speeds(&self, speed: impl Fn(usize) -> f64) -> Cow<'_, Self> {
-        let Some(laws) = &self.laws else { return Cow::Borrowed(self) };
+    /// The coefficient of kinetic friction of a contact at its slip velocity in a state.
+    pub(crate) fn friction_at(&self, contact: usize, u: &[f64]) -> f64 {
+        let own = &self.contacts[contact];
+        let of_law = |law: &FrictionLaw| law.value((u[own.tangential] - own.slider_speed).abs());
+        self.friction_law(contact).map_or(own.friction, of_law)
+    }
+
+    /// The same scene with the constant friction that its laws have somewhere.
+    fn with_friction(&self, friction: impl Fn(usize) -> f64) -> Cow<'_, Self> {
+        if self.laws.is_none() {
+            return Cow::Borrowed(self);
+        }
         let mut scene = Self { laws: None, ..self.clone() };
-        for (contact, law) in laws.iter().enumerate() {
-            if let Some(law) = law {
-                scene.contacts[contact].friction = law.value(speed(contact));
-            }
+        for (contact, own) in scene.contacts.iter_mut().enumerate() {
+            own.friction = friction(contact);
         }
         Cow::Owned(scene)
     }
 
     /// With the friction of slip at the speed of each slider.
     pub(crate) fn at_steady_sliding(&self) -> Cow<'_, Self> {
-        self.at_speeds(|contact| self.contacts[contact].slider_speed.abs())
+        let still = vec![0.0; self.size];
+        self.with_friction(|contact| self.friction_at(contact, &still))
     }
 
     /// With the friction of the slip velocities of a state.
     pub(crate) fn at_slip(&self, u: &[f64]) -> Cow<'_, Self> {
-        let slip = |law: &Contact| u[law.tangential] - law.slider_speed;
-        self.at_speeds(|contact| slip(&self.contacts[contact]).abs())
+        self.with_friction(|contact| self.friction_at(contact, u))
     }
 
     /// Small motions about steady sliding of a combination; the scene itself where no contact slides by a law.
@@ -93,7 +90,7 @@ impl Scene {
             return Err(Error::NoSteadyState { contact: sliding[0], stuck, combination });
         }
         let margins = steady.steady(combination)?.margins;
-        let mut damping = vec![0.0; self.size];
+        let mut rows = vec![Vec::new(); self.size];
         for contact in sliding {
             let (law, normal_force) = (&self.contacts[contact], margins[contact]);
             if normal_force.is_nan() {
@@ -101,10 +98,22 @@ impl Scene {
                 return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
             }
             let slope = laws[contact].as_ref().map_or(0.0, |l| l.slope(law.slider_speed.abs()));
-            damping[law.tangential] += normal_force * slope;
+            let terms = self.terms_of(law.tangential);
+            for &(k, a) in &terms {
+                rows[k].extend(terms.iter().map(|&(j, b)| (j, normal_force * slope * a * b)));
+            }
         }
+        let added = SparseMatrix::from_rows(self.size, |k, entries| {
+            rows[k].sort_by_key(|entry| entry.0);
+            for &(j, value) in &rows[k] {
+                match entries.last_mut() {
+                    Some(last) if last.0 == j => last.1 += value,
+                    _ => entries.push((j, value)),
+                }
+            }
+        });
         Ok(Cow::Owned(Self {
-            damping: self.damping.combined(1.0, &SparseMatrix::diagonal(&damping), 1.0),
+            damping: self.damping.combined(1.0, &added, 1.0),
             proportional: None,
             ..steady
         }))

@@ -58,7 +58,11 @@ impl Scene {
     /// motions about steady sliding.
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
         if self.has_friction_laws() {
-            return self.linearised(combination);
+            let linear = self.linearised(combination)?.into_owned();
+            return Ok(match linear.fitted(combination) {
+                Cow::Owned(fitted) => Cow::Owned(fitted),
+                Cow::Borrowed(_) => Cow::Owned(linear),
+            });
         }
         Ok(match Condensed::new(self, combination)? {
             Some(condensed) => Cow::Owned(condensed.scene),
