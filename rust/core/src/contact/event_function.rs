@@ -118,10 +118,23 @@ impl Functional {
 
     /// `sum_j factor_j part_j`
     fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
-        // A row of sums: the parts may hold every coordinate of a large scene.
-        let merged = |of: fn(&Self) -> &[(usize, f64)]| {
+        // A row of sums, where the parts hold many coordinates of a scene; where they hold a few of a large one, in order.
+        let merged = |of: fn(&Self) -> &[(usize, f64)]| -> Vec<(usize, f64)> {
             let largest = parts.clone().filter_map(|(_, part)| of(part).last());
             let count = largest.map(|term| term.0 + 1).max().unwrap_or(0);
+            if 8 * parts.clone().map(|(_, part)| of(part).len()).sum::<usize>() < count {
+                let factors = parts.clone().filter(|part| part.0 != 0.0);
+                let terms = factors
+                    .flat_map(|(factor, part)| of(part).iter().map(move |&(k, w)| (k, factor * w)));
+                let mut terms: Vec<(usize, f64)> = terms.collect();
+                terms.sort_by_key(|term| term.0);
+                terms.dedup_by(|next, kept| {
+                    let same = next.0 == kept.0;
+                    kept.1 += if same { next.1 } else { 0.0 };
+                    same
+                });
+                return terms;
+            }
             let mut sums: Vec<Option<f64>> = vec![None; count];
             for (factor, part) in parts.clone().filter(|part| part.0 != 0.0) {
                 for &(k, weight) in of(part) {
