@@ -14,7 +14,7 @@ use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Status;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
