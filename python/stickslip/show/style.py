@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
@@ -78,7 +79,12 @@ def readable_units(figure: Figure) -> None:
             if fitting != unit:
                 factor = LENGTHS[fitting] / LENGTHS[unit]
                 axis.set_label_text(f"{name}, {fitting}")
-                axis.set_major_formatter(lambda value, _, factor=factor: f"{factor * value:.6g}")
+                axis.set_major_formatter(_scaled(factor))
+
+
+def _scaled(factor: float) -> Callable[[float, float], str]:
+    """Return what writes the numbers of an axis in another unit."""
+    return lambda value, _: f"{factor * value:.6g}"
 
 
 def _readable_times(panels: list[Axes]) -> None:
@@ -91,7 +97,7 @@ def _readable_times(panels: list[Axes]) -> None:
     for axes in timed:
         axes.set_xlabel("time, ms")
     for axes in read_alike if timed else []:
-        axes.xaxis.set_major_formatter(lambda seconds, _: f"{1e3 * seconds:.6g}")
+        axes.xaxis.set_major_formatter(_scaled(1e3))
 
 
 def panel_letters(figure: Figure) -> None:
