@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 #: One colour per status, the same in every figure.
 COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
@@ -82,11 +82,6 @@ def readable_units(figure: Figure) -> None:
                 axis.set_major_formatter(_scaled(factor))
 
 
-def _scaled(factor: float) -> Callable[[float, float], str]:
-    """Return what writes the numbers of an axis in another unit."""
-    return lambda value, _: f"{factor * value:.6g}"
-
-
 def _readable_times(panels: list[Axes]) -> None:
     """Let time axes be in milliseconds where all panels show a short time."""
     timed = [axes for axes in panels if axes.get_xlabel() == "time, s"]
@@ -98,6 +93,10 @@ def _readable_times(panels: list[Axes]) -> None:
         axes.set_xlabel("time, ms")
     for axes in read_alike if timed else []:
         axes.xaxis.set_major_formatter(_scaled(1e3))
+
+
+def _scaled(factor: float) -> FuncFormatter:
+    return FuncFormatter(lambda value, _: f"{factor * value:.6g}")
 
 
 def panel_letters(figure: Figure) -> None:
