@@ -73,4 +73,4 @@ print(f"{count} slips, {np.sum(sizes == 1)} of a single block, {np.sum(sizes == 
 # Slips are either small or run through most of the chain. Half of them stay with one block, and no slip has
 # between eleven and twenty-two. A large slip runs through the chain as a pulse: each block slips for a
 # fraction of a second, and sticks again behind the pulse while the blocks ahead still wait. A model with one
-# block would show a regular sawtooth, and a sum over all blocks would hide that they never slip together.
+# block would show a regular sawtooth, and a sum over all blocks would hide that they never slip all at once.
