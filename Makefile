@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots verify lint format bench docs pages gallery wheel film clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots verify lint format bench docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -33,7 +33,7 @@ test-slow: $(INSTALLED) ## Test the package with many new random examples of eve
 	$(BIN)/python -m pytest --hypothesis-profile slow $(PYTEST)
 
 # Playwright drives the browser of the system: CHROMIUM=..., by default `chromium`.
-test-browser: $(VENV)/.extra-browser ## Look at the report and the explorer in a browser
+test-browser: $(VENV)/.extra-browser pages ## Look at the documentation, the report and the explorer in a browser
 	$(BIN)/python -m pytest tests/browser
 
 # Seeds share no scene; a campaign that was stopped goes on.
@@ -78,7 +78,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/studies.md)
+	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/large_scenes.py
@@ -115,6 +115,12 @@ film: $(VENV)/.extra-browser ## Film the explorer for its page of the documentat
 
 gallery: $(INSTALLED) ## Redraw the pictures of docs/gallery.md
 	$(BIN)/stickslip figures --output docs/gallery --format png
+
+examples: $(INSTALLED) ## Run the examples and keep their pictures for the documentation
+	mkdir -p $(OUT)/examples docs/examples
+	cd $(OUT)/examples && for script in $(CURDIR)/examples/*.py; do $(CURDIR)/$(BIN)/python $$script || exit 1; done
+	cp $(OUT)/examples/*.png docs/examples
+	cp $(OUT)/examples/squeal/squealing-disc.png docs
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist docs/_build

@@ -19,7 +19,6 @@ import numpy as np
 
 from report import Report, machine
 
-ROOT = Path(__file__).parent.parent
 #: How often each piece of work is repeated within one process.
 REPEATS = {"standard run": 40, "sweep of 1000 points": 5, "10^5 verdicts of stability": 5}
 #: Work that takes seconds: a hundredth of it with --quick.
@@ -44,8 +43,7 @@ def work(name: str, part: float) -> Callable[[], object]:
 
         scene, start = scene_of(LARGE), on_cycles(settled(), LARGE)
         return lambda: ss.simulate(scene, start, part * MOTION)
-    sys.path.insert(0, str(ROOT / "examples"))
-    from stiffness_uncertainty import parameters
+    from uncertain_model import parameters
 
     if name == "10^6 verdicts of a study":
         outputs, samples, further = ["growth_rate", "frequency", "unstable_modes"], VERDICTS, {}

@@ -11,7 +11,6 @@ what a picture costs on a busy machine too.
 import argparse
 import os
 import shutil
-import socket
 import subprocess
 import sys
 import time
@@ -29,8 +28,8 @@ def processor(pid):
     return (int(fields[11]) + int(fields[12])) / TICK
 
 
-def children(pid):
-    """Return the processor time of all processes below one, s."""
+def children(pid, apart):
+    """Return the processor time of all processes below one, but for one of them, s."""
     parents = {}
     for file in Path("/proc").glob("[0-9]*/stat"):
         try:
@@ -40,7 +39,7 @@ def children(pid):
     found = {pid}
     while more := {child for child, parent in parents.items() if parent in found} - found:
         found |= more
-    return sum(processor(child) for child in found - {pid} if Path(f"/proc/{child}").exists())
+    return sum(processor(child) for child in found - {pid, apart} if Path(f"/proc/{child}").exists())
 
 
 def resident(pid):
@@ -61,73 +60,61 @@ def dragged(page, place, seconds):
     return moves / (time.perf_counter() - begun)
 
 
-def told(name, updates, seconds, latency, moves, server, everything):
-    low, high = np.percentile(latency, [50, 95])
-    print(
-        f"{name}: {updates / seconds:.1f} updates/s, latency {low:.0f} ms median, {high:.0f} ms at 95 %; "
-        f"{1e3 * server / updates:.0f} ms of processor in the server and "
-        f"{1e3 * (everything - server) / updates:.0f} ms in the browser each; {moves:.0f} movements/s",
-        flush=True,
-    )
-
-
-def explorer(browser, seconds, minutes):
-    command = [sys.executable, "-c", "from stickslip.cli import main; main()", "explore", "--no-browser"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as server:
+def measured(browser, served, command, seconds, minutes=0):
+    """Tell how a page of a server follows a dragged point, and what both hold after every minute."""
+    name, place, reset, read = served
+    with subprocess.Popen(
+        [sys.executable, *command], stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True
+    ) as server:
         try:
             page = browser.new_page(viewport={"width": 1400, "height": 1100})
             page.goto(server.stdout.readline().split()[0])
-            page.wait_for_timeout(4000)
-            place = page.locator("#map .stage").bounding_box()
-            page.mouse.move(place["x"] + 0.6 * place["width"], place["y"] + 0.5 * place["height"])
+            page.wait_for_timeout(6000)
+            box = page.evaluate(place)
+            page.mouse.move(box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"])
             page.mouse.down()
-            dragged(page, place, 2.0)
-            page.evaluate("state.updates = 0; state.latency = []")
-            before = np.array([processor(server.pid), children(os.getpid())])
-            moves = dragged(page, place, seconds)
-            updates, latency = page.evaluate("[state.updates, state.latency]")
-            work = np.array([processor(server.pid), children(os.getpid())]) - before
-            told("explorer, every panel", updates, seconds, latency, moves, *work)
+            dragged(page, box, 2.0)
+            page.evaluate(reset)
+            before = np.array([processor(server.pid), children(os.getpid(), server.pid)])
+            moves = dragged(page, box, seconds)
+            work = np.array([processor(server.pid), children(os.getpid(), server.pid)]) - before
+            updates, latency = page.evaluate(read)
+            low, high = np.percentile(latency, [50, 95])
+            of_server, of_browser = 1e3 * work / updates
+            print(
+                f"{name}: {updates / seconds:.1f} updates/s, latency {low:.0f} ms median, {high:.0f} ms at "
+                f"95 %; {of_server:.0f} ms of processor in the server and {of_browser:.0f} ms in browser and "
+                f"driver each; {moves:.0f} movements/s",
+                flush=True,
+            )
             session = page.context.new_cdp_session(page)
-            for minute in range(minutes):
+            for minute in range(minutes + 1) if minutes else ():
+                if minute:
+                    dragged(page, box, 60.0)
                 session.send("HeapProfiler.collectGarbage")
                 heap = session.send("Runtime.getHeapUsage")["usedSize"] / 1e6
-                updates = page.evaluate("state.updates")
                 held = f"page {heap:.1f} MB, server {resident(server.pid):.0f} MB"
-                print(f"  after {minute} min, {updates} updates: {held}", flush=True)
-                dragged(page, place, 60.0)
+                print(f"  after {minute} min, {page.evaluate(read)[0]} updates: {held}", flush=True)
             page.mouse.up()
             page.close()
         finally:
             server.terminate()
 
 
-def bokeh(browser, seconds):
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    command = [sys.executable, Path(__file__).with_name("peers") / "bokeh_page.py", "--port", str(port)]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True) as server:
-        try:
-            server.stdout.readline()
-            page = browser.new_page(viewport={"width": 1400, "height": 1100})
-            page.goto(f"http://127.0.0.1:{port}/")
-            page.wait_for_timeout(6000)
-            place = {"x": 60, "y": 20, "width": 480, "height": 280}
-            page.mouse.move(place["x"] + 0.6 * place["width"], place["y"] + 0.5 * place["height"])
-            page.mouse.down()
-            dragged(page, place, 2.0)
-            page.evaluate("window.sent = []; window.got = []")
-            before = np.array([processor(server.pid), children(os.getpid())])
-            moves = dragged(page, place, seconds)
-            sent, got = page.evaluate("[window.sent, window.got]")
-            work = np.array([processor(server.pid), children(os.getpid())]) - before
-            at = dict(sent)
-            latency = [drawn - at[x] for x, drawn in got if x in at]
-            told("Bokeh, map, loci and cycles", len(got), seconds, latency, moves, *work)
-            page.close()
-        finally:
-            server.terminate()
+#: Name, JavaScript: where to drag, how to begin to count, and the updates and latencies, ms, counted since.
+EXPLORER = (
+    "explorer, every panel",
+    "plots.map.stage.getBoundingClientRect().toJSON()",
+    "state.updates = 0; state.latency = []",
+    "[state.updates, state.latency]",
+)
+BOKEH = (
+    "Bokeh, map, loci and cycles",
+    "({ x: 60, y: 20, width: 480, height: 280 })",
+    "window.sent = []; window.got = []",
+    """(() => { const at = new Map(window.sent), known = window.got.filter(([x]) => at.has(x));
+    return [window.got.length, known.map(([x, drawn]) => drawn - at.get(x))]; })()""",
+)
 
 
 def main():
@@ -143,8 +130,10 @@ def main():
         browser = playwright.chromium.launch(executable_path=chromium, args=["--no-sandbox", "--headless"])
         print(f"{os.cpu_count()} processors, {os.getloadavg()[0]:.1f} processes waiting for them")
         if chosen.bokeh:
-            bokeh(browser, chosen.seconds)
-        explorer(browser, chosen.seconds, chosen.minutes)
+            page = str(Path(__file__).with_name("peers") / "bokeh_page.py")
+            measured(browser, BOKEH, [page], chosen.seconds)
+        command = ["-c", "from stickslip.cli import main; main()", "explore", "--no-browser"]
+        measured(browser, EXPLORER, command, chosen.seconds, chosen.minutes)
         browser.close()
 
 

@@ -1,6 +1,6 @@
 """Studies: samples per second beside loops of scipy over a part of the samples, and memory over their number.
 
-The parameters are those of `examples/stiffness_uncertainty.py`. Verdicts: the loop gets the reduced matrices
+The parameters are those of `examples/uncertain_brake.py`. Verdicts: the loop gets the reduced matrices
 as sums of constant matrices times stiffness and friction, so that all it does per sample is that sum and
 `scipy.linalg.eigvals`; the same with one call for the whole stack stands beside it. Cycles: scipy's DOP853
 follows the same motion from event to event over the same 0.6 s, without refining the orbit.
@@ -24,9 +24,8 @@ import stickslip as ss
 from report import Report, machine, versions
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
-sys.path.insert(0, str(Path(__file__).parent.parent / "examples"))
 from peers.solve_ivp import prepare
-from stiffness_uncertainty import STIFFNESSES, parameters
+from uncertain_model import STIFFNESSES, parameters
 
 Real = NDArray[np.float64]
 

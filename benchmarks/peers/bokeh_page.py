@@ -4,8 +4,6 @@ Bokeh's drag tool sends when a drag ends; its pan events are sent while it lasts
 and the sources of four plots are replaced.
 """
 
-import argparse
-
 import numpy as np
 from bokeh.application import Application
 from bokeh.application.handlers.function import FunctionHandler
@@ -86,10 +84,7 @@ def page(document):
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--port", type=int, required=True)
-    port = parser.parse_args().port
-    server = Server({"/": Application(FunctionHandler(page))}, port=port, address="127.0.0.1")
+    server = Server({"/": Application(FunctionHandler(page))}, port=0, address="127.0.0.1")
     server.start()
-    print("ready", flush=True)
+    print(f"http://127.0.0.1:{server.port}/", flush=True)
     server.io_loop.start()

@@ -28,6 +28,7 @@ from .motion.energy import Balance
 from .report import write_report
 from .scene import models
 from .scene.contact import Contact
+from .scene.laws import friction
 from .scene.loads.in_time import Harmonic, Steps
 from .scene.reduction import reduce
 from .scene.scene import Proportional, Scene
@@ -68,6 +69,7 @@ __all__ = [
     "fe",
     "follow_branch",
     "frequency_response",
+    "friction",
     "hopf_points",
     "load_case",
     "load_scene",

@@ -49,8 +49,19 @@ _LoadData = tuple[
     list[tuple[int, float, float, float]],
 ]
 #: A contact: tangential, normal, friction, static_friction, slider_speed, restitution, gap, normal_force,
-#: stiffness.
-_ContactData = tuple[_Along | None, _Along | None, float, float, float, float, float, float, _SpringData]
+#: stiffness, and a law of friction over slip speed: its kind, its numbers, the pieces of a table.
+_ContactData = tuple[
+    _Along | None,
+    _Along | None,
+    float,
+    float,
+    float,
+    float,
+    float,
+    float,
+    _SpringData,
+    tuple[str, list[float], list[list[float]]] | None,
+]
 #: A combination, with the friction forces that compliant contacts hold.
 _Statuses = str | tuple[str, list[float]]
 #: Lyapunov exponent, 1/s, its standard error, and the time it was measured over, s; nan where there is none.
@@ -92,6 +103,8 @@ class Scene:
     def with_contacts(self, contacts: Sequence[_ContactData], loads: _LoadData) -> Scene: ...
     @property
     def size(self) -> int: ...
+    @property
+    def has_friction_laws(self) -> bool: ...
     @property
     def has_massless(self) -> bool: ...  # dofs or nodes of compliant contacts
     def reduced(self, combination: str) -> Reduced: ...

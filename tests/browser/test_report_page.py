@@ -196,6 +196,11 @@ def test_it_prints_whole(opened, tmp_path):
     page.emulate_media(media="print")
     assert not page.locator("nav").is_visible()
     assert not page.locator("#motion").is_visible()
+    # No heading, no summary and no caption stays behind on a page without what it is about.
+    assert page.evaluate(
+        """[...document.querySelectorAll("h2, h3, summary, caption")].every(
+        (one) => getComputedStyle(one).breakAfter === "avoid")"""
+    )
     paper = page.pdf(format="A4", path=tmp_path / "report.pdf", prefer_css_page_size=True)
     pages = len(re.findall(rb"/Type\s*/Page[^s]", paper))
     assert 8 <= pages <= 40
@@ -277,6 +282,48 @@ def test_figures_to_touch_zoom_tell_values_and_hide_statuses(opened):
     page.get_by_role("button", name="sticking").click()
     assert page.get_by_role("button", name="sticking").get_attribute("aria-pressed") == "false"
     assert np.mean(np.abs(pixels(portrait) - before) > 40) > 0.001
+
+
+def test_legends_of_figures_hide_what_they_name_and_figures_zoom(opened):
+    page = opened(reduced_motion="reduce")
+    # Loci, status, portraits and energy over time have legends whose every entry stands for something.
+    entries = page.evaluate(
+        """[...document.querySelectorAll("svg.plot")].map((plot) => [plot.getAttribute("aria-label"),
+        [...plot.querySelectorAll("[data-entry]")].map((entry) =>
+        plot.querySelectorAll(`[data-series="${entry.dataset.entry}"]`).length)])"""
+    )
+    told = {label.split()[0]: counts for label, counts in entries if counts}
+    assert {"Growth", "Contact", "Tangential", "Stored"} <= set(told)
+    assert all(min(counts) >= 1 for counts in told.values())
+    loci = page.locator("svg.plot").first
+
+    def inside():
+        loci.scroll_into_view_if_needed()
+        box = loci.bounding_box()
+        return box["x"] + 0.6 * box["width"], box["y"] + 0.5 * box["height"]
+
+    whole = loci.get_attribute("viewBox")
+    page.mouse.move(*inside())
+    page.mouse.wheel(0, -200)
+    page.wait_for_timeout(100)
+    # The page scrolls; a figure zooms once it was clicked.
+    assert loci.get_attribute("viewBox") == whole
+    before = pixels(loci)
+    loci.get_by_text("unstable", exact=True).click()
+    assert np.mean(np.abs(pixels(loci) - before) > 40) > 0.002
+    loci.get_by_text("unstable", exact=True).click()
+    place = inside()
+    page.mouse.click(*place)
+    page.mouse.wheel(0, -200)
+    until(page, f"document.querySelector('svg.plot').getAttribute('viewBox') !== {whole!r}")
+    near = [float(part) for part in loci.get_attribute("viewBox").split()]
+    assert near[2] < 0.6 * float(whole.split()[2])
+    page.mouse.down()
+    page.mouse.move(place[0] + 60, place[1])
+    page.mouse.up()
+    assert float(loci.get_attribute("viewBox").split()[0]) < near[0]
+    page.keyboard.press("Escape")
+    assert loci.get_attribute("viewBox").split() == whole.split()
 
 
 def test_the_part_to_touch_is_dark_in_the_dark_and_not_on_paper(opened):

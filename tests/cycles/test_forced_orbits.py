@@ -171,7 +171,8 @@ def test_bifurcations_over_a_load_are_stroboscopic():
 
 
 def test_frequency_response_without_contact_is_the_linear_one():
-    load = ss.Harmonic({"x1": 1.0}, frequency=1.0, name="shaker")
+    # A load on two dofs has no one amplitude, but one frequency.
+    load = ss.Harmonic({"x1": 1.0, "x2": -0.5}, frequency=1.0, name="shaker")
     scene = ss.Scene([1.0, 2.0], [[50.0, -20.0], [-20.0, 40.0]], damping=0.3 * np.eye(2), loads=[load])
     response = ss.frequency_response(
         scene, "shaker", np.linspace(0.4, 1.6, 7), start=ss.State([0.0, 0.0], [0.0, 0.0], "")
@@ -180,6 +181,9 @@ def test_frequency_response_without_contact_is_the_linear_one():
     assert data.sizes["point"] == 7
     assert data.stable.all()
     assert data.response.to_numpy() == pytest.approx(data.linear.to_numpy(), rel=1e-11)
+    diagram = ss.bifurcation(scene, shaker_frequency=[0.4, 0.6], start=ss.State([0.0, 0.0], [0.0, 0.0], ""))
+    largest = np.array([cycle.maximum.to_numpy() for cycle in diagram.cycles])
+    assert largest == pytest.approx(data.linear.to_numpy()[:2], rel=1e-11)
 
 
 @pytest.fixture(scope="module")

@@ -76,3 +76,64 @@ def test_what_does_not_go_with_a_band_is_refused():
     frictions = {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]}
     with pytest.raises(ss.InputError, match="band: goes with one parameter"):
         ss.sweep(scene, over=frictions, band=(0.0, 1e3))
+
+
+def test_verdicts_on_a_band_are_those_of_its_modes(block):
+    values = np.array([0.35, 0.0, 0.2])
+    found = ss.stability(block, "++++++", friction=values, band=BAND)
+    assert np.abs(found.attrs["missing"]).max() < 0.01
+    every = ss.stability(block, "++++++", friction=values)
+    np.testing.assert_array_equal(found.steady_sliding, every.steady_sliding)
+    np.testing.assert_allclose(found.normal_force, every.normal_force, rtol=1e-8)
+    for k, value in enumerate(values):
+        modes = ss.complex_modes(block.replace(friction=value), "++++++", band=BAND)
+        upper = modes.eigenvalues.imag >= 0.0
+        worst = np.argmax(np.where(upper, modes.eigenvalues.real, -np.inf))
+        error = abs(found.eigenvalue.values[k] - modes.eigenvalues[worst])
+        assert error <= 1e-9 * modes.condition[worst] * abs(modes.eigenvalues[worst])
+        assert found.unstable_modes[k] == np.count_nonzero(modes.unstable & upper)
+    with pytest.raises(ss.InputError, match="band: of a large scene expected samples of one parameter"):
+        ss.stability(block, "++++++", friction=values, slider_speed=values + 1.0, band=BAND)
+    with pytest.raises(ss.InputError, match="growth: goes with band"):
+        ss.stability(block, "++++++", friction=values, growth=(0.0, None))
+
+
+def test_verdicts_on_a_band_of_few_dofs():
+    scene = ss.models.two_subsystems()
+    values = np.array([0.5, 2.2])
+    band = (100.0, 140.0)
+    found = ss.stability(scene, "++", friction=values, band=band)
+    for k, value in enumerate(values):
+        modes = ss.complex_modes(scene.replace(friction=value), "++", band=band)
+        worst = modes.eigenvalues[np.argmax(modes.eigenvalues.real)]
+        assert found.eigenvalue.values[k].real == worst.real
+        assert found.unstable_modes[k] == np.count_nonzero(modes.unstable) // 2
+    # Nothing oscillates at some kHz.
+    nothing = ss.stability(scene, "++", friction=values, band=(3e3, 5e3))
+    assert np.isnan(nothing.growth_rate).all()
+    assert not nothing.unstable_modes.any()
+
+
+def test_sensitivities_of_a_band_are_those_of_all_modes(block):
+    """By a scene and by a model function; eigenvalues of the full scene come by dense matrices."""
+
+    def model(friction, softer=0.0):
+        return block.replace(friction=friction, stiffness=(1.0 - softer) * block.stiffness)
+
+    asked = (
+        (block, {"friction": 0.25}),
+        (block, {"friction_2": 0.25}),
+        (model, {"friction": 0.25, "softer": 0.1}),
+    )
+    for what, values in asked:
+        every = ss.sensitivity(what, "++++++", over=values)
+        part = ss.sensitivity(what, "++++++", over=values, band=BAND)
+        inside = np.abs(every.eigenvalue.to_numpy()) <= 2.0 * np.pi * BAND[1]
+        expected = every.sel(mode=inside)
+        assert part.sizes["mode"] == expected.sizes["mode"] > 10
+        assert bool(part.defined.all())
+        one, other = part.derivative.to_numpy(), expected.derivative.to_numpy()
+        scale = np.abs(other).max(axis=1, keepdims=True)
+        assert (scale > 0.0).all()
+        # Interpolants of projected entries are taken to 1e-9 of their largest.
+        np.testing.assert_allclose(one / scale, other / scale, rtol=0, atol=1e-6)

@@ -5,9 +5,11 @@ import dataclasses
 import mpmath
 import numpy as np
 import pytest
+import scipy.sparse.linalg
 from click.testing import CliRunner
 
 import stickslip as ss
+from quad_block import quad_block
 from stickslip.cli import main
 
 EPS = np.finfo(float).eps
@@ -216,3 +218,32 @@ def test_the_command_line_says_that_steady_sliding_is_missing(tmp_path):
     studied = called("study", path, "--over", "friction={uniform=[0.3,2.5]}", "--samples", "4").output
     assert "4 no_equilibrium" in studied
     assert "no sample has a verdict" in studied
+
+
+@pytest.mark.parametrize("friction", [0.1, 0.6])
+def test_verdicts_of_a_mesh_have_the_forces_of_its_equilibrium(friction):
+    """420 dofs, so that factors are sparse; against scipy on ``K - sum n f'``, f of the friction forces."""
+    scene = quad_block(20, 10, 2, sparse=True, friction=friction)
+    tangential, normal = (
+        np.array([getattr(contact, name) for contact in scene.contacts]) for name in ("tangential", "normal")
+    )
+    held = np.zeros(scene.size, dtype=bool)
+    held[normal] = True
+    stiffness = scipy.sparse.csr_array(scene.stiffness)
+    merged = scipy.sparse.eye_array(scene.size, format="lil")
+    # A positive slider speed drags a mass forward: its row holds friction times that of the normal force.
+    for t, n in zip(tangential, normal, strict=True):
+        merged[t, n] = -friction
+    rows = (merged.tocsr() @ stiffness)[~held][:, ~held]
+    still = np.zeros(scene.size)
+    still[~held] = scipy.sparse.linalg.spsolve(rows.tocsc(), (merged @ scene.force)[~held])
+    expected = (stiffness @ still - scene.force)[normal]
+    found = ss.stability(scene, "+" * len(normal), friction=[friction], slider_speed=[2.0])
+    np.testing.assert_allclose(found.normal_force[0], expected, rtol=1e-9)
+    exists = bool((expected > 0.0).all())
+    assert bool(found.steady_sliding[0]) == exists
+    if exists:
+        assert len(ss.complex_modes(scene, near=2e5j, count=1)) == 2
+    else:
+        with pytest.raises(ss.errors.NoSteadySlidingError, match=f"contact {int(np.argmax(expected < 0.0))}"):
+            ss.complex_modes(scene)

@@ -43,11 +43,12 @@ class Knob:
 
 
 def knobs(family: Family) -> dict[str, Knob]:
-    """Return every parameter of a model by its name."""
+    """Return every parameter of a model by its name, those of the friction law first."""
     numbers = family.numbers()
+    entries = {name: family.slot(name).entry for name in numbers}
     found = {}
-    for name, value in numbers.items():
-        entry = family.slot(name).entry
+    for name, entry in sorted(entries.items(), key=lambda item: item[1] not in LAW):
+        value = numbers[name]
         unit = parameter_units(family.given, name).get("units", "")
         found[name] = Knob(name, entry, value, *_range(entry, unit, value), "" if unit == "1" else unit)
     return found

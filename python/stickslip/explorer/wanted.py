@@ -12,19 +12,19 @@ from stickslip.cycles.attractors import is_valid, set_in_motion
 from stickslip.explorer.knobs import Knob, joint, knobs, told
 from stickslip.files.case import Case
 from stickslip.modes.modes import Modes
-from stickslip.modes.schematic import Schematic, schematic
+from stickslip.modes.schematic import Schematic, meshed, schematic
 from stickslip.scene.family import Family
 from stickslip.scene.known import Known
 from stickslip.scene.scene import Scene
 from stickslip.scene.state import State
-from stickslip.show.style import COLOURS, NAMES, STABLE, UNSTABLE
+from stickslip.show.style import COLOURS, HATCHES, NAMES, STABLE, STYLES, UNSTABLE
 
 #: Computing time of a motion while a point is dragged and when it has come to rest, s.
 PATIENCE = (0.02, 5.0)
 #: Values of a parameter over which loci are followed, cells of a map in one direction, s of sound.
-VALUES, CELLS, SECONDS = (5, 301), (2, 96), (0.1, 20.0)
-#: Dofs whose displacements go to the page.
-DOFS = 64
+VALUES, CELLS, SECONDS = (5, 301), (3, 96), (0.1, 20.0)
+#: Dofs whose displacements go to the page, of a schematic and of a mesh; a finer mesh is drawn as the former.
+DOFS, MESHED = 64, 1200
 #: Kinds of starts.
 STARTS = ("file", "mode", "kick", "on")
 
@@ -72,13 +72,18 @@ class Explored:
 
     @cached_property
     def schematic(self) -> Schematic:
-        """The drawing of the scene."""
+        """The drawing of the scene: its mesh, where one is known and not too fine."""
+        mesh = self.scene.mesh
+        drawn = None if mesh is None else meshed(mesh)
+        if drawn is not None and sum(len(body.along) for body in drawn.bodies) <= MESHED:
+            return drawn
         return schematic(self.scene, self.known.columns)
 
     @cached_property
     def sent(self) -> list[int]:
         """The dofs that move the bodies of the drawing."""
-        return sorted({dof for body in self.schematic.bodies for dof, _, _ in body.along})[:DOFS]
+        moving = {dof for body in self.schematic.bodies for dof, _, _ in body.along}
+        return sorted(moving)[: MESHED if self.schematic.faces else DOFS]
 
     @cached_property
     def told(self) -> dict[str, Any]:
@@ -96,8 +101,16 @@ class Explored:
             "bodies": [vars(body) for body in drawing.bodies],
             "springs": drawing.springs,
             "walls": drawing.walls,
+            "faces": drawing.faces,
             "statuses": [
-                {"letter": letter, "name": NAMES[letter], "colour": COLOURS[letter]} for letter in COLOURS
+                {
+                    "letter": letter,
+                    "name": NAMES[letter],
+                    "colour": COLOURS[letter],
+                    "style": STYLES[letter],
+                    "hatch": HATCHES[letter],
+                }
+                for letter in COLOURS
             ],
             "colours": {"stable": STABLE, "unstable": UNSTABLE},
         }

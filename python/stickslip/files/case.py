@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -25,6 +25,7 @@ from stickslip.files.scene_file import (
 from stickslip.files.toml_text import Inline, toml_text
 from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.family import Family
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, sliding_equilibrium
 from stickslip.transient.simulate import run_settings, simulate
@@ -296,6 +297,10 @@ def _model_table(model: Callable[..., Scene]) -> dict[str, Any]:
         raise InputError(f"model: a file cannot name {model!r}; save model(...), a Scene, instead")
     table: dict[str, Any] = {"name": names[function]}
     for key, value in (model.keywords if isinstance(model, partial) else {}).items():
+        if isinstance(value, Law):
+            value = Inline(value.table())
+        elif key == "friction" and isinstance(value, Sequence):
+            value = [Inline(one.table()) if isinstance(one, Law) else one for one in value]
         if key in ("subsystems", "links"):
             table[key.removesuffix("s")] = [vars(entry) for entry in value]
         elif value is not None:

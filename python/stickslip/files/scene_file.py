@@ -25,6 +25,7 @@ from stickslip.files.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
 from stickslip.scene.contact import Contact, nearest
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Harmonic, Load, Steps
 from stickslip.scene.scene import Proportional, Scene
 
@@ -228,6 +229,8 @@ def scene_table(scene: Scene, path: Path, matrices: Matrices) -> dict[str, Any]:
 def _contact_entry(key: str, value: Any, dofs: Sequence[str]) -> Any:
     if key in ("tangential", "normal"):
         return _named(value, dofs)
+    if isinstance(value, Law):
+        return Inline(value.table())
     return Inline(_load_table(value, dofs)) if isinstance(value, Harmonic) else value
 
 

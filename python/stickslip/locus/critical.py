@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
@@ -13,6 +14,7 @@ from stickslip.faults import InputError
 from stickslip.locus.asked import asked, divided, interval
 from stickslip.locus.band.path import BandPath, is_large, wanted_region
 from stickslip.locus.path import Sliding
+from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
 
@@ -54,6 +56,10 @@ class CriticalPoint:
         The index of the contact that a separation opens or closes; None elsewhere.
     name
         The name of that contact, its index where contacts have no names; None elsewhere.
+    cause
+        Of a hopf point or divergence where friction depends on slip speed: ``falling friction`` if the
+        eigenvalue would be stable with the friction of steady sliding held constant, ``mode coupling`` if it
+        would not. None elsewhere.
     """
 
     kind: Kind
@@ -67,6 +73,7 @@ class CriticalPoint:
     steady_sliding: bool = True
     contact: int | None = None
     name: str | None = None
+    cause: str | None = None
 
     @property
     def frequency(self) -> float:
@@ -79,7 +86,9 @@ class CriticalPoint:
         if self.kind == "separation":
             return f"contact {self.name} {'opens' if self.direction > 0 else 'closes'}"
         toward = {1: "destabilising", -1: "stabilising", 0: ""}[self.direction]
-        return ", ".join(filter(None, [toward, "" if self.steady_sliding else "no steady sliding there"]))
+        return ", ".join(
+            filter(None, [toward, self.cause, "" if self.steady_sliding else "no steady sliding there"])
+        )
 
     def __repr__(self) -> str:
         place = f"{self.value:.14g}"
@@ -161,7 +170,7 @@ def _found(
     """Return what a search finds along all modes, or along those of a band."""
     region = wanted_region(band, growth)
     if region is None:
-        return search(sliding.path(name, lower, upper, fixed))
+        return _with_causes(search(sliding.path(name, lower, upper, fixed)), sliding, fixed)
 
     def inside(points: list[CriticalPoint]) -> list[CriticalPoint]:
         return [
@@ -171,13 +180,32 @@ def _found(
         ]
 
     if not is_large(sliding, name, lower, fixed):
-        return inside(search(sliding.path(name, lower, upper, fixed)))
+        return _with_causes(inside(search(sliding.path(name, lower, upper, fixed))), sliding, fixed)
     followed = BandPath(sliding, name, fixed, lower, upper, region)
     points = inside(search(followed.path))
     # With the modes at the points themselves among those that it is made of, the path is exact there.
     followed.take([point.value for point in points if lower < point.value < upper])
     followed.warn()
     return inside(search(followed.path))
+
+
+def _with_causes(
+    points: list[CriticalPoint], sliding: Sliding, fixed: Mapping[str, float]
+) -> list[CriticalPoint]:
+    """Tell falling friction from mode coupling, by the spectrum with constant friction."""
+
+    def cause(point: CriticalPoint) -> str | None:
+        scene = sliding.family.scene({**fixed, point.parameter: point.value})
+        if point.kind not in ("hopf", "divergence") or not scene.core.has_friction_laws:
+            return None
+        held = scene.replace(
+            friction=[contact.coefficient() for contact in scene.contacts], static_friction=None
+        )
+        others = complex_modes(held, sliding.letters(scene)).eigenvalues
+        nearest = others[np.abs(others - point.eigenvalue).argmin()]
+        return "falling friction" if nearest.real < 0.0 else "mode coupling"
+
+    return [dataclasses.replace(point, cause=cause(point)) for point in points]
 
 
 def _range(

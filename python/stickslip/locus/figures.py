@@ -74,17 +74,22 @@ def draw_loci(
     order = np.argsort(branches[name].to_numpy())
     values = branches[name].to_numpy()[order]
     eigenvalue = branches.eigenvalue.transpose(name, "branch").to_numpy()[order]
+    # One name of each kind for a legend of these axes; the others bear it after a bar.
+    bar = ""
     for branch in eigenvalue.T:
         if (branch.imag < 0.0).all():
             continue
         for axes, ordinate in ((growth, branch.real), (frequency, np.abs(branch) / (2.0 * np.pi))):
-            axes.plot(values, ordinate, color=STABLE, linewidth=1.2)
-            axes.plot(values, np.where(branch.real > 0.0, ordinate, np.nan), color=UNSTABLE, linewidth=1.8)
+            grows = np.where(branch.real > 0.0, ordinate, np.nan)
+            axes.plot(values, ordinate, color=STABLE, linewidth=1.2, label=f"{bar}stable")
+            axes.plot(values, grows, color=UNSTABLE, linewidth=1.8, label=f"{bar}unstable")
+        bar = "_"
     growth.axhline(0.0, color="black", linewidth=0.6)
     hopf = [point for point in critical if point.kind == "hopf"]
     for axes, ordinates in ((growth, [0.0] * len(hopf)), (frequency, [point.frequency for point in hopf])):
         if hopf:
-            axes.plot([point.value for point in hopf], ordinates, "o", color="black", fillstyle="none")
+            places = [point.value for point in hopf]
+            axes.plot(places, ordinates, "o", color="black", fillstyle="none", label="Hopf point")
     if slow:
         top = eigenvalue.real.max()
         reach = max(top, np.abs(eigenvalue.real.max(axis=1)).max())

@@ -96,9 +96,12 @@ class Sliding:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        # Friction does not enter linearly where dofs have no mass or directions depend on each other.
+        # Friction does not enter linearly where dofs have no mass, directions depend on each other, or it is
+        # a law over slip speed.
         model = self.family.model
-        if not isinstance(model, Scene) or model.core.has_massless or model.core.dependent:
+        if not isinstance(model, Scene) or (
+            model.core.has_massless or model.core.dependent or model.core.has_friction_laws
+        ):
             return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})
@@ -111,6 +114,8 @@ class Sliding:
 
 def moved_friction(scene: Scene, name: str) -> list[int]:
     """Return the contacts whose friction a parameter of a scene moves: none if it is another one."""
+    if scene.core.has_friction_laws:
+        return []
     field, contact = law_entry(scene.contacts, name)
     everything = [i for i, one in enumerate(scene.contacts) if concerns("friction", one)]
     return [] if field != "friction" else everything if contact is None else [contact]
@@ -205,7 +210,7 @@ class Interpolation:
 
 def is_proportional(scene: Scene) -> bool:
     """Return whether ``C + G = alpha M + beta (K + H)`` by what is stated, whatever the numbers."""
-    if scene.core.has_massless:
+    if scene.core.has_massless or scene.core.has_friction_laws:
         return False
     if scene.damping is None:
         return scene.gyroscopic is None

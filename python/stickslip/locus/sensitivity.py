@@ -10,22 +10,27 @@ stays smooth, and its derivative is the trace of the same quotient over the defl
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
 import numpy as np
 import scipy.linalg
+import scipy.sparse
 import xarray as xr
 
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked
+from stickslip.locus.band.path import INTERPOLATED, Projected, wanted_region
 from stickslip.locus.path import Sliding, moved_friction
 from stickslip.locus.units import parameter_units
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
+from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Proportional, Scene
 
@@ -41,9 +46,11 @@ def sensitivity(
     *,
     parameters: Sequence[str] | None = None,
     over: Mapping[str, float] | None = None,
+    band: Sequence[float] | None = None,
+    growth: Sequence[float | None] = (None, None),
     **values: float,
 ) -> xr.Dataset:
-    """Return the derivatives of all eigenvalues with respect to parameters.
+    """Return the derivatives of all eigenvalues, or of those of a band, with respect to parameters.
 
     Parameters
     ----------
@@ -56,6 +63,9 @@ def sensitivity(
         ``friction`` if none has.
     over
         Values of parameters, by name; the others stay as they are.
+    band, growth
+        Frequencies in Hz and growth rates in 1/s as for `complex_modes`: the modes inside alone, which large
+        scenes have without the others.
     **values
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -65,14 +75,15 @@ def sensitivity(
         Over ``mode``, as in `complex_modes`: ``eigenvalue`` (1/s), ``defined``, ``partner`` (the nearest
         other eigenvalue of an undefined one, else the mode itself); over ``parameter`` and ``mode``:
         ``derivative``, nan where it is not defined, and ``mean_derivative`` of the mean of the eigenvalue and
-        its partner, always finite.
+        its partner, always finite but for bands of large scenes, where it is nan with the derivative.
 
     Raises
     ------
     InputError
-        If a parameter is unknown, a function is to be differentiated where it has no value, or the model is
-        not smooth there.
+        If a parameter is unknown, a function is to be differentiated where it has no value, the model is not
+        smooth there, or `band` or `growth` is ill-posed.
     """
+    wanted_region(band, growth)
     told = asked(sensitivity, model, over, values)
     point = {name: real_number(name, value) for name, value in told.items()}
     if isinstance(parameters, str):
@@ -82,22 +93,29 @@ def sensitivity(
     for name in names:
         family.slot(name)
     scene = family.scene(point)
+    modes = complex_modes(scene, combination, band=band, growth=growth)
+    large = scipy.sparse.issparse(modes.mass)
+    right, left = modes.right_displacement, modes.left_displacement
     if isinstance(family.model, Scene):
-        changes = [_contact_change(scene, combination, name) for name in names]
+        of_contacts = _sparse_contact_change if large else _contact_change
+        changes = [of_contacts(scene, modes.combination, name) for name in names]
     else:
+        sliding = Sliding(family, modes.combination if large else combination)
+        basis = None
+        if large:
+            # What is said of vectors of a large scene needs its matrices between them alone.
+            basis, right, left = _basis(right, left)
         centres = {name: point[name] if name in point else family.value(name) for name in names}
         changes = [
-            _model_change(Sliding(family, combination), {**point, name: value}, name)
-            for name, value in centres.items()
+            _model_change(sliding, {**point, name: value}, name, basis) for name, value in centres.items()
         ]
-    modes = complex_modes(scene, combination)
     partner, defined = _partners(modes)
-    derivative = np.array([_derivative(modes, change) for change in changes])
+    derivative = np.array([_derivative(modes, right, left, change) for change in changes])
     means = derivative.copy()
     for mode in np.flatnonzero(~defined):
         pair = modes.eigenvalues[[mode, partner[mode]]]
         for row, change in zip(means, changes, strict=True):
-            row[mode] = _mean_derivative(modes, change, pair)
+            row[mode] = complex(np.nan, np.nan) if large else _mean_derivative(modes, change, pair)
     derivative[:, ~defined] = complex(np.nan, np.nan)
     return xr.Dataset(
         {
@@ -184,8 +202,8 @@ def entry_sensitivity(
     )
 
 
-#: Derivatives of M, C and K.
-Change = tuple[Real, Real, Real]
+#: Derivatives of M, C and K, dense or sparse.
+Change = tuple[Any, Any, Any]
 
 
 def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
@@ -196,14 +214,50 @@ def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
     return mass, damping, stiffness
 
 
-def _model_change(sliding: Sliding, point: Mapping[str, float], name: str) -> Change:
+def _sparse_contact_change(scene: Scene, letters: str, name: str) -> Change:
+    """Return what friction higher by one adds: it enters linearly."""
+    if scene.core.has_massless or scene.core.dependent or scene.core.has_friction_laws:
+        raise InputError(
+            f"{name}: friction does not enter a scene of this size linearly, as some dofs have no mass, "
+            "directions depend on each other, or friction is a law; differentiate a function that returns it"
+        )
+    moving = moved_friction(scene, name)
+    raised = [
+        dataclasses.replace(contact, friction=contact.friction + 1.0, static_friction=None)
+        if i in moving and not isinstance(contact.friction, Law)
+        else contact
+        for i, contact in enumerate(scene.contacts)
+    ]
+    more, here = (one.core.sparse_pencil(letters) for one in (scene.replace(contacts=raised), scene))
+    mass, damping, stiffness = (
+        sparse_array(one) - sparse_array(other) for one, other in zip(more, here, strict=True)
+    )
+    return mass, damping, stiffness
+
+
+def _basis(right: Complex, left: Complex) -> tuple[Real, Complex, Complex]:
+    """Return a real basis of right and left vectors, (m, r), and their coordinates in it, (r, k) each."""
+    whole = np.nan_to_num(np.concatenate([right, left], axis=1))
+    parts = np.concatenate([whole.real, whole.imag], axis=1)
+    basis, coordinates = np.linalg.qr(parts)
+    count = whole.shape[1]
+    together = coordinates[:, :count] + 1j * coordinates[:, count:]
+    return basis, together[:, : count // 2], together[:, count // 2 :]
+
+
+def _model_change(
+    sliding: Sliding, point: Mapping[str, float], name: str, basis: Real | None = None
+) -> Change:
     value = point[name]
     fixed = {key: number for key, number in point.items() if key != name}
     width = _NEIGHBOURHOOD * (abs(value) or 1.0)
     # At the end of what the model accepts, friction 0 for one, the derivative is one-sided.
     for lower, upper in ((value - width, value + width), (value, value + width), (value - width, value)):
         try:
-            path = sliding.path(name, lower, upper, fixed)
+            if basis is None:
+                path = sliding.path(name, lower, upper, fixed)
+            else:
+                path = Projected(sliding, name, fixed, INTERPOLATED, basis).path(lower, upper)
         except InputError as error:
             refused = error
         else:
@@ -227,9 +281,9 @@ def _partners(modes: Modes) -> tuple[Any, Any]:
     return np.where(defined, everyone, distance.argmin(axis=1)), defined
 
 
-def _derivative(modes: Modes, change: Change) -> Complex:
+def _derivative(modes: Modes, right: Complex, left: Complex, change: Change) -> Complex:
     mass, damping, stiffness = change
-    value, right, left = modes.eigenvalues, modes.right_displacement, modes.left_displacement
+    value = modes.eigenvalues
     moved = value**2 * (mass @ right) + value * (damping @ right) + stiffness @ right
     # a is nan for a defective mode, and so is its derivative.
     with np.errstate(invalid="ignore"):
@@ -239,7 +293,7 @@ def _derivative(modes: Modes, change: Change) -> Complex:
 
 def _mean_derivative(modes: Modes, change: Change, pair: Complex) -> complex:
     """Return half the trace of ``-(V' A X)^-1 V' (B_p X + A_p X Lambda)``; X, V: the pair's subspaces."""
-    m = modes.eigenvalues.size // 2
+    m = modes.mass.shape[0]
     mean = pair.mean()
     # Time in units of the pair's own, so that no block of the pencil drowns another.
     rate = np.abs(pair).max() or 1.0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -11,7 +11,11 @@ import xarray as xr
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked
+from stickslip.locus.band.path import BandPath, is_large, wanted_region
+from stickslip.locus.band.sweep import band_verdicts
 from stickslip.locus.path import Sliding, moved_friction
+from stickslip.modes.complex_modes import complex_modes
+from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Real, real_array
 from stickslip.scene.family import Family, Model
 from stickslip.scene.scene import Scene
@@ -22,6 +26,8 @@ def stability(
     combination: str | None = None,
     *,
     over: Mapping[str, Any] | None = None,
+    band: Sequence[float] | None = None,
+    growth: Sequence[float | None] = (None, None),
     **parameters: Any,
 ) -> xr.Dataset:
     """Return the least stable eigenvalue of every scene of a sample, without computing vectors.
@@ -37,6 +43,9 @@ def stability(
     over
         Samples (k,) of parameters, by names as for `sweep`, all of one length; numbers stay the same in all
         samples. What has several entries, such as ``friction`` of two contacts, also takes (k, entries).
+    band, growth
+        Frequencies in Hz and growth rates in 1/s as for `complex_modes`: verdicts are on the modes inside
+        alone. Of a large scene one parameter has samples, and its modes are followed as by `sweep`.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -47,19 +56,26 @@ def stability(
         1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, how
         many modes grow, a conjugate pair being one; ``steady_sliding``, whether steady sliding of the
         combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the closed
-        contacts in equilibrium, N, also over ``contact``.
+        contacts in equilibrium, N, also over ``contact``. With `band` nan eigenvalues where nothing is
+        inside, and the attributes ``missing`` and ``doubts``, of either end (`sweep`).
 
     Raises
     ------
     InputError
         If a parameter is unknown, lengths differ, a value is ill-posed, or a slider speed is zero where no
-        combination is given.
+        combination is given; if `band` or `growth` is ill-posed, or a large scene has samples of several
+        parameters.
     """
+    region = wanted_region(band, growth)
     family = Family(model)
     told = asked(stability, model, over, parameters)
     columns = _columns(family, {name: real_array(name, value, 0, 1, 2) for name, value in told.items()})
     rows = np.column_stack([*columns.values()])
-    found, contacts = _verdicts(family, combination, tuple(columns), rows)
+    attrs: dict[str, Any] = {}
+    if region is None:
+        found, contacts = _verdicts(family, combination, tuple(columns), rows)
+    else:
+        found, contacts, attrs = _band_verdicts(family, combination, told, columns, region)
     eigenvalue = found["eigenvalue"]
     return xr.Dataset(
         {
@@ -71,6 +87,7 @@ def stability(
             "normal_force": (("sample", "contact"), found["normal_force"], {"units": "N"}),
         },
         coords={"contact": contacts},
+        attrs=attrs,
     )
 
 
@@ -93,6 +110,42 @@ def _columns(family: Family, arrays: dict[str, Real]) -> dict[str, Real]:
             several = "" if entries == 1 else f" or ({count}, {entries})"
             raise InputError(f"{name}: expected shape ({count},){several}, got {array.shape}")
     return columns
+
+
+def _band_verdicts(
+    family: Family,
+    combination: str | None,
+    told: Mapping[str, Any],
+    columns: Mapping[str, Real],
+    region: Region,
+) -> tuple[dict[str, Any], list[Any], dict[str, Any]]:
+    """Return the verdicts on the modes of a region, labels of contacts, and the attributes."""
+    sliding, names = Sliding(family, combination), tuple(columns)
+    rows = np.column_stack([*columns.values()])
+    points = [dict(zip(names, map(float, row), strict=True)) for row in rows]
+    name, fixed = names[0], {key: value for key, value in points[0].items() if key != names[0]}
+    if not is_large(sliding, name, points[0][name], fixed):
+        found, contacts = _verdicts(family, combination, names, rows)
+        for k, point in enumerate(points):
+            modes = complex_modes(family.scene(point), combination)
+            inside = np.flatnonzero(region.holds(modes.eigenvalues) & (modes.eigenvalues.imag >= 0.0))
+            found["unstable_modes"][k] = np.count_nonzero(modes.unstable[inside])
+            real = modes.eigenvalues.real[inside]
+            found["eigenvalue"][k] = (
+                modes.eigenvalues[inside[np.argmax(real)]] if inside.size else complex(np.nan, np.nan)
+            )
+        return found, contacts, {"missing": [0.0, 0.0], "doubts": []}
+    varied = [key for key, value in told.items() if np.ndim(value)]
+    if len(varied) != 1 or varied[0] not in names:
+        raise InputError(f"band: of a large scene expected samples of one parameter, got {varied}")
+    name = varied[0]
+    values = columns[name].copy()
+    fixed = {key: value for key, value in points[0].items() if key != name}
+    lower, upper = float(values.min()), float(values.max())
+    followed = BandPath(sliding, name, fixed, lower, upper + (lower == upper), region)
+    labels = family.scene(points[0]).contact_labels()
+    attrs = {"missing": followed.missing, "doubts": followed.doubts}
+    return band_verdicts(followed.path, values, region), labels, attrs
 
 
 def _verdicts(

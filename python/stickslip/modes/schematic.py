@@ -12,11 +12,18 @@ import scipy.sparse
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.known import Column
 from stickslip.scene.scene import Scene
+from stickslip.show.mesh import Mesh
 
 #: Bodies that are drawn at most; contacts go first.
 MOST = 48
 #: Part of a diagonal entry of K below which what its row leaves over is rounding, not a spring to a wall.
 ROUNDING = 1e-9
+#: Where a mesh in space is seen from, 30 degrees above its plane: right and up on the page, and to the eye.
+VIEW = (
+    np.array([0.8, -0.6, 0.0]),
+    np.array([0.3, 0.4, np.sqrt(0.75)]),
+    np.array([-0.6 * np.sqrt(0.75), -0.8 * np.sqrt(0.75), 0.5]),
+)
 
 
 @dataclass(frozen=True)
@@ -49,13 +56,15 @@ class Body:
 class Schematic:
     """Bodies, springs between two of them (a, b, N/m), and springs to a wall (a, N/m).
 
-    `omitted` dofs move no body of the drawing.
+    `omitted` dofs move no body of the drawing. Of a mesh the bodies are its points, which span `faces`, those
+    in front last.
     """
 
     bodies: tuple[Body, ...]
     springs: tuple[tuple[int, int, float], ...]
     walls: tuple[tuple[int, float], ...]
     omitted: int
+    faces: tuple[tuple[int, ...], ...] = ()
 
     def moved(self, displacement: Real | Complex) -> Real | Complex:
         """Return how far the bodies move to the right and upwards, (bodies, 2), for displacements (n,)."""
@@ -113,6 +122,33 @@ def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
         tuple(walls.items()),
         int((owner < 0).sum()),
     )
+
+
+def meshed(mesh: Mesh) -> Schematic | None:
+    """Return the drawing of a mesh, of one in space as seen from above at an angle; None: it has no faces."""
+    faces = mesh.faces()
+    if not faces:
+        return None
+    right, up, eye = VIEW if mesh.points.shape[1] == 3 else (*np.eye(2), np.zeros(2))
+    shown = sorted({int(node) for face in faces for node in face})
+    place = {node: k for k, node in enumerate(shown)}
+    bodies = tuple(
+        Body(
+            "",
+            float(mesh.points[node] @ right),
+            float(mesh.points[node] @ up),
+            tuple(
+                (int(dof), float(r), float(u))
+                for dof, r, u in zip(mesh.dofs[node], right, up, strict=True)
+                if dof >= 0 and (r or u)
+            ),
+        )
+        for node in shown
+    )
+    faces.sort(key=lambda face: float((mesh.points[face] @ eye).mean()))
+    moving = {dof for body in bodies for dof, _, _ in body.along}
+    omitted = len(set(mesh.dofs[mesh.dofs >= 0].tolist()) - moving)
+    return Schematic(bodies, (), (), omitted, tuple(tuple(place[int(k)] for k in face) for face in faces))
 
 
 def _known(columns: Sequence[Column]) -> list[Body]:

@@ -12,6 +12,7 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.contact import dof_index
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure, times
 
@@ -189,8 +190,12 @@ def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Comp
     """Return the friction forces of modes from the loads that contact forces balance, (n, m)."""
     normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
     pairs = zip(modes.combination, scene.contacts, strict=True)
-    factor = np.array([FRICTION_SIGN[status] * contact.friction for status, contact in pairs])
+    factor = np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
     phasors: Complex = factor[:, None] * normal
+    for i, (status, contact) in enumerate(zip(modes.combination, scene.contacts, strict=True)):
+        if isinstance(contact.friction, Law) and status in "+-":
+            # Beside mu N it changes with slip speed: what is left of the load along the contact.
+            phasors[i] = structure.impulse_response[:, 2 * i] @ unbalanced
     return phasors
 
 

@@ -243,25 +243,27 @@ def contact_status(axes: Axes, motion: Moving | Periodic, contacts: Sequence[int
     by_contact = [status_spans(run, contact) for contact in shown]
     most = max((len(bars) for spans in by_contact for bars in spans.values()), default=0)
     for letter, colour in COLOURS.items():
-        named = f"{letter}  {NAMES[letter]}"
-        for contact, spans in enumerate(by_contact):
-            if letter in spans:
-                begin, width = np.array(spans[letter]).T
-                low, high = np.full(begin.size, contact - 0.4), np.full(begin.size, contact + 0.4)
-                corners = np.stack([begin, low, begin + width, low, begin + width, high, begin, high], axis=1)
-                # One path, whose extent is not asked for: thousands of bars are drawn as fast as a few.
-                bars = Path.make_compound_path_from_polys(corners.reshape(-1, 4, 2))
-                axes.add_artist(
-                    PathPatch(
-                        bars,
-                        facecolor=colour,
-                        hatch=HATCHES[letter] if most <= HATCHED else None,
-                        edgecolor="white",
-                        linewidth=0.0,
-                        label=named,
-                    )
+        rows = [
+            (begin, begin + width, contact)
+            for contact, spans in enumerate(by_contact)
+            for begin, width in spans.get(letter, ())
+        ]
+        if rows:
+            begin, end, middle = np.array(rows).T
+            low, high = middle - 0.4, middle + 0.4
+            corners = np.stack([begin, low, end, low, end, high, begin, high], axis=1)
+            # One path, whose extent is not asked for: thousands of bars are drawn as fast as a few.
+            bars = Path.make_compound_path_from_polys(corners.reshape(-1, 4, 2))
+            axes.add_artist(
+                PathPatch(
+                    bars,
+                    facecolor=colour,
+                    hatch=HATCHES[letter] if most <= HATCHED else None,
+                    edgecolor="white",
+                    linewidth=0.0,
+                    label=f"{letter}  {NAMES[letter]}",
                 )
-                named = "_"
+            )
     axes.set(xlabel="time, s", xlim=(0.0, run.duration), yticks=range(len(labels)))
     axes.set_yticklabels([f"contact {label}" for label in labels])
     axes.set_ylim(len(labels) - 0.5, -0.5)

@@ -227,8 +227,12 @@ def _loci(
 ) -> tuple[str, xr.Dataset | None, list[CriticalPoint]]:
     if over:
         return _loci_over(modes, model, over, reasons)
-    frictions = {contact.friction for contact in scene.contacts}
-    if not scene.contacts:
+    frictions = {contact.coefficient() for contact in scene.contacts}
+    if scene.core.has_friction_laws:
+        reasons["loci"] = (
+            "no loci: friction depends on slip speed; see stickslip.sweep over parameters of its law"
+        )
+    elif not scene.contacts:
         reasons["loci"] = "no loci: the scene has no contact"
     elif frictions == {0.0}:
         reasons["loci"] = "no loci: friction is zero"
@@ -250,7 +254,7 @@ def _loci(
             return "", None, []
 
     def scaled(friction_factor: float) -> Scene:
-        return sliding.replace(friction=[friction_factor * c.friction for c in scene.contacts])
+        return sliding.replace(friction=[friction_factor * c.coefficient() for c in scene.contacts])
 
     values = np.linspace(0.0, 2.0, VALUES)
     try:

@@ -48,6 +48,43 @@
     run(!still.matches);
   }
 
+  for (const plot of document.querySelectorAll("svg.plot")) {
+    // A click in a legend hides what its entry names, and shows it again.
+    for (const entry of plot.querySelectorAll("[data-entry]")) entry.addEventListener("click", () => {
+      const off = entry.classList.toggle("off");
+      const alike = `[data-entry="${entry.dataset.entry}"], [data-series="${entry.dataset.entry}"]`;
+      for (const one of plot.querySelectorAll(alike)) one.classList.toggle("off", off);
+    });
+    // Zoomed by the wheel where it was clicked: the page itself has to scroll.
+    const whole = plot.getAttribute("viewBox").split(" ").map(Number);
+    let [x, y, width, height] = whole, held = null;
+    const at = (event) => new DOMPoint(event.clientX, event.clientY).matrixTransform(plot.getScreenCTM().inverse());
+    const show = (...box) => {
+      [x, y, width, height] = box[2] < whole[2] ? box : whole;
+      plot.setAttribute("viewBox", [x, y, width, height].join(" "));
+    };
+    plot.tabIndex = -1;
+    plot.addEventListener("wheel", (event) => {
+      if (document.activeElement !== plot) return;
+      event.preventDefault();
+      const place = at(event), factor = Math.max(Math.exp(Math.max(-1, Math.min(1, event.deltaY / 240))), whole[2] / 40 / width);
+      show(place.x + (x - place.x) * factor, place.y + (y - place.y) * factor, width * factor, height * factor);
+    });
+    plot.addEventListener("pointerdown", (event) => {
+      plot.focus({ preventScroll: true });
+      if (width < whole[2]) { held = at(event); event.preventDefault(); }
+    });
+    plot.addEventListener("pointermove", (event) => {
+      if (!held) return;
+      const place = at(event);
+      show(x + held.x - place.x, y + held.y - place.y, width, height);
+    });
+    for (const end of ["pointerup", "pointerleave", "pointercancel"]) plot.addEventListener(end, () => { held = null; });
+    plot.addEventListener("dblclick", () => show(...whole));
+    plot.addEventListener("keydown", (event) => { if (event.key === "Escape") show(...whole); });
+  }
+  document.getElementById("hint").hidden = false;
+
   // What is wider than the window scrolls by keyboard as well.
   const reach = () => {
     for (const box of document.querySelectorAll(".wide")) {

@@ -11,6 +11,7 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.scene import Proportional
 from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
@@ -56,8 +57,8 @@ def scene_section(found: Findings) -> Markup:
                 str(label),
                 _direction(scene.tangential_direction(i), scene.dofs),
                 _direction(scene.normal_direction(i), scene.dofs),
-                contact.friction,
-                contact.friction if contact.static_friction is None else contact.static_friction,
+                repr(contact.friction) if isinstance(contact.friction, Law) else contact.friction,
+                contact.holding,
                 contact.slider_speed,
                 contact.restitution,
                 contact.gap,

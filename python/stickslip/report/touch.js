@@ -4,7 +4,6 @@ const scene = JSON.parse(document.getElementById("move-data").textContent);
   const by = (id) => document.getElementById(`move-${id}`);
   const { loci, values, unit, pictures, first, dof } = scene;
   Object.assign(scene, scene.scene);
-  scene.colourOf = Object.fromEntries(scene.statuses.map(({ letter, colour }) => [letter, colour]));
   document.getElementById("touch").hidden = false;
   by("still").hidden = true;
   readTheme();
@@ -34,7 +33,7 @@ const scene = JSON.parse(document.getElementById("move-data").textContent);
   make("loci", { hover: ({ x, y }) => `${shown(x)} 1/s, ${shown(y)} Hz` }).drawn = () => drawLoci(plots.loci, loci, current().modes);
   make("structure", { zooms: false }).drawn = drawCursor;
   plots.portraits = scene.contacts.slice(0, 4).map(() => {
-    const plot = new Plot("move-beside", { hover: ({ x, y }) => `${shown(x)} \u00b5m, ${shown(y)} m/s` });
+    const plot = new Plot("move-beside", { hover: ({ x, y }) => `${shown(x)} ${plot.unit}, ${shown(y)} m/s` });
     plot.drawn = draw;
     return plot;
   });
@@ -76,7 +75,7 @@ const scene = JSON.parse(document.getElementById("move-data").textContent);
     drawStructure(plots.structure, series, index, cursor.way ? whole.wayScale : found.scale);
     series.contacts.forEach((_, k) => {
       const plot = plots.portraits[k], ctx = plot?.begin(1);
-      if (plot) plot.clipped(() => plot.dot(ctx, series.displaced[index * c + k] * MICRO, series.slip[index * c + k], theme.ink, 5), 1);
+      if (plot) plot.clipped(() => plot.dot(ctx, series.displaced[index * c + k] * plot.factor, series.slip[index * c + k], theme.ink, 5), 1);
     });
     for (const [plot, way] of [[plots.ribbon, false], [plots.way, true]]) {
       const ctx = plot.begin(1);

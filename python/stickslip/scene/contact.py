@@ -14,6 +14,7 @@ import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
+from stickslip.scene.laws.friction import Law, law_of
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
@@ -39,9 +40,10 @@ class Contact:
         under `normal_force`.
     friction
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
-        ``-friction N`` where it is positive. A stop needs none.
+        ``-friction N`` where it is positive. A stop needs none. Or how it depends on slip speed: a law of
+        `stickslip.friction`, or its table as files have it, ``{"law": "stribeck", ...}``.
     static_friction
-        Coefficient up to which a sticking contact holds, >= friction; None: equal to it.
+        Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to it.
     slider_speed
         Speed of the slider along t, m/s.
     restitution
@@ -68,7 +70,7 @@ class Contact:
 
     tangential: Any = None
     normal: Any = None
-    friction: float = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
+    friction: float | Law = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
     static_friction: float | None = None
     slider_speed: float = 0.0
     restitution: float = 0.0
@@ -86,14 +88,27 @@ class Contact:
                     "friction: missing; only a contact without a tangential direction needs none"
                 )
             object.__setattr__(self, "friction", 0.0)
+        if isinstance(self.friction, Mapping):
+            object.__setattr__(self, "friction", law_of(self.friction))
         for name in ("tangential", "normal"):
             if isinstance(direction := getattr(self, name), Mapping):
                 object.__setattr__(self, name, dict(direction))
-        for name in (*LAW, *SPRINGS):
+        for name in LAW:
             value = getattr(self, name)
             # Numbers of other kinds, such as fractions, become floats; what is no number, the scene refuses.
             if isinstance(value, numbers.Real) and not isinstance(value, float | int):
                 object.__setattr__(self, name, real_number(name, value))
+
+    def coefficient(self, speed: float | None = None) -> float:
+        """Return the coefficient of kinetic friction at a slip speed, m/s; None: that of steady sliding."""
+        if not isinstance(self.friction, Law):
+            return self.friction
+        return self.friction.coefficient(abs(self.slider_speed if speed is None else speed))
+
+    @property
+    def holding(self) -> float:
+        """Coefficient up to which the contact holds while it sticks."""
+        return self.coefficient(0.0) if self.static_friction is None else self.static_friction
 
     def __repr__(self) -> str:
         given = {
@@ -106,26 +121,54 @@ class Contact:
         return f"Contact({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
 
-#: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
-LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force")
 #: Stiffnesses of a compliant contact, None where it is rigid.
 SPRINGS = ("normal_stiffness", "tangential_stiffness")
+#: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
+LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force", *SPRINGS)
+#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
+OF_LAW = "friction_"
 
 
 def concerns(field: str, contact: Contact) -> bool:
     """Return whether a field of the law is about a contact: it has the directions that the field needs."""
     if field == "normal_force":
         return contact.normal is None
+    if field in SPRINGS:
+        return getattr(contact, field) is not None
+    if field.startswith(OF_LAW):
+        return has_parameter(contact, field)
     direction = contact.normal if field in ("restitution", "gap") else contact.tangential
     return direction is not None
+
+
+def has_parameter(contact: Contact, field: str) -> bool:
+    """Return whether the friction of a contact is a law with such a parameter."""
+    law = contact.friction
+    return isinstance(law, Law) and field.removeprefix(OF_LAW) in law.parameters()
+
+
+def law_number(contact: Contact, field: str) -> Any:
+    """Return a field of the contact law, or a parameter of its law of friction."""
+    if field in LAW or not field.startswith(OF_LAW):
+        return getattr(contact, field)
+    return getattr(contact.friction, field.removeprefix(OF_LAW), None)
+
+
+def with_law_number(contact: Contact, field: str, value: Any) -> Contact:
+    """Return the contact with another value of it."""
+    if field in LAW or not field.startswith(OF_LAW):
+        return dataclasses.replace(contact, **{field: value})
+    if not isinstance(contact.friction, Law) or not has_parameter(contact, field):
+        return contact
+    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})  # type: ignore[type-var]
+    return dataclasses.replace(contact, friction=law)
 
 
 def letters_of(contact: Contact) -> str:
     """Return the statuses that a contact can have."""
     if contact.tangential is None:
         return "+d"
-    static = contact.friction if contact.static_friction is None else contact.static_friction
-    return "+-" + ("s" if static > 0.0 else "") + ("" if contact.normal is None else "d")
+    return "+-" + ("s" if contact.holding > 0.0 else "") + ("" if contact.normal is None else "d")
 
 
 def contact_labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
@@ -143,17 +186,24 @@ def law_entry(contacts: Sequence[Contact], name: str) -> tuple[str, int | None]:
     InputError
         If it is no field of the contact law, with or without the index or the name of a contact.
     """
-    if name in LAW:
+    laws = [one.friction for one in contacts if isinstance(one.friction, Law)]
+    of_laws = list(dict.fromkeys(f"{OF_LAW}{parameter}" for law in laws for parameter in law.parameters()))
+    if name in LAW or name in of_laws:
         return name, None
     # A contact whose name is a number goes before the contact of that index.
     labels = [(str(i), i) for i in range(len(contacts))]
     labels += [(str(label), i) for i, label in enumerate(contact_labels(contacts))]
-    known = {f"{field}_{label}": (field, i) for field in LAW for label, i in labels}
+    known = {
+        f"{field}_{label}": (field, i)
+        for field in (*of_laws, *LAW)
+        for label, i in labels
+        if concerns(field, contacts[i]) or field in LAW
+    }
     if name in known:
         return known[name]
     raise InputError(
-        f"{name}: a scene has no such parameter{nearest(name, [*LAW, *known])}; for others pass a function"
-        " from parameters to a Scene"
+        f"{name}: a scene has no such parameter{nearest(name, [*LAW, *of_laws, *known])}; for others pass a"
+        " function from parameters to a Scene"
     )
 
 
@@ -170,7 +220,9 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
     place = f"contact {position}"
     if contact.name is not None and not (isinstance(contact.name, str) and contact.name.strip()):
         raise InputError(f"{place}: name: expected a text that is not empty, or None, got {contact.name!r}")
-    friction = real_number(f"{place}: friction", contact.friction)
+    law = contact.friction if isinstance(contact.friction, Law) else None
+    # The core takes the law at rest beside the law.
+    friction = real_number(f"{place}: friction", contact.friction if law is None else law.coefficient(0.0))
     static = contact.static_friction
     return (
         None if contact.tangential is None else _direction(f"{place}: tangential", contact.tangential, dofs),
@@ -182,6 +234,7 @@ def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _Conta
         real_number(f"{place}: gap", contact.gap),
         0.0 if contact.normal_force is None else real_number(f"{place}: normal_force", contact.normal_force),
         (_spring(place, contact, "normal_stiffness"), _spring(place, contact, "tangential_stiffness")),
+        None if law is None else law.data(),
     )
 
 
@@ -218,6 +271,8 @@ def per_contact(argument: str, value: Any, count: int) -> list[Any]:
     """
     if isinstance(value, str):
         raise InputError(f"{argument}: expected a number, or one per contact, got {value!r}")
+    if isinstance(value, Mapping):  # the table of a law
+        return [value] * count
     try:
         values = list(value)
     except TypeError:

@@ -34,9 +34,12 @@ from stickslip.scene.contact import (
     core_contact,
     described_direction,
     law_entry,
+    law_number,
     nearest,
     per_contact,
+    with_law_number,
 )
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import (
     Harmonic,
     Load,
@@ -243,8 +246,7 @@ class Scene(Shown):
         changes.pop("contacts", None)
         for name, values in law.items():
             contacts = tuple(
-                dataclasses.replace(contact, **{name: one})
-                for contact, one in zip(contacts, values, strict=True)
+                with_law_number(contact, name, one) for contact, one in zip(contacts, values, strict=True)
             )
         if changes:
             return Scene(**{**arguments, "contacts": contacts, **changes})
@@ -309,8 +311,12 @@ class Scene(Shown):
         lines += [f"  {name}: matrix" for name in self.unsymmetric]
         lines += [f"  load {name}: {text}" for name, text in self._described_loads()]
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
-            law = f"friction {contact.friction:g}"
-            if contact.static_friction not in (None, contact.friction):
+            law = (
+                f"friction {contact.friction!r}"
+                if isinstance(contact.friction, Law)
+                else f"friction {contact.friction:g}"
+            )
+            if contact.static_friction not in (None, contact.coefficient(0.0)):
                 law += f", static {contact.static_friction:g}"
             law += f", slider speed {contact.slider_speed:g} m/s"
             law += f", restitution {contact.restitution:g}" if contact.restitution else ""
@@ -348,8 +354,8 @@ class Scene(Shown):
                 str(label),
                 described_direction(contact.tangential, self.dofs),
                 described_direction(contact.normal, self.dofs),
-                float(contact.friction),
-                float(contact.friction if contact.static_friction is None else contact.static_friction),
+                contact.friction if isinstance(contact.friction, Law) else float(contact.friction),
+                float(contact.holding),
                 float(contact.slider_speed),
                 float(contact.restitution),
                 float(contact.gap),
@@ -461,7 +467,7 @@ def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list
         except InputError:
             others = [field.name for field in dataclasses.fields(Scene) if field.name not in HIDDEN]
             raise InputError(f"replace: unknown field {name!r}{nearest(name, [*others, *LAW])}") from None
-        values = law.setdefault(field, [getattr(contact, field) for contact in contacts])
+        values = law.setdefault(field, [law_number(contact, field) for contact in contacts])
         given = per_contact(name, value, len(contacts) if place is None else 1)
         places = range(len(contacts)) if place is None else [place]
         if place is None and np.ndim(value) == 0:

@@ -230,6 +230,44 @@ pub enum Error {
         /// Estimate of that of the scaled stiffness, -; 0 where it is exactly singular.
         reciprocal_condition: f64,
     },
+    /// Small motions are asked for where the friction of a contact depends on slip speed and another one sticks.
+    #[error(
+        "combination {combination:?}: friction of contact {contact} depends on slip speed and contact {stuck} sticks, so there is no steady state about which motions are linear"
+    )]
+    NoSteadyState {
+        /// The contact with the law.
+        contact: usize,
+        /// The contact that sticks.
+        stuck: usize,
+        /// The combination, one letter per contact.
+        combination: String,
+    },
+    /// Modes are asked for where friction depends on slip speed.
+    #[error(
+        "method 'modal': combination {combination:?} has no modes of finite motion, as friction of contact {contact} depends on slip speed; use 'auto' or 'taylor'"
+    )]
+    NonlinearPhase {
+        /// The combination, one letter per contact.
+        combination: String,
+        /// The contact with the law.
+        contact: usize,
+    },
+    /// Nothing determines contact forces, and friction depends on slip speed.
+    #[error(
+        "contact {contact}: nothing determines how the forces of closed contacts are split, which is followed with constant friction only"
+    )]
+    UndeterminedFrictionLaw {
+        /// A contact whose forces are not determined.
+        contact: usize,
+    },
+    /// A limit cycle, its multipliers or an attractor are asked for where friction depends on slip speed.
+    #[error(
+        "contact {contact}: limit cycles, multipliers and attractors are computed with constant friction only; that of this contact depends on slip speed"
+    )]
+    FrictionLawCycle {
+        /// The contact with the law.
+        contact: usize,
+    },
     /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration {
@@ -419,6 +457,16 @@ pub enum RunFailure {
     /// The question itself is ill-posed.
     #[error(transparent)]
     Input(#[from] Error),
+    /// A law of friction that falls with slip speed has come to 0.
+    #[error(
+        "contact {contact} at t = {time} s: its friction reaches 0 at this slip speed and would be negative beyond it"
+    )]
+    NegativeFriction {
+        /// Index of the contact.
+        contact: usize,
+        /// When it does, s.
+        time: f64,
+    },
     /// After an event a closed contact can neither stick nor slide.
     #[error(
         "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",

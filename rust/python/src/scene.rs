@@ -47,7 +47,11 @@ pub type ContactData<'py> = (
     f64,
     f64,
     SpringData,
+    Option<LawData>,
 );
+
+/// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4.
+type LawData = (String, Vec<f64>, Vec<[f64; 4]>);
 
 /// The combination of a state, with the friction forces that its compliant contacts hold.
 #[derive(FromPyObject)]
@@ -78,6 +82,7 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
                 gap,
                 force,
                 springs,
+                _,
             ) = contact;
             core::ContactInput {
                 tangential: tangential.as_ref().map(direction),
@@ -92,6 +97,24 @@ pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
             }
         })
         .collect()
+}
+
+/// How friction depends on slip speed, by contact.
+fn friction_laws(contacts: &[ContactData<'_>]) -> Laws {
+    let law = |(kind, numbers, pieces): &LawData| match (kind.as_str(), &numbers[..]) {
+        ("linear", &[at_rest, slope]) => core::scene::FrictionLaw::Linear { at_rest, slope },
+        ("stribeck", &[at_rest, kinetic, speed, viscous]) => {
+            core::scene::FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous }
+        }
+        ("rational", &[at_rest, kinetic, speed]) => {
+            core::scene::FrictionLaw::Rational { at_rest, kinetic, speed }
+        }
+        (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
+            speeds: speeds.to_vec(),
+            pieces: pieces.clone(),
+        })),
+    };
+    contacts.iter().map(|contact| contact.9.as_ref().map(law)).collect()
 }
 
 type Entries = Vec<(usize, f64)>;
@@ -122,9 +145,13 @@ pub struct Scene {
     pub input: core::SceneInput,
 }
 
+type Laws = Vec<Option<core::scene::FrictionLaw>>;
+
 impl Scene {
-    fn build(py: Python<'_>, input: core::SceneInput) -> PyResult<Self> {
-        let scene = detached(py, || core::Scene::new(input.clone()))?;
+    fn build(py: Python<'_>, input: core::SceneInput, laws: Laws) -> PyResult<Self> {
+        let scene = detached(py, || {
+            core::Scene::new(input.clone()).and_then(|scene| scene.with_friction_laws(laws))
+        })?;
         let scene = Arc::new(scene.map_err(|error| raise(py, &error))?);
         Ok(Self { propagators: Arc::new(core::Propagators::new(scene)), input })
     }
@@ -202,7 +229,7 @@ impl Scene {
             impact_friction,
             loads: self::loads(loads),
         };
-        Self::build(py, input)
+        Self::build(py, input, friction_laws(&contacts))
     }
 
     /// The same system with other contacts and loads in time.
@@ -217,12 +244,18 @@ impl Scene {
             loads: self::loads(loads),
             ..self.input.clone()
         };
-        Self::build(py, input)
+        Self::build(py, input, friction_laws(&contacts))
     }
 
     #[getter]
     fn size(&self) -> usize {
         self.core().dofs()
+    }
+
+    /// Whether friction of some contact depends on slip speed.
+    #[getter]
+    fn has_friction_laws(&self) -> bool {
+        self.core().has_friction_laws()
     }
 
     /// Whether some dofs or compliant contacts have no mass.

@@ -12,7 +12,7 @@ import stickslip as ss
 from stickslip.cli.options import loaded, scene_argument, waiting
 
 if TYPE_CHECKING:
-    from stickslip.fe.reduced.craig_bampton import Boundary
+    from stickslip.fe.reduced.model import Boundary
 
 MODELS = ("two_subsystems", "oscillator")
 

@@ -9,10 +9,10 @@ const by = (id) => document.getElementById(id);
 let scene = null;
 const plots = {};
 const state = {
-  values: {}, x: "", y: "", dof: 0, contact: 0, start: null, dragging: false, slow: false,
+  values: {}, x: "", y: "", dof: 0, contact: 0, start: null, dragging: false,
   motion: null, loci: null, map: null, cursor: { series: "motion", time: 0 }, playing: false,
   // For those who measure: how many answers were drawn, and ms from the last input to the drawing.
-  updates: 0, latency: [], asked: 0, seconds: 0,
+  updates: 0, latency: [], asked: 0,
 };
 
 async function post(path, message) {
@@ -21,17 +21,26 @@ async function post(path, message) {
   return answer;
 }
 
-// One question at a time; what was asked meanwhile is asked once, as it then stands.
+// One question at a time; what was asked meanwhile is asked once, as it then stands, if it is another question.
 class Lane {
-  constructor(path, message, done) { Object.assign(this, { path, message, done, wanted: false, busy: false }); }
-  ask() { this.wanted = true; if (!this.busy) this.go(); }
+  constructor(path, message, done, tells = () => true) { Object.assign(this, { path, message, done, tells, wanted: false, busy: false, last: "", took: [0, 0] }); }
+  // The first answer also loads what it computes with, so one slow answer alone says nothing.
+  get slow() { return Math.min(...this.took) > SLOW; }
+  ask() {
+    if (state.dragging && this.slow) return;
+    this.wanted = true;
+    if (!this.busy) this.go();
+  }
   async go() {
     this.busy = true;
     while (this.wanted) {
       this.wanted = false;
-      const message = this.message(), since = state.asked;
+      const message = this.message(), since = state.asked, text = JSON.stringify(message);
+      if (text === this.last) continue;
       try {
         const answer = await (await post(this.path, message)).json();
+        this.last = text;
+        if (this.tells(message)) this.took = [answer.seconds ?? 0, this.took[0]];
         await this.done(answer, message, since);
       } catch (error) {
         by("note").textContent = error instanceof TypeError ? "The program behind this page does not answer; it may have ended." : String(error.message);
@@ -44,10 +53,11 @@ class Lane {
 
 const knobOf = (name) => scene.knobs.find((knob) => knob.name === name) || null;
 const singles = (name) => scene.joint[name] || [name];
+// Static friction that nobody set is the friction of its contact; other numbers may have no value.
+const isSet = (name) => state.values[singles(name)[0]] !== null || name.startsWith("static_");
 const valueOf = (name) => {
   const single = singles(name)[0], value = state.values[single];
   if (value !== null) return value;
-  // Static friction that nobody set is the friction of its contact.
   return state.values[single.replace("static_", "")] ?? knobOf(single).low;
 };
 function axisOf(name) {
@@ -61,39 +71,40 @@ const startOf = () => {
   return { kind: state.start };
 };
 const common = () => ({ values: { ...state.values } });
+// The values that a panel over some parameters depends on: all others.
+const fixed = (...over) => {
+  const moved = new Set(over.flatMap(singles));
+  return { values: Object.fromEntries(Object.entries(state.values).filter(([name]) => !moved.has(name))) };
+};
 
 const lanes = {
   motion: new Lane("motion", () => ({ ...common(), dof: state.dof, start: startOf(), patience: state.dragging ? 0.15 : 2 }), gotMotion),
   loci: new Lane("loci", () => {
     const { name, low, high } = axisOf(state.x);
-    return { ...common(), x: [name, low, high], count: state.dragging ? COARSE.loci : FINE.loci, critical: !state.dragging };
-  }, gotLoci),
+    return { ...fixed(name), x: [name, low, high], count: state.dragging ? COARSE.loci : FINE.loci, critical: !state.dragging };
+  }, gotLoci, ({ count }) => count === COARSE.loci),
   map: new Lane("map", () => {
-    const [x, y] = [axisOf(state.x), axisOf(state.y)], [columns, rows] = mapCells();
-    return { ...common(), x: [x.name, x.low, x.high], y: [y.name, y.low, y.high], columns, rows };
-  }, gotMap),
+    const [x, y] = [axisOf(state.x), axisOf(state.y)], [columns, rows] = mapFine ? FINE.map : COARSE.map;
+    return { ...fixed(x.name, y.name), x: [x.name, x.low, x.high], y: [y.name, y.low, y.high], columns, rows };
+  }, gotMap, ({ columns }) => columns === COARSE.map[0]),
 };
 
 // A map first in few cells; in many where these say that it will not take long.
-let mapFine = false;
-const mapCells = () => (mapFine ? FINE.map : COARSE.map);
-let mapOfValues = "";
+let mapFine = false, mapKey = "";
 function askMap() {
-  const moved = new Set([...singles(state.x), ...singles(state.y)]);
-  const key = JSON.stringify([state.x, state.y, Object.entries(state.values).filter(([name]) => !moved.has(name))]);
-  if (key === mapOfValues) return;
-  mapOfValues = key;
-  mapFine = false;
+  const key = JSON.stringify([state.x, state.y, fixed(state.x, state.y)]);
+  if (key !== mapKey) mapFine = false;
+  else mapFine ||= state.map?.image && lanes.map.took[0] * FINE.map[0] * FINE.map[1] / (COARSE.map[0] * COARSE.map[1]) < (state.dragging ? 0.05 : 3);
+  mapKey = key;
   lanes.map.ask();
 }
 
 function ask() {
   state.asked = performance.now();
   showPoint();
-  if (state.dragging && state.slow) {
-    by("note").textContent = "This scene is too large to follow live; it is computed when you let go.";
-    return;
-  }
+  const waits = state.dragging ? Object.keys(lanes).filter((name) => lanes[name].slow) : [];
+  if (waits.length) by("note").textContent = `This scene is too large to follow live; ${waits.join(" and ").replace("motion", "it")} ${waits.length > 1 ? "are" : "is"} computed when you let go.`;
+  if (waits.includes("motion")) return;
   lanes.motion.ask();
   lanes.loci.ask();
   askMap();
@@ -101,10 +112,8 @@ function ask() {
 
 function gotMotion(answer, message, since) {
   by("sentence").textContent = answer.sentence;
-  // The first answer also loads what it computes with, so one slow answer alone says nothing.
-  state.slow = Math.min(answer.seconds, state.seconds) > SLOW;
-  state.seconds = answer.seconds;
-  by("note").textContent = state.slow ? `Computed in ${shown(answer.seconds, 2)} s: too long to follow live, so while you drag only the point moves.` : "";
+  by("over").textContent = answer.cycle ? "over one period" : "at the end of the motion";
+  if (!state.dragging) by("note").textContent = lanes.motion.slow ? `Computed in ${shown(answer.seconds, 2)} s: too long to follow live, so while you drag only the point moves.` : "";
   const dofs = scene.sent.length + 1;
   if (answer.motion) {
     for (const name of ["motion", "way"]) answer[name] = unpacked(answer[name], answer.contacts, dofs);
@@ -114,7 +123,8 @@ function gotMotion(answer, message, since) {
   answer.values = message.values;
   state.motion = answer;
   const series = answer[state.cursor.series];
-  if (series && !(state.cursor.time >= series.begin && state.cursor.time <= series.end)) state.cursor.time = series.begin;
+  if (state.playing && state.dragging) advance(performance.now());
+  else if (series && !(state.cursor.time >= series.begin && state.cursor.time <= series.end)) state.cursor.time = series.begin;
   drawMotion();
   drawCursor();
   if (!lanes.loci.busy) plots.loci.drawn();
@@ -136,14 +146,9 @@ function gotLoci(answer, message) {
 
 function gotMap(answer, message) {
   const [x, low, high] = message.x, [y, below, above] = message.y;
-  state.map = answer.error ? null : mapOf(answer, message.columns, message.rows, { name: x, low, high }, { name: y, low: below, high: above });
-  if (answer.error) by("note").textContent = answer.error;
+  state.map = answer.error ? answer : mapFrom(answer, message.columns, message.rows, { name: x, low, high }, { name: y, low: below, high: above });
   plots.map.drawn();
-  const more = FINE.map[0] * FINE.map[1] / (message.columns * message.rows);
-  if (!answer.error && !mapFine && !lanes.map.wanted && answer.seconds * more < (state.dragging ? 0.05 : 3)) {
-    mapFine = true;
-    lanes.map.ask();
-  }
+  if (!answer.error && !mapFine) askMap();
 }
 
 function drawMotion() {
@@ -170,7 +175,7 @@ function drawCursor() {
   drawStructure(plots.structure, series, index, name === "motion" ? found.scale : found.wayScale);
   found.contacts.forEach((_, k) => {
     const plot = plots.portraits[k], ctx = plot?.begin(1);
-    if (plot) plot.clipped(() => plot.dot(ctx, series.displaced[index * c + k] * MICRO, series.slip[index * c + k], theme.ink, 5), 1);
+    if (plot) plot.clipped(() => plot.dot(ctx, series.displaced[index * c + k] * plot.factor, series.slip[index * c + k], theme.ink, 5), 1);
   });
   for (const [plot, own] of [[plots.ribbon, "motion"], [plots.way, "way"]]) {
     const ctx = plot.begin(1);
@@ -182,17 +187,18 @@ function drawCursor() {
 }
 
 let before = 0;
+function advance(now) {
+  const series = state.motion?.[state.cursor.series];
+  if (!series) return;
+  const slower = 10 ** Number(by("slower").value), length = series.end - series.begin;
+  const on = state.cursor.time - series.begin + Math.min(now - before, 120) / 1e3 / slower;
+  state.cursor.time = series.begin + (length > 0 && on >= 0 ? on % length : 0);
+  before = now;
+}
 function step(now) {
   if (!state.playing) return;
-  const series = state.motion?.[state.cursor.series];
-  // While the point is dragged, pictures of it come first.
-  if (series && now - before > (state.dragging ? 90 : 30)) {
-    const slower = 10 ** Number(by("slower").value), length = series.end - series.begin;
-    const on = state.cursor.time - series.begin + Math.min(now - before, 120) / 1e3 / slower;
-    state.cursor.time = series.begin + (length > 0 ? on % length : 0);
-    before = now;
-    drawCursor();
-  }
+  // While the point is dragged, time goes on with each picture of it.
+  if (now - before > 30 && !(state.dragging && lanes.motion.busy)) { advance(now); drawCursor(); }
   requestAnimationFrame(step);
 }
 function play(on) {
@@ -209,7 +215,11 @@ function showPoint() {
   plots.map.drawn();
   for (const row of document.querySelectorAll(".knob")) {
     const value = valueOf(row.dataset.name);
-    for (const input of row.querySelectorAll("input")) if (input !== document.activeElement || input.type === "range") input.value = String(Number(value.toPrecision(9)));
+    if (row.shown === value && isSet(row.dataset.name)) continue;
+    row.shown = value;
+    const [number, range] = row.querySelectorAll("input");
+    range.value = value;
+    if (number !== document.activeElement) number.value = isSet(row.dataset.name) ? String(Number(value.toPrecision(9))) : "";
   }
 }
 
@@ -219,7 +229,7 @@ function row(name) {
   element.dataset.name = name;
   const text = document.createElement("span");
   text.textContent = label;
-  const number = Object.assign(document.createElement("input"), { type: "number", step: "any" });
+  const number = Object.assign(document.createElement("input"), { type: "number", step: "any", placeholder: "not set" });
   const range = Object.assign(document.createElement("input"), { type: "range", min: low, max: high, step: "any" });
   number.setAttribute("aria-label", `${label}, as a number`);
   range.setAttribute("aria-label", label);
@@ -238,7 +248,6 @@ function row(name) {
 function rested() {
   if (!state.dragging) return;
   state.dragging = false;
-  mapOfValues = "";
   ask();
 }
 
@@ -342,7 +351,7 @@ function makePlots() {
   beside.id = "beside";
   box.append(beside);
   plots.portraits = Array.from({ length: count }, (_, k) => {
-    const plot = new Plot("beside", { hover: ({ x, y }) => `${shown(x, 4)} \u00b5m, ${shown(y, 4)} m/s` });
+    const plot = new Plot("beside", { hover: ({ x, y }) => `${shown(x, 4)} ${plot.unit}, ${shown(y, 4)} m/s` });
     plot.drawn = () => { if (state.motion?.motion && k < state.motion.contacts.length) { drawPortrait(plot, k, state.motion.motion, state.cursor.series === "way" ? state.motion.way : null); drawCursor(); } };
     return plot;
   });
@@ -429,7 +438,6 @@ function makePoint() {
 (async () => {
   readTheme();
   scene = await (await fetch("scene")).json();
-  scene.colourOf = Object.fromEntries(scene.statuses.map(({ letter, colour }) => [letter, colour]));
   for (const knob of scene.knobs) state.values[knob.name] = knob.value;
   by("title").textContent = `${scene.title}: stickslip explorer`;
   document.title = `${scene.title} - stickslip explorer`;

@@ -6,18 +6,21 @@ const decode = (text, Kind) => {
   for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
   return new Kind(bytes.buffer);
 };
-const MICRO = 1e6;
+// Displacements are in µm, large ones in mm: units a metre, and the unit's name.
+const unitOf = (largest) => (largest < 1e-2 ? [1e6, "\u00b5m"] : [1e3, "mm"]);
+const DASHES = { "-": [], "-.": [7, 3, 1.5, 3], ":": [2, 2], "--": [7, 4] };
 // Codes of the statuses that a click in the legend took out of the portraits.
 const hidden = new Set();
 
 // The legend of the statuses: a click takes one out of the portraits, or puts it back.
 function makeLegend(box, redraw) {
-  box.append(...scene.statuses.map(({ letter, name, colour }) => {
-    const item = document.createElement("button"), swatch = document.createElement("i"), code = letter.charCodeAt(0);
+  box.append(...scene.statuses.map(({ letter, name }) => {
+    const item = document.createElement("button"), swatch = document.createElement("canvas"), code = letter.charCodeAt(0);
     item.type = "button";
     item.className = "legend";
     item.setAttribute("aria-pressed", "true");
-    swatch.style.background = colour;
+    [swatch.width, swatch.height] = [22, 12];
+    bar(swatch.getContext("2d"), code, 0, 0, 22, 12);
     item.append(swatch, name);
     item.addEventListener("click", () => {
       if (!hidden.delete(code)) hidden.add(code);
@@ -63,7 +66,31 @@ function runsOf(series, k) {
   }
   return runs;
 }
-const colourOf = (code) => scene.colourOf[String.fromCharCode(code)] || theme.ink;
+const statusOf = (code) => scene.statuses.find(({ letter }) => letter.charCodeAt(0) === code);
+const colourOf = (code) => statusOf(code)?.colour || theme.ink;
+
+// White dots or lines across, as the hatching of the figures; a bar too narrow for them stays plain.
+const hatches = new Map();
+function hatchOf(code) {
+  if (!hatches.has(code)) {
+    const tile = document.createElement("canvas"), kind = statusOf(code)?.hatch[0];
+    tile.width = tile.height = 8;
+    const ctx = tile.getContext("2d");
+    ctx.strokeStyle = ctx.fillStyle = "#fff"; ctx.lineWidth = 1.2;
+    if (kind === ".") for (const [x, y] of [[2, 2], [6, 6]]) { ctx.beginPath(); ctx.arc(x, y, 0.9, 0, 7); ctx.fill(); }
+    else for (const shift of [-8, 0, 8]) {
+      ctx.beginPath(); ctx.moveTo(shift - 1, kind === "/" ? 9 : -1); ctx.lineTo(shift + 9, kind === "/" ? -1 : 9); ctx.stroke();
+    }
+    hatches.set(code, kind ? ctx.createPattern(tile, "repeat") : null);
+  }
+  return hatches.get(code);
+}
+function bar(ctx, code, x, y, width, height) {
+  ctx.fillStyle = colourOf(code);
+  ctx.fillRect(x, y, width, height);
+  const hatch = width >= 6 && height >= 6 ? hatchOf(code) : null;
+  if (hatch) { ctx.fillStyle = hatch; ctx.fillRect(x, y, width, height); }
+}
 
 function drawMap(plot, map, x, y, point) {
   const ctx = plot.begin();
@@ -82,6 +109,7 @@ function drawMap(plot, map, x, y, point) {
     });
   }
   plot.frame(x.label, y.label);
+  if (map?.error) write(plot, ctx, map.error);
   plot.clipped(() => {
     ctx.strokeStyle = theme.ink; ctx.lineWidth = 1; ctx.setLineDash([3, 3]); ctx.beginPath();
     ctx.moveTo(plot.X(point.x), plot.box.y); ctx.lineTo(plot.X(point.x), plot.box.y + plot.box.h);
@@ -92,7 +120,7 @@ function drawMap(plot, map, x, y, point) {
 }
 
 // The image of a map and the line on which the largest growth rate is zero, by marching squares.
-function mapOf(answer, columns, rows, x, y) {
+function mapFrom(answer, columns, rows, x, y) {
   const growth = decode(answer.growth, Float32Array), image = document.createElement("canvas");
   image.width = columns; image.height = rows;
   const ctx = image.getContext("2d"), pixels = ctx.createImageData(columns, rows);
@@ -155,19 +183,23 @@ function drawLoci(plot, loci, modes) {
 
 function write(plot, ctx, text) {
   ctx.fillStyle = theme.quiet; ctx.font = "12px system-ui, sans-serif"; ctx.textAlign = "center";
-  ctx.fillText(text.slice(0, 90), plot.box.x + plot.box.w / 2, plot.box.y + plot.box.h / 2);
+  // In as many lines as it needs.
+  const lines = text.match(/.{1,48}(\s|$)/g) || [];
+  lines.forEach((line, k) => ctx.fillText(line, plot.box.x + plot.box.w / 2, plot.box.y + plot.box.h / 4 + 16 * k));
 }
 
 // Phase portraits side by side: plots[k] is that of the k-th contact drawn.
 function drawPortrait(plot, k, motion, way) {
   const ctx = plot.begin();
   const c = motion.contacts.length, u = column(motion.displaced, c, k), v = column(motion.slip, c, k);
-  for (let i = 0; i < u.length; i++) u[i] *= MICRO;
+  const [factor, unit] = unitOf(Math.max(...extent(u, 0).map(Math.abs)));
+  plot.factor = factor; plot.unit = unit;
+  for (let i = 0; i < u.length; i++) u[i] *= factor;
   plot.auto = { x: extent(u), y: extent([...extent(v, 0), motion.speed[k]], 0.08) };
   plot.clipped(() => {
     if (way) {
       ctx.strokeStyle = theme.line; ctx.lineWidth = 0.8; ctx.beginPath();
-      for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(way.displaced[i * c + k] * MICRO), plot.Y(way.slip[i * c + k]));
+      for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(way.displaced[i * c + k] * factor), plot.Y(way.slip[i * c + k]));
       ctx.stroke();
     }
     ctx.strokeStyle = theme.ink; ctx.lineWidth = 1; ctx.setLineDash([5, 3]); ctx.beginPath();
@@ -175,21 +207,21 @@ function drawPortrait(plot, k, motion, way) {
     ctx.lineWidth = 2;
     for (const [code, first, last] of runsOf(motion, k)) {
       if (hidden.has(code)) continue;
-      ctx.strokeStyle = colourOf(code); ctx.beginPath();
+      ctx.strokeStyle = colourOf(code); ctx.setLineDash(DASHES[statusOf(code).style]); ctx.beginPath();
       for (let i = first; i <= last; i++) ctx[i > first ? "lineTo" : "moveTo"](plot.X(u[i]), plot.Y(v[i]));
       ctx.stroke();
     }
+    ctx.setLineDash([]);
   });
-  plot.frame(`contact ${scene.contacts[motion.contacts[k]]}: displacement, \u00b5m`, "velocity, m/s");
+  plot.frame(`contact ${scene.contacts[motion.contacts[k]]}: displacement, ${unit}`, "velocity, m/s");
 }
 
 function ribbon(plot, ctx, series, top, height) {
   const each = height / series.contacts.length;
   series.contacts.forEach((_, k) => {
     for (const [code, first, last] of runsOf(series, k)) {
-      ctx.fillStyle = colourOf(code);
       const a = plot.X(1e3 * series.time[first]), b = plot.X(1e3 * series.time[last]);
-      ctx.fillRect(a, top + k * each + 1, Math.max(b - a, 0.7), each - 2);
+      bar(ctx, code, a, top + k * each + 1, Math.max(b - a, 0.7), each - 2);
     }
   });
 }
@@ -208,15 +240,19 @@ function drawWay(plot, way, dof) {
   const ctx = plot.begin(), m = way.dofs, x = column(way.position, m, m - 1);
   let mean = 0;
   for (const value of x) mean += value / x.length;
-  for (let i = 0; i < x.length; i++) x[i] = (x[i] - mean) * MICRO;
-  plot.auto = { x: [1e3 * way.begin, 1e3 * way.end], y: extent(x, 0.1) };
+  for (let i = 0; i < x.length; i++) x[i] -= mean;
+  const [factor, unit] = unitOf(Math.max(...extent(x, 0).map(Math.abs)));
+  for (let i = 0; i < x.length; i++) x[i] *= factor;
+  // The statuses stand below the curve.
+  const [low, high] = extent(x, 0.08), below = (high - low) * 18 / Math.max(plot.box.h - 18, 18);
+  plot.auto = { x: [1e3 * way.begin, 1e3 * way.end], y: [low - below, high] };
   plot.clipped(() => {
     ctx.strokeStyle = theme.accent; ctx.lineWidth = 1; ctx.beginPath();
     for (let i = 0; i < way.count; i++) ctx[i ? "lineTo" : "moveTo"](plot.X(1e3 * way.time[i]), plot.Y(x[i]));
     ctx.stroke();
     ribbon(plot, ctx, way, plot.box.y + plot.box.h - 16, 16);
   });
-  plot.frame("time, ms", `${scene.dofs[dof]}, \u00b5m`);
+  plot.frame("time, ms", `${scene.dofs[dof]}, ${unit}`);
 }
 
 function drawLines(plot, lines) {
@@ -255,9 +291,9 @@ function drawEnergy(plot, rows) {
     for (const [part, work] of Object.entries(row.parts)) {
       const from = work < 0 ? below : above, to = from + work;
       if (work < 0) below = to; else above = to;
-      ctx.fillStyle = others[part] || scene.colourOf[part];
-      const a = plot.X(Math.min(from, to)), b = plot.X(Math.max(from, to));
-      ctx.fillRect(a, plot.box.y + r * each + 2, b - a, each - 4);
+      const a = plot.X(Math.min(from, to)), b = plot.X(Math.max(from, to)), top = plot.box.y + r * each + 2;
+      if (others[part]) { ctx.fillStyle = others[part]; ctx.fillRect(a, top, b - a, each - 4); }
+      else bar(ctx, part.charCodeAt(0), a, top, b - a, each - 4);
     }
   });
   plot.frame("mJ", "", { yticks: false });
@@ -268,20 +304,33 @@ function drawEnergy(plot, rows) {
 
 // The structure at an instant: bodies where they are, springs between them, sliders below the contacts.
 function drawStructure(plot, series, index, scale) {
-  const ctx = plot.begin(1), { bodies, springs, walls, sent } = scene, m = series.dofs;
+  const ctx = plot.begin(1), { bodies, springs, walls, faces } = scene, m = series.dofs;
+  scene.placeOf ??= new Map(scene.sent.map((dof, place) => [dof, place]));
   const xs = bodies.map((b) => b.x), ys = bodies.map((b) => b.y);
   const [x0, x1] = extent(xs, 0), [y0, y1] = extent(ys, 0);
-  const px = (x) => 50 + (plot.width - 100) * (x1 > x0 ? (x - x0) / (x1 - x0) : 0.5);
-  const py = (y) => plot.height - 52 - (plot.height - 88) * (y1 > y0 ? (y - y0) / (y1 - y0) : 0.5);
+  let [wide, high] = [(plot.width - 100) / (x1 - x0), (plot.height - 88) / (y1 - y0)];
+  // A mesh keeps its shape; places of a schematic have no scale.
+  if (faces.length) wide = high = Math.min(wide, high);
+  const px = (x) => plot.width / 2 + wide * (x - (x0 + x1) / 2);
+  const py = (y) => plot.height / 2 - 8 - high * (y - (y0 + y1) / 2);
   const size = Math.max(5, Math.min(11, 120 / Math.sqrt(bodies.length + 1) / 6));
   const places = bodies.map((body) => {
     let right = 0, up = 0;
     for (const [dof, r, u] of body.along) {
-      const q = series.position[index * m + sent.indexOf(dof)] - scale.middle[sent.indexOf(dof)];
+      const place = scene.placeOf.get(dof), q = series.position[index * m + place] - scale.middle[place];
       right += r * q; up += u * q;
     }
     return [px(body.x) + scale.factor * right, py(body.y) - scale.factor * up];
   });
+  if (faces.length) {
+    ctx.fillStyle = theme.wash; ctx.strokeStyle = theme.accent; ctx.lineWidth = 0.7;
+    for (const face of faces) {
+      ctx.beginPath();
+      for (const k of face) ctx.lineTo(...places[k]);
+      ctx.closePath(); ctx.fill(); ctx.stroke();
+    }
+    return;
+  }
   ctx.strokeStyle = theme.quiet; ctx.lineWidth = 1.3;
   const coil = (a, b) => {
     const [dx, dy] = [b[0] - a[0], b[1] - a[1]], long = Math.hypot(dx, dy) || 1, [nx, ny] = [-dy / long, dx / long];

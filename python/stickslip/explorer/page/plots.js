@@ -4,7 +4,7 @@
 const css = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 let theme = {};
 const readTheme = () => {
-  theme = Object.fromEntries(["ink", "paper", "quiet", "line", "accent"].map((n) => [n, css(`--${n}`)]));
+  theme = Object.fromEntries(["ink", "paper", "quiet", "line", "accent", "wash"].map((n) => [n, css(`--${n}`)]));
 };
 const shown = (value, digits = 4) => {
   if (value === null || !Number.isFinite(value)) return "";
@@ -99,7 +99,9 @@ class Plot {
     for (const tick of ticksOf(...range.x, Math.floor(w / 70))) {
       const px = this.X(tick);
       ctx.beginPath(); ctx.moveTo(px, y + h); ctx.lineTo(px, y + h + 4); ctx.stroke();
-      ctx.fillText(shown(tick), px, y + h + 6);
+      // The last number is not cut off by the margin.
+      const text = shown(tick);
+      ctx.fillText(text, Math.min(px, this.width - 1 - ctx.measureText(text).width / 2), y + h + 6);
     }
     ctx.fillText(xlabel, x + w / 2, y + h + 19);
     if (yticks) {

@@ -1,137 +1,93 @@
-"""The Craig-Bampton basis in contact coordinates, and the reduced matrices for each kind of boundary."""
+"""Craig and Bampton's reduced matrices in contact coordinates, which keep an inertia at the contacts.
+
+Craig, Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968): displacements are those
+that the contact coordinates p cause statically, and modes with these held, ``x = x0 + Psi p + Phi q``,
+``K_zz Psi_z = -K_zp``, ``K_zz Phi = M_zz Phi diag(w^2)``, ``Phi' M_zz Phi = 1``. With ``r = q + M_qp p`` mass
+does not couple p and r: ``M = diag(S, 1)``, ``S = M_pp - M_pq M_qp``, the inertia that the modes leave at
+the contacts. What is done with S is the choice of `boundary`.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Literal
-
 import numpy as np
 import scipy.linalg
-import scipy.sparse
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, splu
 
 from stickslip.faults import InputError
-from stickslip.fe.reduced.contact_coordinates import Coordinate, Matrices
+from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrices
+from stickslip.fe.reduced.lowest_modes import LowestModes
+from stickslip.fe.reduced.model import Boundary, Model, dual, projected
 from stickslip.scene.checks import Real
 from stickslip.scene.scene import Proportional, Scene
 
-Boundary = Literal["lumped", "consistent", "massless"]
 #: A mode whose stiffness is below this part of the largest one, by mass, is a free motion.
 STIFFLESS = 1e-13
 FREE = "scene: with its contacts held, the structure can still move freely; hold it somewhere, or by springs"
 
 
-class Held:
+class CraigBampton:
     """The structure with held contacts: what contact coordinates cause statically, and its lowest modes."""
 
-    def __init__(self, scene: Scene, matrices: Matrices) -> None:
-        self.matrices, b = matrices, matrices.count
-        self.stiffness = scipy.sparse.csc_array(matrices.stiffness[b:, b:])
-        self.mass = scipy.sparse.csc_array(matrices.mass[b:, b:])
+    def __init__(self, scene: Scene, boundary: Boundary) -> None:
+        self.scene, self.boundary = scene, boundary
+        self.matrices = matrices = contact_matrices(scene)
+        self.kinds, b = matrices.kinds, matrices.count
         try:
-            self.factor = splu(self.stiffness, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True})
+            self.modes = LowestModes(matrices.stiffness[b:, b:], matrices.mass[b:, b:], 0.0)
         except RuntimeError:
             raise InputError(FREE) from None
-        side = matrices.stiffness[b:, :b].toarray()
-        self.static: Real = np.vstack([np.eye(b), -self.factor.solve(side)])
+        solve = self.modes.factor.solve
+        self.static: Real = np.vstack([np.eye(b), -solve(matrices.stiffness[b:, :b].toarray())])
         force = matrices.transform.T @ scene.force
-        #: How constant forces displace it, over contact coordinates and over the dofs of the scene.
-        self.moved: Real = np.concatenate([np.zeros(b), self.factor.solve(force[b:])])
-        self.offset: Real = matrices.transform @ self.moved
-        self._squares, self._shapes = np.zeros(0), np.zeros((self.mass.shape[0], 0))
+        #: How constant forces displace it, over contact coordinates.
+        self.moved: Real = np.concatenate([np.zeros(b), solve(force[b:])])
 
-    def modes(self, count: int) -> tuple[Real, Real]:
-        """Return squares of angular frequencies and mass-normalised shapes of the lowest modes.
+    def model(self, count: int) -> Model:
+        """Return the reduced matrices with so many modes.
 
         Raises
         ------
         InputError
-            If one of them is a free motion, or they are not found.
+            If a mode is a free motion, or the inertia left at the contacts is not positive.
         """
-        if count > self._squares.size:
-            size = self.mass.shape[0]
-            inverse = LinearOperator((size, size), self.factor.solve, dtype=float)
-            start = np.random.default_rng(0).standard_normal(size)
-            try:
-                squares, shapes = eigsh(self.stiffness, count, self.mass, sigma=0.0, OPinv=inverse, v0=start)
-            except ArpackNoConvergence:
-                raise InputError(f"modes: {count} modes with held contacts are not found") from None
-            order = np.argsort(squares)
-            self._squares, self._shapes = squares[order], shapes[:, order]
-            largest = np.abs(self.stiffness.diagonal()).max() / np.abs(self.mass.diagonal()).max()
-            if not self._squares[0] > STIFFLESS * largest:
-                raise InputError(FREE)
-        return self._squares[:count], self._shapes[:, :count]
-
-    def below(self, frequency: float, most: int) -> int:
-        """Return the number of modes up to a frequency, Hz, at least one and not above `most`."""
-        count, square = min(most, 20), (2.0 * np.pi * frequency) ** 2
-        while self.modes(count)[0][-1] <= square and count < most:
-            count = min(most, 2 * count)
-        return max(1, int((self.modes(count)[0] <= square).sum()))
-
-
-@dataclass(frozen=True, eq=False)
-class Model:
-    """Reduced matrices over (p, r), named as in `Matrices`, and what leads to them and back."""
-
-    squares: Real
-    #: x = offset + basis y
-    basis: Real
-    #: y = dual (x - offset)
-    dual: Real
-    mass: Real
-    damping: Real
-    gyroscopic: Real | None
-    stiffness: Real
-    circulatory: Real | None
-    force: Real
-    lumping: str
-
-
-def reduced_model(held: Held, scene: Scene, boundary: Boundary, count: int) -> Model:
-    """Return the reduced matrices with so many modes.
-
-    Raises
-    ------
-    InputError
-        If the inertia left at the contacts is not positive.
-    """
-    matrices, b = held.matrices, held.matrices.count
-    squares, shapes = held.modes(count)
-    modal = np.vstack([np.zeros((b, count)), shapes])
-    coupling = modal.T @ (matrices.mass @ held.static)
-    local = np.hstack([held.static - modal @ coupling, modal])
-    left = held.static.T @ (matrices.mass @ held.static) - coupling.T @ coupling
-    inertia, lumping = _inertia(0.5 * (left + left.T), boundary, matrices.kinds)
-    mass = scipy.linalg.block_diag(inertia, np.eye(count))
-    bound = held.static.T @ (matrices.stiffness @ held.static) + coupling.T @ (squares[:, None] * coupling)
-    side = -coupling.T * squares
-    stiffness = np.block([[0.5 * (bound + bound.T), side], [side.T, np.diag(squares)]])
-
-    def projected(matrix: Any, sign: float) -> Real:
-        small = local.T @ (matrix @ local)
-        both: Real = 0.5 * (small + sign * small.T)
-        return both
-
-    if isinstance(scene.damping, Proportional):
-        # Of the reduced matrices, so that it stays proportional.
-        damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
-    else:
-        damping = projected(matrices.damping, 1.0)
-    gyroscopic = None if matrices.gyroscopic is None else projected(matrices.gyroscopic, -1.0)
-    force = matrices.transform.T @ scene.force - matrices.stiffness @ held.moved
-    circulatory = None
-    if matrices.circulatory is not None:
-        circulatory = local.T @ (matrices.circulatory @ local)
-        force = force - matrices.circulatory @ held.moved
-    basis = matrices.transform @ local
-    weight = scene.mass[:, None] if np.ndim(scene.mass) == 1 else None
-    weighted = basis[:, b:] * weight if weight is not None else scene.mass @ basis[:, b:]
-    dual = np.vstack([matrices.directions.T.toarray(), weighted.T])
-    return Model(
-        squares, basis, dual, mass, damping, gyroscopic, stiffness, circulatory, local.T @ force, lumping
-    )
+        scene, matrices, b = self.scene, self.matrices, self.matrices.count
+        squares, shapes = self.modes(count)
+        largest = np.abs(self.modes.stiffness.diagonal()).max() / np.abs(self.modes.mass.diagonal()).max()
+        if not squares[0] > STIFFLESS * largest:
+            raise InputError(FREE)
+        modal = np.vstack([np.zeros((b, count)), shapes])
+        coupling = modal.T @ (matrices.mass @ self.static)
+        local = np.hstack([self.static - modal @ coupling, modal])
+        left = projected(self.static, matrices.mass, 1.0) - coupling.T @ coupling
+        inertia, lumping = _inertia(left, self.boundary, matrices.kinds)
+        mass = scipy.linalg.block_diag(inertia, np.eye(count))
+        bound = projected(self.static, matrices.stiffness, 1.0) + coupling.T @ (squares[:, None] * coupling)
+        side = -coupling.T * squares
+        stiffness = np.block([[0.5 * (bound + bound.T), side], [side.T, np.diag(squares)]])
+        if isinstance(scene.damping, Proportional):
+            # Of the reduced matrices, so that it stays proportional.
+            damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
+        else:
+            damping = projected(local, matrices.damping, 1.0)
+        gyroscopic = None if matrices.gyroscopic is None else projected(local, matrices.gyroscopic, -1.0)
+        force = matrices.transform.T @ scene.force - matrices.stiffness @ self.moved
+        circulatory = None
+        if matrices.circulatory is not None:
+            circulatory = local.T @ (matrices.circulatory @ local)
+            force = force - matrices.circulatory @ self.moved
+        basis = matrices.transform @ local
+        return Model(
+            squares=squares,
+            basis=basis,
+            offset=matrices.transform @ self.moved,
+            dual=dual(scene, matrices.directions, basis[:, b:]),
+            mass=mass,
+            damping=damping,
+            gyroscopic=gyroscopic,
+            stiffness=stiffness,
+            circulatory=circulatory,
+            force=local.T @ force,
+            lumping=lumping,
+        )
 
 
 def _inertia(left: Real, boundary: Boundary, kinds: tuple[Coordinate, ...]) -> tuple[Real, str]:

@@ -1,10 +1,6 @@
-"""Reduced models that fit the contact law: Craig-Bampton in contact coordinates.
+"""Reduced models that fit the contact law: contact coordinates and modes.
 
-Craig, Bampton, Coupling of substructures for dynamic analyses, AIAA Journal 6 (1968): displacements are those
-that the contact coordinates p cause statically, and modes with these held, ``x = x0 + Psi p + Phi q``,
-``K_zz Psi_z = -K_zp``, ``K_zz Phi = M_zz Phi diag(w^2)``, ``Phi' M_zz Phi = 1``. With ``r = q + M_qp p`` mass
-does not couple p and r: ``M = diag(S, 1)``, ``S = M_pp - M_pq M_qp``, the inertia that the modes leave at
-the contacts. What is done with S is the choice of `boundary`.
+With held contacts and their inertia (`craig_bampton`), or with free ones that have none (`macneal`).
 """
 
 from __future__ import annotations
@@ -19,11 +15,15 @@ import xarray as xr
 from scipy.optimize import linear_sum_assignment
 
 from stickslip.faults import InputError
-from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrices
-from stickslip.fe.reduced.craig_bampton import Boundary, Held, Model, reduced_model
+from stickslip.fe.reduced.contact_coordinates import Coordinate
+from stickslip.fe.reduced.craig_bampton import CraigBampton
+from stickslip.fe.reduced.macneal import MacNeal
+from stickslip.fe.reduced.model import Boundary, Model
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
+from stickslip.scene.contact import entries_of
+from stickslip.scene.loads.in_time import load_names
 from stickslip.scene.scene import Proportional, Scene, checked, checked_combination
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
@@ -44,13 +44,14 @@ class Reduction(Shown):
     Attributes
     ----------
     scene
-        The reduced scene: dofs ``t0, n0, t1, ...`` of the contacts, then ``q0, q1, ...`` of the modes.
+        The reduced scene: dofs ``t0, n0, t1, ...`` of the contacts, then ``q0, q1, ...`` of the modes,
+        with the loads in time of the full one.
     full
         The scene that was reduced.
     boundary
         ``lumped``, ``consistent`` or ``massless``.
     frequencies
-        Of the modes with held contacts, Hz, (q,).
+        Of the modes, Hz, (q,): with held contacts, or with the massless boundary of the free structure.
     basis, offset
         ``x = offset + basis y``: (n, m) and (n,), m. The offset is how constant forces displace the structure
         with held contacts; so their static effect is exact.
@@ -144,7 +145,11 @@ class Reduction(Shown):
         errors = self.errors.error.to_numpy()
         facts = [
             ("full", f"{self.full.size} dofs, {len(self.full.contacts)} contacts"),
-            ("reduced", f"{self.scene.size} dofs, {self.frequencies.size} of them modes with held contacts"),
+            (
+                "reduced",
+                f"{self.scene.size} dofs, {self.frequencies.size} of them modes "
+                f"{'of the free structure' if self.boundary == 'massless' else 'with held contacts'}",
+            ),
             ("boundary", f"{self.boundary}{self.errors.attrs['lumping']}"),
             (
                 "largest error",
@@ -178,7 +183,7 @@ def reduce(
     modes: int | None = None,
     modal_damping: float | None = None,
 ) -> Reduction:
-    """Return a reduced model with the same contacts: contact coordinates and modes with held contacts.
+    """Return a reduced model with the same contacts: contact coordinates and modes.
 
     Modes are added until every eigenvalue of the full scene in the band is met within the tolerance.
 
@@ -191,14 +196,15 @@ def reduce(
     boundary
         What becomes of the inertia S that the modes leave at the contacts. ``lumped``: row sums within the
         normal and within the tangential direction, so that an impact of one contact moves no other;
-        ``consistent``: kept, so that mass couples the contacts; ``massless``: left out, so that there are no
-        impacts.
+        ``consistent``: kept, so that mass couples the contacts. ``massless``: modes of the free structure in
+        place of those with held contacts, and no inertia at the contacts, so that there are no impacts; for
+        scenes without a circulatory matrix.
     tolerance
         Largest relative distance of an eigenvalue.
     combination
         Whose eigenvalues are compared; None: that of steady sliding.
     modes
-        Number of modes with held contacts; None: as the tolerance asks. With a number the errors are told,
+        Number of modes; None: as the tolerance asks. With a number the errors are told,
         whatever they are.
     modal_damping
         Damping ratio of the modes of the reduced structure without its contacts, added to the damping that
@@ -208,8 +214,8 @@ def reduce(
     ------
     InputError
         If the band or the tolerance is ill-posed, the structure can move freely while its contacts are held,
-        an inertia at a contact is not positive, or the boundary does not allow the tolerance however many
-        modes there are.
+        a massless boundary does not fit the scene, an inertia at a contact is not positive, or the boundary
+        does not allow the tolerance however many modes there are.
 
     Notes
     -----
@@ -221,8 +227,6 @@ def reduce(
         raise InputError(f"band: expected (lowest, highest) in Hz, got {band!r}")
     if boundary not in ("lumped", "consistent", "massless"):
         raise InputError(f"boundary: expected 'lumped', 'consistent' or 'massless', got {boundary!r}")
-    if boundary == "massless":
-        raise InputError("boundary: 'massless' needs contacts without mass, which scenes do not have yet")
     wanted = real_number("tolerance", tolerance)
     if not 0.0 < wanted < 1.0:
         raise InputError(f"tolerance: expected a number between 0 and 1, got {wanted:g}")
@@ -232,21 +236,20 @@ def reduce(
     if ratio is not None and not 0.0 <= ratio < 1.0:
         raise InputError(f"modal_damping: expected a ratio from 0 to below 1, got {ratio:g}")
     status = checked_combination(scene, combination)
-    matrices = contact_matrices(scene)
-    held = Held(scene, matrices)
+    basis = MacNeal(scene, float(ends[1])) if boundary == "massless" else CraigBampton(scene, boundary)
     found = complex_modes(scene, status, band=(float(ends[0]), float(ends[1])))
     full = _upper(found)
     if not full.size:
         raise InputError(f"band: the scene has no eigenvalue from {ends[0]:g} to {ends[1]:g} Hz")
-    most = min(MOST, scene.size - matrices.count - 1)
+    most = min(MOST, scene.size - len(basis.kinds) - 1)
     if modes is None:
-        count = held.below(ABOVE * ends[1], most)
+        count = basis.modes.below(ABOVE * ends[1], most)
     elif (count := whole_number("modes", modes, 1)) > most:
         raise InputError(f"modes: expected at most {most}, got {count}")
     best, fewer, waited = np.inf, 0, 0
     while True:
-        model = reduced_model(held, scene, boundary, count)
-        small = _scene(model, scene, matrices.kinds)
+        model = basis.model(count)
+        small = _scene(model, scene, basis.kinds)
         values, errors = matched(full, _upper(complex_modes(small, status)))
         worst = float(errors.max())
         if modes is not None or worst <= wanted:
@@ -274,12 +277,12 @@ def reduce(
         },
     )
     return Reduction(
-        small if not ratio else small.replace(damping=_with_modal_damping(model, small, ratio)),
+        small if not ratio else small.replace(damping=_with_modal_damping(model, boundary, ratio)),
         scene,
         boundary,
-        np.sqrt(model.squares) / (2.0 * np.pi),
+        np.sqrt(np.maximum(model.squares, 0.0)) / (2.0 * np.pi),
         model.basis,
-        held.offset,
+        model.offset,
         errors_of,
         model.dual,
     )
@@ -302,13 +305,16 @@ def matched(wanted: Complex, offered: Complex) -> tuple[Complex, Real]:
     return values, errors
 
 
-def _with_modal_damping(model: Model, small: Scene, ratio: float) -> Real:
+def _with_modal_damping(model: Model, boundary: Boundary, ratio: float) -> Real:
     """Return the damping of a reduced scene and of its real modes with open contacts, ``2 ratio w`` each."""
-    squares, shapes = scipy.linalg.eigh(model.stiffness, model.mass)
-    moved = model.mass @ shapes
-    added = (moved * (2.0 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ moved.T
-    before = 0.0 if small.damping is None else model.damping
-    damping: Real = before + 0.5 * (added + added.T)
+    if boundary == "massless":
+        still = len(model.mass) - model.squares.size
+        added = 2.0 * ratio * np.diag(np.sqrt(np.maximum(np.r_[np.zeros(still), model.squares], 0.0)))
+    else:
+        squares, shapes = scipy.linalg.eigh(model.stiffness, model.mass)
+        moved = model.mass @ shapes
+        added = (moved * (2.0 * ratio * np.sqrt(np.maximum(squares, 0.0)))) @ moved.T
+    damping: Real = model.damping + 0.5 * (added + added.T)
     return damping
 
 
@@ -321,6 +327,12 @@ def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
     damping: Any = scene.damping
     if damping is not None and not isinstance(damping, Proportional):
         damping = model.damping
+    loads = []
+    for load_name, load in zip(load_names(scene.loads), scene.loads, strict=True):
+        amplitude = np.zeros(scene.size)
+        for dof, value in entries_of(load_name, load.amplitude, scene.dofs):
+            amplitude[dof] = value
+        loads.append(dataclasses.replace(load, amplitude=model.basis.T @ amplitude))
     diagonal = np.diag(model.mass)
     return Scene(
         diagonal if np.count_nonzero(model.mass) == np.count_nonzero(diagonal) else model.mass,
@@ -334,4 +346,5 @@ def _scene(model: Model, scene: Scene, kinds: tuple[Coordinate, ...]) -> Scene:
         impact_friction=scene.impact_friction,
         gyroscopic=model.gyroscopic,
         circulatory=model.circulatory,
+        loads=loads,
     )

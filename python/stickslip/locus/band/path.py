@@ -35,7 +35,7 @@ _DIRECTION = 1e-7
 #: Values at which the modes of the band are computed, at most.
 _VALUES = 33
 #: Error of an interpolant of projected entries, of the largest of its row: sums of large terms that cancel.
-_INTERPOLATED = 1e-9
+INTERPOLATED = 1e-9
 #: Width beyond the band, of its own, from which modes are taken into the space.
 _BEYOND = 0.1
 
@@ -143,13 +143,13 @@ class BandPath:
         together = np.concatenate(self.columns, axis=1)
         left, sizes, _ = scipy.linalg.svd(together, full_matrices=False)
         basis = left[:, sizes > _DIRECTION * sizes[0]] * self.scaling[:, None]
-        return _Projected(self.sliding, self.name, self.fixed, _INTERPOLATED, basis).path(
+        return Projected(self.sliding, self.name, self.fixed, INTERPOLATED, basis).path(
             self.lower, self.upper
         )
 
 
 @dataclass
-class _Projected(Interpolation):
+class Projected(Interpolation):
     """Samples of the reduced matrices projected on a basis, (m, r)."""
 
     basis: Real = field(default_factory=lambda: np.zeros((0, 0)))

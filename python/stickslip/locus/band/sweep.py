@@ -104,7 +104,7 @@ def swept_band(path: _core.Path, values: Real, region: Region) -> dict[str, Any]
     inside = region.holds(eigenvalues).any(axis=0)
     condition = np.array([point.condition for point in points])[:, inside]
     eigenvalues = eigenvalues[:, inside]
-    unstable = eigenvalues.real > _ERROR * np.minimum(condition, _DEFECTIVE) * np.abs(eigenvalues)
+    unstable = _grow(eigenvalues, condition)
     verdict = path.growth(values)
     return {
         "eigenvalue": eigenvalues,
@@ -117,6 +117,26 @@ def swept_band(path: _core.Path, values: Real, region: Region) -> dict[str, Any]
         "normal_force": verdict["normal_force"],
         "meetings": np.array(meetings),
     }
+
+
+def band_verdicts(path: _core.Path, values: Real, region: Region) -> dict[str, Any]:
+    """Return what `Path.growth` does at values, of the modes of a region; nan where it has none."""
+    verdict = path.growth(values)
+    eigenvalue = np.full(values.size, complex(np.nan, np.nan))
+    unstable = np.zeros(values.size, dtype=int)
+    with threadpool_limits(1, user_api="blas"):
+        for k, value in enumerate(values):
+            point = _Point.of(path, float(value))
+            inside = region.holds(point.eigenvalues) & (point.eigenvalues.imag >= 0.0)
+            found = point.eigenvalues[inside]
+            if found.size:
+                eigenvalue[k] = found[np.argmax(found.real)]
+                unstable[k] = np.count_nonzero(_grow(found, point.condition[inside]))
+    return {**verdict, "eigenvalue": eigenvalue, "unstable_modes": unstable}
+
+
+def _grow(eigenvalues: Complex, condition: Real) -> Any:
+    return eigenvalues.real > _ERROR * np.minimum(condition, _DEFECTIVE) * np.abs(eigenvalues)
 
 
 def _joined(

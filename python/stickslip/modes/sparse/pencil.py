@@ -75,9 +75,10 @@ class SparsePencil:
         """Return ``P(value)``."""
         return scipy.sparse.csc_array(value * (value * self.mass + self.damping) + self.stiffness)
 
-    def factors(self, value: complex) -> Any:
-        """Return the sparse LU of ``P(value)``."""
-        return _factors(self.at(value), "NATURAL")
+    def factors(self, value: complex, side: str = "N") -> Any:
+        """Return the sparse LU of ``P(value)``, or of its transpose: side "T"."""
+        matrix = self.at(value)
+        return _factors(matrix if side == "N" else scipy.sparse.csc_array(matrix.T), "NATURAL")
 
     def log_determinant(self, value: complex) -> complex:
         """Return ``log det P(value)``, its imaginary part up to a multiple of 2 pi."""

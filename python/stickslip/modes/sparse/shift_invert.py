@@ -12,7 +12,6 @@ a block, because one vector finds one copy only of a multiple eigenvalue.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -97,23 +96,22 @@ def search_near(
     unit = abs(shift) or pencil.frequency
     aside = shift + _ASIDE * (1.0 + 1.0j) * unit
     try:
-        factors = pencil.factors(shift)
+        krylov = _Krylov(pencil, shift, unit, "N")
     except RuntimeError:
         if moves == 0:
             raise
         return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     random = np.random.default_rng(seed)
     start = random.standard_normal((2 * size, block)) + 1j * random.standard_normal((2 * size, block))
-    values, states, reach, dimensions = _Krylov(pencil, shift, unit, factors, "N").nearest(
-        start, count, radius
-    )
+    values, states, reach, dimensions = krylov.nearest(start, count, radius)
     # With an eigenvalue at the shift that one alone converges, or none.
     if np.abs(values - shift).min(initial=0.0 if values.size == 0 else np.inf) <= _SINGULAR * unit and moves:
         return search_near(pencil, aside, count, radius, seed=seed, block=block, moves=moves - 1)
     if values.size == 0:
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
-    others, duals, *_ = _Krylov(pencil, shift, unit, factors, "T").nearest(
+    del krylov
+    others, duals, *_ = _Krylov(pencil, shift, unit, "T").nearest(
         start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), dimensions
     )
     pairs = _matched(values, others, unit)
@@ -126,112 +124,82 @@ def search_near(
     return Found(shift, min(reach, missed), values, right, left)
 
 
-@dataclass(frozen=True)
 class _Krylov:
-    """Block Arnoldi of the inverted companion problem, or of that of the transposed pencil."""
+    """Block Arnoldi of the inverted companion problem, or of that of the transposed pencil.
 
-    pencil: SparsePencil
-    shift: complex
-    unit: float
-    factors: Any
-    side: str
+    Either has factors of its own: SuperLU solves with those of a transposed matrix one vector after the
+    other, which takes three times as long as a block, and soon longer than factors do.
+    """
 
-    def operator(self) -> Callable[[Complex], Complex]:
-        """Return the step ``y -> w``, in units of time in which `unit` is 1."""
-        mass, damping = self.pencil.mass, self.pencil.damping
-        if self.side == "T":
+    def __init__(self, pencil: SparsePencil, shift: complex, unit: float, side: str) -> None:
+        self.shift, self.unit, self.size = shift, unit, pencil.size
+        mass, damping = pencil.mass, pencil.damping
+        if side == "T":
             mass, damping = mass.T, damping.T
-        inertia = (self.unit * mass).tocsr()
-        drag = (damping + self.shift * mass).tocsr()
-        size, unit, shift = self.pencil.size, self.unit, self.shift / self.unit
-        factors, side = self.factors, self.side
-
-        def step(y: Complex) -> Complex:
-            upper, lower = y[:size], y[size:]
-            w = factors.solve(-unit * (inertia @ lower + drag @ upper), side)
-            return np.concatenate([w, upper + shift * w])
-
-        return step
+        # In units of time in which `unit` is 1.
+        self.moved = scipy.sparse.csr_array(
+            scipy.sparse.hstack([-unit * (damping + shift * mass), -(unit**2) * mass])
+        )
+        self.factors = pencil.factors(shift, side)
 
     def nearest(
         self, start: Complex, count: int, radius: float, begin: int = 0
     ) -> tuple[Complex, Complex, float, int]:
         """Return eigenvalues, companion vectors (2m, k), the radius that holds no others, and dimensions.
 
+        Both halves of all Krylov vectors lie in one space that is half as long, and grows by w_1 alone (Lu,
+        Su, Bai, SIAM J. Matrix Anal. Appl. 37, 2016): kept are a basis of that and coordinates in it.
+
         `begin`: the dimension at which convergence is looked at first; 0: unknown.
         """
-        step = self.operator()
-        total = start.shape[0]
-        limit = min(total, _DIMENSIONS * count + 10 * _ROUND)
-        basis = np.empty(
-            (total, min(total, 2 * count + 2 * _ROUND) + start.shape[1]), dtype=complex, order="F"
-        )
-        projected = np.zeros((limit + start.shape[1] + 1, limit), dtype=complex)
-        known = 0
+        size, block = self.size, start.shape[1]
+        limit = min(2 * size, _DIMENSIONS * count + 10 * _ROUND)
+        space = _Orthonormal(size, 2 * count + 2 * _ROUND)
+        # Coordinates of upper and lower halves in turns: of a longer space, both follow.
+        krylov = _Orthonormal(2 * min(size, limit + 2 * block), limit + block)
+        projected = np.zeros((limit + block + 1, limit), dtype=complex)
 
-        def added(vectors: Complex, before: Any = None) -> int:
-            """Append what is new in the vectors; `before` takes their components along the basis."""
-            nonlocal basis, known
-            vectors = np.asfortranarray(vectors)
-            lengths = np.linalg.norm(vectors, axis=0)
-            before_round = lengths
-            for _ in range(2):
-                # Without a copy of the basis for its conjugate.
-                parts = zgemm(1.0, basis[:, :known], vectors, trans_a=2)
-                vectors = zgemm(-1.0, basis[:, :known], parts, beta=1.0, c=vectors, overwrite_c=True)
-                if before is not None:
-                    before[:known] += parts
-                after_round = np.linalg.norm(vectors, axis=0)
-                if (after_round > _KEPT * before_round).all():
-                    break
-                before_round = after_round
-            fresh = known
-            for k in range(vectors.shape[1]):
-                vector = vectors[:, k]
-                for _ in range(2):
-                    parts = basis[:, fresh:known].conj().T @ vector
-                    vector = vector - basis[:, fresh:known] @ parts
-                    if before is not None:
-                        before[fresh:known, k] += parts
-                length = np.linalg.norm(vector)
-                if known == total or length <= _DEPENDENT * lengths[k]:
-                    continue
-                if known == basis.shape[1]:
-                    wider = np.empty((total, min(total, 2 * known)), dtype=complex, order="F")
-                    wider[:, :known] = basis
-                    basis = wider
-                basis[:, known] = vector / length
-                if before is not None:
-                    before[known, k] = length
-                known += 1
-            return known - fresh
+        def put(upper: Complex, lower: Complex) -> Complex:
+            coordinates = np.empty((2 * len(upper), upper.shape[1]), dtype=complex, order="F")
+            coordinates[::2], coordinates[1::2] = upper, lower
+            return krylov.append(coordinates)
 
-        added(start)
+        both = space.append(np.concatenate([start[:size], start[size:]], axis=1))
+        put(both[:, :block], both[:, block:])
         done, check = 0, begin or (_ROUND if np.isfinite(radius) else max(_ROUND, 2 * count + count // 2))
         while True:
-            stop = min(known, done + start.shape[1], limit)
+            stop = min(krylov.count, done + block, limit)
             if stop > done:
-                added(step(basis[:, done:stop]), projected[:, done:stop])
+                rows = 2 * space.count
+                upper, lower = (krylov.columns[half:rows:2, done:stop] for half in (0, 1))
+                states = np.concatenate([space.columns @ upper, space.columns @ lower])
+                # By columns: scipy's product with several at once takes three times as long.
+                moved = np.stack([self.moved @ state for state in states.T], axis=1)
+                added = space.append(self.factors.solve(moved))
+                follows = self.shift / self.unit * added
+                follows[: len(upper)] += upper
+                parts = put(added, follows)
+                projected[: len(parts), done:stop] = parts
             # Nothing new: the space is invariant, and no more is to be had from this start.
-            ends = stop in (done, limit) or known == stop
+            ends = stop in (done, limit) or krylov.count == stop
             done = stop
             if ends or done >= check:
-                result, settled = self._ritz(
-                    basis[:, :done],
-                    projected[:done, :done],
-                    projected[done:known, :done],
-                    count,
-                    radius,
-                    known == done == total,
+                whole = krylov.count == done == 2 * size
+                theta, shapes, reach, settled = self._ritz(
+                    projected[:done, :done], projected[done : krylov.count, :done], count, radius, whole
                 )
                 if settled or ends:
-                    return (*result, done)
+                    coordinates = krylov.columns[: 2 * space.count, :done] @ shapes
+                    vectors = [space.columns @ coordinates[half::2] for half in (0, 1)]
+                    with np.errstate(divide="ignore", invalid="ignore"):
+                        values = self.shift + self.unit / theta
+                    return values, np.concatenate(vectors), reach, done
                 check = done + max(_ROUND // 2, done // 8)
 
     def _ritz(
-        self, basis: Complex, projected: Complex, rest: Complex, count: int, radius: float, whole: bool
-    ) -> tuple[tuple[Complex, Complex, float], bool]:
-        """Return the result so far, and whether all that is wanted has converged."""
+        self, projected: Complex, rest: Complex, count: int, radius: float, whole: bool
+    ) -> tuple[Complex, Complex, float, bool]:
+        """Return theta and shapes so far, the radius, and whether all that is wanted has converged."""
         theta, shapes = scipy.linalg.eig(projected)
         order = np.argsort(-np.abs(theta))
         theta, shapes = theta[order], shapes[:, order]
@@ -246,9 +214,56 @@ class _Krylov:
         reach = float(distance[kept - 1]) if kept else 0.0
         if whole and kept == theta.size:
             reach = np.inf
-        with np.errstate(divide="ignore", invalid="ignore"):
-            values = self.shift + self.unit / theta[:kept]
-        return (values, basis @ shapes[:, :kept], reach), settled
+        return theta[:kept], shapes[:, :kept], reach, settled
+
+
+class _Orthonormal:
+    """Orthonormal columns, and room for more."""
+
+    def __init__(self, rows: int, room: int) -> None:
+        self.rows, self.count = rows, 0
+        self._store = np.zeros((rows, room), dtype=complex, order="F")
+
+    @property
+    def columns(self) -> Complex:
+        """The columns so far, (rows, count)."""
+        return self._store[:, : self.count]
+
+    def append(self, vectors: Complex) -> Complex:
+        """Append what is new in some vectors; return their components along all columns, (count, k).
+
+        Columns and vectors may be shorter than all rows: the rest is zero.
+        """
+        vectors = np.asfortranarray(vectors)
+        before, (rows, width) = self.count, vectors.shape
+        if before + width > self._store.shape[1]:
+            wider = np.zeros((self.rows, 2 * (before + width)), dtype=complex, order="F")
+            wider[:, :before] = self.columns
+            self._store = wider
+        columns = self._store[:rows, :before]
+        components = np.zeros((before + width, width), dtype=complex)
+        lengths = left = np.linalg.norm(vectors, axis=0)
+        for _ in range(2):
+            # Without a copy of the columns for their conjugate.
+            parts = zgemm(1.0, columns, vectors, trans_a=2)
+            vectors = zgemm(-1.0, columns, parts, beta=1.0, c=vectors, overwrite_c=True)
+            components[:before] += parts
+            kept = np.linalg.norm(vectors, axis=0)
+            if (kept > _KEPT * left).all():
+                break
+            left = kept
+        for k in range(width):
+            vector, fresh = vectors[:, k], self._store[:rows, before : self.count]
+            for _ in range(2):
+                parts = fresh.conj().T @ vector
+                vector = vector - fresh @ parts
+                components[before : self.count, k] += parts
+            length = np.linalg.norm(vector)
+            if self.count < self.rows and length > _DEPENDENT * lengths[k]:
+                self._store[:rows, self.count] = vector / length
+                components[self.count, k] = length
+                self.count += 1
+        return components[: self.count]
 
 
 def _matched(values: Complex, others: Complex, unit: float) -> list[tuple[int, int]]:

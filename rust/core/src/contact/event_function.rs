@@ -180,25 +180,40 @@ pub(crate) fn contact_forces(
             })
             .collect();
     };
+    let mut forces = force_functionals(&rows, &force_map(scene, w, statuses));
+    if scene.drive.is_some() && !scene.dependents.is_empty() {
+        carry_along(scene, w, statuses, &mut forces);
+    }
+    forces
+}
+
+/// Adds to forces what it takes that held directions follow sliders that vibrate, where they are sums of others.
+fn carry_along(
+    scene: &Scene,
+    w: &DMatrix<f64>,
+    statuses: &[Status],
+    forces: &mut [(Functional, Functional)],
+) {
+    let (held, found) = dependent_forces(scene, w, statuses);
+    let of = |&row: &usize| Functional {
+        position: scene.carried_acceleration(scene.slot(row)),
+        ..Functional::default()
+    };
+    let carried: Vec<Functional> = held.iter().map(of).collect();
+    for (i, (friction, normal)) in forces.iter_mut().enumerate() {
+        for (k, force) in [(2 * i, friction), (2 * i + 1, normal)] {
+            let weights = found.of_rows.row(k);
+            let parts = weights.iter().zip(&carried).map(|(weight, part)| (-weight, part));
+            *force = force.plus(&Functional::sum(parts));
+        }
+    }
+}
+
+/// The forces (T, N) of all contacts per reaction, where contacts are coupled.
+fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f64> {
     if !scene.dependents.is_empty() {
         let (held, found) = dependent_forces(scene, w, statuses);
-        let of_reactions = &found.of_rows * w.select_rows(&held);
-        let mut forces = force_functionals(&rows, &of_reactions);
-        if scene.drive.is_some() {
-            let of = |&row: &usize| Functional {
-                position: scene.carried_acceleration(scene.slot(row)),
-                ..Functional::default()
-            };
-            let carried: Vec<Functional> = held.iter().map(of).collect();
-            for (i, (friction, normal)) in forces.iter_mut().enumerate() {
-                for (k, force) in [(2 * i, friction), (2 * i + 1, normal)] {
-                    let weights = found.of_rows.row(k);
-                    let parts = weights.iter().zip(&carried).map(|(weight, part)| (-weight, part));
-                    *force = force.plus(&Functional::sum(parts));
-                }
-            }
-        }
-        return forces;
+        return found.of_rows * w.select_rows(&held);
     }
     let size = 2 * statuses.len();
     let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
@@ -214,8 +229,18 @@ pub(crate) fn contact_forces(
             matrix[(t, n)] = -status.friction_sign() * law.friction;
         }
     }
-    let map = Factors::new(matrix).solve(held);
-    force_functionals(&rows, &map)
+    Factors::new(matrix).solve(held)
+}
+
+/// What friction beyond that of `friction` adds to the forces of coupled contacts, without itself: a column (T, N) of all
+/// of them for each newton against the slip of one. None where contacts are not coupled.
+pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
+    let statuses = combination.statuses();
+    let map = force_map(scene, scene.coordinates.delassus.as_ref()?, statuses);
+    // A load along a contact is a reaction less.
+    Some(DMatrix::from_fn(map.nrows(), statuses.len(), |row, contact| {
+        -statuses[contact].friction_sign() * map[(row, 2 * contact)]
+    }))
 }
 
 /// (T, N) of every contact as sums of the reactions (T, N) of all.
@@ -445,6 +470,7 @@ pub(crate) fn contact_forces_in(
     q: &[f64],
     u: &[f64],
 ) -> Vec<(f64, f64)> {
+    let scene = &*scene.at_slip(u);
     if scene.contacts_coupled() {
         let forces = contact_forces(scene, combination);
         return forces.iter().map(|(t, n)| (n.value(q, u), t.value(q, u))).collect();

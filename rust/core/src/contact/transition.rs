@@ -106,7 +106,8 @@ fn strike(scene: &Scene, contact: usize, u: &mut [f64]) {
     if scene.impact_friction {
         let normal_mass = scene.mass.get(law.normal, law.normal);
         let tangential_mass = scene.mass.get(law.tangential, law.tangential);
-        let limit = law.friction * (1.0 + law.restitution) * normal_mass * approach.abs();
+        let friction = scene.friction_at(contact, u);
+        let limit = friction * (1.0 + law.restitution) * normal_mass * approach.abs();
         let slip = u[law.tangential] - law.slider_speed;
         if tangential_mass * slip.abs() <= limit {
             u[law.tangential] = law.slider_speed;

@@ -17,7 +17,7 @@
 use std::borrow::Cow;
 
 use crate::contact::event_function::Functional;
-use crate::contact::event_function::contact_forces;
+use crate::contact::event_function::{contact_forces, contact_forces_in};
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::Contact;
@@ -170,12 +170,21 @@ impl FrictionForces {
         u: &'a [f64],
         rest: &'a [f64],
     ) -> impl Iterator<Item = ContactPower> + 'a {
-        self.forces.iter().zip(&scene.contacts).map(move |((friction, normal), law)| {
-            let (t, slip) = (friction.value(q, u), u[law.tangential] - law.slider_speed);
+        let of_laws = match scene.has_friction_laws() {
+            true => contact_forces_in(scene, &self.combination, q, u),
+            false => Vec::new(),
+        };
+        let contacts = self.forces.iter().zip(&scene.contacts).enumerate();
+        contacts.map(move |(contact, ((friction, normal), law))| {
+            let slip = u[law.tangential] - law.slider_speed;
+            let (n, t) = match of_laws.get(contact) {
+                Some(&forces) => forces,
+                None => (normal.value(q, u), friction.value(q, u)),
+            };
             ContactPower {
                 structure: t * rest[law.tangential],
                 slider: t * (law.slider_speed + slider_vibration(law, u, rest)),
-                wear: normal.value(q, u) * slip.abs(),
+                wear: n * slip.abs(),
             }
         })
     }
@@ -213,6 +222,14 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         sample.elastic.push(elastic);
 
         let mut acceleration = vec![0.0; moving.size];
+        let of_slip;
+        let equation = match moving.has_friction_laws() {
+            true => {
+                of_slip = EquationOfMotion::new(&moving.at_slip(velocities), combination)?;
+                &of_slip
+            }
+            false => &*equation,
+        };
         let fitted = equation.scene(moving);
         let mut residual = fitted.residual(1.0, moved, velocities);
         equation.accelerate(&mut residual, &mut acceleration);

@@ -259,8 +259,11 @@ impl<'a> Walk<'a> {
             let remaining = to - at;
             // Equal panels where the rate stays, so that none is a sliver.
             let panels = (rate * remaining / REACH).ceil().max(1.0);
-            let width = remaining / panels;
-            let end = if panels == 1.0 { to } else { at + width };
+            let mut width = remaining / panels;
+            let mut end = if panels == 1.0 { to } else { at + width };
+            if let Some(kink) = self.cursor.smooth_until(phase, at).filter(|&kink| kink < end) {
+                (width, end) = (kink - at, kink);
+            }
             for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
                 self.cursor.seek_local(phase, at + width * node);
                 self.accumulate(&friction, width * weight);

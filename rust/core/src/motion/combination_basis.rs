@@ -8,6 +8,7 @@ use crate::error::Error;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
 use crate::modes::spectrum::{Vectors, spectrum};
+use crate::motion::friction::operator::LawOperator;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
@@ -24,6 +25,8 @@ use crate::scene::status::Combination;
 pub(crate) enum Propagator {
     Modal(Box<ModalBasis>),
     Taylor(Box<TaylorOperator>),
+    /// By Taylor series of its nonlinear equation of motion.
+    Law(Box<LawOperator>),
     /// Each block of the scene by its own.
     Blocks(Vec<(Arc<Block>, Arc<CombinationBasis>)>),
 }
@@ -62,8 +65,15 @@ impl CombinationBasis {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
         };
+        let by_law = LawOperator::sliding(scene, combination).next();
         let large = scene.free(combination) > largest(scene);
-        let propagator = if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
+        let propagator = if let Some((contact, _)) = by_law {
+            if wanted == Wanted::Modes {
+                let combination = combination.to_string();
+                return Err(Error::NonlinearPhase { combination, contact });
+            }
+            Propagator::Law(Box::new(LawOperator::new(scene, combination, &functions)?))
+        } else if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
             series()?
         } else {
             let reduced = Reduced::new(scene, combination)?;
@@ -118,7 +128,7 @@ impl CombinationBasis {
     pub fn methods(&self) -> Vec<Method> {
         match &self.propagator {
             Propagator::Modal(_) => vec![Method::Modal],
-            Propagator::Taylor(_) => vec![Method::Taylor],
+            Propagator::Taylor(_) | Propagator::Law(_) => vec![Method::Taylor],
             Propagator::Blocks(parts) => {
                 parts.iter().flat_map(|(_, part)| part.methods()).collect()
             }
@@ -132,6 +142,7 @@ impl CombinationBasis {
         let propagator = match &self.propagator {
             Propagator::Modal(basis) => basis.numbers(),
             Propagator::Taylor(operator) => operator.numbers(),
+            Propagator::Law(operator) => operator.numbers(),
             Propagator::Blocks(parts) => parts.len(),
         };
         propagator + 2 * terms.sum::<usize>()
@@ -140,7 +151,7 @@ impl CombinationBasis {
     pub fn is_modal(&self) -> bool {
         match &self.propagator {
             Propagator::Modal(_) => true,
-            Propagator::Taylor(_) => false,
+            Propagator::Taylor(_) | Propagator::Law(_) => false,
             Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
         }
     }

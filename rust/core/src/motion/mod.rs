@@ -1,6 +1,7 @@
 //! The motion of one phase as polynomials with error bounds, by modes or by Taylor series.
 
 pub(crate) mod combination_basis;
+pub(crate) mod friction;
 pub(crate) mod method;
 pub(crate) mod method_cost;
 pub(crate) mod modal;

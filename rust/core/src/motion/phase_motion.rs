@@ -5,6 +5,8 @@ use std::sync::Arc;
 
 use crate::contact::event_function::EventFunction;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::friction::motion::LawMotion;
+use crate::motion::friction::operator::LawOperator;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::motion::ModalMotion;
 use crate::motion::panel::Panel;
@@ -19,6 +21,8 @@ pub(crate) struct Motion {
     basis: Arc<CombinationBasis>,
     modal: ModalMotion,
     taylor: TaylorMotion,
+    /// Where friction depends on slip speed.
+    law: Option<Box<LawMotion>>,
     /// Of a scene in blocks.
     blocks: Vec<BlockMotion>,
 }
@@ -41,6 +45,7 @@ pub(crate) struct CoupledMotion<'a> {
 enum Kind<'a> {
     Modal(&'a mut ModalMotion, &'a ModalBasis),
     Taylor(&'a mut TaylorMotion, &'a TaylorOperator),
+    Law(&'a mut LawMotion, &'a LawOperator),
 }
 
 impl Motion {
@@ -51,6 +56,7 @@ impl Motion {
             basis: Arc::clone(basis),
             modal: ModalMotion::default(),
             taylor: TaylorMotion::default(),
+            law: None,
             blocks: Vec::new(),
         };
         motion.restart(basis, q, u);
@@ -67,6 +73,11 @@ impl Motion {
             Propagator::Taylor(operator) => {
                 let scene = basis.scene(&self.scene);
                 self.taylor.restart(scene, operator, &basis.functions, q, u);
+            }
+            Propagator::Law(operator) => {
+                let law = self.law.get_or_insert_default();
+                let scene = basis.scene(&self.scene);
+                law.restart(scene, operator, &basis.functions, q, u);
             }
             Propagator::Blocks(parts) => {
                 self.blocks.truncate(parts.len());
@@ -92,6 +103,7 @@ impl Motion {
         match &self.basis.propagator {
             Propagator::Modal(_) => self.modal.start(),
             Propagator::Taylor(_) => self.taylor.start(),
+            Propagator::Law(_) => self.law.as_ref().map_or(0.0, |law| law.start()),
             Propagator::Blocks(_) => {
                 self.blocks.iter().map(|part| part.motion.start()).fold(0.0, f64::max)
             }
@@ -103,6 +115,7 @@ impl Motion {
         let kind = match &self.basis.propagator {
             Propagator::Modal(modal) => Kind::Modal(&mut self.modal, modal),
             Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
+            Propagator::Law(operator) => Kind::Law(self.law.as_mut()?, operator),
             Propagator::Blocks(_) => return None,
         };
         let scene = self.basis.scene(&self.scene);
@@ -123,6 +136,13 @@ impl Motion {
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
+            Propagator::Law(operator) => {
+                let Some(law) = &mut self.law else { return };
+                while time > law.end() {
+                    law.advance(self.basis.scene(&self.scene), operator);
+                }
+                law.state(operator, time - law.start(), q, u);
+            }
             Propagator::Blocks(parts) => {
                 for ((block, _), part) in parts.iter().zip(&mut self.blocks) {
                     part.motion.seek(time, &mut part.q, &mut part.u);
@@ -134,12 +154,23 @@ impl Motion {
         self.basis.complete(q, u);
     }
 
+    /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
+    pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
+        let Propagator::Law(operator) = &self.basis.propagator else { return None };
+        let law = self.law.as_mut()?;
+        while law.end() <= time {
+            law.advance(self.basis.scene(&self.scene), operator);
+        }
+        Some(law.end())
+    }
+
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have
     /// decayed below rounding of the velocity do not count. 1/s.
     pub fn growth_rate(&self, time: f64) -> f64 {
         match &self.basis.propagator {
             Propagator::Modal(modal) => self.modal.growth_rate(modal, time - self.modal.start()),
             Propagator::Taylor(operator) => operator.norm(),
+            Propagator::Law(operator) => self.law.as_ref().map_or(0.0, |law| law.rate(operator)),
             Propagator::Blocks(_) => {
                 let rates = self.blocks.iter().map(|part| part.motion.growth_rate(time));
                 rates.fold(0.0, f64::max)
@@ -154,6 +185,15 @@ impl CoupledMotion<'_> {
         match &self.kind {
             Kind::Modal(motion, _) => motion.start(),
             Kind::Taylor(motion, _) => motion.start(),
+            Kind::Law(motion, _) => motion.start(),
+        }
+    }
+
+    /// The contact whose law of friction would be negative from here on.
+    pub fn exhausted(&self) -> Option<usize> {
+        match &self.kind {
+            Kind::Law(motion, operator) => motion.exhausted(operator),
+            _ => None,
         }
     }
 
@@ -165,6 +205,7 @@ impl CoupledMotion<'_> {
             Kind::Taylor(motion, operator) => {
                 motion.expand(self.scene, operator, self.functions, panel);
             }
+            Kind::Law(motion, operator) => motion.expand(operator, self.functions, panel),
         }
     }
 
@@ -175,6 +216,7 @@ impl CoupledMotion<'_> {
             Kind::Taylor(motion, operator) => {
                 motion.advance(self.scene, operator);
             }
+            Kind::Law(motion, operator) => motion.advance(self.scene, operator),
         }
     }
 
@@ -183,6 +225,7 @@ impl CoupledMotion<'_> {
         match &mut self.kind {
             Kind::Modal(motion, modal) => motion.state(modal, offset, q, u),
             Kind::Taylor(motion, operator) => motion.state(operator, offset, q, u),
+            Kind::Law(motion, operator) => motion.state(operator, offset, q, u),
         }
         self.basis.complete(q, u);
     }

@@ -3,114 +3,20 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use nalgebra::DMatrix;
-
 use crate::error::Error;
-use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
-use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::contact_coordinates::Coordinates;
-use crate::scene::contact_law::{
-    Contact, ContactInput, Direction, Directions, Inertia, check_finite,
-};
+use crate::scene::contact_law::{Contact, Directions, Inertia};
 use crate::scene::dependent::sums::{Dependent, dependents_of};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::coupled_mass::CoupledMass;
+use crate::scene::input::proportions::proportions;
+use crate::scene::input::scene_input::{Damping, SceneInput};
+use crate::scene::input::validated::{Validated, unfit};
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
 use crate::scene::massless::coordinates::{Massless, Nodes, condensed_stiffness};
 use crate::scene::status::{Combination, Status};
-
-/// Mass as a user states it.
-#[derive(Debug, Clone)]
-pub enum Mass {
-    /// Diagonal, kg; 0 where a dof has no mass.
-    Lumped(Vec<f64>),
-    /// Symmetric, positive definite over the dofs whose rows are not zero, kg.
-    Full(DMatrix<f64>),
-    /// The same by its nonzero entries, kg.
-    Sparse(SparseMatrix),
-}
-
-/// Damping as a user states it.
-#[derive(Debug, Clone)]
-pub enum Damping {
-    /// `C = mass M + stiffness K`.
-    Proportional {
-        /// alpha, 1/s, not negative.
-        mass: f64,
-        /// beta, s, not negative.
-        stiffness: f64,
-    },
-    /// Any symmetric matrix, N s/m.
-    General(SparseMatrix),
-}
-
-/// Everything a scene is made of.
-#[derive(Debug, Clone)]
-pub struct SceneInput {
-    /// M, n by n, kg.
-    pub mass: Mass,
-    /// K, n by n, symmetric, N/m.
-    pub stiffness: SparseMatrix,
-    /// C, n by n, N s/m.
-    pub damping: Damping,
-    /// G, n by n, skew-symmetric, N s/m: forces of rotating parts, which do no work.
-    pub gyroscopic: Option<SparseMatrix>,
-    /// H, n by n, any matrix, N/m: forces that follow displacements without a potential, such as follower forces, or
-    /// friction that another program put into its stiffness.
-    pub circulatory: Option<SparseMatrix>,
-    /// F, n entries, N, constant in time.
-    pub force: Vec<f64>,
-    /// The contacts, in the order of the letters of a combination.
-    pub contacts: Vec<ContactInput>,
-    /// Whether an impact has a Coulomb impulse too, at most friction times the normal one; else it leaves tangential velocities.
-    pub impact_friction: bool,
-    /// Loads that depend on time.
-    pub loads: Loads,
-}
-
-impl SceneInput {
-    /// M, C + G, K + H, `K + (H + H') / 2` and `(H - H') / 2` over the dofs.
-    pub fn matrices(&self) -> [SparseMatrix; 5] {
-        let mass = match &self.mass {
-            Mass::Lumped(entries) => SparseMatrix::diagonal(entries),
-            Mass::Full(dense) => SparseMatrix::from_dense(dense),
-            Mass::Sparse(entries) => entries.clone(),
-        };
-        let damping = match &self.damping {
-            Damping::Proportional { mass: alpha, stiffness: beta } => {
-                let stiffness = condensed_stiffness(&mass, &self.stiffness);
-                mass.combined(*alpha, stiffness.as_ref().unwrap_or(&self.stiffness), *beta)
-            }
-            Damping::General(damping) => damping.clone(),
-        };
-        let damping = match &self.gyroscopic {
-            Some(gyroscopic) => damping.combined(1.0, gyroscopic, 1.0),
-            None => damping,
-        };
-        let stiffness = self.stiffness.clone();
-        let Some(h) = &self.circulatory else {
-            let none = SparseMatrix::from_rows(mass.size(), |_, _| ());
-            return [mass, damping, stiffness.clone(), stiffness, none];
-        };
-        let [symmetric, skew] = h.parts();
-        let elastic = stiffness.combined(1.0, &symmetric, 1.0);
-        [mass, damping, stiffness.combined(1.0, h, 1.0), elastic, skew]
-    }
-
-    /// D by columns: the tangential and the normal direction of every contact; zero where it has none.
-    pub fn directions(&self) -> Vec<Vec<f64>> {
-        let directions = self.contacts.iter().flat_map(|law| [&law.tangential, &law.normal]);
-        directions
-            .map(|direction| {
-                let mut column = vec![0.0; self.force.len()];
-                let entries = direction.iter().flat_map(Direction::nonzero);
-                entries.for_each(|(dof, entry)| column[dof] = entry);
-                column
-            })
-            .collect()
-    }
-}
 
 /// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
 /// gap of contact i is the coordinate `contacts[i].normal` and its slip the velocity of
@@ -131,6 +37,8 @@ pub struct Scene {
     /// Coordinates that are sums of others, because directions of contacts depend on each other.
     pub(crate) dependents: Vec<Dependent>,
     pub(crate) contacts: Vec<Contact>,
+    /// How friction depends on slip speed, by contact; `friction` of a contact is then its law at rest.
+    pub(crate) laws: Option<Arc<[Option<FrictionLaw>]>>,
     pub(crate) impact_friction: bool,
     pub(crate) coordinates: Coordinates,
     /// M in contact coordinates.
@@ -182,68 +90,19 @@ pub struct State {
 impl Scene {
     /// Validates the input and takes it to contact coordinates.
     pub fn new(input: SceneInput) -> Result<Self, Error> {
-        let size = match &input.mass {
-            Mass::Lumped(mass) => mass.len(),
-            Mass::Full(mass) => mass.nrows(),
-            Mass::Sparse(mass) => mass.size(),
-        };
-        if size == 0 {
-            return Err(unfit("mass", "at least one dof", "none".into()));
-        }
-        let mass = validated_mass(input.mass)?;
-        let square = format!("shape ({size}, {size})");
-        let check_size = |argument: &str, matrix: &SparseMatrix| {
-            if matrix.size() == size {
-                Ok(())
-            } else {
-                Err(unfit(argument, &square, format!("({0}, {0})", matrix.size())))
-            }
-        };
-        check_size("stiffness", &input.stiffness)?;
-        let stiffness = input.stiffness.validated_symmetric("stiffness")?;
-        // A matrix of zeros is none.
-        let present = |matrix: Option<SparseMatrix>| matrix.filter(|matrix| matrix.entries() > 0);
-        let mut gyroscopic = present(input.gyroscopic);
-        if let Some(matrix) = gyroscopic.take() {
-            check_size("gyroscopic", &matrix)?;
-            gyroscopic = Some(matrix.validated_skew("gyroscopic")?);
-        }
-        let circulatory = present(input.circulatory);
-        if let Some(matrix) = &circulatory {
-            check_size("circulatory", matrix)?;
-            matrix.check_finite("circulatory")?;
-        }
-        let damping = match input.damping {
-            Damping::Proportional { mass, stiffness } => {
-                for (field, value) in [("damping.mass", mass), ("damping.stiffness", stiffness)] {
-                    let requirement = if value.is_finite() { ">= 0" } else { "finite" };
-                    if !(value.is_finite() && value >= 0.0) {
-                        return Err(Error::Range { argument: field.into(), requirement, value });
-                    }
-                }
-                Damping::Proportional { mass, stiffness }
-            }
-            Damping::General(damping) => {
-                check_size("damping", &damping)?;
-                Damping::General(damping.validated_symmetric("damping")?)
-            }
-        };
-        if input.force.len() != size {
-            let expected = format!("shape ({size},)");
-            return Err(unfit("force", &expected, format!("({},)", input.force.len())));
-        }
-        check_finite("force", &input.force)?;
-        for (contact, law) in input.contacts.iter().enumerate() {
-            law.validate(contact, size)?;
-        }
-        input.loads.validate(size, input.contacts.len())?;
-        let mut force = input.force;
-        for load in &input.loads.steps {
-            load.direction.iter().for_each(|&(dof, entry)| force[dof] += load.values[0] * entry);
-        }
-
-        let dofs = size;
-        let nodes = Nodes::new(dofs, &input.contacts);
+        let Validated {
+            mass,
+            stiffness,
+            damping,
+            gyroscopic,
+            circulatory,
+            mut force,
+            contacts: inputs,
+            impact_friction,
+            loads,
+        } = Validated::new(input)?;
+        let dofs = force.len();
+        let nodes = Nodes::new(dofs, &inputs);
         let size = nodes.size;
         let lacks = |dof: &usize| mass.get(*dof, *dof) == 0.0;
         let massless = (0..dofs).any(|dof| lacks(&dof));
@@ -281,7 +140,7 @@ impl Scene {
                 }
             }
         }
-        let laws = nodes.contacts(&input.contacts);
+        let laws = nodes.contacts(&inputs);
         let mass = nodes.padded(mass);
         let stiffness = nodes.with_springs(stiffness);
         let damping = match damping {
@@ -353,7 +212,7 @@ impl Scene {
         }
         let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &coordinates.slots)?;
         let mut force = coordinates.forces_of_dofs(&force);
-        for (contact, law) in contacts.iter().zip(&input.contacts) {
+        for (contact, law) in contacts.iter().zip(&inputs) {
             if contact.directions == Directions::Tangential {
                 force[contact.normal] = -law.normal_force;
             }
@@ -377,7 +236,8 @@ impl Scene {
             condensed: false,
             dependents,
             contacts,
-            impact_friction: input.impact_friction,
+            laws: None,
+            impact_friction,
             coordinates,
             mass,
             coupled_mass,
@@ -386,7 +246,7 @@ impl Scene {
             stiffness,
             energy_parts,
             force,
-            loads: input.loads,
+            loads,
             drive: None,
             bare: None,
         })
@@ -589,71 +449,6 @@ impl Scene {
             }
         }
         Ok(())
-    }
-}
-
-/// (alpha, beta) of a matrix that is `alpha M`, `beta K` or zero to the last bit. A matrix with both parts was rounded
-/// when it was summed, and is taken as it is.
-fn proportions(
-    damping: &SparseMatrix,
-    mass: &SparseMatrix,
-    stiffness: &SparseMatrix,
-) -> Option<(f64, f64)> {
-    let size = damping.size();
-    let entries = |matrix: &SparseMatrix, factor: f64| {
-        let nonzero =
-            |row| matrix.row(row).map(move |(column, value)| (row, column, factor * value));
-        (0..size).flat_map(nonzero).filter(|entry| entry.2 != 0.0).collect::<Vec<_>>()
-    };
-    let given = entries(damping, 1.0);
-    let Some(&(row, column, value)) = given.first() else { return Some((0.0, 0.0)) };
-    let factor = |matrix: &SparseMatrix| {
-        let factor = value / matrix.get(row, column);
-        (factor > 0.0 && factor.is_finite() && entries(matrix, factor) == given).then_some(factor)
-    };
-    let by_mass = factor(mass).map(|alpha| (alpha, 0.0));
-    by_mass.or_else(|| factor(stiffness).map(|beta| (0.0, beta)))
-}
-
-fn unfit(argument: &str, expected: &str, got: String) -> Error {
-    Error::Shape { argument: argument.to_owned(), expected: expected.to_owned(), got }
-}
-
-/// The mass in compressed rows; positive definite by Cholesky pivots over the dofs that have any.
-fn validated_mass(mass: Mass) -> Result<SparseMatrix, Error> {
-    match mass {
-        Mass::Lumped(mass) => {
-            check_finite("mass", &mass)?;
-            match mass.iter().position(|&entry| entry < 0.0) {
-                Some(dof) => Err(Error::IndefiniteMass { dof, value: mass[dof] }),
-                None => Ok(SparseMatrix::diagonal(&mass)),
-            }
-        }
-        Mass::Full(mass) => {
-            if !mass.is_square() {
-                let (rows, columns) = mass.shape();
-                return Err(unfit("mass", "shape (n,) or (n, n)", format!("({rows}, {columns})")));
-            }
-            let mass = SparseMatrix::from_dense(&mass).validated_symmetric("mass")?;
-            let heavy: Vec<usize> =
-                (0..mass.size()).filter(|&dof| mass.row(dof).any(|entry| entry.1 != 0.0)).collect();
-            cholesky(&mass.restricted(&heavy).to_dense())
-                .map_err(|(row, value)| Error::IndefiniteMass { dof: heavy[row], value })?;
-            Ok(mass)
-        }
-        Mass::Sparse(mass) => {
-            let mass = mass.validated_symmetric("mass")?;
-            let entry = |dof: usize| mass.get(dof, dof);
-            if let Some(dof) = (0..mass.size()).find(|&dof| !(entry(dof) > 0.0)) {
-                return Err(Error::IndefiniteMass { dof, value: entry(dof) });
-            }
-            // Pivots that are no more than rounding of their diagonal entries are none.
-            let least = mass.combined(1.0, &mass.diagonal_part(), -INDEFINITE);
-            match SparseCholesky::new(&least) {
-                Ok(_) => Ok(mass),
-                Err(dof) => Err(Error::IndefiniteSparseMass { dof }),
-            }
-        }
     }
 }
 

@@ -6,6 +6,7 @@ use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::Dependent;
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::loads::input::Loads;
 use crate::scene::model::{EnergyParts, Scene, coupled_mass};
 use crate::scene::status::Combination;
@@ -119,7 +120,11 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
         .expect("a block of a positive definite mass");
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
+    let friction = |all: &Arc<[Option<FrictionLaw>]>| {
+        contacts.iter().map(|&contact| all[contact].clone()).collect()
+    };
     let part = Scene {
+        laws: scene.laws.as_ref().map(friction),
         dependents,
         size: coordinates.len(),
         dofs,

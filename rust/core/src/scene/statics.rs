@@ -9,7 +9,6 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
 use crate::linalg::dense::{Factors, regular_solution, smallest_relative_pivot, solve};
-use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseLu;
 use crate::numerics::complementarity::{self, Complementarity};
 use crate::numerics::double_double::Doubled;
@@ -21,6 +20,8 @@ use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the scaled matrix) below which an equilibrium is not unique.
 const SINGULAR: f64 = 1e-13;
+/// Coordinates up to which an equilibrium takes dense factors.
+const DENSE: usize = 100;
 /// Exchanges of open and closed stops after which they are given up; as a rule two or three of them find it.
 const EXCHANGES: usize = 40;
 /// A normal force below this part of its terms is lost in their rounding.
@@ -117,8 +118,17 @@ impl Statics {
     }
 
     pub(crate) fn steady(&self, combination: &Combination, stiffness: DMatrix<f64>) -> Steady {
+        self.steady_at(combination, || regular_solution(stiffness, &self.load))
+    }
+
+    /// The same where `K_s^-1 load` is known; None: the stiffness is singular.
+    fn steady_at(
+        &self,
+        combination: &Combination,
+        rest: impl FnOnce() -> Option<DVector<f64>>,
+    ) -> Steady {
         let stuck = combination.statuses().contains(&Status::Sticking);
-        let margins = match regular_solution(stiffness, &self.load).filter(|_| !stuck) {
+        let margins = match if stuck { None } else { rest() } {
             Some(q) => margins(&self.rows, &self.offsets, &q),
             None => vec![f64::NAN; self.offsets.len()],
         };
@@ -174,7 +184,8 @@ impl Scene {
         if !self.dependents.is_empty() {
             return Ok(self.dependent_equilibrium()?.state);
         }
-        let contacts = StaticContacts::new(self)?;
+        let scene = self.at_steady_sliding();
+        let contacts = StaticContacts::new(&scene)?;
         Ok(contacts.equilibrium(&contacts.open()?).state)
     }
 
@@ -235,7 +246,8 @@ impl Scene {
         if !self.dependents.is_empty() {
             return Ok((self.dependent_equilibrium()?, Uniqueness::Unknown));
         }
-        let contacts = StaticContacts::new(self)?;
+        let scene = self.at_steady_sliding();
+        let contacts = StaticContacts::new(&scene)?;
         let open = contacts.open()?;
         let uniqueness = match contacts.problem().uniqueness(&open) {
             complementarity::Uniqueness::Proved => Uniqueness::Proved,
@@ -249,9 +261,22 @@ impl Scene {
 
     /// Whether steady sliding of a combination exists.
     pub fn steady(&self, combination: &Combination) -> Result<Steady, Error> {
-        let reduced = Reduced::new(self, combination)?;
-        let statics = Statics::new(self, &reduced)?;
-        Ok(statics.steady(combination, reduced.stiffness))
+        let scene = &*self.at_steady_sliding();
+        if scene.size <= DENSE {
+            let reduced = Reduced::new(scene, combination)?;
+            let statics = Statics::new(scene, &reduced)?;
+            return Ok(statics.steady(combination, reduced.stiffness));
+        }
+        scene.check_combination(combination)?;
+        let moving = scene.moving(combination)?;
+        let reduction = Reduction::new(&moving, combination).checked(combination)?;
+        let statics = Statics::in_bases(scene, combination, &reduction)?;
+        let rest = || {
+            let stiffness = reduction.sparse_matrix(&moving.stiffness);
+            let factors = SparseLu::new(&stiffness, SINGULAR).ok()?;
+            Some(DVector::from_vec(factors.solve(&statics.load)))
+        };
+        Ok(statics.steady_at(combination, rest))
     }
 
     /// The sliding combination, refused where a contact would pull. A stiffness that is singular refuses nothing: it
@@ -328,16 +353,7 @@ impl<'a> StaticContacts<'a> {
             .filter(stop)
             .fold(preferred.clone(), |all, &stop| all.with(stop, Status::Positive));
         let reduction = Reduction::with_massless(scene, &closed);
-        let stiffness = SparseMatrix::from_rows(reduction.size(), |i, entries| {
-            entries
-                .extend(reduction.row(&scene.stiffness, i).map(|(j, factor, k)| (j, factor * k)));
-            entries.sort_by_key(|entry| entry.0);
-            entries.dedup_by(|next, kept| {
-                let same = next.0 == kept.0;
-                kept.1 += if same { next.1 } else { 0.0 };
-                same
-            });
-        });
+        let stiffness = reduction.sparse_matrix(&scene.stiffness);
         let factors = SparseLu::new(&stiffness, SINGULAR).map_err(|reciprocal_condition| {
             let combination = closed.to_string();
             Error::SingularStiffness { combination, reciprocal_condition }

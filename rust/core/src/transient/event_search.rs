@@ -99,6 +99,11 @@ impl PhaseSearch {
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
             if !self.panel.error.iter().all(|error| error.is_finite()) {
+                if let Some(contact) = motion.exhausted() {
+                    let time = run.time.after(motion.start()).seconds;
+                    let failure = RunFailure::NegativeFriction { contact, time };
+                    return stop(run, motion, 0.0, StopReason::Failed(failure));
+                }
                 return stop_unbounded(run, motion.start());
             }
             self.exact = run.scene.contacts_coupled() && motion.start() == 0.0;

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use num_complex::Complex64;
 
 use crate::contact::event_function::Functional;
-use crate::contact::event_function::{contact_force, contact_forces};
+use crate::contact::event_function::{contact_force, contact_forces, contact_forces_in};
 use crate::contact::event_kind::EventKind;
 use crate::error::Error;
 use crate::modes::complex_modes::Modes;
@@ -282,8 +282,13 @@ impl Trajectory {
                 coupled = Some((combination.clone(), contact_forces(self.scene(), combination)));
             }
             let statuses = combination.statuses();
+            let of_laws = match self.scene().has_friction_laws() {
+                true => contact_forces_in(self.scene(), combination, &cursor.q, &cursor.u),
+                false => Vec::new(),
+            };
             for (contact, &status) in statuses.iter().enumerate() {
                 let (normal, friction) = match &coupled {
+                    _ if self.scene().has_friction_laws() => of_laws[contact],
                     Some((_, forces)) => (
                         forces[contact].1.value(&cursor.q, &cursor.u),
                         forces[contact].0.value(&cursor.q, &cursor.u),
@@ -448,6 +453,12 @@ impl<'a> Cursor<'a> {
         if let Some(motion) = &mut self.motion {
             motion.seek(local, &mut self.q, &mut self.u);
         }
+    }
+
+    /// Local time up to which the motion of a phase is one series from a local time on, where it is not smooth everywhere.
+    pub fn smooth_until(&mut self, phase: usize, local: f64) -> Option<f64> {
+        self.seek_local(phase, local.max(f64::MIN_POSITIVE));
+        self.motion.as_mut()?.smooth_until(local)
     }
 
     /// A rate such that the motion of a phase grows, off the real axis too, by at most `e^{rate |z|}` around a

@@ -84,7 +84,7 @@ impl Coupled<'_> {
                 false => u[law.normal],
             }
         };
-        let impulses = self.gathered(problem, Level::Impulses, velocity).forces(statuses)?;
+        let impulses = self.gathered(problem, Level::Impulses, velocity, u).forces(statuses)?;
         let mut u = u.to_vec();
         let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
         self.push(&closed, impulses.as_slice(), &mut u);
@@ -121,6 +121,7 @@ impl Coupled<'_> {
         problem: &[Touching],
         level: Level,
         a0: impl Fn(usize) -> f64,
+        u: &[f64],
     ) -> ContactProblem {
         let contacts = &self.scene.contacts;
         let closed = problem
@@ -129,7 +130,7 @@ impl Coupled<'_> {
                 let impulse = level == Level::Impulses;
                 let opens = contacts[i].directions != Directions::Tangential;
                 let mut closed = Closed {
-                    friction: contacts[i].friction,
+                    friction: self.scene.friction_at(i, u),
                     static_friction: contacts[i].static_friction,
                     sliding,
                     opens,
@@ -161,16 +162,18 @@ impl Coupled<'_> {
         u: &[f64],
     ) -> Result<Solution, RunFailure> {
         let contacts = &self.scene.contacts;
-        self.gathered(problem, level, a0).solve().map_err(|unsolved| RunFailure::ContactProblem {
-            contacts: problem.iter().map(|entry| entry.0).collect(),
-            time: self.time,
-            level,
-            count: match unsolved {
-                Unsolved::None => "no solution",
-                Unsolved::Several => "several solutions",
-            },
-            slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
-            reactions: self.reactions(q, u),
+        self.gathered(problem, level, a0, u).solve().map_err(|unsolved| {
+            RunFailure::ContactProblem {
+                contacts: problem.iter().map(|entry| entry.0).collect(),
+                time: self.time,
+                level,
+                count: match unsolved {
+                    Unsolved::None => "no solution",
+                    Unsolved::Several => "several solutions",
+                },
+                slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
+                reactions: self.reactions(q, u),
+            }
         })
     }
 

@@ -18,7 +18,7 @@ use lru::LruCache;
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::linearization::saltation::{jumps_alone, passages};
+use crate::cycles::linearization::passages::{jumps_alone, passages};
 use crate::cycles::orbits::orbit::Scales;
 use crate::error::Error;
 use crate::motion::method::Method;

@@ -11,7 +11,8 @@
 use crate::contact::event_kind::EventKind;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
-use crate::cycles::linearization::saltation::{Passage, jumps_alone, passages};
+use crate::cycles::linearization::passages::{jumps_alone, passages};
+use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
 use crate::motion::method::Method;

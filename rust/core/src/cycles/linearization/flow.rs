@@ -58,6 +58,10 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
+        if let Some(contact) = (0..scene.contacts.len()).find(|&i| scene.friction_law(i).is_some())
+        {
+            return Err(Error::FrictionLawCycle { contact });
+        }
         let equation = EquationOfMotion::new(scene, &basis.combination)?;
         let Reduction { kept, sticking, .. } = &equation.reduction;
         let mut free: Vec<usize> = kept

@@ -2,4 +2,5 @@
 
 pub(crate) mod flow;
 pub(crate) mod joint;
+pub(crate) mod passages;
 pub(crate) mod saltation;

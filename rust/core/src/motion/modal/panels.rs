@@ -285,7 +285,8 @@ mod tests {
     use crate::motion::taylor::motion::TaylorMotion;
     use crate::numerics::simd::VectorUnit;
     use crate::scene::contact_law::{ContactInput, Direction};
-    use crate::scene::model::{Damping, Mass, Scene, SceneInput};
+    use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
+    use crate::scene::model::Scene;
     use crate::scene::status::Combination;
     use nalgebra::DMatrix;
 

@@ -17,7 +17,7 @@ use crate::scene::model::Scene;
 use crate::scene::reduction::RowMerge;
 
 /// What the series may leave out, relative to the state.
-const TRUNCATION: f64 = 0.1 * f64::EPSILON;
+pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 
 /// One phase by Taylor series; its buffers serve every phase of a run.
 #[derive(Debug, Default)]
@@ -25,12 +25,12 @@ pub(crate) struct TaylorMotion {
     start: Doubled,
     panels: u32,
     /// Of the panel, s.
-    width: f64,
+    pub(crate) width: f64,
     /// Coordinates.
     size: usize,
     /// q at local time 0, from which displacements count, and `L' (F - K q)` there.
-    origin: Vec<f64>,
-    force: Vec<f64>,
+    pub(crate) origin: Vec<f64>,
+    pub(crate) force: Vec<f64>,
     /// Norm of the origin.
     scale: f64,
     /// Each event function at the origin at rest, and the sum of the absolute values of its terms.
@@ -50,6 +50,19 @@ pub(crate) struct TaylorMotion {
 impl TaylorMotion {
     /// Starts a phase at local time 0 from (q, q').
     pub fn restart(
+        &mut self,
+        scene: &Scene,
+        operator: &TaylorOperator,
+        functions: &[EventFunction],
+        q: &[f64],
+        u: &[f64],
+    ) {
+        self.begin(scene, operator, functions, q, u);
+        self.fill(scene, operator);
+    }
+
+    /// The same without its series.
+    pub(crate) fn begin(
         &mut self,
         scene: &Scene,
         operator: &TaylorOperator,
@@ -82,7 +95,6 @@ impl TaylorMotion {
                 [sum + term, size + term.abs()]
             })
         }));
-        self.fill(scene, operator);
     }
 
     /// The force at the origin, and the norm of the origin.
@@ -119,11 +131,32 @@ impl TaylorMotion {
 
     /// Q_2 and up from Q_0 and Q_1.
     fn fill(&mut self, scene: &Scene, operator: &TaylorOperator) {
+        let h = operator.width;
+        for k in 0..DEGREE {
+            self.order(scene, operator, k, k == 0);
+        }
+        self.width = h;
+        let scale = self.scale(operator);
+        let tail = operator.tail(h) * self.last_norm(scene, operator);
+        if tail > TRUNCATION * scale {
+            self.shorten((TRUNCATION * scale / tail).powf(1.0 / COEFFICIENTS as f64));
+        }
+    }
+
+    /// Q_{k+2} from the two before, with the force in this order where it is `forced`.
+    #[inline]
+    pub(crate) fn order(
+        &mut self,
+        scene: &Scene,
+        operator: &TaylorOperator,
+        k: usize,
+        forced: bool,
+    ) {
         let n = self.size;
         let h = operator.width;
         self.residual.resize(n, 0.0);
         self.combined.resize(n, 0.0);
-        for k in 0..DEGREE {
+        {
             let (known, next) = self.terms.split_at_mut((k + 2) * n);
             let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
             let next = &mut next[..n];
@@ -138,14 +171,14 @@ impl TaylorMotion {
                     rate,
                     factor,
                     force: &self.force,
-                    forced: k == 0,
+                    forced,
                     moved,
                     next,
                 });
-                continue;
+                return;
             }
             let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
-            if k == 0 {
+            if forced {
                 residual.copy_from_slice(&self.force);
             } else {
                 residual.fill(0.0);
@@ -169,16 +202,15 @@ impl TaylorMotion {
             operator.equation.accelerate(residual, next);
             operator.equation.reduction.kept.iter().for_each(|&i| next[i] *= factor);
         }
-        self.width = h;
-        let scale = (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max);
-        let tail = operator.tail(h) * self.last_norm(scene, operator);
-        if tail > TRUNCATION * scale {
-            self.shorten((TRUNCATION * scale / tail).powf(1.0 / COEFFICIENTS as f64));
-        }
+    }
+
+    /// The norm of the state that what is left out is measured by.
+    pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
+        (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
     }
 
     /// The same series for a panel shorter by `factor`.
-    fn shorten(&mut self, factor: f64) {
+    pub(crate) fn shorten(&mut self, factor: f64) {
         self.width *= factor;
         let mut power = 1.0;
         for terms in self.terms.chunks_exact_mut(self.size) {
@@ -212,17 +244,22 @@ impl TaylorMotion {
 
     /// Norm of the last term of the state, as the bound of what follows needs it.
     fn last_norm(&self, scene: &Scene, operator: &TaylorOperator) -> f64 {
+        self.norm_of(scene, operator, DEGREE)
+    }
+
+    /// Norm of the k-th term of the state.
+    pub(crate) fn norm_of(&self, scene: &Scene, operator: &TaylorOperator, k: usize) -> f64 {
         if scene.coupled_mass.is_none() {
-            return self.term_norm(operator, DEGREE);
+            return self.term_norm(operator, k);
         }
-        let rate = COEFFICIENTS as f64 / self.width;
+        let rate = (k + 1) as f64 / self.width;
         let norm = |terms: &[f64]| {
             let sum: f64 =
                 terms.iter().enumerate().map(|(k, x)| x * scene.mass.row_dot(k, terms)).sum();
             // Beyond the range of numbers there is no bound.
             if sum.is_finite() { sum.max(0.0).sqrt() } else { f64::INFINITY }
         };
-        let (q, dq) = self.terms[DEGREE * self.size..].split_at(self.size);
+        let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);
         (operator.omega * norm(q)).max(rate * norm(dq))
     }
 
@@ -233,9 +270,19 @@ impl TaylorMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
-        let h = self.width;
-        panel.reset(h, functions.len());
-        let tail = operator.tail(h) * self.last_norm(scene, operator);
+        let tail = operator.tail(self.width) * self.last_norm(scene, operator);
+        self.expand_within(operator, functions, panel, tail);
+    }
+
+    /// The same where `tail` bounds the error of the state, in the norm of the operator.
+    pub(crate) fn expand_within(
+        &mut self,
+        operator: &TaylorOperator,
+        functions: &[EventFunction],
+        panel: &mut Panel,
+        tail: f64,
+    ) {
+        panel.reset(self.width, functions.len());
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
         self.measure();
@@ -277,13 +324,46 @@ impl TaylorMotion {
     }
 
     /// The coefficient of order k of a functional, without its value at the origin.
-    fn coefficient(&self, functional: &Functional, k: usize) -> f64 {
+    pub(crate) fn coefficient(&self, functional: &Functional, k: usize) -> f64 {
         let n = self.size;
         let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
         let rate = (k + 1) as f64 / self.width;
         let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
         let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
         velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
+    }
+
+    /// The coefficient of order k of the velocity of a coordinate.
+    fn velocity(&self, coordinate: usize, k: usize) -> f64 {
+        (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
+    }
+
+    /// The value of an event function at the origin at rest.
+    pub(crate) fn at_origin(&self, index: usize) -> f64 {
+        self.constants[index][0]
+    }
+
+    /// The coefficient of order k of the displacements in a functional.
+    pub(crate) fn displacement(&self, functional: &Functional, k: usize) -> f64 {
+        let q = &self.terms[k * self.size..];
+        functional.position.iter().map(|&(i, weight)| weight * q[i]).sum()
+    }
+
+    /// Sum of the absolute values of all terms of a functional on the panel.
+    pub(crate) fn size_of(&self, functional: &Functional) -> f64 {
+        let at_origin = functional.position.iter().map(|&(i, weight)| weight * self.origin[i]);
+        let terms = (0..COEFFICIENTS).flat_map(|k| {
+            let of_q = move |&(i, weight): &(usize, f64)| weight * self.terms[k * self.size + i];
+            let of_u = move |&(i, weight): &(usize, f64)| weight * self.velocity(i, k);
+            functional.position.iter().map(of_q).chain(functional.velocity.iter().map(of_u))
+        });
+        functional.constant.abs() + at_origin.chain(terms).map(f64::abs).sum::<f64>()
+    }
+
+    /// Norm of the force at the origin.
+    pub(crate) fn force_norm(&self, operator: &TaylorOperator) -> f64 {
+        let kept = operator.equation.reduction.kept.iter();
+        kept.map(|&k| self.force[k].abs() / operator.weight[k]).sum()
     }
 
     /// Absolute values of the coefficients of every coordinate and velocity.
@@ -307,6 +387,12 @@ impl TaylorMotion {
     }
 
     pub fn advance(&mut self, scene: &Scene, operator: &TaylorOperator) {
+        self.step(operator);
+        self.fill(scene, operator);
+    }
+
+    /// Moves the start to the end of the panel.
+    pub(crate) fn step(&mut self, operator: &TaylorOperator) {
         let n = self.size;
         let (mut q, mut u) =
             (std::mem::take(&mut self.residual), std::mem::take(&mut self.combined));
@@ -321,7 +407,6 @@ impl TaylorMotion {
         }
         self.start = self.start.add(self.width.into());
         self.panels += 1;
-        self.fill(scene, operator);
     }
 
     /// All coordinates and velocities at s of the panel.

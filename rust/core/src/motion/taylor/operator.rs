@@ -26,7 +26,7 @@ const TIGHT_WIDTH: f64 = 5.0;
 /// The equation of motion of one combination, without forming it.
 #[derive(Debug)]
 pub(crate) struct TaylorOperator {
-    pub(super) equation: EquationOfMotion,
+    pub(crate) equation: EquationOfMotion,
     /// The same equation in a form that is quicker for small scenes.
     pub(super) dense: Option<DenseRows>,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
@@ -71,21 +71,42 @@ impl TaylorOperator {
         let sigma = operator.omega + damping;
         operator.width = if scene.coupled_mass.is_some() { TIGHT_WIDTH } else { WIDTH } / sigma;
         operator.sigma = sigma;
+        let of = |function: &EventFunction| operator.dual_norm(scene, &function.functional);
+        operator.function_norms = functions.iter().map(of).collect();
+        Ok(operator)
+    }
+
+    /// The factor from the norm of a state to a bound of the value of a functional.
+    pub fn dual_norm(&self, scene: &Scene, functional: &Functional) -> f64 {
         let dual = |terms: &[(usize, f64)]| match &scene.coupled_mass {
             Some(mass) => mass.dual_norm(terms),
             // What a sticking contact without mass prescribes leaves nothing out.
             None => terms
                 .iter()
-                .filter(|&&(k, _)| operator.weight[k] > 0.0)
-                .map(|&(k, weight)| weight.abs() / operator.weight[k])
+                .filter(|&&(k, _)| self.weight[k] > 0.0)
+                .map(|&(k, weight)| weight.abs() / self.weight[k])
                 .sum(),
         };
-        let of = |functional: &Functional| {
-            dual(&functional.position) / operator.omega + dual(&functional.velocity)
-        };
-        operator.function_norms =
-            functions.iter().map(|function| of(&function.functional)).collect();
-        Ok(operator)
+        dual(&functional.position) / self.omega + dual(&functional.velocity)
+    }
+
+    /// Norm of the state whose velocities are given, and whose displacements are zero.
+    pub fn norm_of_velocity(&self, scene: &Scene, u: &[f64]) -> f64 {
+        let terms = u.iter().enumerate();
+        match scene.coupled_mass.is_some() {
+            true => terms.map(|(k, v)| v * scene.mass.row_dot(k, u)).sum::<f64>().sqrt(),
+            false => terms.map(|(k, v)| self.weight[k] * v.abs()).fold(0.0, f64::max),
+        }
+    }
+
+    /// Width of a panel before it is shortened to what the series leaves out.
+    pub fn width(&self) -> f64 {
+        self.width
+    }
+
+    /// Makes all panels shorter.
+    pub fn shorten(&mut self, factor: f64) {
+        self.width *= factor;
     }
 
     /// What a series of width h leaves out, relative to its last term: `rho / (1 - rho)`.

@@ -173,6 +173,7 @@ impl Scene {
             size,
             dofs: self.dofs,
             contacts: self.contacts.clone(),
+            laws: self.laws.clone(),
             impact_friction: self.impact_friction,
             coordinates: self.coordinates.clone(),
             coupled_mass,

@@ -67,6 +67,7 @@ impl Scene {
             massless: scene.massless.clone(),
             condensed: false,
             contacts: scene.contacts.clone(),
+            laws: scene.laws.clone(),
             impact_friction: scene.impact_friction,
             dependents: carried_along(&scene.dependents, &drive),
             coordinates: scene.coordinates.clone(),

@@ -54,8 +54,16 @@ struct Elimination {
 
 impl Scene {
     /// What moves by itself in a combination: the scene without coordinates that follow from their rows, or in the
-    /// coordinates of the combination where directions depend on each other.
+    /// coordinates of the combination where directions depend on each other. Where friction depends on slip speed, small
+    /// motions about steady sliding.
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        if self.has_friction_laws() {
+            let linear = self.linearised(combination)?.into_owned();
+            return Ok(match linear.fitted(combination) {
+                Cow::Owned(fitted) => Cow::Owned(fitted),
+                Cow::Borrowed(_) => Cow::Owned(linear),
+            });
+        }
         Ok(match Condensed::new(self, combination)? {
             Some(condensed) => Cow::Owned(condensed.scene),
             None => self.fitted(combination),
@@ -137,6 +145,7 @@ impl Condensed {
             size: scene.size,
             dofs: scene.dofs,
             contacts: scene.contacts.clone(),
+            laws: None,
             impact_friction: scene.impact_friction,
             coordinates: scene.coordinates.clone(),
             nodes: scene.nodes.clone(),

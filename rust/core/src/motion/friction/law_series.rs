@@ -1,0 +1,185 @@
+//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of what they leave out.
+//!
+//! With `S = S_0 + S_1 s + ..` on [0, 1], the recurrences are those of
+//!
+//! ```text
+//! e = exp(-S / v)      (k + 1) e_{k+1} = -sum_i (i + 1) S_{i+1} / v e_{k-i}        v e' = -S' e
+//! g = 1 / (1 + S / v)  g_k = -g_0 sum_{i>0} S_i / v g_{k-i}                        (1 + S / v) g = 1
+//! ```
+//!
+//! and of products for a table. What the polynomials miss follows from the equations that they obey up to a known rest: with
+//! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
+//! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
+
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::scene::FrictionLaw;
+
+/// One unit of rounding.
+const UNIT: f64 = 0.5 * f64::EPSILON;
+
+/// `mu(S) - mu(0)` along a panel.
+#[derive(Debug, Clone)]
+pub(super) struct LawSeries {
+    /// S
+    pub slip: [f64; COEFFICIENTS],
+    /// e, g, or the quotient of the cubic of a table by its distance.
+    inner: [f64; COEFFICIENTS],
+    /// `mu(S) - mu(0)`
+    pub excess: [f64; COEFFICIENTS],
+    /// Of a table.
+    pub piece: usize,
+}
+
+/// What is known of `mu(S) - mu(0)` on [0, 1].
+pub(super) struct LawBounds {
+    /// Largest difference from its polynomial, by truncation and by rounding.
+    pub truncation: f64,
+    pub rounding: f64,
+    /// Largest |d mu / dS| for S within the panel, and somewhat beyond.
+    pub slope: f64,
+}
+
+impl LawSeries {
+    pub fn new() -> Self {
+        let none = [0.0; COEFFICIENTS];
+        Self { slip: none, inner: none, excess: none, piece: 0 }
+    }
+
+    /// The coefficients of order k, from those of S up to it.
+    pub fn extend(&mut self, law: &FrictionLaw, k: usize) {
+        let Self { slip, inner, excess, piece } = self;
+        match law {
+            FrictionLaw::Linear { slope, .. } => excess[k] = slope * slip[k],
+            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+                let falling = at_rest - kinetic;
+                if k == 0 {
+                    let exponent = -slip[0] / speed;
+                    inner[0] = exponent.exp();
+                    excess[0] = falling * exponent.exp_m1() + viscous * slip[0];
+                    return;
+                }
+                let sum: f64 = (1..=k).map(|j| j as f64 * slip[j] * inner[k - j]).sum();
+                inner[k] = -sum / (k as f64 * speed);
+                excess[k] = falling * inner[k] + viscous * slip[k];
+            }
+            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+                let falling = at_rest - kinetic;
+                if k == 0 {
+                    inner[0] = 1.0 / (1.0 + slip[0] / speed);
+                    excess[0] = -falling * (slip[0] / speed) * inner[0];
+                    return;
+                }
+                let sum: f64 = (1..=k).map(|j| slip[j] * inner[k - j]).sum();
+                inner[k] = -inner[0] * sum / speed;
+                excess[k] = falling * inner[k];
+            }
+            FrictionLaw::Tabulated(table) => {
+                let [a, b, c, d] = table.pieces[*piece];
+                let knot = table.speeds[*piece];
+                // S less the speed at which the piece begins.
+                let from_knot = |j: usize| if j == 0 { slip[0] - knot } else { slip[j] };
+                let square: f64 = (0..=k).map(|j| from_knot(j) * from_knot(k - j)).sum();
+                inner[k] = if k == 0 { b } else { 0.0 } + c * from_knot(k) + d * square;
+                let product: f64 = (0..=k).map(|j| from_knot(j) * inner[k - j]).sum();
+                excess[k] = if k == 0 { a - law.value(0.0) } else { 0.0 } + product;
+            }
+        }
+    }
+
+    /// How far S may move from S_0 on a panel.
+    pub fn reach(&self, law: &FrictionLaw) -> f64 {
+        match law {
+            // e grows and falls by a factor of e at most.
+            FrictionLaw::Stribeck { speed, .. } => *speed,
+            // 1 + S / v keeps half of its value.
+            FrictionLaw::Rational { speed, .. } => 0.5 * (speed + self.slip[0]),
+            FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
+        }
+    }
+
+    /// How far S moves from S_0, at most.
+    pub fn range(&self) -> f64 {
+        self.slip[1..].iter().map(|c| c.abs()).sum()
+    }
+
+    /// Bounds on the panel, the slope also where S is off by `beyond`.
+    pub fn bounds(&self, law: &FrictionLaw, beyond: f64) -> LawBounds {
+        let Self { slip, inner, excess, piece } = self;
+        let range = self.range();
+        let wide = range + beyond;
+        let size = |all: &[f64; COEFFICIENTS]| all.iter().map(|c| c.abs()).sum::<f64>();
+        // sum of factor(m) |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
+        let left_out = |factor: fn(usize) -> f64, of: &[f64; COEFFICIENTS]| {
+            let (mut rest, mut sum) = (0.0, 0.0);
+            for m in 1..COEFFICIENTS {
+                rest += of[COEFFICIENTS - m].abs();
+                sum += factor(m) * slip[m].abs() * rest;
+            }
+            sum
+        };
+        match law {
+            FrictionLaw::Linear { slope, .. } => {
+                LawBounds { truncation: 0.0, rounding: UNIT * size(excess), slope: slope.abs() }
+            }
+            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+                let falling = (at_rest - kinetic).abs();
+                let ratio = (2.0 * range / speed).exp();
+                // R begins at order DEGREE, and is integrated.
+                let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
+                let rates: f64 = slip.iter().enumerate().map(|(m, c)| m as f64 * c.abs()).sum();
+                let start = (4.0 + slip[0].abs() / speed) * inner[0];
+                let rounded = 3.0 * rates / speed * size(inner) + start;
+                LawBounds {
+                    truncation: falling * ratio * rest,
+                    rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess)),
+                    slope: viscous + falling / speed * inner[0] * (wide / speed).exp(),
+                }
+            }
+            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+                let falling = (at_rest - kinetic).abs();
+                let least = 1.0 + (slip[0] - wide) / speed;
+                if !(least > 0.0) {
+                    let none = f64::INFINITY;
+                    return LawBounds { truncation: none, rounding: none, slope: none };
+                }
+                let rest = left_out(|_| 1.0, inner) / speed;
+                let terms = (1.0 + size(slip) / speed) * size(inner);
+                let rounded = (DEGREE + 6) as f64 * terms / least;
+                LawBounds {
+                    truncation: falling * rest / least,
+                    rounding: UNIT * (falling * rounded + 3.0 * size(excess)),
+                    slope: falling / speed / (least * least),
+                }
+            }
+            FrictionLaw::Tabulated(table) => {
+                let [_, b, c, d] = table.pieces[*piece];
+                let mut from_knot = *slip;
+                from_knot[0] -= table.speeds[*piece];
+                let far = size(&from_knot) + beyond;
+                let square = d.abs() * left_out(|_| 1.0, &from_knot);
+                let terms = far * (size(inner) + (c.abs() + d.abs() * far) * far);
+                LawBounds {
+                    truncation: far * square + left_out(|_| 1.0, inner),
+                    rounding: UNIT * ((2 * DEGREE + 12) as f64 * terms + 3.0 * size(excess)),
+                    slope: b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()),
+                }
+            }
+        }
+    }
+
+    /// The same series for a panel shorter by `factor`.
+    pub fn shorten(&mut self, factor: f64) {
+        for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
+            scale(all, factor);
+        }
+    }
+}
+
+/// Coefficients for a panel shorter by `factor`.
+pub(super) fn scale(coefficients: &mut [f64], factor: f64) {
+    let mut power = 1.0;
+    for c in coefficients {
+        *c *= power;
+        power *= factor;
+    }
+}

@@ -1,0 +1,136 @@
+//! Laws of friction: the coefficient mu over the slip speed |s|, and its Taylor series along a motion.
+
+use std::sync::Arc;
+
+use crate::error::Error;
+
+/// mu over |s|.
+#[derive(Debug, Clone, PartialEq)]
+pub enum FrictionLaw {
+    /// `mu = at_rest + slope |s|`
+    Linear {
+        /// mu at rest, -, not negative.
+        at_rest: f64,
+        /// d mu / d |s|, s/m, of either sign.
+        slope: f64,
+    },
+    /// `mu = kinetic + (at_rest - kinetic) exp(-|s| / speed) + viscous |s|`
+    Stribeck {
+        /// mu at rest, -, not negative.
+        at_rest: f64,
+        /// What is left of it at large speeds, -, not negative.
+        kinetic: f64,
+        /// The speed over which mu falls, m/s, positive.
+        speed: f64,
+        /// What grows with speed, s/m, not negative.
+        viscous: f64,
+    },
+    /// `mu = kinetic + (at_rest - kinetic) / (1 + |s| / speed)`
+    Rational {
+        /// mu at rest, -, not negative.
+        at_rest: f64,
+        /// What is left of it at large speeds, -, not negative.
+        kinetic: f64,
+        /// The speed at which half of the difference is left, m/s, positive.
+        speed: f64,
+    },
+    /// Cubic pieces between measured speeds, constant beyond the last one.
+    Tabulated(Arc<Table>),
+}
+
+/// `mu = c_0 + c_1 d + c_2 d^2 + c_3 d^3` with `d = |s| - speeds[i]` between two speeds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Table {
+    /// Ascending from 0, m/s.
+    pub speeds: Vec<f64>,
+    /// One piece more than there are intervals: the last one holds beyond the last speed.
+    pub pieces: Vec<[f64; 4]>,
+}
+
+impl Table {
+    /// The piece that holds at a speed; at the border of two the one above it.
+    pub fn piece(&self, speed: f64) -> usize {
+        self.speeds.partition_point(|&knot| knot <= speed).max(1) - 1
+    }
+}
+
+impl FrictionLaw {
+    /// Refuses numbers for which mu would be negative or not a function of speed.
+    pub(crate) fn validate(&self, contact: usize) -> Result<(), Error> {
+        let checks: Vec<(&str, f64, &'static str, bool)> = match self {
+            &Self::Linear { at_rest, slope } => {
+                vec![("mu0", at_rest, ">= 0", at_rest >= 0.0), ("slope", slope, "finite", true)]
+            }
+            &Self::Stribeck { at_rest, kinetic, speed, viscous } => vec![
+                ("static", at_rest, ">= 0", at_rest >= 0.0),
+                ("kinetic", kinetic, ">= 0", kinetic >= 0.0),
+                ("speed", speed, "> 0", speed > 0.0),
+                ("viscous", viscous, ">= 0", viscous >= 0.0),
+            ],
+            &Self::Rational { at_rest, kinetic, speed } => vec![
+                ("static", at_rest, ">= 0", at_rest >= 0.0),
+                ("kinetic", kinetic, ">= 0", kinetic >= 0.0),
+                ("speed", speed, "> 0", speed > 0.0),
+            ],
+            Self::Tabulated(table) => {
+                let ascends = |pair: &[f64]| pair[0] < pair[1];
+                let first = table.speeds.first().copied().unwrap_or(f64::NAN);
+                let last = table.speeds.last().copied().unwrap_or(f64::NAN);
+                let whole = table.speeds.len() == table.pieces.len();
+                let mut checks = vec![
+                    ("speeds", first, "0 at first", first == 0.0),
+                    ("speeds", last, "ascending", whole && table.speeds.windows(2).all(ascends)),
+                ];
+                let values = table.pieces.iter().map(|piece| piece[0]);
+                checks.extend(values.map(|value| ("values", value, ">= 0", value >= 0.0)));
+                checks
+            }
+        };
+        match checks.into_iter().find(|&(_, value, _, holds)| !(holds && value.is_finite())) {
+            None => Ok(()),
+            Some((name, value, requirement, _)) => Err(Error::Range {
+                argument: format!("contact {contact}: friction: {name}"),
+                requirement: if value.is_finite() { requirement } else { "finite" },
+                value,
+            }),
+        }
+    }
+
+    /// mu at a slip speed >= 0.
+    pub fn value(&self, speed: f64) -> f64 {
+        match self {
+            Self::Linear { at_rest, slope } => at_rest + slope * speed,
+            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
+                kinetic + (at_rest - kinetic) * (-speed / scale).exp() + viscous * speed
+            }
+            Self::Rational { at_rest, kinetic, speed: scale } => {
+                kinetic + (at_rest - kinetic) / (1.0 + speed / scale)
+            }
+            Self::Tabulated(table) => {
+                let place = table.piece(speed);
+                let [a, b, c, d] = table.pieces[place];
+                let x = speed - table.speeds[place];
+                a + x * (b + x * (c + x * d))
+            }
+        }
+    }
+
+    /// d mu / d |s| at a slip speed >= 0, s/m.
+    pub fn slope(&self, speed: f64) -> f64 {
+        match self {
+            Self::Linear { slope, .. } => *slope,
+            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
+                viscous - (at_rest - kinetic) / scale * (-speed / scale).exp()
+            }
+            Self::Rational { at_rest, kinetic, speed: scale } => {
+                -(at_rest - kinetic) / scale / (1.0 + speed / scale).powi(2)
+            }
+            Self::Tabulated(table) => {
+                let place = table.piece(speed);
+                let [_, b, c, d] = table.pieces[place];
+                let x = speed - table.speeds[place];
+                b + x * (2.0 * c + 3.0 * x * d)
+            }
+        }
+    }
+}

@@ -1,0 +1,121 @@
+//! Steady sliding under friction that depends on slip speed.
+//!
+//! A contact that slides steadily has the slip speed |v| of its slider, and the friction of its law there. About it,
+//! `|s| = |v| -+ t . x'` changes the friction force by `-N_0 mu'(|v|) t . x'` in either direction of sliding: small
+//! motions see the damping matrix `C + N_0 mu' t t'`, negative damping where friction falls with speed.
+
+use std::borrow::Cow;
+
+use crate::error::Error;
+use crate::linalg::sparse::SparseMatrix;
+use crate::scene::friction::law::FrictionLaw;
+use crate::scene::model::Scene;
+use crate::scene::status::{Combination, Status};
+
+impl Scene {
+    /// The same scene with laws of friction over slip speed, one entry per contact; None where it is constant. `friction`
+    /// of the contacts has to be their law at rest.
+    pub fn with_friction_laws(mut self, laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
+        for (contact, law) in laws.iter().enumerate() {
+            let Some(law) = law else { continue };
+            law.validate(contact)?;
+            let refused = |expected: &str, got: &str| Error::Shape {
+                argument: format!("contact {contact}: friction"),
+                expected: format!("a constant one {expected}"),
+                got: got.to_owned(),
+            };
+            if !self.massless.is_empty() {
+                return Err(refused(
+                    "in a scene with dofs without mass or compliant contacts",
+                    "a law over slip speed",
+                ));
+            }
+        }
+        self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
+        Ok(self)
+    }
+
+    /// Whether friction of some contact depends on slip speed.
+    pub fn has_friction_laws(&self) -> bool {
+        self.laws.is_some()
+    }
+
+    /// The law of a contact, where it depends on slip speed.
+    pub(crate) fn friction_law(&self, contact: usize) -> Option<&FrictionLaw> {
+        self.laws.as_ref()?[contact].as_ref()
+    }
+
+    /// The coefficient of kinetic friction of a contact at its slip velocity in a state.
+    pub(crate) fn friction_at(&self, contact: usize, u: &[f64]) -> f64 {
+        let own = &self.contacts[contact];
+        let of_law = |law: &FrictionLaw| law.value((u[own.tangential] - own.slider_speed).abs());
+        self.friction_law(contact).map_or(own.friction, of_law)
+    }
+
+    /// The same scene with the constant friction that its laws have somewhere.
+    fn with_friction(&self, friction: impl Fn(usize) -> f64) -> Cow<'_, Self> {
+        if self.laws.is_none() {
+            return Cow::Borrowed(self);
+        }
+        let mut scene = Self { laws: None, ..self.clone() };
+        for (contact, own) in scene.contacts.iter_mut().enumerate() {
+            own.friction = friction(contact);
+        }
+        Cow::Owned(scene)
+    }
+
+    /// With the friction of slip at the speed of each slider.
+    pub(crate) fn at_steady_sliding(&self) -> Cow<'_, Self> {
+        let still = vec![0.0; self.size];
+        self.with_friction(|contact| self.friction_at(contact, &still))
+    }
+
+    /// With the friction of the slip velocities of a state.
+    pub(crate) fn at_slip(&self, u: &[f64]) -> Cow<'_, Self> {
+        self.with_friction(|contact| self.friction_at(contact, u))
+    }
+
+    /// Small motions about steady sliding of a combination; the scene itself where no contact slides by a law.
+    pub(crate) fn linearised(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        let Some(laws) = &self.laws else { return Ok(Cow::Borrowed(self)) };
+        let steady = self.at_steady_sliding().into_owned();
+        let sliding = |contact: &usize| combination.statuses()[*contact].is_sliding();
+        let sliding: Vec<usize> =
+            (0..laws.len()).filter(sliding).filter(|&contact| laws[contact].is_some()).collect();
+        if sliding.is_empty() {
+            return Ok(Cow::Owned(steady));
+        }
+        if let Some(stuck) = combination.statuses().iter().position(|&s| s == Status::Sticking) {
+            let combination = combination.to_string();
+            return Err(Error::NoSteadyState { contact: sliding[0], stuck, combination });
+        }
+        let margins = steady.steady(combination)?.margins;
+        let mut rows = vec![Vec::new(); self.size];
+        for contact in sliding {
+            let (law, normal_force) = (&self.contacts[contact], margins[contact]);
+            if normal_force.is_nan() {
+                let combination = combination.to_string();
+                return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
+            }
+            let slope = laws[contact].as_ref().map_or(0.0, |l| l.slope(law.slider_speed.abs()));
+            let terms = self.terms_of(law.tangential);
+            for &(k, a) in &terms {
+                rows[k].extend(terms.iter().map(|&(j, b)| (j, normal_force * slope * a * b)));
+            }
+        }
+        let added = SparseMatrix::from_rows(self.size, |k, entries| {
+            rows[k].sort_by_key(|entry| entry.0);
+            for &(j, value) in &rows[k] {
+                match entries.last_mut() {
+                    Some(last) if last.0 == j => last.1 += value,
+                    _ => entries.push((j, value)),
+                }
+            }
+        });
+        Ok(Cow::Owned(Self {
+            damping: self.damping.combined(1.0, &added, 1.0),
+            proportional: None,
+            ..steady
+        }))
+    }
+}

@@ -1,0 +1,174 @@
+"""Friction over slip speed: its laws, small motions about steady sliding, and where these lose stability."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from stickslip.scene.laws.friction import Constant, Law, Linear, Rational, Stribeck, Tabulated
+
+STRIBECK = Stribeck(0.5, 0.3, 0.1)
+LAWS = [
+    Linear(0.4, 0.2),
+    Linear(0.4, -0.2),
+    STRIBECK,
+    Stribeck(0.4, 0.3, 0.05, viscous=0.3),
+    Rational(0.5, 0.3, 0.1),
+    Tabulated([0.0, 0.05, 0.2, 0.6], [0.5, 0.35, 0.3, 0.32]),
+]
+
+
+def block(law: Law | float, speed: float = 0.2, damping: float = 0.7) -> ss.Scene:
+    """Return a block on a belt under a given normal force."""
+    contact = ss.Contact(tangential=0, normal_force=10.0, friction=law, slider_speed=speed)
+    return ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[contact])
+
+
+def slope(law: Law, speed: float) -> float:
+    """Return d mu / d |s| by differences of order six."""
+    h = 1e-3 * speed
+    value = [law.coefficient(speed + k * h) - law.coefficient(speed - k * h) for k in (1, 2, 3)]
+    return (45.0 * value[0] - 9.0 * value[1] + value[2]) / (60.0 * h)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+@pytest.mark.parametrize("speed", [0.3, -0.3])
+def test_modes_of_steady_sliding_feel_the_slope_as_damping(law, speed):
+    eigenvalue = ss.complex_modes(block(law, speed)).eigenvalues[0]
+    damping = 0.7 + 10.0 * slope(law, abs(speed))
+    # Rounding of the differences, times N / 2m.
+    assert eigenvalue.real == pytest.approx(-0.5 * damping, abs=1e-10)
+    assert abs(eigenvalue) == pytest.approx(10.0, rel=1e-14)
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_two_contacts_are_those_of_constant_friction_with_the_slope_as_damping(law):
+    speeds = [0.11, 0.33]
+    scene = ss.models.two_subsystems(friction=law, slider_speed=speeds, preload_displacement=1e-3)
+    mu = [law.coefficient(v) for v in speeds]
+    constant = ss.models.two_subsystems(friction=mu, slider_speed=speeds, preload_displacement=1e-3)
+    normal = ss.sliding_equilibrium(constant).normal_forces
+    steady = ss.sliding_equilibrium(scene)
+    np.testing.assert_allclose(steady.normal_forces, normal, rtol=1e-12)
+    friction = steady.contact_forces(scene).friction_force
+    np.testing.assert_allclose(friction, mu * normal, rtol=1e-12)
+    damping = 1e-4 * constant.stiffness.toarray()
+    for i, dof in enumerate((2, 6)):
+        damping[dof, dof] += normal[i] * slope(law, speeds[i])
+    expected = ss.complex_modes(
+        ss.Scene(
+            constant.mass,
+            constant.stiffness,
+            damping=damping,
+            force=constant.force,
+            contacts=constant.contacts,
+        )
+    ).eigenvalues
+    found = ss.complex_modes(scene).eigenvalues
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
+
+
+def test_falling_friction_gives_a_hopf_point_in_closed_form():
+    # c + N mu'(v) = 0 with mu' = -(static - kinetic) / speed exp(-v / speed).
+    (point,) = ss.critical_points(block(STRIBECK), slider_speed=(0.05, 1.0))
+    assert (point.kind, point.cause, point.direction) == ("hopf", "falling friction", -1)
+    assert point.value == pytest.approx(0.1 * np.log(20.0 / 0.7), rel=1e-12)
+    (point,) = ss.hopf_points(block(STRIBECK), friction_kinetic=(0.1, 0.5))
+    assert point.value == pytest.approx(0.5 - 0.1 * 0.07 * np.exp(2.0), rel=1e-12)
+    (point,) = ss.hopf_points(block(Linear(0.4, 0.0)), friction_slope=(-0.2, 0.2))
+    assert point.value == pytest.approx(-0.07, rel=1e-12)
+    # (static - kinetic) / speed (1 + v / speed)^-2 N = c
+    (point,) = ss.hopf_points(block(Rational(0.5, 0.3, 0.1)), slider_speed=(0.05, 1.0))
+    assert point.value == pytest.approx(0.1 * (np.sqrt(2.0 * 10.0 / 0.7) - 1.0), rel=1e-12)
+
+
+def test_mode_coupling_is_told_apart():
+    """Where friction rises with speed, only the coupling of modes is left to destabilise."""
+    scene = ss.models.two_subsystems(friction=Linear(0.1, 1e-3), slider_speed=0.2, preload_displacement=1e-3)
+    points = ss.hopf_points(scene, friction_mu0=(0.1, 2.0))
+    assert points
+    assert {point.cause for point in points} == {"mode coupling"}
+    assert "mode coupling" in repr(points[0])
+
+
+def test_numbers_and_constant_laws_mean_the_same():
+    np.testing.assert_array_equal(
+        ss.complex_modes(block(Constant(0.4))).eigenvalues, ss.complex_modes(block(0.4)).eigenvalues
+    )
+
+
+def test_static_friction_is_the_law_at_rest_unless_given():
+    assert block(STRIBECK).contacts[0].holding == 0.5
+    with pytest.raises(ss.InputError, match="static_friction: must be >= friction"):
+        block(STRIBECK).replace(static_friction=0.4)
+    assert block(STRIBECK).replace(static_friction=0.6).contacts[0].holding == 0.6
+
+
+def test_parameters_of_laws_have_names_everywhere():
+    scene = ss.models.two_subsystems(friction=[STRIBECK, 0.4], slider_speed=0.2, preload_displacement=1e-3)
+    changed = scene.replace(friction_static_0=0.7)
+    assert [contact.friction for contact in changed.contacts] == [Stribeck(0.7, 0.3, 0.1), 0.4]
+    assert scene.replace(friction_kinetic=0.2).contacts[0].friction.kinetic == 0.2
+    with pytest.raises(ss.InputError, match="friction_static_1"):
+        scene.replace(friction_static_1=0.7)
+    swept = ss.sweep(scene, friction_speed_0=[0.05, 0.1])
+    assert swept.friction_speed_0.attrs["units"] == "m/s"
+    single = ss.complex_modes(scene).eigenvalues
+    found = swept.eigenvalue.sel(friction_speed_0=0.1).values
+    np.testing.assert_allclose(np.sort_complex(found), np.sort_complex(single), rtol=1e-9)
+    verdicts = ss.stability(scene, friction_static_0=[0.4, 0.5])
+    assert verdicts.growth_rate[1] == pytest.approx(single.real.max(), rel=1e-9)
+
+
+@pytest.mark.parametrize("law", [Constant(0.3), *LAWS], ids=repr)
+def test_files_keep_laws(law, tmp_path):
+    for scene in (block(law), ss.models.two_subsystems(friction=[law, 0.3], slider_speed=0.2)):
+        ss.save(scene, tmp_path / "scene.toml")
+        read = ss.load_scene(tmp_path / "scene.toml")
+        assert [contact.friction for contact in read.contacts] == [c.friction for c in scene.contacts]
+
+
+def test_tables_of_laws_stand_for_laws():
+    table = {"law": "stribeck", "static": 0.5, "kinetic": 0.3, "speed": 0.1}
+    assert block(table).contacts[0].friction == STRIBECK
+    assert block(0.3).replace(friction=table).contacts[0].friction == STRIBECK
+
+
+def test_tabulated_passes_through_its_values_monotonically():
+    law = Tabulated([0.0, 0.05, 0.2, 0.6], [0.5, 0.35, 0.3, 0.3])
+    assert [law.coefficient(v) for v in law.speeds] == pytest.approx(law.values, rel=1e-15)
+    assert (np.diff([law.coefficient(v) for v in np.linspace(0.0, 1.0, 500)]) <= 1e-15).all()
+    assert law.coefficient(5.0) == 0.3
+    eigenvalue = ss.complex_modes(block(law, 2.0)).eigenvalues[0]
+    assert eigenvalue.real == pytest.approx(-0.35, rel=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: block(Stribeck(0.5, 0.3, 0.0)), "friction: speed: must be finite and > 0, got 0"),
+        (lambda: block(Stribeck(-0.5, 0.3, 0.1)), "friction: must be >= 0, got -0.5"),
+        (lambda: block(Rational(0.5, -0.3, 0.1)), "friction: kinetic: must be >= 0, got -0.3"),
+        (lambda: block(Stribeck(0.5, 0.3, 0.1, np.nan)), "viscous"),
+        (lambda: Tabulated([0.1, 0.2], [0.3, 0.4]), "speeds: must ascend from 0"),
+        (lambda: Tabulated([0.0, 0.2], [0.3, -0.4]), "values: must be >= 0"),
+        (lambda: block({"law": "stribek"}), "law: expected one of"),
+        (lambda: block({"law": "linear", "mu0": 0.3}), "needs slope"),
+        (lambda: block({"law": "linear", "mu0": 0.3, "slope": 0.1, "speed": 1.0}), "has no 'speed'"),
+    ],
+)
+def test_ill_posed_laws_are_refused(make, message):
+    with pytest.raises(ss.InputError, match=message):
+        make()
+
+
+def test_contacts_without_mass_take_constant_friction():
+    contact = ss.Contact(
+        tangential=0,
+        normal=1,
+        friction=STRIBECK,
+        slider_speed=0.1,
+        normal_stiffness=1e5,
+        tangential_stiffness=1e5,
+    )
+    with pytest.raises(ss.InputError, match="a constant one in a scene with dofs without mass"):
+        ss.Scene([1.0, 1.0], np.diag([1e4, 1e4]), contacts=[contact])
