@@ -4,7 +4,7 @@
 // Seconds of computing above which a motion is no longer followed while the point is dragged.
 const SLOW = 0.25;
 // Values of loci and cells of a map while dragging and at rest.
-const COARSE = { loci: 41, map: [24, 18] }, FINE = { loci: 121, map: [72, 54] };
+const COARSE = { loci: 31, map: [24, 18] }, FINE = { loci: 121, map: [72, 54] };
 const by = (id) => document.getElementById(id);
 let scene = null;
 const plots = {};
