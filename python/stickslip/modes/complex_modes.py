@@ -90,9 +90,9 @@ def complex_modes(
     if transverse is not None:
         scene = with_transverse_friction(scene, chosen, transverse)
     if near is not None and band is not None:
-        raise InputError("near: goes without band; take the union of two results, or one of them")
+        raise InputError("near: cannot be given together with band; call it once with each")
     if band is None and tuple(growth) != (None, None):
-        raise InputError(f"growth: goes with band, got {growth!r} without")
+        raise InputError(f"growth: needs a band, got growth={growth!r} alone")
     region = None if band is None else region_of(band, growth)
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)

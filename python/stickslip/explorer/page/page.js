@@ -45,6 +45,7 @@ class Lane {
       } catch (error) {
         by("note").textContent = error instanceof TypeError ? "The program behind this page does not answer; it may have ended." : String(error.message);
         this.wanted = false;
+        this.last = "";
       }
     }
     this.busy = false;
