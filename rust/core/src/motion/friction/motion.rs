@@ -23,13 +23,15 @@ use crate::motion::taylor::motion::{TRUNCATION, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
 use crate::numerics::simd::VectorUnit;
-use crate::scene::FrictionLaw;
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
 /// One unit of rounding.
 const UNIT: f64 = 0.5 * f64::EPSILON;
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
 const TUBE: f64 = 1e-6;
+/// Largest L of a panel: rounding grows by (e^L - 1) / L, some 70.
+const STEEPEST: f64 = 6.0;
 /// Times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
 /// Distance from a speed of a table, relative to it, that is rounding of the motion to it.
@@ -135,6 +137,12 @@ impl LawMotion {
         self.ended.map(|place| operator.contacts[place].contact)
     }
 
+    /// The piece of the table of a contact on the panel.
+    #[cfg(test)]
+    pub fn piece(&self, place: usize) -> usize {
+        self.contacts[place].series.piece
+    }
+
     /// A rate of the linear part of the motion, 1/s; quadratures go by single panels anyway.
     pub fn rate(&self, operator: &LawOperator) -> f64 {
         operator.taylor.norm()
@@ -158,12 +166,13 @@ impl LawMotion {
         }
         let scale = self.taylor.scale(&operator.taylor);
         for _ in 0..TRIALS {
-            let (truncation, error) = self.bound(scene, operator, scale);
+            let (truncation, error, exponent) = self.bound(scene, operator, scale);
             self.left_out = error;
-            if truncation <= TRUNCATION * scale && error.is_finite() {
+            if truncation <= TRUNCATION * scale && error.is_finite() && exponent <= STEEPEST {
                 break;
             }
             let factor = (TRUNCATION * scale / truncation).powf(1.0 / COEFFICIENTS as f64);
+            let factor = factor.min(STEEPEST / exponent);
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
         }
@@ -256,8 +265,8 @@ impl LawMotion {
         }
     }
 
-    /// Bounds of the error of the state by truncation alone, and of all of it.
-    fn bound(&mut self, scene: &Scene, operator: &LawOperator, scale: f64) -> (f64, f64) {
+    /// Bounds of the error of the state by truncation alone, and of all of it, and L.
+    fn bound(&mut self, scene: &Scene, operator: &LawOperator, scale: f64) -> (f64, f64, f64) {
         let Self { taylor, contacts, coupling, .. } = self;
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
@@ -334,7 +343,7 @@ impl LawMotion {
         for (sliding, (own, gain)) in contacts.iter_mut().zip(of_products) {
             sliding.error = own + gain * error;
         }
-        (growth * truncated + beyond, error)
+        (growth * truncated + beyond, error, exponent)
     }
 
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
