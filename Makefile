@@ -33,7 +33,7 @@ test-slow: $(INSTALLED) ## Test the package with many new random examples of eve
 	$(BIN)/python -m pytest --hypothesis-profile slow $(PYTEST)
 
 # Playwright drives the browser of the system: CHROMIUM=..., by default `chromium`.
-test-browser: $(VENV)/.extra-browser ## Look at the report and the explorer in a browser
+test-browser: $(VENV)/.extra-browser pages ## Look at the documentation, the report and the explorer in a browser
 	$(BIN)/python -m pytest tests/browser
 
 # Seeds share no scene; a campaign that was stopped goes on.
@@ -78,7 +78,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/studies.md)
+	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/large_scenes.py

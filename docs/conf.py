@@ -21,6 +21,7 @@ source_suffix = {".md": "markdown"}
 exclude_patterns = ["_build"]
 html_theme = "furo"
 html_title = f"stickslip {release}"
+html_show_copyright = False
 html_static_path = ["_static"]
 html_css_files = ["wide.css"]
 

@@ -6,7 +6,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import stickslip as ss
-from stickslip.show.style import panel_letters, readable_lengths, readable_times, save
+from stickslip.show.style import panel_letters, readable_units, save
 
 
 def test_panels_have_letters_and_a_single_one_has_none():
@@ -30,7 +30,7 @@ def test_short_times_are_in_milliseconds(end, label):
     figure = Figure()
     axes = figure.subplots()
     ss.plot.contact_status(axes, run)
-    readable_times(figure)
+    readable_units(figure)
     assert axes.get_xlabel() == label
     # Contact 0 stands on top.
     assert axes.get_ylim()[0] > axes.get_ylim()[1]
@@ -43,25 +43,32 @@ def test_panels_that_share_a_label_share_its_unit():
     above, below = figure.subplots(2, 1)
     above.set_xlim(0.0, 0.6)
     below.set(xlim=(0.58, 0.6), xlabel="time, s")
-    readable_times(figure)
+    readable_units(figure)
     assert below.get_xlabel() == "time, s"
     above.set_xlim(0.5, 0.55)
-    readable_times(figure)
+    readable_units(figure)
     assert below.get_xlabel() == "time, ms"
     assert above.xaxis.get_major_formatter()(0.52, 0) == "520"
 
 
-@pytest.mark.parametrize(("far", "label", "tick"), [(9e3, "x, µm", None), (5e4, "x, mm", "50")])
-def test_far_displacements_are_in_millimetres(far, label, tick):
+@pytest.mark.parametrize(
+    ("given", "largest", "label", "tick"),
+    [
+        ("x1, µm", 5e4, "x1, mm", "50"),
+        ("x1, µm", 800.0, "x1, µm", "800"),
+        ("x1, m", 9e-4, "x1, µm", "900"),
+        ("x1, m", 8e-3, "x1, mm", "8"),
+        ("x1, m", 3.0, "x1, m", "3"),
+    ],
+)
+def test_lengths_have_a_unit_that_suits_them(given, largest, label, tick):
     figure = Figure()
     axes = figure.subplots()
-    axes.set(xlim=(0.0, far), xlabel="x, µm", ylabel="amplitude, µm", ylim=(1.0, far), yscale="log")
+    axes.set(ylim=(-largest, 0.5 * largest), ylabel=given)
     for _ in range(2):
-        readable_lengths(figure)
-    assert axes.get_xlabel() == label
-    assert axes.get_ylabel() == "amplitude, µm"
-    if tick:
-        assert axes.xaxis.get_major_formatter()(5e4, 0) == tick
+        readable_units(figure)
+        assert axes.get_ylabel() == label
+        assert axes.yaxis.get_major_formatter().format_ticks([largest])[0].removesuffix(".0") == tick
 
 
 @pytest.mark.parametrize("form", ["png", "pdf", "svg"])

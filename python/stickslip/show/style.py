@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import BinaryIO
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -22,10 +23,10 @@ CONTACT = ("#004488", "#66ccee", "#997700", "#ee99aa")
 #: Stable and unstable.
 STABLE, UNSTABLE = "#4477aa", "#cc3311"
 MICROMETRES = 1e6
+#: Units of length, by how many of them a metre has.
+LENGTHS = {"m": 1.0, "mm": 1e3, "µm": MICROMETRES}
 #: Range of a time axis, s, below which its ticks are in ms.
 SHORT = 0.1
-#: Displacement on an axis, µm, from which on its ticks are in mm.
-FAR = 1e4
 #: Points per inch that journals ask for at least.
 DPI = 300
 
@@ -39,7 +40,7 @@ def quantity(name: object, units: str = "1") -> str:
 def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
-    The panels of several bear letters, a short time axis is in milliseconds, a far displacement in mm.
+    The panels of several bear letters, and axes have units that suit what they show.
 
     Parameters
     ----------
@@ -54,8 +55,7 @@ def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str 
     """
     import matplotlib
 
-    readable_times(figure)
-    readable_lengths(figure)
+    readable_units(figure)
     panel_letters(figure)
     # What would tell when and by which version a file was made.
     metadata = {"png": {"Software": None}, "pdf": {"CreationDate": None}, "svg": {"Date": None}}
@@ -64,9 +64,25 @@ def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str 
         figure.savefig(path, dpi=dpi, format=kind or None, metadata=metadata.get(kind or ""))
 
 
-def readable_times(figure: Figure) -> None:
-    """Let time axes be in milliseconds where all panels of a figure show a short time."""
+def readable_units(figure: Figure) -> None:
+    """Let the axes of a figure have units that suit what they show: times s or ms, lengths m, mm or µm."""
     panels = _panels(figure)
+    _readable_times(panels)
+    for axes in panels:
+        for axis in (axes.xaxis, axes.yaxis):
+            name, comma, unit = axis.get_label_text().rpartition(", ")
+            if not comma or unit not in ("m", "µm") or axis.get_scale() != "linear":
+                continue
+            largest = np.abs(axis.get_view_interval()).max() / LENGTHS[unit]
+            fitting = next((of for of, per_metre in LENGTHS.items() if largest * per_metre >= 1.0), "µm")
+            if fitting != unit:
+                factor = LENGTHS[fitting] / LENGTHS[unit]
+                axis.set_label_text(f"{name}, {fitting}")
+                axis.set_major_formatter(lambda value, _, factor=factor: f"{factor * value:.6g}")
+
+
+def _readable_times(panels: list[Axes]) -> None:
+    """Let time axes be in milliseconds where all panels show a short time."""
     timed = [axes for axes in panels if axes.get_xlabel() == "time, s"]
     # A panel without a label of its own is read by that of another.
     read_alike = [axes for axes in panels if axes in timed or not axes.get_xlabel()]
@@ -76,17 +92,6 @@ def readable_times(figure: Figure) -> None:
         axes.set_xlabel("time, ms")
     for axes in read_alike if timed else []:
         axes.xaxis.set_major_formatter(lambda seconds, _: f"{1e3 * seconds:.6g}")
-
-
-def readable_lengths(figure: Figure) -> None:
-    """Let axes of displacements in µm that reach far be in mm."""
-    for panel in _panels(figure):
-        for axis in (panel.xaxis, panel.yaxis):
-            label = axis.label.get_text()
-            far = max(abs(bound) for bound in axis.get_view_interval()) >= FAR
-            if label.endswith(", µm") and axis.get_scale() == "linear" and far:
-                axis.set_label_text(f"{label.removesuffix('µm')}mm")
-                axis.set_major_formatter(lambda micrometres, _: f"{1e-3 * micrometres:.6g}")
 
 
 def panel_letters(figure: Figure) -> None:

@@ -17,7 +17,7 @@ from matplotlib.collections import Collection
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from stickslip.show.style import readable_lengths, readable_times
+from stickslip.show.style import readable_units
 
 #: Points of a line, and members of a collection, above which they are drawn as pixels: a page stays small.
 DENSE_LINE, DENSE_COLLECTION = 2500, 400
@@ -53,8 +53,7 @@ def svg(figure: Figure, name: str, alternative: str) -> Markup:
     alternative
         What it shows, for those who do not see it.
     """
-    readable_times(figure)
-    readable_lengths(figure)
+    readable_units(figure)
     for axes in figure.axes:
         for artist in axes.get_children():
             if _is_dense(artist):
