@@ -50,9 +50,8 @@ struct Sliding {
     beyond: f64,
     /// y
     force: [f64; COEFFICIENTS],
-    /// N without what laws add, at the origin at rest, and the sum of the absolute values of its terms on the panel.
+    /// N without what laws add, at the origin at rest.
     at_origin: f64,
-    size: f64,
     /// Bound of the error of y.
     error: f64,
 }
@@ -116,7 +115,6 @@ impl LawMotion {
                 beyond: 0.0,
                 force: none,
                 at_origin,
-                size: 0.0,
                 error: 0.0,
             });
         }
@@ -221,7 +219,6 @@ impl LawMotion {
         taylor.force.copy_from_slice(base);
         for (one, sliding) in operator.contacts.iter().zip(contacts) {
             sliding.beyond = taylor.displacement(&one.normal, COEFFICIENTS).abs();
-            sliding.size = taylor.size_of(&one.normal);
         }
     }
 
@@ -315,12 +312,11 @@ impl LawMotion {
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
         let mut of_products = Vec::with_capacity(laws.len());
-        for (one, (sliding, (law, excess, pressed, products))) in
-            operator.contacts.iter().zip(contacts.iter().zip(&laws))
-        {
+        for (one, (law, excess, pressed, products)) in operator.contacts.iter().zip(&laws) {
             let largest = excess + law.truncation + law.rounding;
             let cut = products + law.truncation * pressed + largest * off;
-            let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * sliding.size;
+            let size = taylor.size_of(&one.normal);
+            let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
             let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
             let gain = largest * moved + slope;
