@@ -82,6 +82,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/large_scenes.py
+	$(BIN)/python benchmarks/band_modes.py --sizes 5000 10000 50000 $(INTO:%=--into %)
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py
 	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)

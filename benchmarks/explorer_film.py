@@ -17,7 +17,7 @@ from playwright.sync_api import sync_playwright
 import stickslip as ss
 
 #: Pictures, ms that each is shown, pixels across, colours.
-PICTURES, SHOWN, WIDTH, SHADES = 44, 120, 820, 64
+PICTURES, SHOWN, WIDTH, SHADES = 44, 120, 820, 128
 #: Friction and slider speed on the way of the point, from where the film ends, too.
 WAY = ((1.5, 0.025), (0.55, 0.03), (0.9, 0.045), (1.5, 0.07), (2.4, 0.05), (1.9, 0.02), (1.5, 0.025))
 

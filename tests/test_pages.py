@@ -66,8 +66,13 @@ def test_commands_are_run_and_verbs_exist(tmp_path, monkeypatch):
 
 def test_links_between_pages_lead_somewhere():
     for page in SHORT.values():
-        for link in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
-            assert (page.parent / link).exists(), f"{page}: {link}"
+        for link, place in re.findall(r"\]\(([^)#:\s]*)(?:#([^)]*))?\)", page.read_text(encoding="utf-8")):
+            target = page.parent / link if link else page
+            assert target.exists(), f"{page}: {link}"
+            if place:
+                headings = re.findall(r"^#+ (.*)$", target.read_text(encoding="utf-8"), re.MULTILINE)
+                slugs = {re.sub(r"[^\w -]", "", heading.lower()).replace(" ", "-") for heading in headings}
+                assert place in slugs, f"{page}: {link}#{place}"
 
 
 def test_every_picture_of_a_page_is_shown():

@@ -137,7 +137,7 @@ class Batch:
     def __new__(
         cls,
         duration: float,
-        method: Literal["auto", "modal", "taylor"],
+        method: Literal["auto", "modal", "taylor", "local"],
         max_events: int | None,
         time_limit: float | None,
         accumulation_tolerance: float,
@@ -224,7 +224,7 @@ class Trajectory:
         velocity: _Real,
         combination: _Statuses,
         duration: float,
-        method: Literal["auto", "modal", "taylor"],
+        method: Literal["auto", "modal", "taylor", "local"],
         max_events: int | None,
         time_limit: float | None,
         accumulation_tolerance: float,
@@ -340,7 +340,7 @@ class Orbit:
 def attractor(
     trajectory: Trajectory,
     limit: float,
-    method: Literal["auto", "modal", "taylor"],
+    method: Literal["auto", "modal", "taylor", "local"],
     time_limit: float | None,  # wall-clock seconds of the search, > 0
 ) -> _Settled: ...
 def settle_all(

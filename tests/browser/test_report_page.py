@@ -326,6 +326,24 @@ def test_legends_of_figures_hide_what_they_name_and_figures_zoom(opened):
     assert loci.get_attribute("viewBox").split() == whole.split()
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_figures_are_dark_in_the_dark_and_their_colours_stay(opened, scheme):
+    page = opened(reduced_motion="reduce", color_scheme=scheme)
+    status = page.locator("svg.plot[aria-label^='Contact status']").nth(1)
+    status.scroll_into_view_if_needed()
+    shade = np.asarray(Image.open(io.BytesIO(status.screenshot())).convert("RGB"), dtype=float)
+    paper = shade[:4].mean()
+    assert (paper < 60) == (scheme == "dark")
+    for colour in ((0x44, 0x77, 0xAA), (0xCC, 0x33, 0x11), (0xDD, 0xAA, 0x33)):
+        assert np.mean(np.abs(shade - colour).max(axis=2) < 3) > 0.001, colour
+    # Lines of the axes, letters and marks of Hopf points stand out.
+    ink = page.evaluate("getComputedStyle(document.body).color")
+    for part in ("[data-entry] use", "text"):
+        name = "stroke" if "use" in part else "fill"
+        found = page.evaluate(f"getComputedStyle(document.querySelector('svg.plot {part}')).{name}")
+        assert (found == ink) or scheme == "light"
+
+
 def test_the_part_to_touch_is_dark_in_the_dark_and_not_on_paper(opened):
     page = opened(reduced_motion="reduce", color_scheme="dark")
     assert np.median(pixels(page.locator("#move-loci .stage"))) < 60

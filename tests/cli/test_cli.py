@@ -515,6 +515,6 @@ def test_modes_of_a_band_and_near_frequencies(brake):
     assert len(list(csv.DictReader(io.StringIO(band)))) == np.count_nonzero(wanted) > 0
     near = run("modes", brake, *fixed, "--near", 120, "--near", 300, "--count", 1).stdout
     assert len(list(csv.DictReader(io.StringIO(near)))) == 4
-    assert "growth: goes with band" in run("modes", brake, "--growth", 0, "none", code=2).stderr
+    assert "growth: needs a band" in run("modes", brake, "--growth", 0, "none", code=2).stderr
     assert "expected two numbers" in run("modes", brake, "--band", 0, 9, "--growth", 0, "x", code=2).stderr
     assert "--all goes with neither" in run("modes", brake, "--all", "--band", 0, 9, code=2).stderr

@@ -13,9 +13,11 @@ from functools import partial
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 import stickslip as ss
 from equal_chain import PART
+from stickslip.cli import main
 from stickslip.explorer import sound
 from stickslip.explorer.knobs import joint, knobs
 from stickslip.scene.family import Family
@@ -173,6 +175,16 @@ def test_a_sound_has_the_main_line_of_the_cycle():
     assert np.abs(heard).max() == pytest.approx(0.8 * 32767, rel=1e-3)
     with pytest.raises(ss.InputError, match="contact: expected an index below 2, got 2"):
         sound(run, 2)
+
+
+def test_the_command_line_writes_a_sound(tmp_path):
+    file = tmp_path / "brake.toml"
+    ss.save(ss.models.two_subsystems(), file)
+    options = ["--duration", "0.25", "--contact", "1", "-o", str(tmp_path / "squeal.wav")]
+    told = CliRunner().invoke(main, ["listen", str(file), *options])
+    assert told.exit_code == 0, told.output
+    with wave.open(str(tmp_path / "squeal.wav"), "rb") as heard:
+        assert heard.getnframes() == pytest.approx(0.25 * 44100, abs=1)
 
 
 FOREIGN = [

@@ -1,5 +1,6 @@
 """Readers against matrices in memory, against CalculiX itself, and against hostile files."""
 
+import sys
 from pathlib import Path
 
 import meshio
@@ -227,7 +228,7 @@ HB = (
         ("a.rsa", HB.replace("RSA", "CSA"), "line 3: expected a real assembled matrix, RSA or RUA"),
         ("a.rsa", HB.replace("(3E12.4)", "(3E12.4"), "line 4: expected a format such as"),
         ("a.rsa", "title\n", "a head of four lines, got 1 lines"),
-        ("a.txt", STI, "expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz or .mat"),
+        ("a.txt", STI, "expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz, .mat or .op4"),
     ],
 )  # fmt: skip
 def test_hostile_files_are_refused_with_file_and_line(tmp_path, name, text, told):
@@ -298,3 +299,39 @@ def test_a_mesh_gives_points(made, tmp_path):
     assert body.dofs == tuple(f"{node}.{k}" for node in (1, 2, 3) for k in (1, 2, 3))
     np.testing.assert_array_equal(body.points, 1e-3 * np.eye(3))
     assert body.cells["triangle"].tolist() == [[0, 1, 2]]
+
+
+def test_op4_files_need_pyyeti(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "pyyeti.nastran.op4", None)
+    (tmp_path / "pad.op4").write_bytes(b"")
+    with pytest.raises(ss.InputError, match=r"pad\.op4: OP4 files are read by pyYeti; pip install pyyeti"):
+        ss.fe.read(tmp_path / "pad.op4")
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_op4_files_hold_the_matrices(made, tmp_path, binary):
+    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    stiffness, mass, dofs = made
+    skew = 1e3 * (np.tri(9) - np.tri(9).T)
+    file = tmp_path / "pad.op4"
+    held = {"kaa": scipy.sparse.coo_matrix(stiffness), "maa": mass, "baa": 1e-6 * stiffness + skew}
+    op4.write(str(file), held, binary=binary)
+    body = ss.fe.read(file, dofs=dofs)
+    for found, expected in (
+        (body.stiffness, stiffness),
+        (body.mass, mass),
+        (body.damping, 1e-6 * stiffness),
+        (body.gyroscopic, skew),
+    ):
+        np.testing.assert_allclose(found.toarray(), expected, rtol=0, atol=1e-14 * np.abs(expected).max())
+    whole = file.read_bytes()
+    for part in (0, 5, len(whole) // 3, len(whole) // 2):
+        file.write_bytes(whole[:part])
+        with pytest.raises(ss.InputError, match=r"pad\.op4: not readable"):
+            ss.fe.read(file, dofs=dofs)
+    op4.write(str(file), ["kaa", "kaa"], [stiffness, mass], binary=binary)
+    with pytest.raises(ss.InputError, match="holds KAA twice"):
+        ss.fe.read(file, dofs=dofs)
+    op4.write(str(file), {"kaa": stiffness}, binary=binary)
+    with pytest.raises(ss.InputError, match="mass: no file of it"):
+        ss.fe.read(file, dofs=dofs)

@@ -298,3 +298,32 @@ def test_what_is_ill_posed_is_refused(small):
     ):  # fmt: skip
         with pytest.raises(ss.InputError, match=told):
             ss.fe.reduce(scene, **{"band": (100.0, 60e3), **options})
+
+
+@pytest.mark.slow
+def test_the_cycle_of_the_reduced_model_is_that_of_the_full_one():
+    """A separation pulse of 27.3 us: mean period and share of detached time once it has settled."""
+    scene = on_belt(20, 10, 4, friction=0.2)
+    scene = scene.replace(mass=np.asarray(scene.mass.sum(axis=1)).ravel())
+    found = []
+    for modes in (None, 40, 80):
+        model, kicked = scene, scene.dofs[40]
+        if modes is not None:
+            reduced = ss.fe.reduce(scene, (1e3, 60e3), combination="++++++", modes=modes)
+            model, kicked = reduced.scene, "q0"
+        start = ss.sliding_equilibrium(model).perturbed(velocity={kicked: 1e-3})
+        run = ss.simulate(model, start, duration=1e-2, method="taylor")
+        times, statuses = np.array(run.events.time), list(run.events.combination)
+        late = times > 0.5 * run.duration
+        leaves = [
+            time
+            for time, before, after in zip(times[1:], statuses[:-1], statuses[1:], strict=True)
+            if before == "++++++" != after and time > 0.5 * run.duration
+        ]
+        apart = np.array([status.count("d") for status in statuses])[late][:-1] @ np.diff(times[late])
+        share = apart / (6.0 * (times[late][-1] - times[late][0]))
+        found.append((np.mean(np.diff(leaves)), share))
+    (period, share), *others = found
+    for other, part in others:
+        assert other == pytest.approx(period, rel=5e-3)
+        assert abs(part - share) < 0.01

@@ -66,15 +66,15 @@ def test_few_dofs_are_followed_as_they_are():
 def test_what_does_not_go_with_a_band_is_refused():
     scene = ss.models.two_subsystems()
     for options, message in (
-        ({"band": (0.0, 1e3), "modes": 3}, "modes: goes without band"),
-        ({"band": (0.0, 1e3), "vectors": True}, "vectors: goes without band"),
-        ({"growth": (0.0, None)}, "growth: goes with band"),
+        ({"band": (0.0, 1e3), "modes": 3}, "modes: cannot be given together with band"),
+        ({"band": (0.0, 1e3), "vectors": True}, "vectors: cannot be given together with band"),
+        ({"growth": (0.0, None)}, "growth: needs a band"),
         ({"band": (3.0, 1.0)}, "band: expected"),
     ):
         with pytest.raises(ss.InputError, match=message):
             ss.sweep(scene, friction=[0.0, 1.0], **options)
     frictions = {"friction_0": [0.0, 1.0], "friction_1": [0.0, 1.0]}
-    with pytest.raises(ss.InputError, match="band: goes with one parameter"):
+    with pytest.raises(ss.InputError, match="band: expected one parameter with an array"):
         ss.sweep(scene, over=frictions, band=(0.0, 1e3))
 
 
@@ -94,7 +94,7 @@ def test_verdicts_on_a_band_are_those_of_its_modes(block):
         assert found.unstable_modes[k] == np.count_nonzero(modes.unstable & upper)
     with pytest.raises(ss.InputError, match="band: of a large scene expected samples of one parameter"):
         ss.stability(block, "++++++", friction=values, slider_speed=values + 1.0, band=BAND)
-    with pytest.raises(ss.InputError, match="growth: goes with band"):
+    with pytest.raises(ss.InputError, match="growth: needs a band"):
         ss.stability(block, "++++++", friction=values, growth=(0.0, None))
 
 

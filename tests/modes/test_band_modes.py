@@ -235,8 +235,8 @@ def refined(mass, damping, stiffness, value, right, left):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"band": (0.0, 1.0), "near": 1j}, "near: goes without band"),
-        ({"growth": (0.0, None)}, "growth: goes with band"),
+        ({"band": (0.0, 1.0), "near": 1j}, "near: cannot be given together with band"),
+        ({"growth": (0.0, None)}, "growth: needs a band"),
         ({"band": (5.0, 1.0)}, r"band: expected \(lowest, highest\)"),
         ({"band": (-1.0, 1.0)}, r"band: expected \(lowest, highest\)"),
         ({"band": (0.0, 1.0, 2.0)}, r"band: expected \(lowest, highest\)"),

@@ -7,7 +7,8 @@ from matplotlib.animation import AbstractMovieWriter
 
 import stickslip as ss
 from equal_chain import equal_chain
-from stickslip.modes.schematic import schematic
+from meshed import block, plate
+from stickslip.modes.schematic import VIEW, meshed, schematic
 
 
 def line(walls=(100.0, 0.0, 0.0), between=(50.0, 70.0)):
@@ -70,6 +71,37 @@ def test_known_masses_stand_where_they_are():
     displacement[2:4] = 0.0, 1.0
     assert drawing.moved(displacement)[1] == pytest.approx([-np.sin(0.3), np.cos(0.3)])
     assert {(a, b) for a, b, _ in drawing.springs} == {(0, 1), (0, 2), (2, 3)}
+
+
+def test_a_mesh_in_the_plane_keeps_its_shape():
+    scene = ss.fe.assemble(block(4, 2))
+    drawing = meshed(scene.mesh)
+    assert len(drawing.faces) == 8
+    # Its top is held: there no dof moves a point.
+    still = [body for body in drawing.bodies if not body.along]
+    assert [body.y for body in still] == pytest.approx([0.02] * 5)
+    assert (len(drawing.bodies), drawing.omitted) == (15, 0)
+    displacement = np.zeros(scene.size)
+    dof = scene.mesh.dofs[0, 1]
+    displacement[dof] = 1.0
+    moved = drawing.moved(displacement)
+    assert moved[np.any(moved != 0.0, axis=1)] == pytest.approx(np.array([[0.0, 1.0]]))
+
+
+def test_a_mesh_in_space_is_seen_from_above_its_front_faces_last():
+    scene = ss.fe.assemble(plate((2, 2, 2), (0.02, 0.02, 0.004), (0.0, 0.0, 0.0)))
+    drawing = meshed(scene.mesh)
+    # 26 of 27 points and 24 faces lie at the surface; the point within moves nothing that is seen.
+    assert (len(drawing.bodies), len(drawing.faces), drawing.omitted) == (26, 24, 3)
+    right, up, eye = VIEW
+    np.testing.assert_allclose(np.array(VIEW) @ np.transpose(VIEW), np.eye(3), atol=1e-15)
+    assert eye == pytest.approx(np.cross(right, up))
+    surface = sorted({int(node) for face in scene.mesh.faces() for node in face})
+    depth = [np.mean([scene.mesh.points[surface[k]] @ eye for k in face]) for face in drawing.faces]
+    assert depth == sorted(depth)
+    random = np.random.default_rng(3).normal(size=scene.size)
+    there = scene.mesh.displacements(random)[surface]
+    np.testing.assert_allclose(drawing.moved(random), np.stack([there @ right, there @ up], 1), atol=1e-14)
 
 
 def test_a_mode_moves_with_the_phase_of_each_body():

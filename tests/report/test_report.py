@@ -261,6 +261,13 @@ def test_nothing_is_searched_where_every_mode_decays(monkeypatch):
     assert "every mode decays" in found.reasons["cycle"]
 
 
+def test_it_tells_what_it_is_at(tmp_path):
+    told = []
+    ss.write_report(belt(), tmp_path / "belt.html", settings={"duration": 0.5}, told=told.append)
+    assert [text.split()[0] for text in told] == ["computing"] * 3 + ["looking", "drawing", "computing"]
+    assert told[-1] == "computing motions to move through"
+
+
 def test_the_verb_writes_the_page(tmp_path):
     file = tmp_path / "belt.toml"
     ss.save(belt(static_friction=0.4), file)

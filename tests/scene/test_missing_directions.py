@@ -144,7 +144,7 @@ def test_numbers_for_all_contacts_go_to_those_that_they_are_about():
     assert other.replace(normal_force_brake=8.0).contacts[2].normal_force == 8.0
     with pytest.raises(ss.InputError, match="contact 1: friction: must be 0 without a tangential direction"):
         scene.replace(friction_stop=0.1)
-    with pytest.raises(ss.InputError, match="'normal_force' is about no contact"):
+    with pytest.raises(ss.InputError, match="no contact of the scene takes 'normal_force'"):
         dropped().replace(normal_force=2.0)
     shown = repr(scene)
     assert "stop (none / x3)" in shown

@@ -71,6 +71,7 @@ WORK = {
         "refinements": 547,
         "combinations": 5,
         "taylor_phases": 0,
+        "expansions": 0,
     },
     ("standard", "taylor"): {
         "phases": 313,
@@ -79,6 +80,7 @@ WORK = {
         "refinements": 772,
         "combinations": 5,
         "taylor_phases": 313,
+        "expansions": 0,
     },
     ("lifting", "auto"): {
         "phases": 148,
@@ -87,6 +89,7 @@ WORK = {
         "refinements": 292,
         "combinations": 6,
         "taylor_phases": 0,
+        "expansions": 0,
     },
     ("lifting", "taylor"): {
         "phases": 148,
@@ -95,6 +98,7 @@ WORK = {
         "refinements": 386,
         "combinations": 6,
         "taylor_phases": 148,
+        "expansions": 0,
     },
 }
 

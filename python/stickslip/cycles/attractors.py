@@ -141,5 +141,5 @@ def stretch_of(scene: Scene, stretch: float | None) -> float:
     moving = np.abs(complex_modes(scene).eigenvalues)
     slowest = moving[moving > 0.0].min(initial=np.inf)
     if not np.isfinite(slowest):
-        raise InputError("stretch: the scene has no mode to take its time scale from; give it in s")
+        raise InputError("stretch: give it in s, since the scene has no mode that sets a time scale")
     return float(STRETCH * 2.0 * np.pi / slowest)

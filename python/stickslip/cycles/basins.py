@@ -122,7 +122,7 @@ def basins(
     limit: float | None = None,
     **parameters: Any,
 ) -> Basins:
-    """Return which attractor is reached over two axes: initial coordinates, or parameters.
+    """Return the attractor that a motion reaches, over two axes: initial coordinates or parameters.
 
     Parameters
     ----------

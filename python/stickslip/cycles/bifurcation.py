@@ -102,7 +102,7 @@ def bifurcation(
     limit: float | None = None,
     **parameters: Any,
 ) -> Bifurcation:
-    """Return what motions settle to over a parameter.
+    """Return the motions that a scene settles to, over a parameter.
 
     Every motion is simulated until it recurs, and the recurrence is refined to a periodic orbit by Newton's
     method (`Trajectory.limit_cycle`); values are independent of each other and run on all processors, unless

@@ -118,7 +118,7 @@ def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) ->
 
 
 def basins(found: Any, ax: Axes | None = None) -> Axes:
-    """Draw which attractor is reached from where, one shade for each, told by a bar of colours.
+    """Draw the attractor that each start reaches; a colour bar names the attractors.
 
     Parameters
     ----------

@@ -120,7 +120,7 @@ def leading_contacts(flow: xr.Dataset) -> list[int]:
 
 
 def energy_flow(balance: Balance) -> Figure:
-    """Return where the energy of an interval comes from and goes as a flow diagram, widths proportional.
+    """Return the flow diagram of the energy of an interval: arrows as wide as the energy that they carry.
 
     Sliders on the left; friction heat, dampers and impacts on the right; one colour for each contact, and one
     for each of the others. Of more than four contacts the three with most friction heat are shown, and the

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
-    """Return what every complex mode holds and receives, in the combination of each instant.
+    """Return the energy and the power of every complex mode, in the combination of each instant.
 
     The motion less the quasi-static one of the combination (its equilibrium, carried along by sticking
     contacts) is a sum of modes, each of which moves as ``e^{lambda t}`` by itself. Modes of an asymmetric

@@ -79,6 +79,9 @@ class Pairs(Shown):
         nodes are known.
     unpaired
         Nodes of the first surface that face nothing.
+    transverse
+        Directions across the sliding, within the surface, for `complex_modes`: one by dof per pair, empty in
+        the plane and where all dofs are held.
     """
 
     contacts: tuple[Contact, ...]
@@ -88,6 +91,7 @@ class Pairs(Shown):
     tangents: Real
     areas: Real
     unpaired: NDArray[np.int64]
+    transverse: tuple[dict[str, float], ...]
 
     def __len__(self) -> int:
         return len(self.contacts)
@@ -165,9 +169,11 @@ def contact_pairs(
     weights, normals, points = [weights[k] for k in paired], normals[paired], first.points[paired]
     gaps = gaps[paired] if gap is None else np.full(paired.size, real_number("gap", gap))
     speeds, tangents = _sliding(velocity, first.numbers[paired], points, normals)
-    contacts = []
+    across = np.cross(normals, tangents) if dimension == 3 else np.zeros(normals.shape)
+    contacts, transverse = [], []
     for k, place in enumerate(paired):
         node = first.numbers[place]
+        transverse.append(_entries(first, second, int(node), weights[k], across[k]))
         normal, tangential = (
             _entries(first, second, int(node), weights[k], d) for d in (normals[k], tangents[k])
         )
@@ -190,7 +196,14 @@ def contact_pairs(
         areas = np.linalg.norm(first.areas[paired], axis=1)
     unpaired = np.setdiff1d(np.arange(len(first)), paired)
     return Pairs(
-        tuple(contacts), first.numbers[paired], points, normals, tangents, areas, first.numbers[unpaired]
+        tuple(contacts),
+        first.numbers[paired],
+        points,
+        normals,
+        tangents,
+        areas,
+        first.numbers[unpaired],
+        tuple(transverse),
     )
 
 

@@ -46,7 +46,7 @@ HEADER = "# A scene for stickslip; SI units, angles in radians.\n\n"
 
 @dataclass(frozen=True, eq=False)
 class Case:
-    """A scene and what to do with it.
+    """A scene with a start, the settings of a run, and the parameter values of a sweep.
 
     Parameters
     ----------

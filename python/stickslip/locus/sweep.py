@@ -125,7 +125,7 @@ def sweep(
         refuse("modes", modes)
         refuse("vectors", vectors)
         if len(arrays) == 2:
-            raise InputError("band: goes with one parameter with an array of values, got two")
+            raise InputError("band: expected one parameter with an array of values, got two")
     axes = {name: _distinct(name, value) for name, value in arrays.items()}
     family = Family(model)
     sliding = Sliding(family, combination)

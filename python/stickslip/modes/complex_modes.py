@@ -15,6 +15,7 @@ from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
 from stickslip.modes.sparse.region import Region
 from stickslip.modes.sparse.search import Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
+from stickslip.modes.transverse import with_transverse_friction
 from stickslip.scene.checks import Complex, real_array, whole_number
 from stickslip.scene.scene import Scene, checked_combination
 
@@ -33,6 +34,7 @@ def complex_modes(
     growth: Sequence[float | None] = (None, None),
     near: ArrayLike | None = None,
     count: int = 20,
+    transverse: Sequence[Any] | None = None,
 ) -> Modes:
     """Return the complex modes of a scene: all, or of a large scene those that are wanted.
 
@@ -53,12 +55,18 @@ def complex_modes(
     count
         With `near`: number of eigenvalues at each point, of conjugate pairs one. Their conjugates are in the
         result as well.
+    transverse
+        Directions b across the sliding in which friction damps: one per contact, by dof such as ``{"12.2":
+        1.0}`` or as a vector (n,), or None; `stickslip.fe.Pairs.transverse` has those of a mesh. A contact
+        that slides steadily adds ``mu N_0 / |v| b b'`` to the damping, with its normal force N_0 in the
+        equilibrium of the combination: friction opposes the slip velocity, which a small motion across
+        turns without changing the size of the force. Modes feel it alone, motions do not.
 
     Raises
     ------
     InputError
         If `combination` does not fit the scene, or a slider speed is zero where none is given; if `band`,
-        `growth`, `near` or `count` is ill-posed, or both `band` and `near` are given.
+        `growth`, `near`, `count` or `transverse` is ill-posed, or both `band` and `near` are given.
     NoSteadySlidingError
         If none is given and a contact would pull in steady sliding. With a combination the modes are computed
         whether or not the static load keeps its contacts closed.
@@ -79,10 +87,12 @@ def complex_modes(
     winding of ``det P`` round a wide contour, with those found divided out: see `Modes.missing`.
     """
     chosen = checked_combination(scene, combination)
+    if transverse is not None:
+        scene = with_transverse_friction(scene, chosen, transverse)
     if near is not None and band is not None:
-        raise InputError("near: goes without band; take the union of two results, or one of them")
+        raise InputError("near: cannot be given together with band; call it once with each")
     if band is None and tuple(growth) != (None, None):
-        raise InputError(f"growth: goes with band, got {growth!r} without")
+        raise InputError(f"growth: needs a band, got growth={growth!r} alone")
     region = None if band is None else region_of(band, growth)
     points = np.zeros(0, dtype=complex) if near is None else _points(near)
     whole_number("count", count, 1)

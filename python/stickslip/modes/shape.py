@@ -106,7 +106,7 @@ def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
 
 
 def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
-    """Return where every mode takes its energy from and where it loses it.
+    """Return the power that every mode takes from contacts and loses to dampers.
 
     Parameters
     ----------

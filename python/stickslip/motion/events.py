@@ -205,7 +205,7 @@ class Grazing(NamedTuple):
 
 
 class Accumulation(NamedTuple):
-    """The limit of a series of bounces, taken instead of the rest of them."""
+    """The limit of a series of bounces, which replaces the bounces that remain."""
 
     #: index of its event
     event: int

@@ -42,7 +42,7 @@ COLUMNS = (
 
 
 def known(scene: Scene) -> Known:
-    """Return what is known of the published model, of its parts that a scene has: nothing of another scene.
+    """Return what was published of a scene: the two-subsystem model, or a part of it.
 
     Masses and start are those of the published model whatever its friction, slider speeds and loads; the
     section compares every published number and figure with the computed one, for a scene at parameters of

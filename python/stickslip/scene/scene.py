@@ -473,7 +473,7 @@ def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list
         if place is None and np.ndim(value) == 0:
             places = [k for k in places if concerns(field, contacts[k])]
         if len(contacts) and not places:
-            raise InputError(f"replace: {name!r} is about no contact of the scene")
+            raise InputError(f"replace: no contact of the scene takes {name!r}")
         for k in places:
             if (field, k) in setting:
                 raise InputError(f"replace: {name!r} and {setting[field, k]!r} set the same number")

@@ -8,6 +8,7 @@ from typing import BinaryIO
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import FuncFormatter
 
 #: One colour per status, the same in every figure.
 COLOURS = {"+": "#4477aa", "-": "#aa3377", "s": "#cc3311", "d": "#ddaa33"}
@@ -78,7 +79,7 @@ def readable_units(figure: Figure) -> None:
             if fitting != unit:
                 factor = LENGTHS[fitting] / LENGTHS[unit]
                 axis.set_label_text(f"{name}, {fitting}")
-                axis.set_major_formatter(lambda value, _, factor=factor: f"{factor * value:.6g}")
+                axis.set_major_formatter(_scaled(factor))
 
 
 def _readable_times(panels: list[Axes]) -> None:
@@ -91,7 +92,11 @@ def _readable_times(panels: list[Axes]) -> None:
     for axes in timed:
         axes.set_xlabel("time, ms")
     for axes in read_alike if timed else []:
-        axes.xaxis.set_major_formatter(lambda seconds, _: f"{1e3 * seconds:.6g}")
+        axes.xaxis.set_major_formatter(_scaled(1e3))
+
+
+def _scaled(factor: float) -> FuncFormatter:
+    return FuncFormatter(lambda value, _: f"{factor * value:.6g}")
 
 
 def panel_letters(figure: Figure) -> None:

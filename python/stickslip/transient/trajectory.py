@@ -30,7 +30,7 @@ class Trajectory(Motion):
     def limit_cycle(
         self,
         further: float = 10.0,
-        method: Literal["auto", "modal", "taylor"] = "auto",
+        method: Literal["auto", "modal", "taylor", "local"] = "auto",
         *,
         time_limit: float | None = None,
     ) -> Cycle:

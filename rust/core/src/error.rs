@@ -21,6 +21,12 @@ pub enum Error {
         /// What was given, in the form of `expected`.
         got: String,
     },
+    /// A scene that local marches cannot follow.
+    #[error("method: 'local' does not work here: {reason}; use 'auto'")]
+    NotLocal {
+        /// What stands in the way.
+        reason: &'static str,
+    },
     /// Loads whose frequencies have no common period, so that no motion under them is periodic.
     #[error(
         "loads: {first} Hz and {second} Hz have no common period of at most a thousand of their own, so no motion under both is periodic"

@@ -120,9 +120,11 @@ pub fn method_named(py: Python<'_>, name: &str) -> PyResult<Method> {
         "auto" => Ok(Method::Auto),
         "modal" => Ok(Method::Modal),
         "taylor" => Ok(Method::Taylor),
+        "local" => Ok(Method::Local),
         other => {
-            let message =
-                format!("method: must be \"auto\", \"modal\" or \"taylor\", got {other:?}");
+            let message = format!(
+                "method: must be \"auto\", \"modal\", \"taylor\" or \"local\", got {other:?}"
+            );
             Err(named(py, "InputError", &message))
         }
     }

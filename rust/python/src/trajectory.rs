@@ -11,7 +11,7 @@ use stickslip_core as core;
 use crate::convert::{
     integers, kinds, matrix, method_named, read_record, stops_at_grazing, vector,
 };
-use crate::errors::raise;
+use crate::errors::{named, raise};
 use crate::interrupt::{detached, listening};
 use crate::scene::{Scene, StatusInput};
 
@@ -129,6 +129,7 @@ impl Trajectory {
         dict.set_item("refinements", counters.refinements)?;
         dict.set_item("combinations", counters.combinations)?;
         dict.set_item("taylor_phases", counters.taylor_phases)?;
+        dict.set_item("expansions", counters.expansions)?;
         Ok(dict)
     }
 
@@ -162,6 +163,10 @@ impl Trajectory {
 
     /// Everything but the scene, as numbers and names; `Trajectory.from_record` takes it.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        if self.inner.is_local() {
+            let message = "record: a motion by method \"local\" has none yet; keep its samples, or run it by another method";
+            return Err(named(py, "InputError", message));
+        }
         let record = self.inner.record();
         let counters = record.counters;
         let contact = match record.stop_reason {
@@ -194,6 +199,7 @@ impl Trajectory {
                 counters.refinements,
                 counters.combinations,
                 counters.taylor_phases,
+                counters.expansions,
             ],
         )?;
         let reason = &record.stop_reason;
@@ -283,7 +289,7 @@ struct Record<'py> {
     event_phase: Vec<usize>,
     grazings: Vec<(f64, usize, String, f64, f64)>,
     accumulations: Vec<(usize, usize, f64)>,
-    counters: [usize; 6],
+    counters: [usize; 7],
     stop: (String, String, Option<usize>),
     end: f64,
 }
@@ -311,7 +317,8 @@ impl Record<'_> {
             .into_iter()
             .map(|(event, bounces, error)| core::transient::Accumulation { event, bounces, error })
             .collect();
-        let [phases, panels, leaps, refinements, combinations, taylor_phases] = self.counters;
+        let [phases, panels, leaps, refinements, combinations, taylor_phases, expansions] =
+            self.counters;
         let bases = self
             .bases
             .into_iter()
@@ -340,6 +347,7 @@ impl Record<'_> {
                 refinements,
                 combinations,
                 taylor_phases,
+                expansions,
             },
             stop_reason,
             end: self.end,

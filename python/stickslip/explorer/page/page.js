@@ -4,7 +4,7 @@
 // Seconds of computing above which a motion is no longer followed while the point is dragged.
 const SLOW = 0.25;
 // Values of loci and cells of a map while dragging and at rest.
-const COARSE = { loci: 41, map: [24, 18] }, FINE = { loci: 121, map: [72, 54] };
+const COARSE = { loci: 31, map: [24, 18] }, FINE = { loci: 121, map: [72, 54] };
 const by = (id) => document.getElementById(id);
 let scene = null;
 const plots = {};
@@ -45,6 +45,7 @@ class Lane {
       } catch (error) {
         by("note").textContent = error instanceof TypeError ? "The program behind this page does not answer; it may have ended." : String(error.message);
         this.wanted = false;
+        this.last = "";
       }
     }
     this.busy = false;

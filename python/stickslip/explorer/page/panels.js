@@ -6,8 +6,8 @@ const decode = (text, Kind) => {
   for (let k = 0; k < raw.length; k++) bytes[k] = raw.charCodeAt(k);
   return new Kind(bytes.buffer);
 };
-// Displacements are in µm, large ones in mm: units a metre, and the unit's name.
-const unitOf = (largest) => (largest < 1e-2 ? [1e6, "\u00b5m"] : [1e3, "mm"]);
+// Displacements are in µm, mm or m, as in the figures: how many of them a metre has, and the name.
+const unitOf = (largest) => (largest < 1e-3 ? [1e6, "\u00b5m"] : largest < 1 ? [1e3, "mm"] : [1, "m"]);
 const DASHES = { "-": [], "-.": [7, 3, 1.5, 3], ":": [2, 2], "--": [7, 4] };
 // Codes of the statuses that a click in the legend took out of the portraits.
 const hidden = new Set();

@@ -1,9 +1,10 @@
-"""Bodies from files: CalculiX, Abaqus, Harwell-Boeing, Matrix Market, `.npz`, `.mat`."""
+"""Bodies from files: CalculiX, Abaqus, Harwell-Boeing, Matrix Market, `.npz`, `.mat`, `.op4`."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -29,11 +30,13 @@ from stickslip.scene.scene import Proportional
 #: What a file holds by the end of its name: CalculiX, and Abaqus with the number of the step.
 CALCULIX = {".sti": "stiffness", ".mas": "mass"}
 ABAQUS = {"STIF": "stiffness", "MASS": "mass", "DMPV": "damping"}
-#: Names of arrays in an archive.
+#: Files that hold several arrays by name.
+ARCHIVES = (".npz", ".mat", ".op4")
+#: Names of arrays in an archive; the last ones are those of Nastran.
 ARRAYS = {
-    "mass": ("mass", "M"),
-    "stiffness": ("stiffness", "K"),
-    "damping": ("damping", "C"),
+    "mass": ("mass", "M", "MAA", "MGG"),
+    "stiffness": ("stiffness", "K", "KAA", "KGG"),
+    "damping": ("damping", "C", "BAA", "BGG"),
     "gyroscopic": ("gyroscopic", "G"),
     "circulatory": ("circulatory", "H"),
 }
@@ -72,8 +75,9 @@ def read(
     *files
         Files whose name says what they hold: ``pad.sti``, ``pad.mas``, ``pad.dof`` of CalculiX
         (``*FREQUENCY, SOLVER=MATRIXSTORAGE``); ``pad_STIF2.mtx``, ``pad_MASS2.mtx``, ``pad_DMPV2.mtx`` of
-        Abaqus (``*MATRIX OUTPUT, FORMAT=MATRIX INPUT`` or ``COORDINATE``); one ``.npz`` or ``.mat`` with
-        arrays ``mass`` or ``M``, ``stiffness`` or ``K``, and so on.
+        Abaqus (``*MATRIX OUTPUT, FORMAT=MATRIX INPUT`` or ``COORDINATE``); one ``.npz``, ``.mat`` or ``.op4``
+        with arrays ``mass`` or ``M``, ``stiffness`` or ``K``, and so on, of Nastran ``MAA`` and ``KAA`` or
+        ``MGG`` and ``KGG``. ``.op4`` is read by pyYeti, which has to be installed.
     mass, stiffness, damping, gyroscopic, circulatory
         Files of any other name: Harwell-Boeing ``.rsa``, ``.rua``, ``.hb``; Matrix Market or Abaqus ``.mtx``;
         a sparse ``.npz``; CalculiX. `damping` may be a `Proportional`.
@@ -156,7 +160,7 @@ def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
         path = Path(file)
         suffix = path.suffix.lower()
         match = re.search(r"_(STIF|MASS|DMPV)\d+$", path.stem.upper())
-        if suffix in (".npz", ".mat"):
+        if suffix in ARCHIVES:
             keys = [key for key in ARRAYS if _array_name(path, key)]
             keys += ["dofs"] if "dofs" in _archive(path) else []
         elif suffix in CALCULIX:
@@ -176,7 +180,7 @@ def sorted_files(files: Sequence[str | Path]) -> dict[str, str]:
 
 def _read(path: Path, key: str, size: int | None) -> Found:
     suffix = path.suffix.lower()
-    if suffix in (".npz", ".mat"):
+    if suffix in ARCHIVES:
         return _from_archive(path, key)
     if suffix in (".rsa", ".rua", ".hb"):
         matrix, note = read_harwell_boeing(path)
@@ -184,7 +188,7 @@ def _read(path: Path, key: str, size: int | None) -> Found:
     if suffix in CALCULIX:
         return _calculix(path, size)
     if suffix != ".mtx":
-        raise InputError(f"{path}: expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz or .mat")
+        raise InputError(f"{path}: expected .sti, .mas, .mtx, .rsa, .rua, .hb, .npz, .mat or .op4")
     lines = read_lines(path)
     if lines and lines[0].startswith("%%"):
         return _matrix_market(path, lines)
@@ -279,6 +283,8 @@ def _coordinate(path: Path, lines: list[str], size: int | None) -> Found:
 def _archive(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise InputError(f"{path}: no such file")
+    if path.suffix.lower() == ".op4":
+        return _op4(path)
     try:
         if path.suffix.lower() == ".mat":
             return {k: v for k, v in scipy.io.loadmat(path).items() if not k.startswith("__")}
@@ -290,6 +296,24 @@ def _archive(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: MATLAB version 7.3; save it with '-v7'") from None
     except Exception as error:  # A damaged file makes the readers raise anything.
         raise InputError(f"{path}: not readable: {error}") from None
+
+
+def _op4(path: Path) -> dict[str, Any]:
+    try:
+        op4 = import_module("pyyeti.nastran.op4")
+    except ImportError:
+        raise InputError(f"{path}: OP4 files are read by pyYeti; pip install pyyeti") from None
+    try:
+        # As a list: a file may hold several matrices of one name.
+        names, matrices, *_ = op4.load(str(path), into="list", sparse=True)
+    except Exception as error:  # A damaged file makes the reader raise anything.
+        raise InputError(f"{path}: not readable: {error}") from None
+    if len(set(names)) != len(names):
+        twice = next(name for name in names if names.count(name) > 1)
+        raise InputError(f"{path}: holds {twice.upper()} twice")
+    if not names:
+        raise InputError(f"{path}: not readable: no matrix in it")
+    return {name.upper(): matrix for name, matrix in zip(names, matrices, strict=True)}
 
 
 def _array_name(path: Path, key: str) -> str | None:

@@ -191,7 +191,7 @@ def wanted_region(band: Sequence[float] | None, growth: Sequence[float | None]) 
     if band is not None:
         return region_of(band, growth)
     if tuple(growth) != (None, None):
-        raise InputError(f"growth: goes with band, got {growth!r} without")
+        raise InputError(f"growth: needs a band, got growth={growth!r} alone")
     return None
 
 
@@ -204,4 +204,4 @@ def refuse(name: str, given: Any) -> None:
         If it is given.
     """
     if given:
-        raise InputError(f"{name}: goes without band, got {given!r}")
+        raise InputError(f"{name}: cannot be given together with band, got {given!r}")

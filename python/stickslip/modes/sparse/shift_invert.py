@@ -194,7 +194,7 @@ class _Krylov:
                     with np.errstate(divide="ignore", invalid="ignore"):
                         values = self.shift + self.unit / theta
                     return values, np.concatenate(vectors), reach, done
-                check = done + max(_ROUND // 2, done // 8)
+                check = done + max(_ROUND // 4, done // 16)
 
     def _ritz(
         self, projected: Complex, rest: Complex, count: int, radius: float, whole: bool

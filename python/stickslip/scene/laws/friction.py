@@ -114,11 +114,11 @@ class Stribeck(Law):
     static
         mu at rest, >= 0.
     kinetic
-        What is left of it at large speeds, >= 0.
+        mu at large slip speeds, >= 0.
     speed
-        Over which it falls, m/s, > 0.
+        Scale of the slip speed over which mu falls, m/s, > 0.
     viscous
-        What grows with speed, s/m, >= 0.
+        Growth of mu with slip speed, s/m, >= 0.
     """
 
     static: float
@@ -142,9 +142,9 @@ class Rational(Law):
     static
         mu at rest, >= 0.
     kinetic
-        What is left of it at large speeds, >= 0.
+        mu at large slip speeds, >= 0.
     speed
-        At which half of the difference is left, m/s, > 0.
+        Slip speed at which half of the difference remains, m/s, > 0.
     """
 
     static: float

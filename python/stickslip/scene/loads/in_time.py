@@ -24,8 +24,8 @@ class Harmonic:
     Parameters
     ----------
     amplitude
-        Of a load on dofs: N, by dof, such as ``{"x1": 2.0}``, or a vector (n,). Of a slider
-        (`Contact.slider_vibration`): m/s.
+        For a load on dofs: the force in N by dof, such as ``{"x1": 2.0}``, or as a vector (n,). For a slider
+        (`Contact.slider_vibration`): the velocity in m/s.
     frequency
         Hz, positive.
     phase

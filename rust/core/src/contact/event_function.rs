@@ -330,6 +330,15 @@ pub(crate) fn event_functions(
     Ok(functions)
 }
 
+/// The event functions of one contact in a status; mass must not couple contacts.
+pub(crate) fn functions_of_contact(
+    scene: &Scene,
+    contact: usize,
+    status: Status,
+) -> Vec<EventFunction> {
+    of_contact(scene, contact, status, &None)
+}
+
 /// What ends the status of one contact by `trigger`: its event function, or that of its normal force for a sticking
 /// contact whose friction cone closes. An orbit under loads in time ends with their period.
 pub(crate) fn ending(

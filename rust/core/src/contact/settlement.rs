@@ -66,8 +66,15 @@ pub(crate) struct Series {
 
 impl Settlement {
     /// What is off its slider by nothing and moves away leaves from zero, whatever the event was.
-    pub fn depart(&mut self, scene: &Scene, q: &[f64], u: &[f64]) {
-        for (contact, law) in scene.contacts.iter().enumerate() {
+    pub fn depart(
+        &mut self,
+        scene: &Scene,
+        among: impl Iterator<Item = usize>,
+        q: &[f64],
+        u: &[f64],
+    ) {
+        for contact in among {
+            let law = &scene.contacts[contact];
             let departure = &mut self.departures[contact];
             if *departure == Departure::None
                 && self.statuses[contact] == Status::Detached

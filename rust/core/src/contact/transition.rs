@@ -14,11 +14,14 @@ use crate::scene::status::Status;
 /// Settles all contacts at an event in state (q, q'), which is brought to the exact zeros that the event
 /// stands for: g = 0 at an impact, slip velocity zero at the end of a slide.
 ///
-/// `triggers` are the event functions that vanish at this instant, by contact.
+/// `triggers` are the event functions that vanish at this instant, by contact; `among` are the contacts that the event
+/// can reach at once, ascending: all of them where mass couples contacts.
+#[allow(clippy::too_many_arguments, reason = "what a transition is made of")]
 pub(crate) fn settle(
     scene: &Scene,
     time: f64,
     triggers: &[(usize, EventKind)],
+    among: impl Iterator<Item = usize> + Clone,
     settlement: &mut Settlement,
     series: &Series,
     q: &mut [f64],
@@ -26,9 +29,10 @@ pub(crate) fn settle(
 ) -> Result<(), RunFailure> {
     settlement.rest = None;
     // A gap that rounding has made negative while another contact's event came is zero.
-    for (law, status) in scene.contacts.iter().zip(&settlement.statuses) {
-        if *status == Status::Detached {
-            q[law.normal] = q[law.normal].max(0.0);
+    for contact in among.clone() {
+        if settlement.statuses[contact] == Status::Detached {
+            let normal = scene.contacts[contact].normal;
+            q[normal] = q[normal].max(0.0);
         }
     }
     let mut impact = false;
@@ -62,10 +66,10 @@ pub(crate) fn settle(
     if let Some(w) = &scene.coordinates.delassus {
         let coupled = Coupled { scene, time, w };
         settle_coupled(&coupled, triggers, settlement, series, q, u)?;
-        settlement.depart(scene, q, u);
+        settlement.depart(scene, among, q, u);
         return Ok(());
     }
-    settlement.departures.fill(Departure::None);
+    among.clone().for_each(|contact| settlement.departures[contact] = Departure::None);
     for &(contact, trigger) in triggers {
         if trigger == EventKind::Impact {
             strike(scene, contact, u);
@@ -77,7 +81,7 @@ pub(crate) fn settle(
             jump |= settle_group(scene, group, time, triggers, settlement, q, u)?;
         }
     }
-    for contact in 0..settlement.statuses.len() {
+    for contact in among.clone() {
         let trigger = of_contact(triggers, contact);
         let before = settlement.statuses[contact];
         let law = &scene.contacts[contact];
@@ -91,7 +95,7 @@ pub(crate) fn settle(
             settlement.record(contact, trigger, after, departure);
         }
     }
-    settlement.depart(scene, q, u);
+    settlement.depart(scene, among, q, u);
     Ok(())
 }
 

@@ -206,7 +206,7 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
     let mut known: Option<(FrictionForces, EquationOfMotion)> = None;
     for &time in times {
         cursor.seek("times", time)?;
-        let combination = &trajectory.phases[cursor.phase].basis.combination;
+        let combination = &*trajectory.combination_of(cursor.phase);
         let (friction, equation) = match &mut known {
             Some(known) if known.0.combination == *combination => known,
             known => known.insert((

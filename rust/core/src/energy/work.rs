@@ -120,7 +120,7 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
         walk.works.phases.push(PhaseWork {
             start: start + from,
             duration: to - from,
-            combination: trajectory.phases[phase].basis.combination.clone(),
+            combination: trajectory.combination_of(phase).into_owned(),
             contact: walk.contact.iter().map(|sum| sum.value()).collect(),
             slider: walk.slider.iter().map(|sum| sum.value()).collect(),
             wear: walk.wear.iter().map(|sum| sum.value()).collect(),
@@ -227,7 +227,7 @@ impl<'a> Walk<'a> {
         }
         (self.circulatory, self.oscillating) = Default::default();
         self.origin = self.at_rest().0;
-        let combination = &self.trajectory.phases[phase].basis.combination;
+        let combination = &*self.trajectory.combination_of(phase);
         let friction = match self.friction.take() {
             Some(known) if known.combination == *combination => known,
             _ => FrictionForces::new(self.moving, combination),
@@ -322,7 +322,8 @@ impl<'a> Walk<'a> {
         let (before, (position, after)) = (&self.cursor.u, state.parts());
         let rest = self.at_rest().1;
         let jump: Vec<f64> = after.iter().zip(before).map(|(b, a)| b - a).collect();
-        let statuses = trajectory.phases[phase - 1].basis.combination.statuses();
+        let before_it = trajectory.combination_of(phase - 1);
+        let statuses = before_it.statuses();
         let dependent = self.scene.coordinates.delassus.as_ref();
         let dependent = dependent.filter(|_| !self.scene.dependents.is_empty()).map(|w| {
             let struck = |i: usize| trajectory.events_at(phase).any(|event| event.contact == i);

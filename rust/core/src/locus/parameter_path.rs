@@ -12,8 +12,9 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::locus::series::{Number, Series, StaticSeries};
 use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 use crate::scene::model::Scene;
-use crate::scene::reduction::{Reduced, Reduction};
-use crate::scene::statics::Statics;
+use crate::scene::reduction::bases::Reduction;
+use crate::scene::reduction::reduced_system::Reduced;
+use crate::scene::statics::margins::Statics;
 use crate::scene::status::Combination;
 
 /// Damping along a path.

@@ -3,7 +3,7 @@
 use nalgebra::{ComplexField, DMatrix};
 
 use crate::numerics::double_double::Doubled;
-use crate::scene::statics::Statics;
+use crate::scene::statics::margins::Statics;
 
 /// A real or a complex parameter.
 pub(crate) trait Number: ComplexField<RealField = f64> + Copy {}

@@ -15,7 +15,7 @@ use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Combination;
 
 /// A left vector of a defective mode, and what is divided by its product with the right one.

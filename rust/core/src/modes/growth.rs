@@ -18,8 +18,8 @@ use crate::modes::spectrum::{Vectors, spectrum};
 use crate::numerics::double_double::Doubled;
 use crate::scene::chain::{DOFS, Link, Subsystem, springs};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
-use crate::scene::statics::Steady;
+use crate::scene::reduction::bases::Reduction;
+use crate::scene::statics::margins::Steady;
 use crate::scene::status::{Combination, Status};
 
 /// Part of its modulus below which the sign of a real part is looked at closely: a defective pair splits by the square

@@ -13,7 +13,7 @@ use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
 
 /// Relative correction above which a quotient belongs to no eigenvalue near the given one.

@@ -11,7 +11,7 @@ use crate::linalg::eigenpair::norm;
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::double_double::{Doubled, DoubledComplex};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
 
 /// An m by m matrix in compressed rows of [`Doubled`] entries.

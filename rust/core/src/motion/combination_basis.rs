@@ -17,7 +17,7 @@ use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Combination;
 
 /// How a combination is propagated.

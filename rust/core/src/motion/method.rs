@@ -9,6 +9,8 @@ pub enum Method {
     Modal,
     /// Taylor series alone.
     Taylor,
+    /// Taylor series that an event restarts only where it reaches, in large sparse scenes.
+    Local,
 }
 
 impl Method {
@@ -18,6 +20,7 @@ impl Method {
             Method::Auto => "auto",
             Method::Modal => "modal",
             Method::Taylor => "taylor",
+            Method::Local => "local",
         }
     }
 
@@ -26,7 +29,7 @@ impl Method {
         match self {
             Method::Auto => Wanted::SoundModes,
             Method::Modal => Wanted::Modes,
-            Method::Taylor => Wanted::Series,
+            Method::Taylor | Method::Local => Wanted::Series,
         }
     }
 }

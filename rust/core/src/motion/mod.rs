@@ -2,6 +2,7 @@
 
 pub(crate) mod combination_basis;
 pub(crate) mod friction;
+pub(crate) mod local;
 pub(crate) mod method;
 pub(crate) mod method_cost;
 pub(crate) mod modal;

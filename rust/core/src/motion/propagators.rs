@@ -7,6 +7,8 @@ use lru::LruCache;
 use crate::contact::event_function::event_functions;
 use crate::error::Error;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::local::locality::Locality;
+use crate::motion::local::reach::Reaches;
 use crate::motion::method::Wanted;
 use crate::scene::model::Scene;
 use crate::scene::partition::{Block, blocks_of};
@@ -24,6 +26,7 @@ pub struct Propagators {
     /// With the coordinates that carry its loads.
     pub(crate) scene: Arc<Scene>,
     parts: OnceLock<Vec<Part>>,
+    locality: OnceLock<Result<Arc<Reaches>, Error>>,
     memory: Mutex<Memory>,
 }
 
@@ -76,6 +79,7 @@ impl Propagators {
             bare: Arc::clone(&scene),
             scene: Scene::driven(scene),
             parts: OnceLock::new(),
+            locality: OnceLock::new(),
             memory: Mutex::default(),
         }
     }
@@ -101,6 +105,13 @@ impl Propagators {
                 })
                 .collect()
         })
+    }
+
+    /// What local marches need to know of the scene.
+    pub(crate) fn locality(&self) -> Result<Arc<Reaches>, Error> {
+        self.locality
+            .get_or_init(|| Locality::new(&self.scene).map(|of| Arc::new(Reaches::new(of))))
+            .clone()
     }
 
     /// The basis of a combination, and whether it had to be computed.

@@ -8,7 +8,7 @@ use crate::error::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::model::Scene;
-use crate::scene::reduction::{Reduction, owned};
+use crate::scene::reduction::bases::{Reduction, owned};
 use crate::scene::status::Combination;
 
 impl Scene {

@@ -1,8 +1,8 @@
 //! The model as a value: matrices, contacts, statuses, and the linear system that a status combination leaves.
 
 pub(crate) mod chain;
-pub(crate) mod contact_coordinates;
 pub(crate) mod contact_law;
+pub(crate) mod coordinates;
 pub(crate) mod dependent;
 pub(crate) mod equation_of_motion;
 pub(crate) mod friction;
@@ -22,6 +22,8 @@ pub use friction::law::{FrictionLaw, Table};
 pub use input::scene_input::{Damping, Mass, SceneInput};
 pub use loads::input::{Harmonic, Loads, Steps, Vibration};
 pub use model::{Scene, State};
-pub use reduction::{Reduced, Reduction};
-pub use statics::{Equilibrium, Statics, Steady, Uniqueness};
+pub use reduction::bases::Reduction;
+pub use reduction::reduced_system::Reduced;
+pub use statics::equilibrium::{Equilibrium, Uniqueness};
+pub use statics::margins::{Statics, Steady};
 pub use status::{Combination, Status};

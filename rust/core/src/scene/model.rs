@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::{Contact, Directions, Inertia};
+use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::coupled_mass::CoupledMass;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use crate::linalg::components::components;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_coordinates::Coordinates;
+use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::Dependent;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::loads::input::Loads;

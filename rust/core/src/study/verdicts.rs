@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use crate::error::Error;
 use crate::modes::growth::{ChainMatrices, Verdict};
-use crate::scene::statics::Steady;
+use crate::scene::statics::margins::Steady;
 use crate::scene::status::{Combination, Status};
 use crate::study::family::{Chain, Template};
 use crate::study::questions::Samples;

@@ -1,12 +1,14 @@
 //! The event-driven run, its trajectory, samples and batches.
 
 pub(crate) mod batch;
-pub(crate) mod event_search;
+pub(crate) mod clock;
 pub(crate) mod kept_states;
+pub(crate) mod local;
 pub(crate) mod partitioned;
 pub(crate) mod record;
 pub(crate) mod run;
 pub(crate) mod run_state;
+pub(crate) mod search;
 pub(crate) mod simulate;
 pub(crate) mod trajectory;
 

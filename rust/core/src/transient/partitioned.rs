@@ -162,7 +162,7 @@ fn put_together(
             let (block, run) = &blocks[b];
             current[b] = index;
             rest = run.phases[index].rest;
-            let combination = &run.phases[index].basis.combination;
+            let combination = run.combination_of(index);
             for (&contact, &status) in block.contacts.iter().zip(combination.statuses()) {
                 statuses[contact] = status;
             }
@@ -174,13 +174,16 @@ fn put_together(
         }
         let phase = whole.phases.len();
         let combination = Combination::new(statuses.clone());
-        let bases = blocks.iter().zip(&current).map(|((_, run), &index)| &run.phases[index].basis);
+        let bases = blocks
+            .iter()
+            .zip(&current)
+            .filter_map(|((_, run), &index)| run.phases[index].basis.as_ref());
         let basis = if bases.clone().all(|basis| basis.is_modal()) {
             propagators.basis(&combination, method.for_repeated_use())?.0
         } else {
             Arc::new(propagators.of_parts(combination, bases.cloned())?)
         };
-        whole.phases.push(Phase { start: time, rest, basis });
+        whole.phases.push(Phase { start: time, rest, basis: Some(basis) });
         whole.states.push(&q, &u, &[]);
         let mut events: Vec<(Event, Option<Accumulation>)> = Vec::new();
         for &(b, index) in &begun {
@@ -209,8 +212,15 @@ fn put_together(
         whole.grazings.extend(
             in_time.map(|touch| Grazing { contact: block.contacts[touch.contact], ..*touch }),
         );
-        let Counters { phases: _, panels, leaps, refinements, combinations, taylor_phases } =
-            run.counters;
+        let Counters {
+            phases: _,
+            panels,
+            leaps,
+            refinements,
+            combinations,
+            taylor_phases,
+            expansions: _,
+        } = run.counters;
         whole.counters.panels += panels;
         whole.counters.leaps += leaps;
         whole.counters.refinements += refinements;

@@ -159,8 +159,8 @@ impl Trajectory {
         let phase_basis = self
             .phases
             .iter()
-            .map(|phase| {
-                let basis = phase.basis.as_ref();
+            .filter_map(|phase| phase.basis.as_deref())
+            .map(|basis| {
                 if let Some(&(_, index)) =
                     seen.iter().find(|(known, _)| std::ptr::eq(*known, basis))
                 {
@@ -207,7 +207,7 @@ impl Trajectory {
             .zip(record.phase_basis)
             .map(|((start, rest), index)| {
                 let basis = bases.get(index).ok_or_else(|| refused("phases without a basis"))?;
-                Ok(Phase { start, rest, basis: Arc::clone(basis) })
+                Ok(Phase { start, rest, basis: Some(Arc::clone(basis)) })
             })
             .collect::<Result<Vec<_>, Error>>()?;
         let events = (0..events)
@@ -223,6 +223,7 @@ impl Trajectory {
             phases,
             states: KeptStates::all(scene.size, record.states),
             repetition: None,
+            local: None,
             events,
             grazings: record.grazings,
             accumulations: record.accumulations,

@@ -16,9 +16,10 @@ use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
-use crate::transient::event_search::{PhaseEnd, PhaseSearch};
+use crate::transient::clock::Clock;
 use crate::transient::kept_states::{KEPT, KeptStates};
-use crate::transient::run_state::{Clock, Controls, RunState};
+use crate::transient::run_state::{Controls, RunState};
+use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
 use crate::transient::trajectory::{
     Accumulation, Event, Phase, Repetition, StopReason, Trajectory,
 };
@@ -133,7 +134,7 @@ impl<'a> Run<'a> {
         self.state.trajectory.phases.push(Phase {
             start: self.state.time.seconds,
             rest: self.state.time.rest,
-            basis: Arc::clone(basis),
+            basis: Some(Arc::clone(basis)),
         });
         self.state.trajectory.states.push(&self.state.q, &self.state.u, &settlement.departures);
         self.state.trajectory.end = self.state.time.seconds;
@@ -179,7 +180,7 @@ impl<'a> Run<'a> {
                         }
                     };
                     if let Some(phase) = self.state.trajectory.phases.last_mut() {
-                        phase.basis = Arc::clone(basis);
+                        phase.basis = Some(Arc::clone(basis));
                     }
                     self.state.trajectory.grazings.truncate(grazings);
                     motion.restart(basis, &self.state.q, &self.state.u);
@@ -257,7 +258,8 @@ impl<'a> Run<'a> {
             false => Series::default(),
         };
         let RunState { scene, time, q, u, .. } = &mut self.state;
-        let settled = settle(scene, time.seconds, &search.triggers, settlement, &series, q, u);
+        let all = 0..scene.contacts.len();
+        let settled = settle(scene, time.seconds, &search.triggers, all, settlement, &series, q, u);
         (series, settled)
     }
 
@@ -274,7 +276,9 @@ impl<'a> Run<'a> {
             Method::Auto,
             controls,
         );
-        let Phase { start, rest, basis } = &trajectory.phases[first];
+        let Phase { start, rest, basis: Some(basis) } = &trajectory.phases[first] else {
+            return Vec::new();
+        };
         run.state.time = Clock { seconds: *start, rest: *rest };
         let switches = trajectory.events.iter().filter(|event| event.kind == EventKind::Load);
         for _ in switches.take_while(|event| event.phase <= first) {
@@ -307,7 +311,7 @@ impl<'a> Run<'a> {
             let (_, settled) = run.settle(&search, &mut settlement);
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
-            let basis = &trajectory.phases[phase].basis;
+            let Some(basis) = &trajectory.phases[phase].basis else { return states };
             basis.complete(&mut run.state.q, &mut run.state.u);
             motion.restart(basis, &run.state.q, &run.state.u);
             states.extend_from_slice(&run.state.q);

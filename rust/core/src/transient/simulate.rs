@@ -8,6 +8,7 @@ use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::contact_law::Directions;
 use crate::scene::model::State;
+use crate::transient::local::march;
 use crate::transient::partitioned;
 use crate::transient::run::Run;
 use crate::transient::run_state::Controls;
@@ -35,6 +36,9 @@ pub fn simulate(
     }
     controls.validate()?;
     let (q, u) = coordinates_at(scene, start, controls.load_time)?;
+    if method == Method::Local {
+        return march::simulate(propagators, (q, u), &start.combination, duration, controls);
+    }
     if !propagators.parts().is_empty() {
         return partitioned::simulate(
             propagators,

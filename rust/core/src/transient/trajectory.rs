@@ -1,5 +1,6 @@
 //! A computed motion: the state after every event, and anything in between on demand.
 
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::fmt;
 use std::sync::Arc;
@@ -12,11 +13,13 @@ use crate::contact::event_kind::EventKind;
 use crate::error::Error;
 use crate::modes::complex_modes::Modes;
 use crate::motion::combination_basis::CombinationBasis;
+use crate::motion::method::Wanted;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
 use crate::transient::kept_states::{KeptStates, PhaseState};
+use crate::transient::local::motion::LocalMotion;
 
 /// One event; the combination is that after everything that happened at the instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -125,6 +128,8 @@ pub struct Counters {
     pub combinations: usize,
     /// Phases propagated by Taylor series.
     pub taylor_phases: usize,
+    /// Coordinates whose series a local march expanded, for panels and for events.
+    pub expansions: usize,
 }
 
 /// One phase: a combination from a state at a time on.
@@ -133,7 +138,8 @@ pub(crate) struct Phase {
     pub start: f64,
     /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,
-    pub basis: Arc<CombinationBasis>,
+    /// None in a local march, where no phase is propagated as a whole.
+    pub basis: Option<Arc<CombinationBasis>>,
 }
 
 /// What a run needs to be repeated from one of its states.
@@ -158,6 +164,8 @@ pub struct Trajectory {
     pub(crate) states: KeptStates,
     /// How the run is repeated between kept states.
     pub(crate) repetition: Option<Repetition>,
+    /// Of a local march, instead of states and their repetition.
+    pub(crate) local: Option<LocalMotion>,
     /// All events, in order of time.
     pub events: Vec<Event>,
     /// Touches that rounding could not decide, in order of time.
@@ -198,6 +206,7 @@ impl Trajectory {
             phases: Vec::new(),
             states: KeptStates::new(propagators.scene.size, 0, usize::MAX),
             repetition: None,
+            local: None,
             events: Vec::new(),
             grazings: Vec::new(),
             accumulations: Vec::new(),
@@ -213,20 +222,61 @@ impl Trajectory {
     }
 
     /// The combination after an event.
-    pub fn combination(&self, event: &Event) -> &Combination {
-        &self.phases[event.phase].basis.combination
+    pub fn combination(&self, event: &Event) -> Cow<'_, Combination> {
+        self.combination_of(event.phase)
+    }
+
+    /// The combination of a phase.
+    pub(crate) fn combination_of(&self, phase: usize) -> Cow<'_, Combination> {
+        match (&self.phases[phase].basis, &self.local) {
+            (Some(basis), _) => Cow::Borrowed(&basis.combination),
+            (None, Some(local)) => Cow::Owned(local.combination(phase)),
+            (None, None) => unreachable!("a phase has a basis, or its motion is local"),
+        }
+    }
+
+    /// Whether it comes from a local march.
+    pub fn is_local(&self) -> bool {
+        self.local.is_some()
+    }
+
+    /// What is known of the combination of a phase.
+    pub(crate) fn basis_of(&self, phase: usize) -> Result<Arc<CombinationBasis>, Error> {
+        match &self.phases[phase].basis {
+            Some(basis) => Ok(Arc::clone(basis)),
+            None => {
+                let combination = self.combination_of(phase);
+                Ok(self.propagators.basis(&combination, Wanted::Series)?.0)
+            }
+        }
+    }
+
+    /// The time of the loads at the start, s.
+    pub(crate) fn load_time(&self) -> f64 {
+        match (&self.repetition, &self.local) {
+            (Some(run), _) => run.load_time,
+            (None, Some(local)) => local.load_time,
+            (None, None) => 0.0,
+        }
     }
 
     /// How many different combinations the phases have.
     pub(crate) fn combinations_met(&self) -> usize {
         let mut seen = HashSet::new();
-        let bases = self.phases.iter().map(|phase| &phase.basis);
+        let bases = self.phases.iter().filter_map(|phase| phase.basis.as_ref());
         let distinct = bases.filter(|basis| seen.insert(Arc::as_ptr(basis)));
         distinct.map(|basis| &basis.combination).collect::<HashSet<_>>().len()
     }
 
     /// (q, q') at the start of a phase, contact coordinates.
     pub(crate) fn phase_state(&self, phase: usize) -> PhaseState<'_> {
+        if let Some(local) = &self.local {
+            let mut state = vec![0.0; 2 * self.scene().size];
+            let (q, u) = state.split_at_mut(self.scene().size);
+            local.state(phase, 0.0, q, u);
+            let all = 0..state.len();
+            return PhaseState::Repeated(Arc::new(state), all);
+        }
         self.states.state(phase, |first, count| {
             self.repetition.map_or_else(Vec::new, |run| (run.again)(self, run, first, count))
         })
@@ -234,7 +284,7 @@ impl Trajectory {
 
     /// Bytes taken by the states that are kept; those between are run again when they are asked for.
     pub fn kept_bytes(&self) -> usize {
-        self.states.bytes()
+        self.local.as_ref().map_or(&self.states, |local| &local.states).bytes()
     }
 
     /// The events at the start of a phase.
@@ -254,8 +304,8 @@ impl Trajectory {
     pub fn state(&self, time: f64) -> Result<State, Error> {
         let mut cursor = Cursor::new(self);
         cursor.seek("time", time)?;
-        let combination = &self.phases[cursor.phase].basis.combination;
-        Ok(self.scene().state(&cursor.q, &cursor.u, combination))
+        let combination = self.combination_of(cursor.phase);
+        Ok(self.scene().state(&cursor.q, &cursor.u, &combination))
     }
 
     /// (q, q') at a time within the motion; at an event time those after it.
@@ -275,7 +325,7 @@ impl Trajectory {
             let (position, velocity) = self.scene().dof_state(&cursor.q, &cursor.u);
             sample.position.extend(position);
             sample.velocity.extend(velocity);
-            let combination = &self.phases[cursor.phase].basis.combination;
+            let combination = &*self.combination_of(cursor.phase);
             if self.scene().contacts_coupled()
                 && coupled.as_ref().is_none_or(|known: &CoupledForces| known.0 != *combination)
             {
@@ -312,7 +362,7 @@ impl Trajectory {
         let mut known: Vec<(Combination, Modes)> = Vec::new();
         for (index, &time) in times.iter().enumerate() {
             cursor.seek("times", time)?;
-            let combination = &self.phases[cursor.phase].basis.combination;
+            let combination = &*self.combination_of(cursor.phase);
             let position = match known.iter().position(|entry| entry.0 == *combination) {
                 Some(position) => position,
                 None => {
@@ -357,8 +407,9 @@ impl Trajectory {
         let count = self.phases.len();
         for (k, phase) in self.phases.iter().enumerate() {
             let lasts = k + 1 == count || self.phases[k + 1].start > phase.start;
-            if lasts && names.last() != Some(&phase.basis.combination) {
-                names.push(phase.basis.combination.clone());
+            let combination = self.combination_of(k);
+            if lasts && names.last() != Some(&*combination) {
+                names.push(combination.into_owned());
             }
         }
         names
@@ -429,6 +480,11 @@ impl<'a> Cursor<'a> {
     /// Brings q and q' to a time counted from the start of a phase, which may lie at its very end.
     pub fn seek_local(&mut self, phase: usize, local: f64) {
         let trajectory = self.trajectory;
+        if let Some(motion) = &trajectory.local {
+            self.phase = phase;
+            motion.state(phase, local, &mut self.q, &mut self.u);
+            return;
+        }
         let state = trajectory.phase_state(phase);
         let (q, u) = state.parts();
         let usable = phase == self.in_motion
@@ -442,8 +498,7 @@ impl<'a> Cursor<'a> {
         if local == 0.0 {
             return;
         }
-        if !usable {
-            let basis = &trajectory.phases[phase].basis;
+        if !usable && let Some(basis) = &trajectory.phases[phase].basis {
             match &mut self.motion {
                 Some(motion) => motion.restart(basis, q, u),
                 None => self.motion = Some(Motion::new(trajectory.scene(), basis, q, u)),
@@ -464,6 +519,9 @@ impl<'a> Cursor<'a> {
     /// A rate such that the motion of a phase grows, off the real axis too, by at most `e^{rate |z|}` around a
     /// local time; what has decayed below rounding does not count. 1/s.
     pub fn growth_rate(&mut self, phase: usize, local: f64) -> f64 {
+        if let Some(motion) = &self.trajectory.local {
+            return motion.growth_rate();
+        }
         // Local time 0 is known without a motion.
         self.seek_local(phase, local.max(f64::MIN_POSITIVE));
         self.motion.as_ref().map_or(0.0, |motion| motion.growth_rate(local))

@@ -27,6 +27,7 @@ fn phases_panels_and_refinements_of_the_published_runs() {
         refinements,
         combinations,
         taylor_phases,
+        expansions: 0,
     };
     for (friction, speed, duration, method, events, expected) in [
         (1.5, 0.025, 0.6, Method::Auto, 312, counters(313, 727, 8, 547, 5, 0)),

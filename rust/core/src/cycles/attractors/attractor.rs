@@ -14,7 +14,7 @@ use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Status;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
@@ -157,12 +157,13 @@ fn is_forced(run: &Trajectory) -> bool {
 fn comes_to_rest(run: &Trajectory) -> bool {
     let scene = run.scene();
     // Loads that oscillate go on, and those that are yet to be switched come.
-    let load_time = run.repetition.map_or(0.0, |run| run.load_time);
+    let load_time = run.load_time();
     if is_forced(run) || scene.next_switch(load_time + run.end).is_some() {
         return false;
     }
-    let Some(phase) = run.phases.last() else { return false };
-    let combination = &phase.basis.combination;
+    let Some(last) = run.phases.len().checked_sub(1) else { return false };
+    let Ok(basis) = run.basis_of(last) else { return false };
+    let combination = &basis.combination;
     let carried = scene
         .contacts
         .iter()
@@ -193,7 +194,7 @@ fn comes_to_rest(run: &Trajectory) -> bool {
         kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
     let z = modes.coordinates(&deviation);
     let still = vec![0.0; scene.size];
-    phase.basis.functions.iter().all(|function| {
+    basis.functions.iter().all(|function| {
         let functional = &function.functional;
         let reach: f64 = z
             .iter()

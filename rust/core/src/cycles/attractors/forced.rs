@@ -105,7 +105,7 @@ impl<'a> Strobe<'a> {
             true => steps(run, search.method, &self.labels, first..last)?,
             false => Vec::new(),
         };
-        let combination = run.phases[last].basis.combination.clone();
+        let combination = run.combination_of(last).into_owned();
         let mut tail = Step {
             passage: Passage::new(run.scene(), &combination, NO_CONTACT, EventKind::Load),
             kind: EventKind::Load,

@@ -109,7 +109,7 @@ impl Neighbour {
             if phase % PATIENCE == 0 && search.is_over() {
                 return Ok(());
             }
-            let basis = &run.phases[phase].basis;
+            let basis = &run.basis_of(phase)?;
             // A motion that meets ever new combinations repays no eigenproblem for each of them: what carried the run
             // carries its neighbour.
             let new = || Flow::by(&run.propagators, Arc::clone(basis));
@@ -125,7 +125,7 @@ impl Neighbour {
             if phase + 1 < count {
                 let arrived = &run.phase_state(phase + 1)[..];
                 let found = passages(scene, &basis.combination, [start, &end], &events[phase + 1]);
-                let after = &run.phases[phase + 1].basis.combination;
+                let after = &*run.combination_of(phase + 1);
                 let mut between = basis.combination.clone();
                 let jump = |event: &&(usize, EventKind)| event.1 == EventKind::Jump;
                 let mut jumps = events[phase + 1].iter().filter(jump);

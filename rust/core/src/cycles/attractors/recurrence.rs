@@ -96,11 +96,8 @@ fn recurring(
 
 /// What happened at the start of every phase but the first, and its combination.
 pub(super) fn labels(run: &Trajectory) -> Vec<Label> {
-    let mut labels: Vec<Label> = run
-        .phases
-        .iter()
-        .skip(1)
-        .map(|phase| (Vec::new(), phase.basis.combination.clone()))
+    let mut labels: Vec<Label> = (1..run.phases.len())
+        .map(|phase| (Vec::new(), run.combination_of(phase).into_owned()))
         .collect();
     for event in &run.events {
         labels[event.phase - 1].0.push((event.contact, event.kind));
@@ -117,7 +114,7 @@ fn lasting_combinations(run: &Trajectory, period: f64) -> Vec<Combination> {
     let mut sequence: Vec<Combination> = std::iter::once(0)
         .chain(after)
         .filter(|&k| lasts(k))
-        .map(|k| run.phases[k].basis.combination.clone())
+        .map(|k| run.combination_of(k).into_owned())
         .collect();
     sequence.dedup();
     sequence
@@ -177,7 +174,7 @@ pub(super) fn steps(
 ) -> Option<Vec<Step>> {
     let mut steps = Vec::with_capacity(phases.len());
     for phase in phases {
-        let combination = &run.phases[phase].basis.combination;
+        let combination = &*run.combination_of(phase);
         let start = &run.phase_state(phase)[..];
         let duration = run.phase_duration(phase);
         let flow = Flow::new(&run.propagators, combination, method).ok()?;

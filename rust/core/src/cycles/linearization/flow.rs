@@ -21,7 +21,7 @@ use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::status::Combination;
 
 /// Duration, in terms of the fastest rate of the scene, below which a phase is summed as a series, and its terms:

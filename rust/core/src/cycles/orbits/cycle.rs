@@ -9,7 +9,7 @@ use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::error::Error;
 use crate::motion::propagators::Propagators;
 use crate::numerics::bracket::Bracket;
-use crate::transient::run_state::Clock;
+use crate::transient::clock::Clock;
 use crate::transient::trajectory::{Event, Phase, Trajectory};
 
 /// Instants per phase at which an extreme is looked for, and per period besides; between two of
@@ -143,7 +143,7 @@ impl Orbit {
             let step = &self.steps[k % count];
             let basis = Arc::clone(&flows[k % count].basis);
             let Clock { seconds: start, rest } = times[k];
-            trajectory.phases.push(Phase { start, rest, basis });
+            trajectory.phases.push(Phase { start, rest, basis: Some(basis) });
             let (q, u) = step.state.split_at(self.scene().size);
             trajectory.states.push(q, u, &[]);
             // The period of the loads is no event.
@@ -159,8 +159,8 @@ impl Orbit {
             }
         }
         trajectory.counters.phases = count + 1;
-        let taylor = |phase: &&Phase| !phase.basis.is_modal();
-        trajectory.counters.taylor_phases = trajectory.phases.iter().filter(taylor).count();
+        let taylor = (0..=count).filter(|k| !flows[k % count].basis.is_modal());
+        trajectory.counters.taylor_phases = taylor.count();
         Ok(trajectory)
     }
 

@@ -23,7 +23,7 @@ use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
-use crate::transient::run_state::Clock;
+use crate::transient::clock::Clock;
 
 /// Part of the period below which a phase between two events is none: they coincide.
 pub(crate) const INSTANT: f64 = 1e-11;

@@ -13,7 +13,7 @@ use crate::locus::critical::point::{CriticalKind, CriticalPoint, RESOLUTION, Str
 use crate::locus::parameter_path::Path;
 use crate::locus::series::{Series, StaticSeries};
 use crate::numerics::bracket::Bracket;
-use crate::scene::statics::Steady;
+use crate::scene::statics::margins::Steady;
 use rayon::prelude::*;
 
 /// Margins of all contacts at a parameter value.

@@ -12,7 +12,7 @@ use crate::motion::modal::reference::{At, Reference};
 use crate::motion::panel::REACH;
 use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, complex_groups, in_groups};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 
 /// Modes ascending in modulus, one of each conjugate pair, in groups filled up with zeros.
 #[derive(Debug)]

@@ -16,7 +16,7 @@ use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::scene::loads::oscillators::Drive;
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 
 /// The modes of a reduced scene whose last coordinates are oscillators, from those of the structure alone.
 pub(crate) fn forced_modes(

@@ -9,7 +9,7 @@ use crate::modes::mode::Mode;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{ComplexGroup, complex_groups};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduced;
+use crate::scene::reduction::reduced_system::Reduced;
 
 /// `position + velocity t`, a motion of the whole scene, and what is left to the modes that move about it.
 #[derive(Debug)]

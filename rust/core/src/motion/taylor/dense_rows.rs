@@ -8,7 +8,7 @@ use pulp::cast;
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::model::Scene;
-use crate::scene::reduction::Reduction;
+use crate::scene::reduction::bases::Reduction;
 
 /// Two groups: with the two sums that `product` keeps, enough to hide the latency of additions.
 const ROWS: usize = 2 * GROUP;

@@ -14,7 +14,7 @@ use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
-use crate::scene::reduction::RowMerge;
+use crate::scene::reduction::bases::RowMerge;
 
 /// What the series may leave out, relative to the state.
 pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;

@@ -1,7 +1,7 @@
 //! Coordinates that are sums of others, because directions of contacts depend on each other.
 
-use crate::scene::contact_coordinates::Coordinates;
 use crate::scene::contact_law::Contact;
+use crate::scene::coordinates::contact_coordinates::Coordinates;
 
 /// `q_coordinate = offset + sum_k factor_k q_k` over coordinates of x.
 #[derive(Debug, Clone)]

@@ -1,7 +1,7 @@
 //! A mass that is not diagonal in contact coordinates.
 //!
 //! There it has two blocks: that of the contact coordinates, which statuses reduce, and that of the free ones, the same
-//! in every status (see [`crate::scene::contact_coordinates`]). The first is small. Of the second only factors are
+//! in every status (see [`crate::scene::coordinates::contact_coordinates`]). The first is small. Of the second only factors are
 //! kept, so that a sparse mass stays sparse.
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};

@@ -1,21 +1,17 @@
-//! Where steady sliding exists: the equilibrium of a combination, and what presses every contact there.
-//!
-//! In steady sliding the structure is at rest, `K_s q = F_s`, and the friction forces are in `K_s` and `F_s`. The
-//! *margin* of a closed contact is its normal force `N = (K q)_n - F_n`, that of an open one its gap `q_n`. Steady
-//! sliding of a combination exists where no margin is negative and every sliding contact slips as its slider drives it.
-//! Which contacts are open, if some have to be, is a complementarity problem.
+//! The equilibrium of a scene: which contacts are open in steady sliding, and where everything then is.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::error::Error;
-use crate::linalg::dense::{Factors, regular_solution, smallest_relative_pivot, solve};
+use crate::linalg::dense::{Factors, smallest_relative_pivot, solve};
 use crate::linalg::sparse_factors::SparseLu;
 use crate::numerics::complementarity::{self, Complementarity};
 use crate::numerics::double_double::Doubled;
-use crate::scene::contact_law::{Contact, Directions};
-use crate::scene::massless::condensation::Condensed;
+use crate::scene::contact_law::Directions;
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::{Reduced, Reduction, normal_forces_at_rest};
+use crate::scene::reduction::bases::{Reduction, normal_forces_at_rest};
+use crate::scene::reduction::reduced_system::Reduced;
+use crate::scene::statics::margins::{ROUNDING, Statics, Steady};
 use crate::scene::status::{Combination, Status};
 
 /// Reciprocal condition (of the scaled matrix) below which an equilibrium is not unique.
@@ -24,130 +20,8 @@ const SINGULAR: f64 = 1e-13;
 const DENSE: usize = 100;
 /// Exchanges of open and closed stops after which they are given up; as a rule two or three of them find it.
 const EXCHANGES: usize = 40;
-/// A normal force below this part of its terms is lost in their rounding.
-const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Steps of refinement of an equilibrium: the second leaves rounding of the result alone.
 const REFINEMENTS: usize = 2;
-
-/// `K_s q = load`, and `margin_i = rows_i . q - offsets_i` of every contact.
-#[derive(Debug, Clone)]
-pub struct Statics {
-    /// m entries, N.
-    pub load: Vec<f64>,
-    /// One row of m entries for each contact.
-    pub rows: DMatrix<f64>,
-    /// One entry per contact: the normal entry of F, N, of closed contacts, 0 of open ones.
-    pub offsets: Vec<f64>,
-    /// Of the sliders, m/s; 1 of stops, which have none.
-    pub speeds: Vec<f64>,
-}
-
-/// Whether steady sliding of a combination exists, and its margins: N of closed contacts in N, gaps of open ones in m;
-/// NaN where a contact sticks (its place is free) or the stiffness is singular.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Steady {
-    /// Whether no margin is negative and every sliding contact slips as its slider drives it.
-    pub exists: bool,
-    /// One margin per contact, N or m.
-    pub margins: Vec<f64>,
-}
-
-impl Steady {
-    pub(crate) fn new(combination: &Combination, speeds: &[f64], margins: Vec<f64>) -> Self {
-        let driven = combination.statuses().iter().zip(speeds).all(|(&status, &speed)| {
-            status == Status::Detached || Status::driven_by(speed) == Some(status)
-        });
-        Self { exists: driven && margins.iter().all(|&margin| margin >= 0.0), margins }
-    }
-}
-
-impl Statics {
-    /// Of a scene and one of its combinations.
-    pub fn new(scene: &Scene, reduced: &Reduced) -> Result<Self, Error> {
-        Self::in_bases(scene, &reduced.combination, &reduced.reduction)
-    }
-
-    /// The same without the dense matrices of the combination.
-    pub fn of(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
-        let moving = scene.moving(combination)?;
-        let reduction = Reduction::new(&moving, combination).checked(combination)?;
-        Self::in_bases(scene, combination, &reduction)
-    }
-
-    fn in_bases(
-        scene: &Scene,
-        combination: &Combination,
-        reduction: &Reduction,
-    ) -> Result<Self, Error> {
-        let condensed = Condensed::new(scene, combination)?;
-        let scene = &*scene.moving(combination)?;
-        let (m, statuses) = (reduction.size(), combination.statuses());
-        let mut rows = DMatrix::zeros(statuses.len(), m);
-        let mut offsets = vec![0.0; statuses.len()];
-        let forces = normal_forces_at_rest(scene, combination);
-        for (i, (law, status)) in scene.contacts.iter().zip(statuses).enumerate() {
-            let position = |k: usize| reduction.place(k);
-            if status.is_closed() {
-                for &(row, factor) in &forces[i] {
-                    offsets[i] += factor * scene.force[row];
-                    for (k, value) in scene.stiffness.row(row) {
-                        if let Some(j) = position(k) {
-                            rows[(i, j)] += factor * value;
-                        }
-                    }
-                }
-                continue;
-            }
-            let (terms, constant) = match &condensed {
-                Some(condensed) => condensed.replaced(&[(law.normal, 1.0)]),
-                None => scene.sum_of(law.normal),
-            };
-            offsets[i] = 0.0 - constant;
-            for (k, factor) in terms {
-                if let Some(j) = position(k) {
-                    rows[(i, j)] = factor;
-                }
-            }
-        }
-        Ok(Self {
-            load: reduction.force_constant(scene),
-            rows,
-            offsets,
-            speeds: scene.contacts.iter().map(Contact::drive).collect(),
-        })
-    }
-
-    pub(crate) fn steady(&self, combination: &Combination, stiffness: DMatrix<f64>) -> Steady {
-        self.steady_at(combination, || regular_solution(stiffness, &self.load))
-    }
-
-    /// The same where `K_s^-1 load` is known; None: the stiffness is singular.
-    fn steady_at(
-        &self,
-        combination: &Combination,
-        rest: impl FnOnce() -> Option<DVector<f64>>,
-    ) -> Steady {
-        let stuck = combination.statuses().contains(&Status::Sticking);
-        let margins = match if stuck { None } else { rest() } {
-            Some(q) => margins(&self.rows, &self.offsets, &q),
-            None => vec![f64::NAN; self.offsets.len()],
-        };
-        Steady::new(combination, &self.speeds, margins)
-    }
-}
-
-/// `rows . q - offsets`, zero where it is lost in the rounding of its terms: no verdict hangs on that.
-fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
-    let margin = |(i, &offset): (usize, &f64)| {
-        let (mut sum, mut size) = (-offset, offset.abs());
-        for (a, x) in rows.row(i).iter().zip(q) {
-            sum += a * x;
-            size += (a * x).abs();
-        }
-        if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
-    };
-    offsets.iter().enumerate().map(margin).collect()
-}
 
 impl Scene {
     /// Every contact sliding as its slider drives it: `+` for a positive slider speed, because the mass at rest slips by

@@ -1,0 +1,244 @@
+//! How far a change of one contact reaches within a panel, proved.
+//!
+//! Let D be the difference of the motions with and without the change, in mass-weighted coordinates and in the unit h of
+//! the panel, and `D_k` its Taylor coefficients. In every row but those of the contact itself both motions obey the same
+//! equation, so that
+//!
+//! ```text
+//! (k + 1)(k + 2) |D_{k+2,i}| <= sum_j A_ij |D_{k,j}| + (k + 1) sum_j B_ij |D_{k+1,j}|,   A >= h^2 |M^-1 K|,  B >= h |M^-1 C|
+//! ```
+//!
+//! with `D_0 = D_1 = 0` there. In the rows of the contact each of the two motions is bounded by the norm of the system,
+//! `omega |D_k| <= J omega h (sigma h)^(k-2) / k!` with `J = 1 + e^(sigma h)` for the later start of one of them. The same
+//! recursion with equality dominates. It knows no status: the reach of a contact is that of all its changes.
+
+use std::collections::HashMap;
+use std::ops::Deref;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+use lru::LruCache;
+
+use crate::motion::local::locality::{Kind, Locality, WIDTH};
+use crate::scene::model::Scene;
+
+/// What a change of one contact may leave out elsewhere, relative to the motion: a million of them stay below rounding.
+pub(crate) const NEGLECTED: f64 = 1e-6 * f64::EPSILON;
+/// Orders of the recursion. What further ones add is below 1e-28.
+const ORDERS: usize = 60;
+/// Coordinates are not followed further before a coefficient of theirs reaches this; what that drops is counted.
+const FLOOR: f64 = 1e-34;
+/// Stretches of a panel for which reaches are told apart.
+const LEVELS: usize = 16;
+
+/// Coordinates that the reaches kept may hold in all: 256 MB.
+const KEPT: usize = 1 << 26;
+
+/// A scene of local marches with the reaches of its contacts, found when one first changes.
+#[derive(Debug)]
+pub(crate) struct Reaches {
+    locality: Locality,
+    kept: Mutex<Kept>,
+}
+
+#[derive(Debug)]
+struct Kept {
+    known: LruCache<usize, Arc<Reach>>,
+    /// Sum of their sizes.
+    coordinates: usize,
+}
+
+impl Deref for Reaches {
+    type Target = Locality;
+
+    fn deref(&self) -> &Locality {
+        &self.locality
+    }
+}
+
+impl Reaches {
+    /// None of them found yet.
+    pub fn new(locality: Locality) -> Self {
+        let kept = Mutex::new(Kept { known: LruCache::unbounded(), coordinates: 0 });
+        Self { locality, kept }
+    }
+
+    /// The coordinates that a change of a contact reaches.
+    pub fn of(&self, scene: &Scene, contact: usize) -> Arc<Reach> {
+        if let Some(known) = self.kept().known.get(&contact) {
+            return Arc::clone(known);
+        }
+        let found = Arc::new(Reach::new(scene, self, contact, NEGLECTED));
+        let mut kept = self.kept();
+        kept.coordinates += found.len();
+        kept.known.put(contact, Arc::clone(&found));
+        while kept.coordinates > KEPT && kept.known.len() > 1 {
+            if let Some((_, oldest)) = kept.known.pop_lru() {
+                kept.coordinates -= oldest.len();
+            }
+        }
+        found
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The coordinates that a change of one contact moves by more than [`NEGLECTED`] within the rest of a panel.
+#[derive(Debug)]
+pub(crate) struct Reach {
+    /// Nearest first.
+    coordinates: Vec<u32>,
+    /// How many of them lie within reach when the rest is at most k + 1 of so many stretches.
+    counts: [u32; LEVELS],
+}
+
+impl Reach {
+    /// Of changes that leave out at most a part `neglected` of the motion.
+    pub(super) fn new(scene: &Scene, locality: &Locality, contact: usize, neglected: f64) -> Self {
+        let law = &scene.contacts[contact];
+        let seeds = [law.tangential, law.normal];
+        let Bounds { coordinates, bounds, left_out } = Bounds::new(locality, seeds);
+        let scale = (locality.omega * locality.width()).min(1.0).powi(2);
+        let first_level = |bound: &[f64; ORDERS + 2]| {
+            let exceeds = |level: usize| {
+                let rest = (level + 1) as f64 / LEVELS as f64;
+                // Of the acceleration, which bounds place and speed, too.
+                let sum = (2..ORDERS + 2)
+                    .rev()
+                    .fold(0.0, |sum, k| sum * rest + (k * (k - 1)) as f64 * bound[k]);
+                (sum + left_out) / scale > neglected
+            };
+            (0..LEVELS).find(|&level| exceeds(level)).unwrap_or(LEVELS)
+        };
+        let mut levels: HashMap<usize, usize> =
+            coordinates.iter().copied().zip(bounds.iter().map(first_level)).collect();
+        levels.extend(seeds.map(|seed| (seed, 0)));
+        // A contact is reached as a whole.
+        for &k in &coordinates {
+            if let Kind::Tangential(other) | Kind::Normal(other) = locality.kinds[k] {
+                let law = &scene.contacts[other];
+                let pair = [law.tangential, law.normal];
+                let level = |k: &usize| levels.get(k).copied().unwrap_or(LEVELS);
+                let first = pair.iter().map(level).min().unwrap_or(LEVELS);
+                levels.extend(pair.map(|k| (k, first)));
+            }
+        }
+        let mut order: Vec<(usize, usize)> = levels
+            .into_iter()
+            .filter(|entry| entry.1 < LEVELS)
+            .map(|(k, level)| (level, k))
+            .collect();
+        order.sort_unstable();
+        let count = |level: usize| order.partition_point(|entry| entry.0 <= level) as u32;
+        Self {
+            counts: std::array::from_fn(count),
+            coordinates: order.iter().map(|entry| entry.1 as u32).collect(),
+        }
+    }
+
+    pub fn len(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// What is reached within a part of a panel.
+    pub fn within(&self, part: f64) -> impl Iterator<Item = usize> + '_ {
+        let level = ((part * LEVELS as f64).ceil() as usize).clamp(1, LEVELS) - 1;
+        self.coordinates[..self.counts[level] as usize].iter().map(|&k| k as usize)
+    }
+}
+
+/// The dominating recursion.
+struct Bounds {
+    coordinates: Vec<usize>,
+    /// Of the coefficients of each.
+    bounds: Vec<[f64; ORDERS + 2]>,
+    /// What entries below the floor may add anywhere, to the acceleration.
+    left_out: f64,
+}
+
+/// The coordinates met so far and the rows that they act in.
+#[derive(Default)]
+struct Met {
+    coordinates: Vec<usize>,
+    place: HashMap<usize, usize>,
+    /// (place, entry of A, entry of B) by columns; empty before a coordinate is reached.
+    columns: Vec<Vec<(usize, f64, f64)>>,
+}
+
+impl Met {
+    fn place(&mut self, k: usize) -> usize {
+        *self.place.entry(k).or_insert_with(|| {
+            self.coordinates.push(k);
+            self.columns.push(Vec::new());
+            self.coordinates.len() - 1
+        })
+    }
+
+    fn reach(&mut self, at: usize, locality: &Locality) {
+        let k = self.coordinates[at];
+        let mut column: Vec<(usize, f64, f64)> = Vec::new();
+        for (row, entry) in locality.springs.row(k) {
+            column.push((self.place(row), entry, 0.0));
+        }
+        for (row, entry) in locality.dampers.row(k) {
+            let place = self.place(row);
+            match column.iter_mut().find(|known| known.0 == place) {
+                Some(known) => known.2 = entry,
+                None => column.push((place, 0.0, entry)),
+            }
+        }
+        self.columns[at] = column;
+    }
+}
+
+impl Bounds {
+    fn new(locality: &Locality, seeds: [usize; 2]) -> Self {
+        let growth = WIDTH.exp();
+        let mut own = [0.0; ORDERS + 2];
+        let mut factorial = 1.0;
+        for (k, own) in own.iter_mut().enumerate().skip(1) {
+            factorial *= k as f64;
+            let power = WIDTH.powi(k as i32 - 2).max(1.0);
+            *own = (1.0 + growth) * locality.omega * locality.width() * power / factorial;
+        }
+        let mut met = Met::default();
+        let mut bounds: Vec<[f64; ORDERS + 2]> = Vec::new();
+        for seed in seeds.into_iter().filter(|&k| locality.weight[k] > 0.0) {
+            let at = met.place(seed);
+            bounds.resize(at + 1, own);
+        }
+        let fixed = bounds.len();
+        (0..fixed).for_each(|at| met.reach(at, locality));
+        let mut dropped = 0.0;
+        for k in 0..ORDERS {
+            let factor = 1.0 / ((k + 1) * (k + 2)) as f64;
+            let count = met.coordinates.len();
+            bounds.resize(count, [0.0; ORDERS + 2]);
+            for j in 0..count {
+                let of_place = factor * bounds[j][k];
+                let of_speed = factor * (k + 1) as f64 * bounds[j][k + 1];
+                if of_place == 0.0 && of_speed == 0.0 {
+                    continue;
+                }
+                if met.columns[j].is_empty() {
+                    if bounds[j][k].max(bounds[j][k + 1]) < FLOOR {
+                        dropped += (k + 2) as f64 * (bounds[j][k] + bounds[j][k + 1]);
+                        continue;
+                    }
+                    met.reach(j, locality);
+                    bounds.resize(met.coordinates.len(), [0.0; ORDERS + 2]);
+                }
+                for &(at, spring, damper) in &met.columns[j] {
+                    if at >= fixed {
+                        bounds[at][k + 2] += spring * of_place + damper * of_speed;
+                    }
+                }
+            }
+        }
+        // What was dropped would have acted on its neighbours with at most (sigma h)^2 of it, and have grown like any motion.
+        let left_out = 1e-28
+            + dropped * growth * WIDTH.powi(4) * (1.0 + 1.0 / (locality.omega * locality.width()));
+        Self { coordinates: met.coordinates, bounds, left_out }
+    }
+}

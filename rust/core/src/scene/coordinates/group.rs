@@ -1,0 +1,220 @@
+//! One group of dofs that directions or mass join, in its own contact coordinates.
+
+use nalgebra::{DMatrix, DVector};
+
+use crate::linalg::dense::Factors;
+use crate::linalg::sparse::SparseMatrix;
+use crate::linalg::sparse_factors::SparseCholesky;
+use crate::scene::contact_law::INDEPENDENCE;
+
+/// Dofs from which a mass is factorized as a sparse matrix if no more than one in `SPARSE_ROW` of its entries is stored.
+const SPARSE_SIZE: usize = 60;
+const SPARSE_ROW: usize = 5;
+
+/// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
+const COUPLING_ROUNDING: f64 = 1e-13;
+
+/// What one group of dofs contributes, over its own dofs and directions.
+pub(super) struct Group {
+    /// The dof whose place the coordinate of each direction takes.
+    pub slots: Vec<usize>,
+    /// Rows of T and of its inverse.
+    pub forward: Vec<Row>,
+    pub inverse: Vec<Row>,
+    pub delassus: DMatrix<f64>,
+}
+
+/// (column, entry), columns ascending.
+pub(super) type Row = Vec<(usize, f64)>;
+
+impl Group {
+    /// Of dofs without mass, which couples nothing.
+    pub fn massless(size: usize, directions: &[Row]) -> Option<Self> {
+        let group = Self::new(&SparseMatrix::diagonal(&vec![1.0; size]), directions)?;
+        Some(Self { delassus: DMatrix::identity(directions.len(), directions.len()), ..group })
+    }
+
+    /// Of the mass and the directions over the dofs of the group, or None if they depend on each other.
+    pub fn new(mass: &SparseMatrix, directions: &[Row]) -> Option<Self> {
+        let (size, count) = (mass.size(), directions.len());
+        // Dofs that a direction moves; elimination needs no others.
+        let mut moved: Vec<usize> = directions.iter().flatten().map(|&(dof, _)| dof).collect();
+        moved.sort_unstable();
+        moved.dedup();
+        let mut d = DMatrix::zeros(moved.len(), count);
+        for (j, direction) in directions.iter().enumerate() {
+            for &(dof, entry) in direction {
+                d[(moved.partition_point(|&other| other < dof), j)] = entry;
+            }
+        }
+        let places = choose_slots(&d)?;
+        let slots: Vec<usize> = places.iter().map(|&place| moved[place]).collect();
+        let mut loads = DMatrix::zeros(size, count);
+        for (place, &dof) in moved.iter().enumerate() {
+            loads.set_row(dof, &d.row(place));
+        }
+        let inverse_mass_d = inverse_times(mass, loads);
+        let mut delassus = d.tr_mul(&inverse_mass_d.select_rows(&moved));
+        for (i, j) in (0..count).flat_map(|i| (0..i).map(move |j| (i, j))) {
+            let scale = (delassus[(i, i)] * delassus[(j, j)]).sqrt();
+            let coupling = delassus[(i, j)];
+            let kept = if coupling.abs() <= COUPLING_ROUNDING * scale { 0.0 } else { coupling };
+            (delassus[(i, j)], delassus[(j, i)]) = (kept, kept);
+        }
+        if size == 1 {
+            // One dof and one direction, without rounding.
+            let entry = d[(0, 0)];
+            let (forward, inverse) = (vec![vec![(0, 1.0 / entry)]], vec![vec![(0, entry)]]);
+            return Some(Self { slots, forward, inverse, delassus });
+        }
+        let contact_mass = Factors::new(delassus.clone()).solve(DMatrix::identity(count, count));
+        let mut p = inverse_mass_d * contact_mass;
+        let root: Vec<f64> = (0..size).map(|dof| mass.get(dof, dof).sqrt()).collect();
+        for mut column in p.column_iter_mut() {
+            let largest =
+                column.iter().zip(&root).map(|(p, root)| p.abs() * root).fold(0.0, f64::max);
+            let seen = |entry: f64, root: f64| entry.abs() * root > f64::EPSILON * largest;
+            column
+                .iter_mut()
+                .zip(&root)
+                .filter(|(p, root)| !seen(**p, **root))
+                .for_each(|(p, _)| *p = 0.0);
+        }
+        // Z: unit in one free dof each, the slot dofs follow from D' x = 0.
+        let followed: Vec<usize> =
+            (0..moved.len()).filter(|place| !places.contains(place)).collect();
+        let followers = Factors::new(d.select_rows(&places).transpose())
+            .solve(d.select_rows(&followed).transpose());
+        let mut slot_of: Vec<Option<usize>> = vec![None; size];
+        slots.iter().enumerate().for_each(|(j, &slot)| slot_of[slot] = Some(j));
+        let sorted = |mut row: Row| {
+            row.sort_unstable_by_key(|entry| entry.0);
+            row
+        };
+        // q_c = D' x; q_f = x_f - P_f D' x.
+        let forward = |dof: usize| {
+            let mut row: Row = slots.iter().copied().zip(p.row(dof).iter().copied()).collect();
+            match slot_of[dof] {
+                Some(j) => row.extend(
+                    followed
+                        .iter()
+                        .enumerate()
+                        .map(|(k, &place)| (moved[place], -followers[(j, k)])),
+                ),
+                None => row.push((dof, 1.0)),
+            }
+            sorted(row)
+        };
+        let inverse = |dof: usize| match slot_of[dof] {
+            Some(j) => directions[j].clone(),
+            None => {
+                let column = (&d * p.row(dof).transpose()).data.into();
+                let column: Vec<f64> = column;
+                let mut row: Row =
+                    moved.iter().copied().zip(column.iter().map(|sum| -sum)).collect();
+                match row.binary_search_by_key(&dof, |entry| entry.0) {
+                    Ok(place) => row[place].1 += 1.0,
+                    Err(place) => row.insert(place, (dof, 1.0)),
+                }
+                row
+            }
+        };
+        let (forward, inverse) =
+            ((0..size).map(forward).collect(), (0..size).map(inverse).collect());
+        Some(Self { slots, forward, inverse, delassus })
+    }
+}
+
+/// `M^-1 loads`
+fn inverse_times(mass: &SparseMatrix, loads: DMatrix<f64>) -> DMatrix<f64> {
+    let size = mass.size();
+    if size >= SPARSE_SIZE && SPARSE_ROW * mass.entries() <= size * size {
+        match SparseCholesky::new(mass) {
+            Ok(factor) => return factor.solve(loads),
+            Err(_) => unreachable!("a positive definite mass"),
+        }
+    }
+    Factors::new(mass.to_dense()).solve(loads)
+}
+
+/// Columns of a largest independent set, those that are `first` before others, and the columns that depend on them.
+pub(super) fn largest_independent(
+    d: &DMatrix<f64>,
+    first: impl Fn(usize) -> bool,
+) -> (Vec<usize>, Vec<usize>) {
+    let mut order: Vec<usize> = (0..d.ncols()).collect();
+    order.sort_by_key(|&j| !first(j));
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    let (mut base, mut others): (Vec<usize>, Vec<usize>) = order.into_iter().partition(|&j| {
+        let mut part: DVector<f64> = d.column(j) / d.column(j).norm();
+        // Twice, so that rounding of the first is gone.
+        for _ in 0..2 {
+            basis.iter().for_each(|unit| part.axpy(-unit.dot(&part), unit, 1.0));
+        }
+        let size = part.norm();
+        let independent = size > INDEPENDENCE;
+        if independent {
+            basis.push(part / size);
+        }
+        independent
+    });
+    base.sort_unstable();
+    others.sort_unstable();
+    (base, others)
+}
+
+/// The factors of independent columns whose sum is `direction`, without those that are rounding.
+pub(super) fn factors_of(basis: &DMatrix<f64>, direction: &DVector<f64>) -> Vec<f64> {
+    // One column that is a multiple of it needs no arithmetic but a division.
+    for (j, column) in basis.column_iter().enumerate() {
+        let k = column.iamax();
+        let factor = direction[k] / column[k];
+        if (column * factor - direction).amax() <= f64::EPSILON * direction.amax() {
+            let mut factors = vec![0.0; basis.ncols()];
+            factors[j] = factor;
+            return factors;
+        }
+    }
+    let gram = Factors::new(basis.tr_mul(basis));
+    let mut factors = gram.solve(basis.tr_mul(direction));
+    factors += gram.solve(basis.tr_mul(&(direction - basis * &factors)));
+    let rounding = COUPLING_ROUNDING * factors.amax();
+    factors.iter().map(|&factor| if factor.abs() <= rounding { 0.0 } else { factor }).collect()
+}
+
+/// Gives each direction (a column) a dof of its own by elimination with complete pivoting, which also shows whether the
+/// directions are independent; None if not. A direction along one dof gets that dof.
+fn choose_slots(directions: &DMatrix<f64>) -> Option<Vec<usize>> {
+    let (size, count) = directions.shape();
+    let mut slots = vec![0; count];
+    let mut taken = vec![false; size];
+    let mut remaining = Vec::new();
+    for (index, direction) in directions.column_iter().enumerate() {
+        let mut dofs = (0..size).filter(|&dof| direction[dof] != 0.0);
+        match (dofs.next(), dofs.next()) {
+            (Some(dof), None) if taken[dof] => return None,
+            (Some(dof), None) => (slots[index], taken[dof]) = (dof, true),
+            _ => remaining.push((index, direction.amax(), direction.into_owned())),
+        }
+    }
+    for (_, _, part) in &mut remaining {
+        part.iter_mut().zip(&taken).filter(|pair| *pair.1).for_each(|pair| *pair.0 = 0.0);
+    }
+    let largest = |part: &(usize, f64, DVector<f64>)| part.2.amax() / part.1;
+    while let Some(position) = (0..remaining.len())
+        .max_by(|&i, &j| largest(&remaining[i]).total_cmp(&largest(&remaining[j])))
+    {
+        let (index, norm, pivot_row) = remaining.swap_remove(position);
+        let slot = pivot_row.iamax();
+        if pivot_row[slot].abs() <= INDEPENDENCE * norm {
+            return None;
+        }
+        slots[index] = slot;
+        for (_, _, part) in &mut remaining {
+            let factor = part[slot] / pivot_row[slot];
+            part.axpy(-factor, &pivot_row, 1.0);
+            part[slot] = 0.0;
+        }
+    }
+    Some(slots)
+}

@@ -1,0 +1,4 @@
+//! Coordinates in which every gap and every slip is one.
+
+pub(crate) mod contact_coordinates;
+mod group;

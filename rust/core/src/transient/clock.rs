@@ -1,0 +1,18 @@
+//! The time of a run.
+
+/// Time carried as an unevaluated sum, so that thousands of phases add no rounding to it.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Clock {
+    pub seconds: f64,
+    pub rest: f64,
+}
+
+impl Clock {
+    pub fn after(self, step: f64) -> Self {
+        let sum = self.seconds + step;
+        let part = sum - self.seconds;
+        let rest = self.rest + ((self.seconds - (sum - part)) + (step - part));
+        let seconds = sum + rest;
+        Self { seconds, rest: rest - (seconds - sum) }
+    }
+}

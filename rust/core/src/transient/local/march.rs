@@ -1,0 +1,526 @@
+//! The run of a large sparse scene: all coordinates share panels, a queue orders the next events of all contacts, and an
+//! event expands and searches again only what it reaches.
+
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap};
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::contact::admissible_start::initial_departures;
+use crate::contact::event_function::{EventFunction, functions_of_contact};
+use crate::contact::event_kind::{EventKind, NO_CONTACT};
+use crate::contact::settlement::{Departure, Series, Settlement};
+use crate::contact::transition::settle;
+use crate::error::{Cancel, Error};
+use crate::motion::local::field::{Field, Reset};
+use crate::motion::local::locality::Kind;
+use crate::motion::local::reach::Reaches;
+use crate::motion::propagators::Propagators;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+use crate::transient::clock::Clock;
+use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
+use crate::transient::run_state::Controls;
+use crate::transient::search::panel::PanelSearch;
+use crate::transient::trajectory::{Accumulation, Event, Grazing, Phase, StopReason, Trajectory};
+
+/// Events between two questions whether the run is interrupted.
+const EVENTS_PER_QUESTION: usize = 64;
+/// Part of a panel before its end that is not worth a restart: the event ends the panel.
+const SLIVER: f64 = 1e-9;
+/// Largest distance, in panels, of two zeros that count as one because of their errors.
+const AT_ONCE: f64 = 1e-6;
+
+/// What a contact does next on a panel; times count from its start, s.
+#[derive(Debug, Clone, Default)]
+struct Next {
+    /// Entries of the queue from before are of another number.
+    number: u32,
+    at: f64,
+    /// From when on the zero is within its error.
+    early: f64,
+    triggers: [Option<EventKind>; 2],
+    /// Bounces left out and error of the limit, at an accumulation.
+    limit: Option<(usize, f64)>,
+    touches: Vec<Grazing>,
+}
+
+/// An entry of the queue: an event of a contact, or one of its touches.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Entry {
+    at: f64,
+    contact: usize,
+    number: u32,
+    touch: Option<usize>,
+}
+
+impl Eq for Entry {}
+
+impl Ord for Entry {
+    /// The earliest is the greatest; a touch comes before an event.
+    fn cmp(&self, other: &Self) -> Ordering {
+        let rank = |entry: &Self| (entry.contact, entry.touch.unwrap_or(usize::MAX));
+        other.at.total_cmp(&self.at).then_with(|| rank(other).cmp(&rank(self)))
+    }
+}
+
+impl PartialOrd for Entry {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+/// How a panel ended.
+enum PanelEnd {
+    /// At a time after its start; the state there is that of the march.
+    At(f64),
+    Stop(f64, StopReason),
+}
+
+/// A run in progress.
+struct March<'a> {
+    scene: Arc<Scene>,
+    locality: Arc<Reaches>,
+    controls: Controls<'a>,
+    started: Instant,
+    field: Field,
+    settlement: Settlement,
+    /// When the departures of each contact were found, s.
+    departed: Vec<f64>,
+    functions: Vec<Vec<EventFunction>>,
+    next: Vec<Next>,
+    queue: BinaryHeap<Entry>,
+    search: PanelSearch,
+    /// Touches at the end of a panel, by contact.
+    pending: HashMap<usize, Vec<Option<Grazing>>>,
+    /// Start of the panel.
+    clock: Clock,
+    /// State there; while a panel is followed, that of what the last event needed.
+    q: Vec<f64>,
+    u: Vec<f64>,
+    /// Of the fastest coordinate at the start of the panel.
+    speed: f64,
+    switched: f64,
+    at_this_instant: usize,
+    motion: LocalMotion,
+    trajectory: Trajectory,
+}
+
+/// Runs from (q, q') at time 0.
+pub(crate) fn simulate(
+    propagators: &Arc<Propagators>,
+    (q, u): (Vec<f64>, Vec<f64>),
+    combination: &Combination,
+    duration: f64,
+    controls: Controls<'_>,
+) -> Result<Trajectory, Error> {
+    let locality = propagators.locality()?;
+    let scene = &propagators.scene;
+    let statuses = combination.statuses();
+    let contacts = statuses.len();
+    let mut trajectory = Trajectory::new(propagators);
+    trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: None });
+    let mut march = March {
+        scene: Arc::clone(scene),
+        controls,
+        started: Instant::now(),
+        field: Field::new(scene, &locality),
+        settlement: Settlement {
+            statuses: statuses.to_vec(),
+            departures: initial_departures(scene, combination, &q, &u),
+            events: Vec::new(),
+            rest: None,
+        },
+        departed: vec![0.0; contacts],
+        functions: (0..contacts).map(|i| functions_of_contact(scene, i, statuses[i])).collect(),
+        next: vec![Next::default(); contacts],
+        queue: BinaryHeap::new(),
+        search: PanelSearch::default(),
+        pending: HashMap::new(),
+        clock: Clock::default(),
+        q,
+        u,
+        speed: 0.0,
+        switched: controls.load_time,
+        at_this_instant: 0,
+        motion: LocalMotion::new(
+            scene,
+            &locality,
+            combination,
+            (controls.load_time, controls.kept_numbers),
+        ),
+        trajectory,
+        locality,
+    };
+    let reason = march.run(duration);
+    let March { motion, mut trajectory, .. } = march;
+    trajectory.counters.phases = trajectory.phases.len();
+    trajectory.counters.taylor_phases = trajectory.phases.len();
+    trajectory.stop_reason = reason;
+    trajectory.local = Some(motion);
+    Ok(trajectory)
+}
+
+impl March<'_> {
+    fn run(&mut self, duration: f64) -> StopReason {
+        loop {
+            let next = self.scene.next_switch(self.switched);
+            let until = next.map_or(duration, |next| duration.min(next - self.controls.load_time));
+            let remaining = until - self.clock.seconds;
+            let end = self.panel(remaining);
+            if let Some(panel) = self.motion.panels.last_mut() {
+                panel.end = match end {
+                    PanelEnd::At(at) | PanelEnd::Stop(at, _) => at,
+                };
+            }
+            match end {
+                PanelEnd::Stop(at, reason) => {
+                    self.trajectory.end = self.clock.after(at).seconds;
+                    return reason;
+                }
+                PanelEnd::At(at) if at >= remaining => {
+                    self.trajectory.end = until;
+                    if until >= duration {
+                        return StopReason::Duration;
+                    }
+                    self.clock = Clock { seconds: until, rest: 0.0 };
+                    if let (Some(drive), Some(next)) = (&self.scene.drive, next) {
+                        self.switched = next;
+                        drive.switch(next, &mut self.q);
+                    }
+                    if let Some(reason) = self.switch() {
+                        return reason;
+                    }
+                }
+                PanelEnd::At(at) => {
+                    let pending = self.pending.values_mut().flatten().flatten();
+                    pending.for_each(|touch| touch.time -= at);
+                    self.clock = self.clock.after(at);
+                }
+            }
+        }
+    }
+
+    /// Follows one panel from the state of the march, for at most the time that remains.
+    fn panel(&mut self, remaining: f64) -> PanelEnd {
+        let steps = self.motion.steps.len();
+        self.motion.panels.push(PanelStart { clock: self.clock, end: 0.0, steps });
+        self.motion.states.push(&self.q, &self.u, &[]);
+        if !self.q.iter().chain(&self.u).all(|x| x.is_finite()) {
+            return PanelEnd::Stop(0.0, StopReason::Unbounded);
+        }
+        if let Some(reason) = self.asked_to_stop() {
+            return PanelEnd::Stop(0.0, reason);
+        }
+        let structure = &self.u[..self.scene.structure()];
+        self.speed = structure.iter().fold(0.0, |size, u| size.max(u.abs()));
+        self.field.begin(&self.settlement.statuses, &self.q, &self.u);
+        self.trajectory.counters.panels += 1;
+        self.queue.clear();
+        if let Err(reason) = self.look(0.0, self.clock.seconds, true) {
+            return PanelEnd::Stop(0.0, reason);
+        }
+        loop {
+            let horizon = self.field.end.min(remaining);
+            let entry = match self.queue.pop() {
+                Some(entry) if entry.at <= horizon => entry,
+                _ => {
+                    self.field.values(horizon, &mut self.q, &mut self.u);
+                    return PanelEnd::At(horizon);
+                }
+            };
+            if self.next[entry.contact].number != entry.number {
+                continue;
+            }
+            if let Some(touch) = entry.touch {
+                let touch = self.next[entry.contact].touches[touch];
+                let time = self.clock.after(touch.time).seconds;
+                self.trajectory.grazings.push(Grazing { time, ..touch });
+                if self.controls.stop_at_grazing {
+                    return PanelEnd::Stop(entry.at, StopReason::Grazing);
+                }
+                continue;
+            }
+            if let Some(end) = self.happen(entry) {
+                return end;
+            }
+        }
+    }
+
+    /// Looks for the next event of every contact among the coordinates expanded last, on the rest of the panel.
+    fn look(&mut self, at: f64, time: f64, continues: bool) -> Result<(), StopReason> {
+        self.trajectory.counters.expansions += self.field.expanded().len();
+        for place in 0..self.field.expanded().len() {
+            let k = self.field.expanded()[place];
+            if let Kind::Normal(contact) = self.locality.kinds[k] {
+                self.look_at(contact, at, time, continues)?;
+            }
+        }
+        Ok(())
+    }
+
+    fn look_at(
+        &mut self,
+        contact: usize,
+        at: f64,
+        time: f64,
+        continues: bool,
+    ) -> Result<(), StopReason> {
+        let Self { search, scene, u, speed, .. } = self;
+        let functions = &self.functions[contact];
+        let departure = match self.departed[contact] == time {
+            true => self.settlement.departures[contact],
+            false => Departure::None,
+        };
+        search.begin(functions.iter().map(|one| departure.multiplicity(one.trigger)));
+        if let Some(pending) = self.pending.remove(&contact).filter(|_| continues) {
+            (search.pending, search.waiting) = (pending, true);
+        }
+        self.field.functions(functions, &mut search.panel);
+        if !search.panel.error.iter().all(|error| error.is_finite()) {
+            return Err(StopReason::Unbounded);
+        }
+        let unit = self.field.unit();
+        let end = ((self.field.end - at) / unit).min(1.0);
+        let limit = match search.multiplicity.contains(&1) {
+            true => {
+                let tolerance = self.controls.accumulation_tolerance;
+                search.bounces(scene, functions, u, time, tolerance, || *speed)
+            }
+            false => None,
+        };
+        let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
+        let skipped = limit.as_ref().map(|limit| limit.function);
+        let counters = &mut self.trajectory.counters;
+        let found = search.first_crossing(counters, at, functions, allowed, skipped);
+        let next = &mut self.next[contact];
+        next.number = next.number.wrapping_add(1);
+        next.triggers = [None; 2];
+        next.limit = None;
+        next.touches.clear();
+        next.touches.append(&mut search.touches);
+        let number = next.number;
+        let event = match (found, limit) {
+            (Some((index, s)), _) => {
+                let vanishing = functions.iter().enumerate().filter(|&(other, function)| {
+                    other == index || search.vanishes(other, function.trigger, s)
+                });
+                for (slot, (_, function)) in next.triggers.iter_mut().zip(vanishing) {
+                    *slot = Some(function.trigger);
+                }
+                Some((s, search.spread(index, s).min(AT_ONCE)))
+            }
+            (None, Some(limit)) if limit.at <= end => {
+                next.triggers[0] = Some(EventKind::Accumulation);
+                next.limit = Some((limit.bounces, limit.error));
+                Some((limit.at, 0.0))
+            }
+            _ => None,
+        };
+        if search.waiting && search.pending.iter().any(Option::is_some) {
+            self.pending.insert(contact, std::mem::take(&mut search.pending));
+            search.waiting = false;
+        }
+        let queue = &mut self.queue;
+        for (index, touch) in next.touches.iter().enumerate() {
+            queue.push(Entry { at: touch.time, contact, number, touch: Some(index) });
+        }
+        if let Some((s, spread)) = event {
+            next.at = at + s * unit;
+            next.early = next.at - spread * unit;
+            queue.push(Entry { at: next.at, contact, number, touch: None });
+        }
+        Ok(())
+    }
+
+    /// The event of an entry, with all that vanish within their errors at its time.
+    fn happen(&mut self, entry: Entry) -> Option<PanelEnd> {
+        let at = entry.at;
+        let mut struck = vec![entry.contact];
+        let mut later = Vec::new();
+        while let Some(&other) = self.queue.peek()
+            && other.at - at <= AT_ONCE * self.locality.width()
+        {
+            self.queue.pop();
+            let next = &self.next[other.contact];
+            if next.number != other.number {
+                continue;
+            }
+            if other.touch.is_none() && next.early <= at {
+                struck.push(other.contact);
+            } else {
+                later.push(other);
+            }
+        }
+        self.queue.extend(later);
+        struck.sort_unstable();
+        let mut triggers = Vec::new();
+        for &contact in &struck {
+            let kinds = self.next[contact].triggers.iter().flatten();
+            triggers.extend(kinds.map(|&kind| (contact, kind)));
+        }
+        let mut among = struck.clone();
+        for &(contact, _) in triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact) {
+            let law = &self.scene.contacts[contact];
+            for k in [law.tangential, law.normal] {
+                let felt = self.locality.felt_at_once(k);
+                among.extend(felt.filter_map(|row| match self.locality.kinds[row] {
+                    Kind::Tangential(other) | Kind::Normal(other) => Some(other),
+                    _ => None,
+                }));
+            }
+        }
+        among.sort_unstable();
+        among.dedup();
+        self.gather(&among, at);
+        let time = self.clock.after(at);
+        let before = self.trajectory.phases.last().map_or(0.0, |phase| phase.start);
+        self.at_this_instant = if time.seconds > before { 0 } else { self.at_this_instant + 1 };
+        // Each contact can pass each status once; more means that the event rule goes in circles.
+        if self.at_this_instant > 4 * self.next.len() + 4 {
+            return Some(PanelEnd::Stop(at, StopReason::Chattering { contact: entry.contact }));
+        }
+        let begins = self.field.end - at <= SLIVER * self.locality.width();
+        let changed = match self.settle(time, &triggers, &among, at, begins) {
+            Ok(changed) => changed,
+            Err(reason) => return Some(PanelEnd::Stop(at, reason)),
+        };
+        let most = self.controls.max_events;
+        if begins {
+            let resets = &self.motion.steps[self.motion.steps.len() - 1].resets;
+            self.field.values(at, &mut self.q, &mut self.u);
+            for &Reset { coordinate, q, u } in resets {
+                (self.q[coordinate], self.u[coordinate]) = (q, u);
+            }
+            return Some(PanelEnd::At(at));
+        }
+        let step = &self.motion.steps[self.motion.steps.len() - 1];
+        self.field.restart(&self.settlement.statuses, &changed, &step.resets, at);
+        if let Err(reason) = self.look(at, time.seconds, false) {
+            return Some(PanelEnd::Stop(at, reason));
+        }
+        let events = self.trajectory.events.len();
+        if most.is_some_and(|most| events >= most) {
+            return Some(PanelEnd::Stop(at, StopReason::MaxEvents));
+        }
+        let asked = self.trajectory.phases.len().is_multiple_of(EVENTS_PER_QUESTION);
+        let reason = if asked { self.asked_to_stop() } else { None };
+        reason.map(|reason| PanelEnd::Stop(at, reason))
+    }
+
+    /// (q, q') of what the reactions of some contacts depend on.
+    fn gather(&mut self, contacts: &[usize], at: f64) {
+        let Self { scene, field, q, u, .. } = self;
+        for &contact in contacts {
+            let law = &scene.contacts[contact];
+            for row in [law.tangential, law.normal] {
+                let matrices = [&scene.stiffness, &scene.damping];
+                let needed = matrices.into_iter().flat_map(|matrix| matrix.row(row));
+                for k in needed.map(|entry| entry.0).chain([row]) {
+                    (q[k], u[k]) = field.value(k, at);
+                }
+            }
+        }
+    }
+
+    /// Settles contacts in the state of the march and writes down what has changed, and which of them have.
+    fn settle(
+        &mut self,
+        time: Clock,
+        triggers: &[(usize, EventKind)],
+        among: &[usize],
+        at: f64,
+        begins: bool,
+    ) -> Result<Vec<usize>, StopReason> {
+        let Self { scene, settlement, q, u, trajectory, .. } = self;
+        let pairs = |contact: usize| {
+            let law = &scene.contacts[contact];
+            [law.tangential, law.normal]
+        };
+        let state = |q: &[f64], u: &[f64], contact: usize| pairs(contact).map(|k| (q[k], u[k]));
+        let before: Vec<_> = among
+            .iter()
+            .map(|&contact| (settlement.statuses[contact], state(q, u, contact)))
+            .collect();
+        let (all, series) = (among.iter().copied(), Series::default());
+        settle(scene, time.seconds, triggers, all, settlement, &series, q, u)
+            .map_err(StopReason::Failed)?;
+        let (mut changed, mut resets) = (Vec::new(), Vec::new());
+        for (&contact, &(status, values)) in among.iter().zip(&before) {
+            self.departed[contact] = time.seconds;
+            let after = settlement.statuses[contact];
+            let moved = state(q, u, contact) != values;
+            if status != after {
+                self.functions[contact] = functions_of_contact(scene, contact, after);
+            }
+            let struck = triggers.iter().any(|trigger| trigger.0 == contact);
+            if struck || moved || status != after {
+                changed.push(contact);
+            }
+            if moved {
+                let reset = |k: usize| Reset { coordinate: k, q: q[k], u: u[k] };
+                resets.extend(pairs(contact).map(reset));
+            }
+        }
+        let first = trajectory.events.len();
+        let (phase, seconds) = (trajectory.phases.len(), time.seconds);
+        for (k, &(contact, kind)) in settlement.events.iter().enumerate() {
+            trajectory.events.push(Event { time: seconds, contact, kind, phase });
+            if kind == EventKind::Accumulation
+                && let Some((bounces, error)) = self.next[contact].limit
+            {
+                trajectory.accumulations.push(Accumulation { event: first + k, bounces, error });
+            }
+        }
+        trajectory.phases.push(Phase { start: seconds, rest: time.rest, basis: None });
+        let panel = self.motion.panels.len() - usize::from(!begins);
+        let statuses = changed.iter().map(|&contact| (contact, settlement.statuses[contact]));
+        let at = if begins { 0.0 } else { at };
+        let statuses = statuses.collect();
+        self.motion.steps.push(Step { panel, at, begins, statuses, resets });
+        Ok(changed)
+    }
+
+    /// Settles all contacts after a load was switched.
+    fn switch(&mut self) -> Option<StopReason> {
+        let all: Vec<usize> = (0..self.next.len()).collect();
+        let triggers = [(NO_CONTACT, EventKind::Load)];
+        if let Err(reason) = self.settle(self.clock, &triggers, &all, 0.0, true) {
+            return Some(reason);
+        }
+        let Self { scene, motion, q, u, .. } = self;
+        let switches = scene.drive.iter().flat_map(|drive| &drive.switches);
+        let resets = switches.map(|switch| switch.coordinate).map(|k| Reset {
+            coordinate: k,
+            q: q[k],
+            u: u[k],
+        });
+        if let Some(step) = motion.steps.last_mut() {
+            step.resets.extend(resets);
+        }
+        let (events, most) = (self.trajectory.events.len(), self.controls.max_events);
+        if most.is_some_and(|most| events >= most) {
+            self.motion.panels.push(PanelStart {
+                clock: self.clock,
+                end: 0.0,
+                steps: self.motion.steps.len(),
+            });
+            self.motion.states.push(&self.q, &self.u, &[]);
+            return Some(StopReason::MaxEvents);
+        }
+        None
+    }
+
+    fn asked_to_stop(&self) -> Option<StopReason> {
+        let Controls { cancel, time_limit, max_events, .. } = self.controls;
+        if max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
+            return Some(StopReason::MaxEvents);
+        }
+        if cancel.is_some_and(Cancel::is_requested) {
+            return Some(StopReason::Interrupted);
+        }
+        let elapsed = || self.started.elapsed().as_secs_f64();
+        let late = time_limit.is_some_and(|limit| elapsed() > limit);
+        late.then_some(StopReason::TimeLimit)
+    }
+}

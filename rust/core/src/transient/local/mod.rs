@@ -1,0 +1,4 @@
+//! Marches of large sparse scenes, in which an event costs what it touches.
+
+pub(crate) mod march;
+pub(crate) mod motion;

@@ -1,0 +1,227 @@
+//! The first event on one panel: certified roots of its event functions, touches, and the limits of bounces.
+
+use crate::contact::event_function::EventFunction;
+use crate::contact::event_kind::EventKind;
+use crate::motion::panel::Panel;
+use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
+use crate::numerics::first_root::search::{FirstRoot, Touch, Verdict};
+use crate::numerics::simd::VectorUnit;
+use crate::scene::model::Scene;
+use crate::transient::trajectory::{Counters, Grazing};
+
+/// A bounce slower than this, relative to the fastest coordinate, is rounding of the impact before it.
+const BOUNCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
+/// A flight is searched for within this many times its parabola first.
+const FLIGHT: f64 = 4.0;
+/// Rounding of a gap from its own polynomial, relative to the gap and to what its speed adds: Horner's rule.
+const GAP_ROUNDING: f64 = 64.0 * f64::EPSILON;
+
+/// Where a series of bounces ends, in the unit of the panel.
+pub(crate) struct Limit {
+    pub function: usize,
+    pub at: f64,
+    pub bounces: usize,
+    pub error: f64,
+}
+
+/// A panel of event functions, and what the search on it remembers from one to the next.
+#[derive(Debug, Default)]
+pub(crate) struct PanelSearch {
+    pub panel: Panel,
+    /// Of the zero at the start of the first panel, per event function.
+    pub multiplicity: Vec<usize>,
+    /// Touches at the end of a panel wait for the next one to say whether they were crossings.
+    pub pending: Vec<Option<Grazing>>,
+    /// Whether any does.
+    pub waiting: bool,
+    pub touches: Vec<Grazing>,
+    pub unit: VectorUnit,
+    /// Where mass couples contacts, on the first panel of a phase: its gaps are exact at its start.
+    pub exact: bool,
+}
+
+impl PanelSearch {
+    /// Begins a phase whose event functions leave zero with these multiplicities.
+    pub fn begin(&mut self, multiplicities: impl Iterator<Item = usize>) {
+        self.multiplicity.clear();
+        self.multiplicity.extend(multiplicities);
+        if self.waiting || self.pending.len() != self.multiplicity.len() {
+            self.pending.clear();
+            self.pending.resize(self.multiplicity.len(), None);
+            self.waiting = false;
+        }
+    }
+
+    /// The first crossing of any event function up to `end` of the panel, which begins at a time: its function and
+    /// place.
+    pub fn first_crossing(
+        &mut self,
+        counters: &mut Counters,
+        begin: f64,
+        functions: &[EventFunction],
+        end: f64,
+        skipped: Option<usize>,
+    ) -> Option<(usize, f64)> {
+        let mut found = None;
+        let mut first = end;
+        self.touches.clear();
+        for (index, function) in functions.iter().enumerate() {
+            if self.panel.excluded[index] && self.multiplicity[index] == 0 || skipped == Some(index)
+            {
+                if self.waiting {
+                    self.touches.extend(self.pending[index].take());
+                }
+                continue;
+            }
+            counters.refinements += 1;
+            let impact = function.trigger == EventKind::Impact;
+            let bounce = self.multiplicity[index] == 1 && impact;
+            if (bounce || self.exact && impact && self.multiplicity[index] == 0)
+                && let Some(root) = self.short_flight(index, first)
+            {
+                first = root;
+                found = Some((index, root));
+                continue;
+            }
+            let departing = self.multiplicity[index];
+            let p = self.panel.polynomial(index, departing);
+            let error = if departing >= 2 || bounce {
+                self.panel.curvature_error[index]
+            } else {
+                self.panel.error[index]
+            };
+            let grazing = |touch: Touch| Grazing {
+                time: begin + touch.at * self.panel.width,
+                contact: function.contact,
+                alternative: function.trigger,
+                value: touch.value,
+                uncertainty: error,
+            };
+            let verdict = self.unit.run(FirstRoot { polynomial: p, error, end: first });
+            match verdict {
+                Verdict::Clear { touch, in_band } => {
+                    let before = self.pending[index].take().filter(|_| in_band.is_none());
+                    self.touches.extend(touch.map(grazing).or(before));
+                    self.pending[index] = in_band.map(grazing);
+                    self.waiting |= in_band.is_some();
+                }
+                Verdict::Crossing { root, touch } => {
+                    self.touches.extend(touch.map(grazing));
+                    self.pending[index] = None;
+                    first = root;
+                    found = Some((index, root));
+                }
+            }
+        }
+        found
+    }
+
+    /// The end of a flight that is short beside the panel, found in the scale of the flight itself: there the
+    /// errors of the higher coefficients are small beside the gap and its speed, which are known exactly.
+    pub fn short_flight(&self, function: usize, end: f64) -> Option<f64> {
+        let multiplicity = self.multiplicity[function];
+        let p = self.panel.polynomial(function, multiplicity);
+        let parabola = match multiplicity {
+            0 => {
+                // The later root of a gap that is positive now, without cancellation.
+                let root = (p[1] * p[1] - 4.0 * p[0] * p[2]).sqrt();
+                if p[1] > 0.0 { -0.5 * (p[1] + root) / p[2] } else { 2.0 * p[0] / (root - p[1]) }
+            }
+            _ => -p[0] / p[1],
+        };
+        let scale = FLIGHT * parabola;
+        if !(scale > 0.0 && scale < 1.0) {
+            return None;
+        }
+        let mut scaled = [0.0; ROW];
+        let mut power = 1.0;
+        for (target, c) in scaled.iter_mut().zip(p) {
+            *target = c * power;
+            power *= scale;
+        }
+        let error = match multiplicity {
+            0 => self.gap_error(function, scale),
+            _ => self.panel.curvature_error[function] * scale,
+        };
+        let end = (end / scale).min(1.0);
+        match self.unit.run(FirstRoot { polynomial: &scaled[..p.len()], error, end }) {
+            Verdict::Crossing { root, .. } => Some(root * scale),
+            Verdict::Clear { .. } => None,
+        }
+    }
+
+    /// Bound of the error of a gap on `[0, s]` of the panel.
+    pub fn gap_error(&self, function: usize, s: f64) -> f64 {
+        if !self.exact || self.panel.excluded[function] {
+            return self.panel.error[function];
+        }
+        let c = self.panel.polynomial(function, 0);
+        GAP_ROUNDING * (c[0].abs() + c[1].abs() * s) + self.panel.curvature_error[function] * s * s
+    }
+
+    /// Whether an event function is within its error of zero, and falling, at `s` of the panel.
+    pub fn vanishes(&self, function: usize, trigger: EventKind, s: f64) -> bool {
+        let multiplicity = self.multiplicity[function];
+        if self.panel.excluded[function] && multiplicity == 0 {
+            return false;
+        }
+        let p = self.panel.polynomial(function, multiplicity);
+        let (value, slope) = self.unit.run(ValueAndSlope(p, s));
+        let (value, error) = match self.exact && trigger == EventKind::Impact {
+            true => (value * s.powi(multiplicity as i32), self.gap_error(function, s)),
+            false => (value, self.panel.error[function]),
+        };
+        value <= error && slope < 0.0
+    }
+
+    /// How far from its zero at `s` an event function is within its error, in the unit of the panel.
+    pub fn spread(&self, function: usize, s: f64) -> f64 {
+        let p = self.panel.polynomial(function, self.multiplicity[function]);
+        let (_, slope) = self.unit.run(ValueAndSlope(p, s));
+        self.panel.error[function] / slope.abs()
+    }
+
+    /// The nearest limit of a series of bounces in this panel whose rest is negligible. After a bounce the gap
+    /// is `c1 s + c2 s^2 + c3 s^3 ..`; with constant acceleration the flight lasts `-c1 / c2`, the whole series
+    /// that over `1 - e`, and the neglected c3 changes the flight by about its square times c3 / c2. `clock`: the time of the
+    /// panel, s; `tolerance`: the rest that is negligible, s; `speed`: of the fastest coordinate.
+    pub fn bounces(
+        &mut self,
+        scene: &Scene,
+        functions: &[EventFunction],
+        u: &[f64],
+        clock: f64,
+        tolerance: f64,
+        speed: impl Fn() -> f64,
+    ) -> Option<Limit> {
+        let mut nearest: Option<Limit> = None;
+        for (function, event) in functions.iter().enumerate() {
+            if self.multiplicity[function] != 1 || event.trigger != EventKind::Impact {
+                continue;
+            }
+            let law = &scene.contacts[event.contact];
+            let width = self.panel.width;
+            let c = &mut self.panel.coefficients[function * ROW..];
+            c[1] = u[law.normal] * width;
+            let (c1, c2, c3) = (c[1], c[2], c[3]);
+            if !(c2 < 0.0 && law.restitution < 1.0) {
+                continue;
+            }
+            let at = -c1 / c2 / (1.0 - law.restitution);
+            let rest = at * width;
+            let ulp = clock.next_up() - clock;
+            let negligible =
+                rest <= tolerance.max(ulp) || u[law.normal] <= BOUNCE_ROUNDING * speed();
+            if negligible && at <= 1.0 && nearest.as_ref().is_none_or(|limit| at < limit.at) {
+                nearest = Some(Limit {
+                    function,
+                    at,
+                    bounces: ((rest / ulp).ln() / -law.restitution.ln()).ceil().max(1.0) as usize,
+                    error: rest
+                        * (2.0 * at * (c3 / c2).abs() + self.panel.curvature_error[function]),
+                });
+            }
+        }
+        nearest
+    }
+}

@@ -1,0 +1,264 @@
+//! One phase, followed to its first event: panel by panel, until a certified root is found.
+
+use crate::contact::event_function::EventFunction;
+use crate::contact::event_kind::EventKind;
+use crate::contact::settlement::Departure;
+use crate::error::{Cancel, RunFailure};
+use crate::motion::phase_motion::{CoupledMotion, Motion};
+use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
+use crate::transient::run_state::RunState;
+use crate::transient::search::panel::{Limit, PanelSearch};
+use crate::transient::trajectory::{Accumulation, Cursor, Grazing, StopReason};
+
+/// Coordinates times panels between two questions whether the run is interrupted: some 0.1 ms.
+const WORK_PER_QUESTION: usize = 512;
+
+/// How a phase ended.
+pub(crate) enum PhaseEnd {
+    /// What is in `triggers` vanished `after` the start of the phase; the run holds the state there.
+    Event {
+        after: f64,
+    },
+    Stop(StopReason),
+    /// All the panels that were allowed are used up.
+    TooLong,
+}
+
+/// The search for the first event, with buffers that serve one phase after the other.
+#[derive(Debug, Default)]
+pub(crate) struct PhaseSearch {
+    on_panel: PanelSearch,
+    /// Bound of the error of the gap of each contact at the event found, m, where mass couples contacts.
+    pub gaps: Vec<f64>,
+    /// What vanishes at the event found, by contact.
+    pub triggers: Vec<(usize, EventKind)>,
+}
+
+impl PhaseSearch {
+    /// Follows one phase to its first event and leaves the state there in the run.
+    pub fn follow(
+        &mut self,
+        run: &mut RunState<'_>,
+        motion: &mut Motion,
+        departures: Option<&[Departure]>,
+        mut panels: usize,
+    ) -> PhaseEnd {
+        let Some(mut motion) = motion.coupled() else {
+            let failure = RunFailure::Internal("uncoupled parts were run as one".into());
+            return PhaseEnd::Stop(StopReason::Failed(failure));
+        };
+        let functions = motion.functions;
+        let motion = &mut motion;
+        let remaining = run.until - run.time.seconds;
+        self.on_panel.begin(functions.iter().map(|function| {
+            let departure = departures.map_or(Departure::None, |all| all[function.contact]);
+            departure.multiplicity(function.trigger)
+        }));
+        let mut bouncing = self.on_panel.multiplicity.contains(&1);
+        loop {
+            let leaps = self.on_panel.panel.leaps;
+            motion.expand(remaining, &mut self.on_panel.panel);
+            run.trajectory.counters.leaps += self.on_panel.panel.leaps - leaps;
+            run.trajectory.counters.panels += 1;
+            if let Some(reason) = asked_to_stop(run) {
+                return stop(run, motion, 0.0, reason);
+            }
+            let width = self.on_panel.panel.width;
+            let last = motion.start() + width >= remaining;
+            let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
+            if !self.on_panel.panel.error.iter().all(|error| error.is_finite()) {
+                if let Some(contact) = motion.exhausted() {
+                    let time = run.time.after(motion.start()).seconds;
+                    let failure = RunFailure::NegativeFriction { contact, time };
+                    return stop(run, motion, 0.0, StopReason::Failed(failure));
+                }
+                return stop_unbounded(run, motion.start());
+            }
+            self.on_panel.exact = run.scene.contacts_coupled() && motion.start() == 0.0;
+            if self.on_panel.exact {
+                self.begin_exactly(run, functions);
+            }
+            let limit = if bouncing { self.bounces(run, functions) } else { None };
+            let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
+            let skipped = limit.as_ref().map(|limit| limit.function);
+            let begin = run.time.seconds + motion.start();
+            let counters = &mut run.trajectory.counters;
+            let found = self.on_panel.first_crossing(counters, begin, functions, allowed, skipped);
+            let until = found.map_or(allowed, |(_, at)| at);
+            if let Some(touch) = self.report_touches(run, motion, until) {
+                let offset = touch.time - run.time.seconds - motion.start();
+                return stop(run, motion, offset.clamp(0.0, width), StopReason::Grazing);
+            }
+            self.triggers.clear();
+            if let Some((index, at)) = found {
+                for (other, function) in functions.iter().enumerate() {
+                    if other == index || self.on_panel.vanishes(other, function.trigger, at) {
+                        self.triggers.push((function.contact, function.trigger));
+                    }
+                }
+                if run.scene.contacts_coupled() {
+                    self.gaps.clear();
+                    self.gaps.resize(run.scene.contacts.len(), 0.0);
+                    for (index, function) in functions.iter().enumerate() {
+                        if function.trigger == EventKind::Impact {
+                            self.gaps[function.contact] = self.on_panel.gap_error(index, at);
+                        }
+                    }
+                }
+                self.state(run, motion, functions, at);
+                self.exact_approach(run, functions, index, at);
+                return PhaseEnd::Event { after: motion.start() + at * width };
+            }
+            if let Some(limit) = limit.filter(|limit| limit.at <= end) {
+                self.state(run, motion, functions, limit.at);
+                run.trajectory.accumulations.push(Accumulation {
+                    event: run.trajectory.events.len(),
+                    bounces: limit.bounces,
+                    error: limit.error,
+                });
+                self.triggers.push((functions[limit.function].contact, EventKind::Accumulation));
+                return PhaseEnd::Event { after: motion.start() + limit.at * width };
+            }
+            if last {
+                let offset = (remaining - motion.start()).min(width);
+                return stop(run, motion, offset, StopReason::Duration);
+            }
+            panels -= 1;
+            if panels == 0 {
+                return PhaseEnd::TooLong;
+            }
+            motion.advance();
+            self.on_panel.multiplicity.fill(0);
+            bouncing = false;
+        }
+    }
+
+    /// Where mass couples contacts, series of impacts shrink without end, and superposition leaves some ulp of the
+    /// whole motion in a gap. The gap and its speed at the start of a phase are known beside it.
+    fn begin_exactly(&mut self, run: &RunState<'_>, functions: &[EventFunction]) {
+        for (index, function) in functions.iter().enumerate() {
+            if function.trigger != EventKind::Impact || self.on_panel.panel.excluded[index] {
+                continue;
+            }
+            let normal = run.scene.contacts[function.contact].normal;
+            let c = &mut self.on_panel.panel.coefficients[index * ROW..];
+            (c[0], c[1]) = (run.q[normal], run.u[normal] * self.on_panel.panel.width);
+            self.on_panel.panel.error[index] = self.on_panel.gap_error(index, 1.0);
+        }
+    }
+
+    /// Leaves the state at s of the panel in the run, gaps by their own polynomials where these are exact.
+    fn state(
+        &self,
+        run: &mut RunState<'_>,
+        motion: &mut CoupledMotion<'_>,
+        functions: &[EventFunction],
+        s: f64,
+    ) {
+        motion.state(s * self.on_panel.panel.width, &mut run.q, &mut run.u);
+        for (index, function) in functions.iter().enumerate() {
+            let known = self.on_panel.exact && !self.on_panel.panel.excluded[index];
+            if known && function.trigger == EventKind::Impact {
+                let (gap, slope) = self
+                    .on_panel
+                    .unit
+                    .run(ValueAndSlope(self.on_panel.panel.polynomial(index, 0), s));
+                let normal = run.scene.contacts[function.contact].normal;
+                (run.q[normal], run.u[normal]) = (gap, slope / self.on_panel.panel.width);
+            }
+        }
+    }
+
+    /// The gap's speed at an impact, from its own polynomial: after a bounce that keeps the digits which the
+    /// superposition of the whole motion has not.
+    fn exact_approach(
+        &self,
+        run: &mut RunState<'_>,
+        functions: &[EventFunction],
+        index: usize,
+        at: f64,
+    ) {
+        if functions[index].trigger == EventKind::Impact {
+            let (_, slope) =
+                self.on_panel.unit.run(ValueAndSlope(self.on_panel.panel.polynomial(index, 0), at));
+            let normal = run.scene.contacts[functions[index].contact].normal;
+            run.u[normal] = (slope / self.on_panel.panel.width).min(0.0);
+        }
+    }
+
+    fn bounces(&mut self, run: &RunState<'_>, functions: &[EventFunction]) -> Option<Limit> {
+        let RunState { scene, u, time, controls, .. } = run;
+        let fastest = || u[..scene.structure()].iter().fold(0.0, |size: f64, u| size.max(u.abs()));
+        let tolerance = controls.accumulation_tolerance;
+        self.on_panel.bounces(scene, functions, u, time.seconds, tolerance, fastest)
+    }
+
+    /// Records the touches up to `until` of the panel; the first of them when the run is to stop there.
+    fn report_touches(
+        &mut self,
+        run: &mut RunState<'_>,
+        motion: &CoupledMotion<'_>,
+        until: f64,
+    ) -> Option<Grazing> {
+        if self.on_panel.touches.is_empty() {
+            return None;
+        }
+        let until = run.time.seconds + motion.start() + until * self.on_panel.panel.width;
+        self.on_panel.touches.retain(|touch| touch.time <= until);
+        self.on_panel.touches.sort_by(|a, b| a.time.total_cmp(&b.time));
+        if run.controls.stop_at_grazing {
+            self.on_panel.touches.truncate(1);
+        }
+        run.trajectory.grazings.extend_from_slice(&self.on_panel.touches);
+        self.on_panel.touches.first().copied().filter(|_| run.controls.stop_at_grazing)
+    }
+}
+
+fn asked_to_stop(run: &RunState<'_>) -> Option<StopReason> {
+    let interval = (WORK_PER_QUESTION / run.scene.size).max(1);
+    if !run.trajectory.counters.panels.is_multiple_of(interval) {
+        return None;
+    }
+    if run.controls.cancel.is_some_and(Cancel::is_requested) {
+        return Some(StopReason::Interrupted);
+    }
+    let elapsed = || run.started.elapsed().as_secs_f64();
+    let late = run.controls.time_limit.is_some_and(|limit| elapsed() > limit);
+    late.then_some(StopReason::TimeLimit)
+}
+
+fn stop(
+    run: &mut RunState<'_>,
+    motion: &mut CoupledMotion<'_>,
+    offset: f64,
+    reason: StopReason,
+) -> PhaseEnd {
+    motion.state(offset, &mut run.q, &mut run.u);
+    // Without contacts, no event function tells that numbers ran out.
+    if !run.q.iter().chain(&run.u).all(|x| x.is_finite()) {
+        return stop_unbounded(run, motion.start() + offset);
+    }
+    run.trajectory.end = if reason == StopReason::Duration {
+        run.until
+    } else {
+        run.time.after(motion.start() + offset).seconds
+    };
+    PhaseEnd::Stop(reason)
+}
+
+/// Ends at the last time, up to `until` of this phase, at which the motion still is within the range of numbers.
+fn stop_unbounded(run: &mut RunState<'_>, until: f64) -> PhaseEnd {
+    let phase = run.trajectory.phases.len() - 1;
+    let mut finite = 0.0;
+    let mut step = until;
+    for _ in 0..40 {
+        let mut cursor = Cursor::new(&run.trajectory);
+        cursor.seek_local(phase, finite + step);
+        if cursor.q.iter().chain(&cursor.u).all(|x| x.is_finite()) {
+            finite += step;
+        }
+        step *= 0.5;
+    }
+    run.trajectory.end = run.time.after(finite).seconds;
+    PhaseEnd::Stop(StopReason::Unbounded)
+}
