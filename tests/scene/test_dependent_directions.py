@@ -1,6 +1,7 @@
 """Contact directions that depend on each other: floor and ceiling, a stop on a friction dof, rigid pads."""
 
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -176,6 +177,74 @@ def test_a_rigid_pad_moves_as_one_contact(points, static):
         assert "forces not determined" in str(pads.summary())
         assert one.undetermined == {}
         assert abs(pads.balance().residual) <= 1e-12 * pads.balance().turnover
+
+
+@pytest.mark.parametrize("points", [(-1.0, 1.0), (-1.0, 0.3, 1.0)])
+def test_a_rigid_pad_under_loads_moves_as_one_contact(points):
+    """A harmonic load, a switched one, and sliders that vibrate."""
+    count = len(points)
+    wave = ss.Harmonic(0.05, 0.9, phase=0.4)
+    loads = [
+        ss.Harmonic({0: 12.0}, frequency=0.7, phase=1.0),
+        ss.Steps({0: 5.0}, times=[3.0, 9.0], values=[0.0, 1.0, -1.0]),
+    ]
+    law = {"static_friction": 0.6, "slider_vibration": wave}
+    velocity = 0.1 + 0.05 * np.cos(0.4)
+    for method in ("auto", "taylor"):
+        pads = ss.simulate(
+            pad(points, **law).replace(loads=loads),
+            ss.State(np.zeros(3), [velocity, 0.0, 0.0], "s" * count),
+            20.0,
+            method,
+        )
+        one = ss.simulate(
+            single(**law).replace(loads=loads), ss.State([0.0, 0.0], [velocity, 0.0], "s"), 20.0, method
+        )
+        assert len(one.events) >= 8
+        assert set(one.events.kind) >= {"load", "velocity"}
+        # A switched load is one event of no contact; every other is one of each point.
+        of_one = np.repeat(one.events.time, np.where(one.events.kind == "load", 1, count))
+        assert pads.events.time == pytest.approx(of_one, rel=1e-11)
+        at = np.linspace(0.003, 20.0, 101)
+        theirs, ours = one.sample(at), pads.sample(at)
+        assert ours.position.values[:, 0] == pytest.approx(theirs.position.values[:, 0], abs=1e-11)
+        assert ours.friction_force.values.sum(axis=1) == pytest.approx(
+            theirs.friction_force.values[:, 0], abs=1e-8
+        )
+        assert abs(pads.balance().residual) <= 1e-12 * pads.balance().turnover
+        assert pads.balance().external == pytest.approx(one.balance().external, rel=1e-9)
+
+
+def test_a_vibrating_slider_beside_a_stop_on_the_same_dof():
+    """Friction on a slider that vibrates, on one that does not, and a stop: seen from the first slider.
+
+    There the mass feels its inertia as a load. The stop would move: it is out of reach.
+    """
+    amplitude, frequency = 0.4, 3.0
+    rate = 2.0 * np.pi * frequency
+    contacts = [
+        ss.Contact(tangential=[1.0], friction=0.4, static_friction=0.5, normal_force=20.0),
+        ss.Contact(tangential=[1.0], friction=0.2, normal_force=3.0, slider_speed=1.5),
+        ss.Contact(normal=[-1.0], gap=0.5, restitution=0.5),
+    ]
+    wave = ss.Harmonic(amplitude, frequency)
+    shaken = [replace(contacts[0], slider_vibration=wave), *contacts[1:]]
+    other = [contacts[0], replace(contacts[1], slider_vibration=replace(wave, amplitude=-amplitude))]
+    mass, spring = 2.0, 150.0
+    scene = ss.Scene([mass], [[spring]], contacts=shaken)
+    seen = ss.Scene(
+        [mass],
+        [[spring]],
+        contacts=[*other, contacts[2]],
+        loads=[ss.Harmonic({0: (mass * rate**2 - spring) * amplitude / rate}, frequency, -np.pi / 2)],
+    )
+    one = ss.simulate(scene, ss.State([0.0], [amplitude], "s+d"), 2.0)
+    two = ss.simulate(seen, ss.State([0.0], [0.0], "s+d"), 2.0)
+    assert len(one.events) > 6
+    assert list(one.events.combination) == list(two.events.combination)
+    assert one.events.time == pytest.approx(two.events.time, rel=1e-11)
+    for run in (one, two):
+        assert abs(run.balance().residual) <= 1e-13 * run.balance().turnover
 
 
 def test_a_pad_that_tips():

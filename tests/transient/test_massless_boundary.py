@@ -48,9 +48,26 @@ def boundary(seed: int, contacts: int, *, static: bool) -> tuple[ss.Scene, Quasi
     return scene, reference, start
 
 
+def assert_same_events(run: ss.Trajectory, reference: QuasiStatic, least: int = 4) -> None:
+    """The same combinations after the same instants; a jump may change several contacts at one."""
+    last = np.append(np.diff(run.events.time) > 1e-10, True)
+    assert [combination for _, _, combination in reference.events] == list(run.events.combination[last])
+    assert last.sum() >= least
+    np.testing.assert_allclose(run.events.time[last], [event[0] for event in reference.events], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     ("seed", "contacts", "static"),
-    [(0, 1, False), (0, 1, True), (1, 2, False), (2, 2, False), (3, 3, False)],
+    [
+        (0, 1, False),
+        (0, 1, True),
+        (1, 2, False),
+        (2, 2, False),
+        (3, 3, False),
+        (2, 2, True),
+        (9, 2, True),
+        (3, 3, True),
+    ],
 )
 def test_against_brute_force(seed: int, contacts: int, static: bool) -> None:
     scene, reference, start = boundary(seed, contacts, static=static)
@@ -60,9 +77,7 @@ def test_against_brute_force(seed: int, contacts: int, static: bool) -> None:
     end = reference.run(state, start.combination, duration, places)
     for method in ("modal", "taylor"):
         run = ss.simulate(scene, start, duration, method=method)
-        assert [combination for _, _, combination in reference.events] == list(run.events.combination)
-        assert len(run.events.time) > 3
-        np.testing.assert_allclose(run.events.time, [event[0] for event in reference.events], atol=1e-9)
+        assert_same_events(run, reference)
         last = run.state(duration)
         np.testing.assert_allclose([*last.position[:inner], *last.velocity[:inner]], end, atol=1e-8)
         balance = run.balance()
@@ -93,16 +108,9 @@ def test_dofs_without_mass_follow_in_modes_and_states() -> None:
         ({"contacts": [ss.Contact(normal=2, restitution=0.5)]}, "nothing bounces"),
         ({"contacts": [ss.Contact(normal=1, tangential=2, friction=0.1)]}, "give both mass"),
         ({"contacts": [ss.Contact(normal=[0.0, 1.0, -1.0])]}, "tie dofs with mass to dofs without"),
-        ({"loads": [ss.Harmonic({0: 1.0}, frequency=7.0)]}, "loads: expected none"),
     ],
 )
 def test_scenes_that_are_refused(given: dict[str, object], message: str) -> None:
     whole = {"mass": [1.0, 1.0, 0.0], "stiffness": np.diag([1e3, 1e3, 1e3]), **given}
     with pytest.raises(ss.InputError, match=message):
         ss.Scene(**whole)
-
-
-def test_static_friction_of_tied_contacts_is_refused() -> None:
-    """A jump of one would move the others along."""
-    with pytest.raises(ss.InputError, match="contact 0: static_friction: must equal friction"):
-        boundary(1, 2, static=True)

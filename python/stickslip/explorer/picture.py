@@ -59,10 +59,10 @@ def picture(wanted: Wanted) -> dict[str, Any]:
         run = simulate(scene, start, duration, time_limit=patience)
     except RunError as error:
         if not isinstance(error.partial, Trajectory):
-            return {**found, "error": str(error), "sentence": f"{_stability(modes)} {error}."}
+            return {**found, "error": str(error), "sentence": f"{_stability(scene, modes)} {error}."}
         run, remark = error.partial, f"{remark} The motion could not be continued: {error}.".strip()
     except InputError as error:
-        return {**found, "error": str(error), "sentence": f"{_stability(modes)} No start: {error}."}
+        return {**found, "error": str(error), "sentence": f"{_stability(scene, modes)} No start: {error}."}
     cycle, last, since, ending = _settled(run, duration, patience)
     chosen, dofs = _contacts(run), [*wanted.explored.sent, dof]
     found |= {
@@ -73,7 +73,7 @@ def picture(wanted: Wanted) -> dict[str, Any]:
         "lines": _lines(cycle, last, since, dof),
         "energy": _energy(last.balance(since), scene),
         "state": _state(last),
-        "sentence": " ".join(part for part in (_stability(modes), ending, remark) if part),
+        "sentence": " ".join(part for part in (_stability(scene, modes), ending, remark) if part),
         "seconds": time.perf_counter() - begun,
     }
     return found
@@ -88,14 +88,18 @@ def _modes(modes: Modes) -> dict[str, Any]:
     }
 
 
-def _stability(modes: Modes) -> str:
+def _stability(scene: Scene, modes: Modes) -> str:
     unstable = np.flatnonzero(modes.unstable & (modes.eigenvalues.imag >= 0.0))
+    labels = scene.contact_labels()
+    opened = [str(label) for label, status in zip(labels, modes.combination, strict=True) if status == "d"]
+    steady = f"Steady sliding with open contact{'s' * (len(opened) > 1)} {', '.join(opened)}"
+    steady = steady if opened else "Steady sliding"
     if not unstable.size:
-        return "Steady sliding is marginal." if modes.marginal.any() else "Steady sliding is stable."
+        return f"{steady} is {'marginal' if modes.marginal.any() else 'stable'}."
     k = unstable[int(np.argmax(modes.eigenvalues[unstable].real))]
     more = "" if unstable.size == 1 else f", and {unstable.size - 1} more modes grow"
     growth, frequency = number(modes.eigenvalues[k].real, 3), number(modes.frequencies[k], 4)
-    return f"Steady sliding is unstable: {frequency} Hz grows at {growth} 1/s{more}."
+    return f"{steady} is unstable: {frequency} Hz grows at {growth} 1/s{more}."
 
 
 def _settled(run: Trajectory, duration: float, patience: float) -> tuple[Cycle | None, Motion, float, str]:

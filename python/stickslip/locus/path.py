@@ -48,7 +48,7 @@ class Sliding:
     def check_direction(
         self, letters: str, name: str, ends: tuple[float, float], fixed: Mapping[str, float]
     ) -> None:
-        """Refuse a path on which sliding turns round: no branch leads from one direction to the other.
+        """Refuse a path on which sliding turns round or contacts open: no branch leads across.
 
         Parameters
         ----------
@@ -80,8 +80,11 @@ class Sliding:
         other = self.letters(scene_at(ends[1]))
         # Zero without a sign.
         value = after + 0.0
+        opens = [(one == "d") != (two == "d") for one, two in zip(letters, other, strict=True)]
+        turns = [one != two and not open for one, two, open in zip(letters, other, opens, strict=True)]
+        what = ["contacts open or close"] * any(opens) + ["slider speeds change their sign"] * any(turns)
         raise InputError(
-            f"{name}: slider speeds change their sign at {value:.6g}, and steady sliding from {letters!r} to "
+            f"{name}: {' and '.join(what)} at {value:.6g}, and steady sliding changes from {letters!r} to "
             f"{other!r}; take either side by itself, or pass combination"
         )
 

@@ -21,11 +21,15 @@ LAW_UNITS = {
     "restitution": "1",
     "gap": "m",
     "normal_force": "N",
+    "normal_stiffness": "N/m",
+    "tangential_stiffness": "N/m",
 }
 #: Of loads in time, by the field of the core or its last word; an amplitude is a force or a speed.
 LOAD_UNITS = {
     "harmonic_amplitude": "N",
     "steps_amplitude": "N",
+    "steps_times": "s",
+    "steps_values": "1",
     "vibration_amplitude": "m/s",
     **{
         f"{kind}_{of}": unit
@@ -35,6 +39,8 @@ LOAD_UNITS = {
     "frequency": "Hz",
     "phase": "rad",
     "amplitude": "",
+    "times": "s",
+    "values": "1",
 }
 #: Of the functions of `stickslip.models`; stiffnesses are told by the end of their names.
 MODEL_UNITS = {
@@ -57,7 +63,8 @@ def parameter_units(model: Any, name: str) -> dict[str, str]:
     entry, _, _, late = family.slot(name)
     if late:
         of_law = (field for field in LAW_UNITS if entry == field or entry.startswith(f"{field}_"))
-        of_load = (field for field in LOAD_UNITS if entry.endswith(f"_{field}"))
+        stem = entry.rstrip("_0123456789")
+        of_load = (field for field in LOAD_UNITS if stem.endswith(f"_{field}"))
         entry = next(of_law, None) or next(of_load)
     if family.is_chain:
         unit = {**MODEL_UNITS, **LAW_UNITS}.get(entry, "N/m" if entry.endswith("_stiffness") else "")

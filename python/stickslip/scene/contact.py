@@ -93,7 +93,7 @@ class Contact:
         for name in ("tangential", "normal"):
             if isinstance(direction := getattr(self, name), Mapping):
                 object.__setattr__(self, name, dict(direction))
-        for name in (*LAW, *SPRINGS):
+        for name in LAW:
             value = getattr(self, name)
             # Numbers of other kinds, such as fractions, become floats; what is no number, the scene refuses.
             if isinstance(value, numbers.Real) and not isinstance(value, float | int):
@@ -121,18 +121,20 @@ class Contact:
         return f"Contact({', '.join(f'{name}={value!r}' for name, value in given.items())})"
 
 
-#: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
-LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force")
-#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
-OF_LAW = "friction_"
 #: Stiffnesses of a compliant contact, None where it is rigid.
 SPRINGS = ("normal_stiffness", "tangential_stiffness")
+#: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
+LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force", *SPRINGS)
+#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
+OF_LAW = "friction_"
 
 
 def concerns(field: str, contact: Contact) -> bool:
     """Return whether a field of the law is about a contact: it has the directions that the field needs."""
     if field == "normal_force":
         return contact.normal is None
+    if field in SPRINGS:
+        return getattr(contact, field) is not None
     if field.startswith(OF_LAW):
         return has_parameter(contact, field)
     direction = contact.normal if field in ("restitution", "gap") else contact.tangential

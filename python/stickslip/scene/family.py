@@ -8,7 +8,8 @@ A name is one of
   ``link_vertical_stiffness_0``;
 * a field of the contact law, of all contacts (``friction``) or of one, by index or name: ``friction_0``,
   ``friction_left``;
-* a number of a load in time of a scene, by the name of the load: ``shaker_frequency``, ``load_0_amplitude``.
+* a number of a load in time of a scene, by the name of the load: ``shaker_frequency``, ``load_0_amplitude``,
+  ``pull_times_0``, ``pull_values_1``.
 
 What is no keyword of a function is a field of the contacts of the scene that it returns.
 """
@@ -31,6 +32,7 @@ from stickslip.scene.checks import Real, described, real_number
 from stickslip.scene.contact import (
     LAW,
     OF_LAW,
+    SPRINGS,
     concerns,
     core_contact,
     law_entry,
@@ -39,7 +41,7 @@ from stickslip.scene.contact import (
     per_contact,
 )
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.loads.in_time import NUMBERS, core_place, load_number, load_parameters
+from stickslip.scene.loads.in_time import NUMBERS, SWITCHED, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 
@@ -49,7 +51,7 @@ Model = Scene | Callable[..., Scene]
 #: Fields of a chain as a whole.
 WHOLE = ("wall_stiffness", "damping")
 #: Fields of the contacts of a chain.
-CHAIN_LAW = tuple(name for name in LAW if name not in ("gap", "normal_force"))
+CHAIN_LAW = tuple(name for name in LAW if name not in ("gap", "normal_force", *SPRINGS))
 
 
 class Slot(NamedTuple):
@@ -135,6 +137,9 @@ class Family:
             if name in loads:
                 return Slot(*core_place(self.model.loads, self.model.contacts, *loads[name]), 1)
             entry, place = law_entry(self.model.contacts, name)
+            chosen = self.model.contacts if place is None else [self.model.contacts[place]]
+            if entry in SPRINGS and not any(concerns(entry, contact) for contact in chosen):
+                raise InputError(f"{name}: a rigid contact has no {entry} to vary; give it one")
             return Slot(entry, place, len(self.model.contacts))
         if self.is_chain:
             if name in self._parts:
@@ -153,7 +158,7 @@ class Family:
             if int(label) < len(values):
                 return Slot(stem, int(label), len(values))
             raise InputError(f"{name}: {stem} has {len(values)} entries, from {stem}_0 on")
-        is_load = any(name.endswith(f"_{number}") for number in NUMBERS)
+        is_load = any(name.rstrip("_0123456789").endswith(f"_{number}") for number in (*NUMBERS, *SWITCHED))
         if is_load or name in LAW or any(name.startswith(f"{entry}_") for entry in LAW):
             return Slot(name, None, 1, late=True)
         raise InputError(f"{name}: the model has no such parameter{nearest(name, [*self.keywords])}")
@@ -392,6 +397,8 @@ def _law_numbers(scene: Scene, fields: Iterable[str]) -> dict[str, float | None]
     found: dict[str, float | None] = {}
     for name in fields:
         for k, contact in enumerate(scene.contacts):
+            if name in SPRINGS and not concerns(name, contact):
+                continue
             law = contact.friction if name == "friction" else None
             names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, Law) else [name]
             for one in names:

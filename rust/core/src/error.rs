@@ -154,11 +154,11 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
-    /// A scene has loads in time, and contact directions that depend on each other.
+    /// Some contacts of a scene have no mass, and directions of others depend on each other.
     #[error(
-        "loads: loads in time do not go together with contact directions that depend on each other; give these contacts a small mass of their own, tied to the body by stiff springs"
+        "contacts: some have no mass, and directions of others depend on each other, so that impacts of these are settled together with forces that follow at once; give those whose directions depend on each other a normal_stiffness and a tangential_stiffness, too, which makes their directions independent"
     )]
-    LoadsOnDependentDirections,
+    DependentBesideMassless,
     /// In a combination the forces of closed contacts are not unique, and the motion depends on how they are split.
     #[error(
         "combination {combination:?}: the directions of its closed contacts depend on each other, and the motion depends on how their forces are split; give these contacts a stiffness, or a small mass of their own tied to the body by stiff springs"

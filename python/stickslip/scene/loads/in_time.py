@@ -60,8 +60,8 @@ class Steps:
     values
         The factor from 0 on and from each of the times on: one more than `times`.
     name
-        Makes its amplitude a parameter: ``pull_amplitude`` of the load ``pull``. None: ``load_0`` for the
-        first load of a scene.
+        Makes its numbers parameters: ``pull_amplitude``, ``pull_times_0``, ``pull_values_1`` of the load
+        ``pull``. None: ``load_0`` for the first load of a scene.
     """
 
     amplitude: Any
@@ -87,6 +87,8 @@ def _kept(amplitude: Any) -> Any:
 Load = Harmonic | Steps
 #: What parameters of loads are called, after the name of the load.
 NUMBERS = ("amplitude", "frequency", "phase")
+#: And with the place of the number among them, those of a switched load.
+SWITCHED = ("times", "values")
 
 
 def vibration_name(contacts: Sequence[Contact], place: int) -> str:
@@ -105,13 +107,27 @@ def load_parameters(loads: Sequence[Load], contacts: Sequence[Contact]) -> dict[
     known = {
         f"{name}_{field}": ("load", k, field)
         for k, name in enumerate(load_names(loads))
-        for field in (NUMBERS if isinstance(loads[k], Harmonic) else NUMBERS[:1])
+        for field in _fields(loads[k])
     }
     for k, contact in enumerate(contacts):
         if contact.slider_vibration is not None:
             name = vibration_name(contacts, k)
             known |= {f"{name}_{field}": ("vibration", k, field) for field in NUMBERS}
     return known
+
+
+def _fields(load: Load) -> tuple[str, ...]:
+    """Return what parameters of a load are called, after its name."""
+    if isinstance(load, Harmonic):
+        return NUMBERS
+    places = [f"{field}_{j}" for field in SWITCHED for j in range(np.size(getattr(load, field)))]
+    return (NUMBERS[0], *places)
+
+
+def _entry(field: str) -> tuple[str, int | None]:
+    """Return the attribute of a field, and the place in it; None: all of it."""
+    attribute, _, place = field.rpartition("_")
+    return (attribute, int(place)) if attribute in SWITCHED else (field, None)
 
 
 def core_place(
@@ -122,6 +138,10 @@ def core_place(
         vibrating = [k for k, contact in enumerate(contacts) if contact.slider_vibration is not None]
         return f"vibration_{field}", vibrating.index(place)
     kind = type(loads[place])
+    attribute, at = _entry(field)
+    if at is not None:
+        earlier = [load for load in loads[:place] if isinstance(load, Steps)]
+        return f"steps_{attribute}", at + sum(np.size(getattr(load, attribute)) for load in earlier)
     if field == "amplitude":
         single_entry(f"{load_names(loads)[place]}_{field}", loads[place].amplitude)
     before = sum(isinstance(load, kind) for load in loads[:place])
@@ -153,13 +173,21 @@ def replaced(load: Any, name: str, field: str, value: Any) -> Any:
             entries = list(load.amplitude)
             entries[key] = value
             value = entries
+    attribute, at = _entry(field)
+    if at is not None:
+        entries = list(getattr(load, attribute))
+        entries[at], field = value, attribute
+        value = entries
     return dataclasses.replace(load, **{field: value})
 
 
 def load_number(loads: Sequence[Load], contacts: Sequence[Contact], name: str) -> Any:
     """Return a number of a load or vibration by its name."""
     whose, place, field = load_parameters(loads, contacts)[name]
-    value = getattr(loads[place] if whose == "load" else contacts[place].slider_vibration, field)
+    attribute, at = _entry(field)
+    value = getattr(loads[place] if whose == "load" else contacts[place].slider_vibration, attribute)
+    if at is not None:
+        return value[at]
     if field == "amplitude" and np.ndim(value) + isinstance(value, Mapping):
         return value[single_entry(name, value)]
     return value

@@ -118,10 +118,23 @@ impl Functional {
 
     /// `sum_j factor_j part_j`
     fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
-        // A row of sums: the parts may hold every coordinate of a large scene.
-        let merged = |of: fn(&Self) -> &[(usize, f64)]| {
+        // A row of sums, where the parts hold many coordinates of a scene; where they hold a few of a large one, in order.
+        let merged = |of: fn(&Self) -> &[(usize, f64)]| -> Vec<(usize, f64)> {
             let largest = parts.clone().filter_map(|(_, part)| of(part).last());
             let count = largest.map(|term| term.0 + 1).max().unwrap_or(0);
+            if 8 * parts.clone().map(|(_, part)| of(part).len()).sum::<usize>() < count {
+                let factors = parts.clone().filter(|part| part.0 != 0.0);
+                let terms = factors
+                    .flat_map(|(factor, part)| of(part).iter().map(move |&(k, w)| (k, factor * w)));
+                let mut terms: Vec<(usize, f64)> = terms.collect();
+                terms.sort_by_key(|term| term.0);
+                terms.dedup_by(|next, kept| {
+                    let same = next.0 == kept.0;
+                    kept.1 += if same { next.1 } else { 0.0 };
+                    same
+                });
+                return terms;
+            }
             let mut sums: Vec<Option<f64>> = vec![None; count];
             for (factor, part) in parts.clone().filter(|part| part.0 != 0.0) {
                 for &(k, weight) in of(part) {
@@ -180,13 +193,40 @@ pub(crate) fn contact_forces(
             })
             .collect();
     };
-    force_functionals(&rows, &force_map(scene, w, statuses))
+    let mut forces = force_functionals(&rows, &force_map(scene, w, statuses));
+    if scene.drive.is_some() && !scene.dependents.is_empty() {
+        carry_along(scene, w, statuses, &mut forces);
+    }
+    forces
+}
+
+/// Adds to forces what it takes that held directions follow sliders that vibrate, where they are sums of others.
+fn carry_along(
+    scene: &Scene,
+    w: &DMatrix<f64>,
+    statuses: &[Status],
+    forces: &mut [(Functional, Functional)],
+) {
+    let (held, found) = dependent_forces(scene, w, statuses);
+    let of = |&row: &usize| Functional {
+        position: scene.carried_acceleration(scene.slot(row)),
+        ..Functional::default()
+    };
+    let carried: Vec<Functional> = held.iter().map(of).collect();
+    for (i, (friction, normal)) in forces.iter_mut().enumerate() {
+        for (k, force) in [(2 * i, friction), (2 * i + 1, normal)] {
+            let weights = found.of_rows.row(k);
+            let parts = weights.iter().zip(&carried).map(|(weight, part)| (-weight, part));
+            *force = force.plus(&Functional::sum(parts));
+        }
+    }
 }
 
 /// The forces (T, N) of all contacts per reaction, where contacts are coupled.
 fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f64> {
     if !scene.dependents.is_empty() {
-        return dependent_forces(scene, w, statuses).0;
+        let (held, found) = dependent_forces(scene, w, statuses);
+        return found.of_rows * w.select_rows(&held);
     }
     let size = 2 * statuses.len();
     let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
@@ -227,17 +267,13 @@ fn force_functionals(
     (0..rows.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
 }
 
-/// Where directions depend on each other: the shortest forces (T, N) of all contacts per reaction, and the forces that
-/// nothing determines.
-fn dependent_forces(
-    scene: &Scene,
-    w: &DMatrix<f64>,
-    statuses: &[Status],
-) -> (DMatrix<f64>, DMatrix<f64>) {
+/// Where directions depend on each other: the rows, (tangential, normal) of each contact, that statuses hold, and the
+/// forces (T, N) of all contacts by what these rows need.
+fn dependent_forces(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> (Vec<usize>, Forces) {
     let slope = |i: usize| statuses[i].friction_sign() * scene.contacts[i].friction;
     let (held, map) = held_rows(statuses, slope);
     let found = Forces::new(w, &held, &map);
-    (found.of_rows * w.select_rows(&held), found.free)
+    (held, found)
 }
 
 /// The contacts whose forces nothing determines in a combination, because directions of closed contacts depend on each
@@ -247,7 +283,7 @@ pub fn undetermined(scene: &Scene, combination: &Combination) -> Vec<usize> {
     else {
         return Vec::new();
     };
-    let (_, free) = dependent_forces(scene, w, combination.statuses());
+    let free = dependent_forces(scene, w, combination.statuses()).1.free;
     let moved = |row: usize| free.row(row).iter().any(|&part| part != 0.0);
     (0..scene.contacts.len()).filter(|&i| moved(2 * i) || moved(2 * i + 1)).collect()
 }
@@ -319,7 +355,7 @@ pub(crate) fn event_functions(
     if let (Some(w), Some(forces), false) =
         (&scene.coordinates.delassus, &coupled, scene.dependents.is_empty())
     {
-        let (_, free) = dependent_forces(scene, w, combination.statuses());
+        let free = dependent_forces(scene, w, combination.statuses()).1.free;
         if free.ncols() > 0 {
             let kinematic = |trigger| matches!(trigger, EventKind::Velocity | EventKind::Impact);
             functions.retain(|function| kinematic(function.trigger));
@@ -374,8 +410,14 @@ pub(crate) fn ending(
 /// `-sin(w t)` of the first oscillator, which vanishes at every period of the loads.
 fn phase_of_loads(scene: &Scene) -> Functional {
     let clock = scene.drive.iter().flat_map(|drive| &drive.oscillators).take(1);
-    let velocity = clock.map(|one| (one.coordinate, 1.0 / one.rate)).collect();
-    Functional { velocity, ..Functional::default() }
+    let mut clock = clock.map(|one| (one.coordinate, one.phase.sin_cos(), one.rate)).peekable();
+    let position = clock.peek().map(|&(h, (sine, _), _)| (h, sine));
+    let velocity = clock.map(|(h, (_, cosine), rate)| (h, cosine / rate));
+    Functional {
+        position: position.into_iter().collect(),
+        velocity: velocity.collect(),
+        constant: 0.0,
+    }
 }
 
 /// The event functions of one contact; `coupled`: the forces of all, where mass couples them.

@@ -77,7 +77,9 @@ pub(crate) fn settle(
     }
     let mut jump = false;
     for group in &scene.massless.groups {
-        if impact || triggers.iter().any(|trigger| group.contacts.contains(&trigger.0)) {
+        let stepped = switched && scene.switches(&group.coordinates);
+        let own = |trigger: &(usize, EventKind)| group.contacts.contains(&trigger.0);
+        if impact || stepped || triggers.iter().any(own) {
             jump |= settle_group(scene, group, time, triggers, settlement, q, u)?;
         }
     }

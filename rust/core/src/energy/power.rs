@@ -241,8 +241,8 @@ pub fn energy_at(trajectory: &Trajectory, times: &[f64]) -> Result<EnergySample,
         let power = |force: &[f64]| force.iter().zip(u).map(|(f, u)| f * u).sum::<f64>();
         let mut force = Cow::Borrowed(&constant[..]);
         if let Some(drive) = &moving.drive {
-            drive.add_forces(true, moved, velocities, force.to_mut());
-            drive.add_forces(false, moved, velocities, force.to_mut());
+            drive.add_forces(true, moved, force.to_mut());
+            drive.add_forces(false, moved, force.to_mut());
         }
         sample.external.push(power(&force));
         sample.circulatory.push(circulatory_force(scene, q).map_or(0.0, |force| power(&force)));

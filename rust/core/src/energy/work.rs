@@ -115,7 +115,10 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
             }
             false => walk.at_rest().0,
         };
-        let external = dot_change(&walk.force, &reached, &begun.0) + walk.oscillating.value();
+        let mut external = dot_change(&walk.force, &reached, &begun.0) + walk.oscillating.value();
+        if phase < last && !walk.scene.massless.is_empty() {
+            external += walk.reset_by_loads(phase + 1, &reached);
+        }
         let circulatory = walk.circulatory(&reached, &begun.0);
         walk.works.phases.push(PhaseWork {
             start: start + from,
@@ -205,9 +208,26 @@ impl<'a> Walk<'a> {
     fn constant_force(&self) -> Vec<f64> {
         let mut force = external_force(self.scene);
         if let Some(drive) = &self.moving.drive {
-            drive.add_forces(false, &self.cursor.q, &self.cursor.u, &mut force);
+            drive.add_forces(false, &self.cursor.q, &mut force);
         }
         force
+    }
+
+    /// What loads in time work where places without mass jump to those at the start of `phase`: the mean of the forces
+    /// before and after, as if they grew while the places move. The part of F is counted already.
+    fn reset_by_loads(&self, phase: usize, reached: &[f64]) -> f64 {
+        let Some(drive) = &self.moving.drive else { return 0.0 };
+        let next = self.trajectory.phase_state(phase);
+        let mut force = vec![0.0; reached.len()];
+        drive.add_forces(false, &self.cursor.q, &mut force);
+        force.iter_mut().for_each(|f| *f = -*f);
+        for q in [&self.cursor.q[..], next.parts().0] {
+            let mut of = vec![0.0; reached.len()];
+            drive.add_forces(false, q, &mut of);
+            drive.add_forces(true, q, &mut of);
+            force.iter_mut().zip(of).for_each(|(f, of)| *f += 0.5 * of);
+        }
+        dot_change(&force, reached, &self.at_rest().0)
     }
 
     /// The local time of `time` within a phase.
@@ -265,7 +285,7 @@ impl<'a> Walk<'a> {
         }
         if let Some(drive) = &self.moving.drive {
             let mut force = vec![0.0; u.len()];
-            drive.add_forces(true, moved, velocities, &mut force);
+            drive.add_forces(true, moved, &mut force);
             for (f, u) in force.iter().zip(&u[..]) {
                 self.oscillating = added(self.oscillating, weight * f * u);
             }
@@ -297,7 +317,7 @@ impl<'a> Walk<'a> {
         for event in trajectory.events_at(phase) {
             match event.kind {
                 EventKind::Impact => impact = true,
-                EventKind::Jump => (impact, jump_of_places) = (true, true),
+                EventKind::Jump | EventKind::Load => (impact, jump_of_places) = (true, true),
                 // Where mass couples contacts, what one loses the others feel: the jump tells.
                 EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
                 EventKind::Accumulation => {
@@ -314,7 +334,7 @@ impl<'a> Walk<'a> {
                 _ => {}
             }
         }
-        if !impact {
+        if !impact || jump_of_places && self.scene.massless.is_empty() {
             return;
         }
         let time = trajectory.phases[phase].start;
@@ -344,7 +364,7 @@ impl<'a> Walk<'a> {
             let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
             let moved = position[law.tangential] != self.cursor.q[law.tangential]
                 || position[law.normal] != self.cursor.q[law.normal];
-            let jumped = jump_of_places && !law.tangential_has_mass() && moved;
+            let jumped = jump_of_places && !law.normal_has_mass() && moved;
             let reset = |row: usize| {
                 if !self.scene.contacts_coupled() && !jumped {
                     return 0.0;
@@ -366,7 +386,11 @@ impl<'a> Walk<'a> {
                     normal: -p_n * mean(law.normal) + reset(law.normal),
                     slider: p_t * (law.slider_speed + slider_vibration(law, before, &rest)),
                     friction: -p_t * (mean(law.tangential) - law.slider_speed)
-                        + if jumped { reset(law.tangential) } else { 0.0 },
+                        + if jumped && !law.tangential_has_mass() {
+                            reset(law.tangential)
+                        } else {
+                            0.0
+                        },
                 });
             }
         }

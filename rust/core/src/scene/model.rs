@@ -106,13 +106,6 @@ impl Scene {
         let size = nodes.size;
         let lacks = |dof: &usize| mass.get(*dof, *dof) == 0.0;
         let massless = (0..dofs).any(|dof| lacks(&dof));
-        if (massless || !nodes.is_empty()) && !loads.is_empty() {
-            return Err(unfit(
-                "loads",
-                "none, as some dofs have no mass or contacts are compliant",
-                "loads in time".into(),
-            ));
-        }
         let damping = match damping {
             Damping::Proportional { mass: alpha, stiffness: beta }
                 if beta != 0.0 && (massless || !nodes.is_empty()) =>
@@ -210,13 +203,6 @@ impl Scene {
             _ => proportions(&damping, &mass, &stiffness),
         };
         let massless = Massless::new(&mass, &stiffness, &contacts, known)?;
-        for group in massless.groups.iter().filter(|group| group.contacts.len() > 1) {
-            let excess = |&&i: &&usize| contacts[i].static_friction > contacts[i].friction;
-            if let Some(&contact) = group.contacts.iter().find(excess) {
-                let reason = "static_friction: must equal friction, as springs tie it to other contacts without mass, which its jump would move along; give it a normal_stiffness and a tangential_stiffness on dofs with mass";
-                return Err(Error::MixedMass { contact, reason });
-            }
-        }
         if !massless.is_empty() && !mass.is_diagonal() {
             return Err(unfit(
                 "mass",
@@ -239,15 +225,8 @@ impl Scene {
             stiffness.add_product(1.0, &clearance, &mut force);
         }
         let dependents = dependents_of(&coordinates, &contacts);
-        if !dependents.is_empty() && !loads.is_empty() {
-            return Err(Error::LoadsOnDependentDirections);
-        }
         if !dependents.is_empty() && !massless.is_empty() {
-            return Err(unfit(
-                "contacts",
-                "directions that don't depend on each other, as some dofs have no mass or contacts are compliant",
-                "directions that do".into(),
-            ));
+            return Err(Error::DependentBesideMassless);
         }
         Ok(Self {
             size,

@@ -43,7 +43,7 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
         partner[contact.normal].push(contact.tangential);
     }
     for Dependent { coordinate, terms, .. } in &scene.dependents {
-        for &(k, _) in terms {
+        for &(k, _) in terms.iter().filter(|term| term.0 < scene.structure()) {
             partner[*coordinate].push(k);
             partner[k].push(*coordinate);
         }

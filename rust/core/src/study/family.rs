@@ -52,6 +52,10 @@ pub enum Field {
     Gap,
     /// [`ContactInput::normal_force`], N.
     NormalForce,
+    /// Of the normal spring of a compliant contact, N/m.
+    NormalStiffness,
+    /// Of its tangential spring, N/m.
+    TangentialStiffness,
     /// Of a [`Harmonic`](crate::scene::Harmonic) load along one dof, N.
     HarmonicAmplitude,
     /// Of a harmonic load, Hz.
@@ -60,6 +64,10 @@ pub enum Field {
     HarmonicPhase,
     /// Of a [`Steps`](crate::scene::Steps) load along one dof, N.
     StepsAmplitude,
+    /// A time of a switched load, s; places count those of all such loads.
+    StepsTimes,
+    /// A factor of a switched load; places count those of all such loads.
+    StepsValues,
     /// Of the [`Vibration`](crate::scene::Vibration) of a slider, m/s.
     VibrationAmplitude,
     /// Of a vibration, Hz.
@@ -94,6 +102,10 @@ impl Field {
             "harmonic_frequency" => Field::HarmonicFrequency,
             "harmonic_phase" => Field::HarmonicPhase,
             "steps_amplitude" => Field::StepsAmplitude,
+            "steps_times" => Field::StepsTimes,
+            "steps_values" => Field::StepsValues,
+            "normal_stiffness" => Field::NormalStiffness,
+            "tangential_stiffness" => Field::TangentialStiffness,
             "vibration_amplitude" => Field::VibrationAmplitude,
             "vibration_frequency" => Field::VibrationFrequency,
             "vibration_phase" => Field::VibrationPhase,
@@ -281,6 +293,8 @@ fn load_number(loads: &mut Loads, Slot { field, place }: Slot) -> Option<&mut f6
         Field::HarmonicFrequency => Some(&mut harmonics.get_mut(place)?.frequency),
         Field::HarmonicPhase => Some(&mut harmonics.get_mut(place)?.phase),
         Field::StepsAmplitude => only(&mut steps.get_mut(place)?.direction),
+        Field::StepsTimes => steps.iter_mut().flat_map(|load| &mut load.times).nth(place),
+        Field::StepsValues => steps.iter_mut().flat_map(|load| &mut load.values).nth(place),
         Field::VibrationAmplitude => Some(&mut vibrations.get_mut(place)?.amplitude),
         Field::VibrationFrequency => Some(&mut vibrations.get_mut(place)?.frequency),
         Field::VibrationPhase => Some(&mut vibrations.get_mut(place)?.phase),
@@ -327,6 +341,17 @@ fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) 
         }
     }
     let place = slot.place;
+    let spring: Option<fn(&mut ContactInput) -> &mut Option<f64>> = match slot.field {
+        Field::NormalStiffness => Some(|law| &mut law.springs.normal),
+        Field::TangentialStiffness => Some(|law| &mut law.springs.tangential),
+        _ => None,
+    };
+    if let Some(spring) = spring {
+        let laws = contacts.iter_mut().enumerate();
+        let chosen = laws.filter(|(k, _)| place.is_none_or(|place| place == *k));
+        chosen.filter_map(|(_, law)| spring(law).as_mut()).for_each(change);
+        return found;
+    }
     // A number for all contacts is one for those that have what it is about.
     let mut laws = |about: [Directions; 2], entry: fn(&mut ContactInput) -> &mut f64| {
         let concerned = |(k, law): &(usize, &mut ContactInput)| match place {

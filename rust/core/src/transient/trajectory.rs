@@ -524,6 +524,9 @@ impl<'a> Cursor<'a> {
         }
         // Local time 0 is known without a motion.
         self.seek_local(phase, local.max(f64::MIN_POSITIVE));
-        self.motion.as_ref().map_or(0.0, |motion| motion.growth_rate(local))
+        let own = self.motion.as_ref().map_or(0.0, |motion| motion.growth_rate(local));
+        // A slider that vibrates carries what sticks to it, which has no motion of its own.
+        let drive = self.trajectory.scene().drive.iter();
+        drive.flat_map(|drive| &drive.oscillators).fold(own, |rate, one| rate.max(one.rate))
     }
 }

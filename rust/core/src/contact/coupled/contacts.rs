@@ -40,8 +40,11 @@ impl Coupled<'_> {
     ) -> Result<Solution, RunFailure> {
         let reactions = self.reactions(q, u);
         let size = reactions.len();
-        let acceleration =
-            |row: usize| -(0..size).map(|k| self.w[(row, k)] * reactions[k]).sum::<f64>();
+        let acceleration = |row: usize| {
+            let carried = self.scene.carried_acceleration(self.scene.slot(row));
+            let carried: f64 = carried.iter().map(|&(h, factor)| factor * q[h]).sum();
+            carried - (0..size).map(|k| self.w[(row, k)] * reactions[k]).sum::<f64>()
+        };
         self.solve(problem, Level::Accelerations, acceleration, q, u)
     }
 

@@ -46,8 +46,8 @@ pub(crate) enum Case {
     },
     /// Its friction drops from the static to the kinetic one.
     Jumping { towards: Status },
-    /// Closed while another one jumps.
-    Pressed { before: Status },
+    /// Beside another one that jumps, or where a load is switched: it may do anything from where it is.
+    Beside { before: Status },
 }
 
 /// One contact of the problem.
@@ -63,6 +63,8 @@ pub(crate) struct Node {
 pub(crate) struct Problem {
     nodes: Vec<Node>,
     linear: ContactProblem,
+    /// The sum of the absolute values of the terms of each entry of a0.
+    sizes: DVector<f64>,
 }
 
 /// Statuses with forces or their rates, (T, N) of each contact.
@@ -75,7 +77,7 @@ pub(crate) struct Answer {
 }
 
 impl Problem {
-    pub fn new(nodes: Vec<Node>, w: DMatrix<f64>, a0: DVector<f64>) -> Self {
+    pub fn new(nodes: Vec<Node>, w: DMatrix<f64>, a0: DVector<f64>, sizes: DVector<f64>) -> Self {
         let law = |node: &Node| Closed {
             friction: node.friction,
             static_friction: node.static_friction,
@@ -83,7 +85,7 @@ impl Problem {
             opens: true,
         };
         let contacts = nodes.iter().map(law).collect();
-        Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false } }
+        Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false }, sizes }
     }
 
     /// The one answer. Where static friction exceeds the kinetic one, a contact that could go on as it was does so.
@@ -102,24 +104,26 @@ impl Problem {
             };
             let statuses: Vec<Status> = choices.iter().map(pick).collect();
             if let Ok(answer) = self.verified(statuses)
-                && !found.iter().any(|other| same_forces(other, &answer))
+                && !found.iter().any(|other| self.same_forces(other, &answer))
             {
                 found.push(answer);
             }
         }
+        // Contacts that go on as they were, and of those that just touch the ones that static friction holds.
         let rank = |answer: &Answer| {
-            let keeps = |(node, status): &(&Node, &Status)| match node.case {
-                Case::Slipping { towards, at_bound: false, .. } => **status == towards,
-                // Static friction is what a contact has before it slips.
-                Case::Touching => {
-                    node.static_friction > node.friction && **status == Status::Sticking
+            let (mut goes_on, mut held) = (0, 0);
+            for (node, status) in self.nodes.iter().zip(&answer.statuses) {
+                let excess = node.static_friction > node.friction;
+                match node.case {
+                    Case::Slipping { towards, at_bound: false, .. } => {
+                        goes_on += usize::from(*status == towards);
+                    }
+                    Case::Beside { before } if excess => goes_on += usize::from(*status == before),
+                    Case::Touching if excess => held += usize::from(*status == Status::Sticking),
+                    _ => {}
                 }
-                Case::Pressed { before } => {
-                    node.static_friction > node.friction && **status == before
-                }
-                _ => false,
-            };
-            self.nodes.iter().zip(&answer.statuses).filter(keeps).count()
+            }
+            (goes_on, held)
         };
         let best = found.iter().map(rank).max().ok_or(Unsolved::None)?;
         let mut best = found.into_iter().filter(|answer| rank(answer) == best);
@@ -143,6 +147,17 @@ impl Problem {
         Err(Unsolved::None)
     }
 
+    /// Whether two answers are the same motion: statuses at a boundary have two names.
+    fn same_forces(&self, one: &Answer, other: &Answer) -> bool {
+        let w = &self.linear.w;
+        let rounded = self.sizes.iter().enumerate().map(|(k, size)| match w[(k, k)] {
+            0.0 => 0.0,
+            own => size / own,
+        });
+        let scale = rounded.fold(one.forces.amax().max(other.forces.amax()), f64::max);
+        (&one.forces - &other.forces).amax() <= 100.0 * ROUNDING * scale
+    }
+
     /// The answer with these statuses, or the contact whose inequality is violated most; None where the equations
     /// have no solution.
     fn verified(&self, statuses: Vec<Status>) -> Result<Answer, Option<usize>> {
@@ -151,7 +166,7 @@ impl Problem {
         // A sum and the scale of its terms.
         let motion = |k: usize| {
             let terms = w.row(k).iter().zip(&forces).map(|(w, f)| w * f).collect::<Vec<f64>>();
-            let size = a0[k].abs() + terms.iter().map(|term| term.abs()).sum::<f64>();
+            let size = self.sizes[k] + terms.iter().map(|term| term.abs()).sum::<f64>();
             (a0[k] + terms.iter().sum::<f64>(), size)
         };
         let rounding = |k: usize| match w[(k, k)] {
@@ -182,6 +197,11 @@ impl Problem {
                     let bound = held(towards.friction_sign(), node.friction);
                     margins[i] = if bound.1 > 0.0 { (bound.0 / bound.1).max(0.0) } else { 0.0 };
                     conditions.extend(at_bound.then_some(bound));
+                }
+                // What has come to rest slips on only if something moves it.
+                (Case::Slipping { at_bound: false, ends: true, .. }, _) => {
+                    let (value, size) = slip();
+                    conditions.push((value - 1e3 * ROUNDING * size, size));
                 }
                 (Case::Slipping { .. }, _) => conditions.push(slip()),
                 (_, Status::Sticking) => {
@@ -223,8 +243,13 @@ fn choices(node: &Node) -> &'static [Status] {
         Case::Settled(Negative) => &[Negative],
         Case::Settled(Sticking) => &[Sticking],
         Case::Settled(Detached) => &[Detached],
-        Case::Touching | Case::Pressed { .. } if smooth => &[Positive, Detached],
-        Case::Touching | Case::Pressed { .. } => &[Sticking, Positive, Negative, Detached],
+        Case::Beside { before: Detached } if smooth => &[Detached, Positive],
+        Case::Touching | Case::Beside { .. } if smooth => &[Positive, Detached],
+        // Of two names of one motion the one that a contact has.
+        Case::Beside { before: Positive } => &[Positive, Sticking, Negative, Detached],
+        Case::Beside { before: Negative } => &[Negative, Sticking, Positive, Detached],
+        Case::Beside { before: Detached } => &[Detached, Sticking, Positive, Negative],
+        Case::Touching | Case::Beside { .. } => &[Sticking, Positive, Negative, Detached],
         Case::Slipping { towards: Negative, ends: false, .. } => &[Negative, Sticking],
         Case::Slipping { ends: false, .. } => &[Positive, Sticking],
         Case::Slipping { towards: Negative, .. } => &[Sticking, Negative],
@@ -232,10 +257,4 @@ fn choices(node: &Node) -> &'static [Status] {
         Case::Jumping { towards: Negative } => &[Negative, Detached],
         Case::Jumping { .. } => &[Positive, Detached],
     }
-}
-
-/// Whether two answers are the same motion: statuses at a boundary have two names.
-fn same_forces(one: &Answer, other: &Answer) -> bool {
-    let scale = one.forces.amax().max(other.forces.amax());
-    (&one.forces - &other.forces).amax() <= 100.0 * ROUNDING * scale
 }

@@ -1,7 +1,8 @@
 //! What contacts without mass do after an event.
 //!
 //! Displacements and forces are continuous, only their rates change, unless static friction exceeds the kinetic one: then
-//! a contact that begins to slip jumps to its place under kinetic friction first, with all that follow it.
+//! a contact that begins to slip jumps to its place under kinetic friction first, with all that follow it. So does what a
+//! switched load acts on.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -33,6 +34,8 @@ pub(crate) fn settle_group(
     q: &mut [f64],
     u: &[f64],
 ) -> Result<bool, RunFailure> {
+    let loaded = |trigger: &(usize, EventKind)| trigger.1 == EventKind::Load;
+    let switched = triggers.iter().any(loaded) && scene.switches(&group.coordinates);
     let event = GroupEvent { scene, group, time };
     let own: Vec<Option<EventKind>> =
         group.contacts.iter().map(|&contact| of_contact(triggers, contact)).collect();
@@ -49,13 +52,12 @@ pub(crate) fn settle_group(
     let count = group.contacts.len();
     let jumps: Vec<bool> =
         (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some()).collect();
-    let jump = jumps.contains(&true);
+    let jump = switched || jumps.contains(&true);
     let mut statuses = before.clone();
     if jump {
         let cases = (0..count).map(|k| match (onset(k), before[k]) {
             (Some(towards), _) if jumps[k] => Case::Jumping { towards },
-            (_, Status::Detached) => Case::Settled(Status::Detached),
-            (_, before) => Case::Pressed { before },
+            (_, before) => Case::Beside { before },
         });
         statuses = event.jump(cases.collect(), q)?;
     }
@@ -95,6 +97,12 @@ pub(crate) fn settle_group(
                 _ if jump && before[k].is_closed() && after == Status::Detached => {
                     settlement.record(contact, own[k], after, Departure::None);
                 }
+                _ if jump && !before[k].is_closed() && after.is_closed() => {
+                    let slip = u[law(k).tangential] - law(k).slider_speed;
+                    let status = sliding_status(slip).unwrap_or(after);
+                    let closing = Some(EventKind::Closing);
+                    settlement.record(contact, closing, status, Departure::None);
+                }
                 _ => {}
             }
             continue;
@@ -108,7 +116,12 @@ pub(crate) fn settle_group(
             }
             _ => Departure::None,
         };
-        let trigger = if jumps[k] { Some(EventKind::Jump) } else { own[k] };
+        let closes = jump && !before[k].is_closed() && after.is_closed();
+        let trigger = match own[k] {
+            _ if jumps[k] => Some(EventKind::Jump),
+            _ if closes => Some(EventKind::Closing),
+            own => own,
+        };
         settlement.record(contact, trigger, after, departure);
     }
     Ok(jump)
@@ -129,14 +142,20 @@ fn sliding_with_mass(scene: &Scene, contact: usize, q: &[f64], u: &[f64]) -> (St
 }
 
 impl GroupEvent<'_> {
-    /// Displacements without contact forces, or, of velocities and without loads, the rates of these displacements.
-    fn free(&self, x: &[f64], load: f64) -> DVector<f64> {
+    /// Displacements without contact forces, or, of velocities and without loads, the rates of these displacements; and
+    /// the sums of the absolute values of their terms.
+    fn free(&self, x: &[f64], load: f64) -> (DVector<f64>, DVector<f64>) {
         let Self { scene, group, .. } = self;
         let rhs = group.coordinates.iter().map(|&row| {
             let outside = scene.stiffness.row(row).filter(|entry| group.place(entry.0).is_none());
-            outside.fold(load * scene.force[row], |sum, (k, value)| sum - value * x[k])
+            let force = load * scene.force[row];
+            outside.fold((force, force.abs()), |(sum, size), (k, value)| {
+                (sum - value * x[k], size + (value * x[k]).abs())
+            })
         });
-        &group.flexibility * DVector::from_iterator(group.coordinates.len(), rhs)
+        let (sums, sizes): (Vec<f64>, Vec<f64>) = rhs.unzip();
+        let flexibility = &group.flexibility;
+        (flexibility * DVector::from_vec(sums), flexibility.abs() * DVector::from_vec(sizes))
     }
 
     /// Places of (tangential, normal) of each contact in the group.
@@ -149,7 +168,7 @@ impl GroupEvent<'_> {
     fn solve(
         &self,
         cases: &[Case],
-        a0: DVector<f64>,
+        (a0, sizes): (DVector<f64>, DVector<f64>),
         level: &'static str,
     ) -> Result<Answer, RunFailure> {
         let places = self.places();
@@ -168,7 +187,7 @@ impl GroupEvent<'_> {
                 static_friction: slips * law.static_friction,
             }
         });
-        let problem = Problem::new(nodes.collect(), w, a0);
+        let problem = Problem::new(nodes.collect(), w, a0, sizes);
         problem.solve().map_err(|unsolved| RunFailure::QuasiStatic {
             contacts: self.group.contacts.clone(),
             time: self.time,
@@ -182,36 +201,48 @@ impl GroupEvent<'_> {
 
     /// Statuses from the rates of the forces.
     fn rates(&self, cases: &[Case], u: &[f64]) -> Result<Answer, RunFailure> {
-        let free = self.free(u, 0.0);
-        let speeds = self
+        let (free, sizes) = self.free(u, 0.0);
+        let speeds: Vec<f64> = self
             .group
             .contacts
             .iter()
-            .flat_map(|&contact| [self.scene.contacts[contact].slider_speed, 0.0]);
-        let a0 = self.places().into_iter().zip(speeds);
-        let a0 = a0.map(|(place, speed)| place.map_or(0.0, |place| free[place] - speed)).collect();
-        self.solve(cases, DVector::from_vec(a0), "rates")
+            .flat_map(|&contact| [self.scene.contacts[contact].slider_speed, 0.0])
+            .collect();
+        self.solve(cases, self.relative(&free, &sizes, &speeds), "rates")
+    }
+
+    /// What is `free` at (tangential, normal) of each contact, from where it is counted, and the sizes of the terms.
+    fn relative(
+        &self,
+        free: &DVector<f64>,
+        sizes: &DVector<f64>,
+        from: &[f64],
+    ) -> (DVector<f64>, DVector<f64>) {
+        let places = self.places();
+        let of = |entry: &dyn Fn(usize, f64) -> f64| {
+            let each = places.iter().zip(from);
+            let all = each.map(|(place, &from)| place.map_or(0.0, |place| entry(place, from)));
+            DVector::from_iterator(from.len(), all)
+        };
+        (of(&|place, from| free[place] - from), of(&|place, from| sizes[place] + from.abs()))
     }
 
     /// Moves the group to where kinetic friction takes it at once; the statuses there.
     fn jump(&self, cases: Vec<Case>, q: &mut [f64]) -> Result<Vec<Status>, RunFailure> {
         let Self { scene, group, .. } = self;
-        let mut free = self.free(q, 1.0);
+        let (mut free, sizes) = self.free(q, 1.0);
         let places = self.places();
-        let a0 = places.iter().enumerate().map(|(k, place)| {
-            let from = match place {
-                Some(place) if k % 2 == 0 => q[group.coordinates[*place]],
-                _ => 0.0,
-            };
-            place.map_or(0.0, |place| free[place] - from)
+        let from = places.iter().enumerate().map(|(k, place)| match place {
+            Some(place) if k % 2 == 0 => q[group.coordinates[*place]],
+            _ => 0.0,
         });
-        let mut a0 = DVector::from_vec(a0.collect());
+        let (mut a0, sizes) = self.relative(&free, &sizes, &from.collect::<Vec<f64>>());
         for (k, &contact) in group.contacts.iter().enumerate() {
             if places[2 * k + 1].is_none() {
                 a0[2 * k + 1] = scene.force[scene.contacts[contact].normal];
             }
         }
-        let answer = self.solve(&cases, a0, "forces")?;
+        let answer = self.solve(&cases, (a0, sizes), "forces")?;
         for (place, force) in places.iter().zip(&answer.forces) {
             if let Some(place) = place {
                 free += group.flexibility.column(*place) * *force;
@@ -234,7 +265,11 @@ impl GroupEvent<'_> {
         }
         // A contact whose slip has mass goes on as it was.
         let statuses = answer.statuses.iter().enumerate().map(|(k, &status)| match cases[k] {
-            Case::Pressed { before } if status.is_closed() && places[2 * k].is_none() => before,
+            Case::Beside { before }
+                if status.is_closed() && before.is_closed() && places[2 * k].is_none() =>
+            {
+                before
+            }
             _ => status,
         });
         Ok(statuses.collect())

@@ -39,7 +39,7 @@ pub(crate) struct Field {
     origin: Vec<f64>,
     /// The speed at which sliders carry coordinates, which rounding of the series does not change.
     carried: Vec<Option<f64>>,
-    /// Displacements from the origin, all coordinates of one order after the other.
+    /// Displacements from the origin, all orders of one coordinate after the other.
     terms: Vec<f64>,
     region: Region,
 }
@@ -119,7 +119,7 @@ impl Field {
         self.tail = self.tail.max(region.shorten(locality, self.scale));
         self.end = self.end.min(at + region.width);
         region.measure();
-        let (n, count) = (scene.size, region.members.len());
+        let count = region.members.len();
         for (j, &k) in region.members[..region.within].iter().enumerate() {
             self.start[k] = at;
             self.width[k] = region.width;
@@ -129,9 +129,9 @@ impl Field {
                 _ => None,
             };
         }
-        for (terms, own) in self.terms.chunks_exact_mut(n).zip(region.terms.chunks_exact(count)) {
+        for (order, own) in region.terms.chunks_exact(count).enumerate() {
             for (&k, term) in region.members[..region.within].iter().zip(own) {
-                terms[k] = *term;
+                self.terms[k * TERMS + order] = *term;
             }
         }
     }
@@ -155,9 +155,13 @@ impl Field {
     /// Displacement and speed of a coordinate.
     fn displacement(&self, k: usize, at: f64) -> (f64, f64) {
         let s = (at - self.start[k]) / self.width[k];
-        let terms = self.terms[k..].iter().step_by(self.start.len()).rev();
-        let (q, u) = terms.fold((0.0, 0.0), |(q, u), term| (q * s + term, u * s + q));
+        let (q, u) =
+            self.series(k).iter().rev().fold((0.0, 0.0), |(q, u), term| (q * s + term, u * s + q));
         (q, self.carried[k].unwrap_or(u / self.width[k]))
+    }
+
+    fn series(&self, k: usize) -> &[f64] {
+        &self.terms[k * TERMS..(k + 1) * TERMS]
     }
 
     /// (q, q') of a coordinate.
@@ -168,28 +172,15 @@ impl Field {
 
     /// (q, q') of all coordinates.
     pub fn values(&self, at: f64, q: &mut [f64], u: &mut [f64]) {
-        q.fill(0.0);
-        u.fill(0.0);
-        let n = q.len();
-        let places: Vec<f64> = (0..n).map(|k| (at - self.start[k]) / self.width[k]).collect();
-        for terms in self.terms.chunks_exact(n).rev() {
-            for k in 0..n {
-                u[k] = u[k] * places[k] + q[k];
-                q[k] = q[k] * places[k] + terms[k];
-            }
-        }
-        for k in 0..n {
-            q[k] += self.origin[k];
-            u[k] = self.carried[k].unwrap_or(u[k] / self.width[k]);
+        for (k, (q, u)) in q.iter_mut().zip(u).enumerate() {
+            (*q, *u) = self.value(k, at);
         }
     }
 
     /// The series of a coordinate about another time and in another unit; the place there from which it counts.
     fn shifted(&self, k: usize, at: f64, unit: f64, terms: &mut [f64; TERMS]) -> f64 {
         let s = (at - self.start[k]) / self.width[k];
-        for (term, own) in terms.iter_mut().zip(self.terms[k..].iter().step_by(self.start.len())) {
-            *term = *own;
-        }
+        terms.copy_from_slice(self.series(k));
         for order in 0..TERMS - 1 {
             for j in (order..TERMS - 1).rev() {
                 terms[j] += s * terms[j + 1];

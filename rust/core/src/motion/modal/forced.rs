@@ -25,7 +25,7 @@ pub(crate) fn forced_modes(
     reduced: &Reduced,
 ) -> Result<Vec<Mode>, Error> {
     let structure = Reduced::new(bare, &reduced.combination)?;
-    let pencil = Pencil::new(bare, &reduced.combination, &structure.reduction);
+    let pencil = Pencil::new(structure.scene(bare), &reduced.combination, &structure.reduction);
     let mut modes = spectrum(&pencil, Vectors::Refined)?;
     let (m, size) = (structure.size(), reduced.size());
     let load = |lambda: Complex64, h: usize| {

@@ -27,6 +27,24 @@ impl Scene {
         follow_rates(&self.dependents, u);
     }
 
+    /// What sliders that vibrate add to the acceleration of a coordinate that is a sum of others, by what carries them.
+    pub(crate) fn carried_acceleration(&self, coordinate: usize) -> Vec<(usize, f64)> {
+        let Some(drive) = &self.drive else { return Vec::new() };
+        let sums = self.dependents.iter().filter(|one| one.coordinate == coordinate);
+        sums.flat_map(|one| &one.terms)
+            .filter_map(|&(k, factor)| {
+                let rate = drive.oscillators.iter().find(|one| one.coordinate == k)?.rate;
+                Some((k, -rate * rate * factor))
+            })
+            .collect()
+    }
+
+    /// The coordinate of a row (tangential, normal) of all contacts.
+    pub(crate) fn slot(&self, row: usize) -> usize {
+        let law = &self.contacts[row / 2];
+        if row.is_multiple_of(2) { law.tangential } else { law.normal }
+    }
+
     /// Whether a coordinate is a sum of others.
     pub(crate) fn is_dependent(&self, coordinate: usize) -> bool {
         self.dependents.iter().any(|one| one.coordinate == coordinate)
@@ -35,7 +53,11 @@ impl Scene {
     /// A coordinate as a sum of coordinates of x, in velocities.
     pub(crate) fn terms_of(&self, coordinate: usize) -> Vec<(usize, f64)> {
         let dependent = self.dependents.iter().find(|one| one.coordinate == coordinate);
-        dependent.map_or_else(|| vec![(coordinate, 1.0)], |one| one.terms.clone())
+        // What carries loads feels no force.
+        let structure = |one: &Dependent| {
+            one.terms.iter().copied().filter(|term| term.0 < self.structure()).collect()
+        };
+        dependent.map_or_else(|| vec![(coordinate, 1.0)], structure)
     }
 
     /// A coordinate as a sum of coordinates of x, and the constant that comes with it.
@@ -84,9 +106,9 @@ impl Scene {
             let Some(index) = dependents.iter().position(|one| one.coordinate == wanted) else {
                 continue;
             };
-            let size =
-                dependents[index].terms.iter().fold(0.0, |size: f64, term| size.max(term.1.abs()));
-            let free = dependents[index].terms.iter().filter(|term| !held.contains(&term.0));
+            let terms = dependents[index].terms.iter().filter(|term| term.0 < self.structure());
+            let size = terms.clone().fold(0.0, |size: f64, term| size.max(term.1.abs()));
+            let free = terms.filter(|term| !held.contains(&term.0));
             let largest = free.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
             // Without one it is held by what is held already.
             let Some(&(given, pivot)) = largest.filter(|term| term.1.abs() > INDEPENDENCE * size)
@@ -101,28 +123,47 @@ impl Scene {
 
     /// The scene with other coordinates as sums of the rest.
     fn in_terms_of(&self, dependents: Vec<Dependent>) -> Self {
-        let size = self.size;
+        let (size, n) = (self.size, self.structure());
         let place = |k: usize| dependents.iter().find(|one| one.coordinate == k);
-        let forward = SparseMatrix::from_rows(size, |k, entries| match place(k) {
-            None => entries.push((k, 1.0)),
-            Some(one) => {
-                entries.extend(one.terms.iter().copied());
-                entries.sort_unstable_by_key(|entry| entry.0);
-            }
-        });
+        let basis = |carriers: bool| {
+            SparseMatrix::from_rows(size, |k, entries| match place(k) {
+                None => entries.push((k, 1.0)),
+                Some(one) => {
+                    let terms = one.terms.iter().copied();
+                    entries.extend(terms.filter(|term| carriers || term.0 < n));
+                    entries.sort_unstable_by_key(|entry| entry.0);
+                }
+            })
+        };
+        let forward = basis(true);
+        // Nothing acts back on what carries loads.
+        let rows = basis(false).transposed();
         let mut offset = vec![0.0; size];
         dependents.iter().for_each(|one| offset[one.coordinate] = one.offset);
         // Rows of what was no coordinate of x are empty before, of what is none now afterwards.
         let congruent = |matrix: &SparseMatrix| matrix.congruent(&forward);
+        let any = |matrix: &SparseMatrix| rows.product(&matrix.product(&forward));
         let mut force = self.force.clone();
         self.stiffness.add_product(-1.0, &offset, &mut force);
-        let force = forward.transposed().apply(&force);
-        let mass = congruent(&self.mass);
-        let (damping, stiffness) = match &self.energy_parts {
-            None => (congruent(&self.damping), congruent(&self.stiffness)),
-            Some(_) => {
-                let any = |matrix: &SparseMatrix| matrix.transformed(&forward);
-                (any(&self.damping), any(&self.stiffness))
+        let force = rows.apply(&force);
+        let (mass, damping, stiffness) = match (&self.drive, &self.energy_parts) {
+            (Some(drive), _) => {
+                let mass = any(&self.mass);
+                // `h'' = -w^2 h` of sliders that carry coordinates along is a load by their place.
+                let inertia = SparseMatrix::from_rows(size, |row, entries| {
+                    let carried = mass.row(row).filter(|entry| row < n && entry.0 >= n);
+                    entries.extend(carried.filter_map(|(h, entry)| {
+                        let rate = drive.oscillators.iter().find(|one| one.coordinate == h)?.rate;
+                        Some((h, -rate * rate * entry))
+                    }));
+                });
+                let own = mass.filtered(|row, column| (row < n) == (column < n));
+                let own = own.combined(0.5, &own.transposed(), 0.5);
+                (own, any(&self.damping), any(&self.stiffness).combined(1.0, &inertia, 1.0))
+            }
+            (None, Some(_)) => (congruent(&self.mass), any(&self.damping), any(&self.stiffness)),
+            (None, None) => {
+                (congruent(&self.mass), congruent(&self.damping), congruent(&self.stiffness))
             }
         };
         let slots = &self.coordinates.slots;
@@ -143,17 +184,16 @@ impl Scene {
             energy_parts: self.energy_parts.as_ref().map(|parts| EnergyParts {
                 dissipative: congruent(&parts.dissipative),
                 elastic: congruent(&parts.elastic),
-                antisymmetric: parts.antisymmetric.transformed(&forward),
+                antisymmetric: any(&parts.antisymmetric),
             }),
             force,
             dependents,
             nodes: self.nodes.clone(),
             massless: self.massless.clone(),
             condensed: self.condensed,
-            // Such a scene has no loads in time.
             loads: Loads::default(),
-            drive: None,
-            bare: None,
+            drive: self.drive.clone(),
+            bare: self.bare.clone(),
         }
     }
 }

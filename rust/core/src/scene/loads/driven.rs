@@ -3,9 +3,10 @@
 use std::sync::Arc;
 
 use crate::linalg::sparse::SparseMatrix;
+use crate::scene::dependent::sums::Dependent;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
-use crate::scene::massless::coordinates::Massless;
+use crate::scene::massless::coordinates::summed;
 use crate::scene::model::{Scene, coupled_mass};
 
 /// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
@@ -62,14 +63,13 @@ impl Scene {
         Arc::new(Self {
             size,
             dofs: scene.dofs,
-            // Beside loads in time, every dof has mass.
-            nodes: None,
-            massless: Massless::default(),
+            nodes: scene.nodes.clone(),
+            massless: scene.massless.clone(),
             condensed: false,
             contacts: scene.contacts.clone(),
             laws: scene.laws.clone(),
             impact_friction: scene.impact_friction,
-            dependents: scene.dependents.clone(),
+            dependents: carried_along(&scene.dependents, &drive),
             coordinates: scene.coordinates.clone(),
             mass: mass_matrix,
             coupled_mass,
@@ -85,22 +85,31 @@ impl Scene {
         })
     }
 
+    /// Whether switched loads act on some coordinates.
+    pub(crate) fn switches(&self, coordinates: &[usize]) -> bool {
+        let mut switches = self.drive.iter().flat_map(|drive| &drive.switches);
+        switches.any(|switch| {
+            coordinates.iter().any(|&row| self.stiffness.get(row, switch.coordinate) != 0.0)
+        })
+    }
+
     /// The coordinates that carry loads, one for each frequency and each switched load.
     fn drive_of(&self, loads: &Loads) -> Drive {
         let n = self.size;
         let mut drive = Drive { structure: n, ..Drive::default() };
-        let oscillator = |drive: &mut Drive, frequency: f64| {
+        let oscillator = |drive: &mut Drive, frequency: f64, phase: f64| {
             let rate = std::f64::consts::TAU * frequency;
-            let known = drive.oscillators.iter().find(|one| one.rate == rate).cloned();
-            known.unwrap_or_else(|| {
+            let known = drive.oscillators.iter().find(|one| (one.rate, one.phase) == (rate, phase));
+            known.cloned().unwrap_or_else(|| {
                 let coordinate = n + drive.oscillators.len();
-                let added = Oscillator { coordinate, rate, scale: 1.0 };
+                let added = Oscillator { coordinate, rate, phase, scale: 1.0 };
                 drive.oscillators.push(added.clone());
                 added
             })
         };
+        let whole = self.nodes.as_ref().map_or(self.dofs, |nodes| nodes.size);
         let rows = |direction: &[(usize, f64)]| {
-            let mut force = vec![0.0; self.dofs];
+            let mut force = vec![0.0; whole];
             direction.iter().for_each(|&(dof, entry)| force[dof] += entry);
             let force = self.coordinates.forces_of_dofs(&force);
             force.into_iter().enumerate().filter(|entry| entry.1 != 0.0).collect::<Vec<_>>()
@@ -110,33 +119,23 @@ impl Scene {
             if rows.is_empty() {
                 continue;
             }
-            let Oscillator { coordinate, rate, .. } = oscillator(&mut drive, load.frequency);
-            let (sine, cosine) = load.phase.sin_cos();
-            drive.forces.extend(rows.into_iter().map(|(row, amplitude)| Force {
-                row,
-                coordinate,
-                of_position: amplitude * cosine,
-                of_velocity: amplitude * sine / rate,
-            }));
+            let Oscillator { coordinate, .. } = oscillator(&mut drive, load.frequency, load.phase);
+            let forces = rows.into_iter().map(|(row, factor)| Force { row, coordinate, factor });
+            drive.forces.extend(forces);
         }
         for load in loads.vibrations.iter().filter(|load| load.amplitude != 0.0) {
-            let oscillator = oscillator(&mut drive, load.frequency);
-            let (sine, cosine) = load.phase.sin_cos();
+            let phase = load.phase - std::f64::consts::FRAC_PI_2;
+            let oscillator = oscillator(&mut drive, load.frequency, phase);
             drive.carried.push(Carried {
                 tangential: self.contacts[load.contact].tangential,
-                of_position: load.amplitude * sine / oscillator.rate,
-                of_velocity: -load.amplitude * cosine / (oscillator.rate * oscillator.rate),
+                factor: load.amplitude / oscillator.rate,
                 oscillator,
             });
         }
         for load in &loads.steps {
             let coordinate = n + drive.oscillators.len() + drive.switches.len();
-            drive.forces.extend(rows(&load.direction).into_iter().map(|(row, force)| Force {
-                row,
-                coordinate,
-                of_position: force,
-                of_velocity: 0.0,
-            }));
+            let rows = rows(&load.direction).into_iter();
+            drive.forces.extend(rows.map(|(row, factor)| Force { row, coordinate, factor }));
             drive.switches.push(Switch {
                 coordinate,
                 times: load.times.clone(),
@@ -154,25 +153,20 @@ impl Scene {
             .map(|force| Coupling {
                 row: force.row,
                 coordinate: force.coordinate,
-                stiffness: -force.of_position,
-                damping: -force.of_velocity,
+                stiffness: -force.factor,
+                damping: 0.0,
             })
             .collect();
         for carried in &drive.carried {
-            let (a, b) = (carried.of_position, carried.of_velocity);
             let Oscillator { coordinate, rate, .. } = carried.oscillator;
-            let square = rate * rate;
-            let at = |matrix: &SparseMatrix, row| matrix.get(row, carried.tangential);
-            couplings.extend((0..self.size).map(|row| {
-                let (m, c, k) =
-                    (at(&self.mass, row), at(&self.damping, row), at(&self.stiffness, row));
-                // M y'' + C y' + K y with y = a h + b h' and h'' = -rate^2 h.
-                Coupling {
-                    row,
-                    coordinate,
-                    stiffness: a * (k - square * m) - b * square * c,
-                    damping: b * (k - square * m) + a * c,
-                }
+            let at =
+                |matrix: &SparseMatrix, row| carried.factor * matrix.get(row, carried.tangential);
+            // M y'' + C y' + K y with y'' = -rate^2 y.
+            couplings.extend((0..self.size).map(|row| Coupling {
+                row,
+                coordinate,
+                stiffness: at(&self.stiffness, row) - rate * rate * at(&self.mass, row),
+                damping: at(&self.damping, row),
             }));
         }
         couplings.retain(|coupling| (coupling.stiffness, coupling.damping) != (0.0, 0.0));
@@ -196,13 +190,38 @@ impl Scene {
             if mass > 0.0 { self.stiffness.get(row, row).abs() / mass } else { 0.0 }
         };
         let stiffest = (0..self.size).map(weighted).fold(0.0, f64::max);
+        let heaviest = (0..self.size).map(|row| self.mass.get(row, row)).fold(0.0, f64::max);
         let load = |coupling: &Coupling| {
             let mass = self.mass.get(coupling.row, coupling.row);
             let size = coupling.stiffness.abs() + rate * coupling.damping.abs();
-            if mass > 0.0 { size / mass.sqrt() } else { 0.0 }
+            let stiffness = self.stiffness.get(coupling.row, coupling.row);
+            if mass > 0.0 {
+                size / mass.sqrt() / stiffest.max(rate * rate)
+            } else if stiffness > 0.0 {
+                size / stiffness * heaviest.sqrt()
+            } else {
+                0.0
+            }
         };
         let own = couplings.iter().filter(|coupling| coupling.coordinate == coordinate);
-        let scale = own.map(load).fold(0.0, f64::max) / stiffest.max(rate * rate);
+        let scale = own.map(load).fold(0.0, f64::max);
         if scale > 0.0 && scale.is_finite() { scale } else { 1.0 }
     }
+}
+
+/// Sums of coordinates from where sliders that vibrate carry some of them: `q + y` is what adds up.
+fn carried_along(dependents: &[Dependent], drive: &Drive) -> Vec<Dependent> {
+    let along = |one: &Dependent| {
+        let mut moved = one.clone();
+        for carried in &drive.carried {
+            let own = (carried.tangential == one.coordinate).then_some(-1.0);
+            let of = one.terms.iter().find(|term| term.0 == carried.tangential);
+            if let Some(weight) = own.or(of.map(|term| term.1)) {
+                moved.terms.push((carried.oscillator.coordinate, weight * carried.factor));
+            }
+        }
+        summed(&mut moved.terms);
+        moved
+    };
+    dependents.iter().map(along).collect()
 }

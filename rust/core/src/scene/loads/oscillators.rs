@@ -1,20 +1,15 @@
 //! What carries the loads of a scene through time: coordinates that nothing acts back on.
 //!
-//! Each frequency of a scene has an oscillator `h'' = -w^2 h` with `h = c cos w t`, so that a harmonic load is a force that
-//! depends linearly on (h, h'):
-//!
-//! ```text
-//! a cos(w t + p) = (a cos p h + (a sin p / w) h') / c
-//! ```
-//!
-//! (c is such that h is about as large as what the load moves.)
+//! Each frequency and phase of a scene has an oscillator `h'' = -w^2 h` with `h = c cos(w t + p)`, so that a harmonic load is
+//! the force `(a / c) h`; c is such that h is about as large as what the load moves. Coordinates without mass follow h as they
+//! follow any other place.
 //!
 //! Each switched load has a coordinate that is held at its factor, less the first one. The motion of a scene with loads
 //! is thus that of a larger scene without: phases, event functions and their derivatives see time as a part of the state.
 //!
 //! A slider that vibrates carries its tangential coordinate along: q_t is the displacement less that of the vibration,
-//! `y = (a / w) sin(w t + p)`, so that the slip velocity stays `q_t' - v`, and sticking `q_t' = v`. What `M y''`, `C y'`
-//! and `K y` load is part of the coupling to (h, h').
+//! `y = (a / w) cos(w t + p - pi / 2)`, so that the slip velocity stays `q_t' - v`, and sticking `q_t' = v`. What `M y''`,
+//! `C y'` and `K y` load is part of the coupling to (h, h').
 
 use std::borrow::Cow;
 
@@ -31,12 +26,14 @@ pub(crate) struct Drive {
     pub forces: Vec<Force>,
 }
 
-/// `h = scale cos(rate t)`
+/// `h = scale cos(rate t + phase)`
 #[derive(Debug, Clone)]
 pub(crate) struct Oscillator {
     pub coordinate: usize,
     /// 2 pi f, 1/s.
     pub rate: f64,
+    /// p, rad.
+    pub phase: f64,
     /// c, m.
     pub scale: f64,
 }
@@ -50,22 +47,20 @@ pub(crate) struct Switch {
     pub values: Vec<f64>,
 }
 
-/// The displacement of a vibrating slider, `of_position h + of_velocity h'`.
+/// The displacement of a vibrating slider, `factor h`.
 #[derive(Debug, Clone)]
 pub(crate) struct Carried {
     pub tangential: usize,
     pub oscillator: Oscillator,
-    pub of_position: f64,
-    pub of_velocity: f64,
+    pub factor: f64,
 }
 
-/// `of_position h + of_velocity h'` on a coordinate of the structure, of a stated load.
+/// `factor h` on a coordinate of the structure, of a stated load.
 #[derive(Debug, Clone)]
 pub(crate) struct Force {
     pub row: usize,
     pub coordinate: usize,
-    pub of_position: f64,
-    pub of_velocity: f64,
+    pub factor: f64,
 }
 
 /// Periods of each load up to which a common one is looked for; a message names it.
@@ -76,7 +71,7 @@ const SAME: f64 = 1e-12;
 impl Oscillator {
     /// (h, h') at a time.
     pub fn at(&self, time: f64) -> (f64, f64) {
-        let (sine, cosine) = (self.rate * time).sin_cos();
+        let (sine, cosine) = (self.rate * time + self.phase).sin_cos();
         (self.scale * cosine, -self.scale * self.rate * sine)
     }
 }
@@ -198,23 +193,20 @@ impl Drive {
         for carried in &mut self.carried {
             of(&mut carried.oscillator);
             if carried.oscillator.coordinate == coordinate {
-                carried.of_position /= scale;
-                carried.of_velocity /= scale;
+                carried.factor /= scale;
             }
         }
         for force in self.forces.iter_mut().filter(|force| force.coordinate == coordinate) {
-            force.of_position /= scale;
-            force.of_velocity /= scale;
+            force.factor /= scale;
         }
     }
 
     /// Adds the stated loads of a state to forces on contact coordinates; switched ones alone, or oscillating ones.
-    pub fn add_forces(&self, oscillating: bool, q: &[f64], u: &[f64], forces: &mut [f64]) {
+    pub fn add_forces(&self, oscillating: bool, q: &[f64], forces: &mut [f64]) {
         let oscillates =
             |force: &&Force| force.coordinate < self.structure + self.oscillators.len();
         for force in self.forces.iter().filter(|force| oscillates(force) == oscillating) {
-            forces[force.row] +=
-                force.of_position * q[force.coordinate] + force.of_velocity * u[force.coordinate];
+            forces[force.row] += force.factor * q[force.coordinate];
         }
     }
 }
@@ -222,10 +214,8 @@ impl Drive {
 impl Carried {
     /// (y, y') of the slider's vibration.
     pub fn at(&self, q: &[f64], u: &[f64]) -> [f64; 2] {
-        let Oscillator { coordinate, rate, .. } = self.oscillator;
-        let (h, dh) = (q[coordinate], u[coordinate]);
-        let (a, b) = (self.of_position, self.of_velocity);
-        [a * h + b * dh, a * dh - b * rate * rate * h]
+        let h = self.oscillator.coordinate;
+        [self.factor * q[h], self.factor * u[h]]
     }
 }
 

@@ -160,8 +160,8 @@ impl Condensed {
             energy_parts: scene.energy_parts.clone(),
             force,
             loads: scene.loads.clone(),
-            drive: None,
-            bare: None,
+            drive: scene.drive.clone(),
+            bare: scene.bare.clone(),
         };
         Ok(Some(Self { scene: condensed, followers, closed, sticking, parts }))
     }
