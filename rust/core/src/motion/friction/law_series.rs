@@ -12,7 +12,7 @@
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
-use crate::scene::FrictionLaw;
+use crate::scene::friction::law::FrictionLaw;
 
 /// One unit of rounding.
 const UNIT: f64 = 0.5 * f64::EPSILON;

@@ -3,3 +3,5 @@
 pub(crate) mod law_series;
 pub(crate) mod motion;
 pub(crate) mod operator;
+#[cfg(test)]
+mod true_errors;

@@ -23,13 +23,15 @@ use crate::motion::taylor::motion::{TRUNCATION, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, ROW};
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
 use crate::numerics::simd::VectorUnit;
-use crate::scene::FrictionLaw;
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
 /// One unit of rounding.
 const UNIT: f64 = 0.5 * f64::EPSILON;
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
 const TUBE: f64 = 1e-6;
+/// Largest L of a panel: rounding grows by (e^L - 1) / L, some 70.
+const STEEPEST: f64 = 6.0;
 /// Times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
 /// Distance from a speed of a table, relative to it, that is rounding of the motion to it.
@@ -48,9 +50,8 @@ struct Sliding {
     beyond: f64,
     /// y
     force: [f64; COEFFICIENTS],
-    /// N without what laws add, at the origin at rest, and the sum of the absolute values of its terms on the panel.
+    /// N without what laws add, at the origin at rest.
     at_origin: f64,
-    size: f64,
     /// Bound of the error of y.
     error: f64,
 }
@@ -114,7 +115,6 @@ impl LawMotion {
                 beyond: 0.0,
                 force: none,
                 at_origin,
-                size: 0.0,
                 error: 0.0,
             });
         }
@@ -133,6 +133,12 @@ impl LawMotion {
     /// The contact whose law would be negative from here on.
     pub fn exhausted(&self, operator: &LawOperator) -> Option<usize> {
         self.ended.map(|place| operator.contacts[place].contact)
+    }
+
+    /// The piece of the table of a contact on the panel.
+    #[cfg(test)]
+    pub fn piece(&self, place: usize) -> usize {
+        self.contacts[place].series.piece
     }
 
     /// A rate of the linear part of the motion, 1/s; quadratures go by single panels anyway.
@@ -158,12 +164,13 @@ impl LawMotion {
         }
         let scale = self.taylor.scale(&operator.taylor);
         for _ in 0..TRIALS {
-            let (truncation, error) = self.bound(scene, operator, scale);
+            let (truncation, error, exponent) = self.bound(scene, operator, scale);
             self.left_out = error;
-            if truncation <= TRUNCATION * scale && error.is_finite() {
+            if truncation <= TRUNCATION * scale && error.is_finite() && exponent <= STEEPEST {
                 break;
             }
             let factor = (TRUNCATION * scale / truncation).powf(1.0 / COEFFICIENTS as f64);
+            let factor = factor.min(STEEPEST / exponent);
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
         }
@@ -212,7 +219,6 @@ impl LawMotion {
         taylor.force.copy_from_slice(base);
         for (one, sliding) in operator.contacts.iter().zip(contacts) {
             sliding.beyond = taylor.displacement(&one.normal, COEFFICIENTS).abs();
-            sliding.size = taylor.size_of(&one.normal);
         }
     }
 
@@ -256,8 +262,8 @@ impl LawMotion {
         }
     }
 
-    /// Bounds of the error of the state by truncation alone, and of all of it.
-    fn bound(&mut self, scene: &Scene, operator: &LawOperator, scale: f64) -> (f64, f64) {
+    /// Bounds of the error of the state by truncation alone, and of all of it, and L.
+    fn bound(&mut self, scene: &Scene, operator: &LawOperator, scale: f64) -> (f64, f64, f64) {
         let Self { taylor, contacts, coupling, .. } = self;
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
@@ -306,12 +312,11 @@ impl LawMotion {
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
         let mut of_products = Vec::with_capacity(laws.len());
-        for (one, (sliding, (law, excess, pressed, products))) in
-            operator.contacts.iter().zip(contacts.iter().zip(&laws))
-        {
+        for (one, (law, excess, pressed, products)) in operator.contacts.iter().zip(&laws) {
             let largest = excess + law.truncation + law.rounding;
             let cut = products + law.truncation * pressed + largest * off;
-            let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * sliding.size;
+            let size = taylor.size_of(&one.normal);
+            let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
             let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
             let gain = largest * moved + slope;
@@ -334,7 +339,7 @@ impl LawMotion {
         for (sliding, (own, gain)) in contacts.iter_mut().zip(of_products) {
             sliding.error = own + gain * error;
         }
-        (growth * truncated + beyond, error)
+        (growth * truncated + beyond, error, exponent)
     }
 
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.

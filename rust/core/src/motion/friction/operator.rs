@@ -12,7 +12,7 @@ use crate::contact::event_function::{
 use crate::contact::event_kind::EventKind;
 use crate::error::Error;
 use crate::motion::taylor::operator::TaylorOperator;
-use crate::scene::FrictionLaw;
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 

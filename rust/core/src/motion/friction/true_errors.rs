@@ -1,0 +1,252 @@
+//! True errors of panels, by the same motion in doubled precision on a fourth of the width, beside their bounds.
+
+use std::sync::Arc;
+
+use nalgebra::DMatrix;
+use proptest::prelude::*;
+
+use crate::contact::event_function::event_functions;
+use crate::linalg::sparse::SparseMatrix;
+use crate::motion::friction::motion::LawMotion;
+use crate::motion::friction::operator::LawOperator;
+use crate::motion::panel::Panel;
+use crate::numerics::double_double::Doubled;
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
+use crate::scene::contact_law::{ContactInput, Direction, Springs};
+use crate::scene::friction::law::{FrictionLaw, Table};
+use crate::scene::input::scene_input::{Damping, Mass, SceneInput};
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+
+/// A mass that slides along dof 0, pressed by dof 1, and a mass beside it.
+const SIZE: usize = 3;
+/// Steps and terms of the reference: its rest is below 1e-28 of the motion.
+const STEPS: usize = 4;
+const TERMS: usize = 28;
+
+fn exp(x: Doubled) -> Doubled {
+    let mut part = x.times(1.0 / 1024.0);
+    let small = part;
+    let mut sum = Doubled::from(1.0).add(part);
+    for k in 2..16 {
+        part = part.by(small).over(Doubled::from(k as f64));
+        sum = sum.add(part);
+    }
+    (0..10).fold(sum, |power, _| power.by(power))
+}
+
+/// Coefficients of mu(S), those of S up to order k being known.
+fn extend(
+    law: &FrictionLaw,
+    piece: usize,
+    slip: &[Doubled],
+    inner: &mut Vec<Doubled>,
+    mu: &mut Vec<Doubled>,
+) {
+    let k = slip.len() - 1;
+    let at = |value: f64| Doubled::from(if k == 0 { value } else { 0.0 });
+    let sum =
+        |terms: &mut dyn Iterator<Item = Doubled>| terms.fold(Doubled::default(), Doubled::add);
+    match law {
+        FrictionLaw::Linear { at_rest, slope } => mu.push(slip[k].times(*slope).add(at(*at_rest))),
+        FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+            let next = match k {
+                0 => exp(slip[0].times(-1.0).over((*speed).into())),
+                _ => {
+                    let terms = &mut (1..=k).map(|j| slip[j].times(-(j as f64)).by(inner[k - j]));
+                    sum(terms).over(Doubled::product(k as f64, *speed))
+                }
+            };
+            inner.push(next);
+            let falling = Doubled::from(*at_rest).add((-kinetic).into());
+            mu.push(falling.by(next).add(slip[k].times(*viscous)).add(at(*kinetic)));
+        }
+        FrictionLaw::Rational { at_rest, kinetic, speed } => {
+            let first =
+                Doubled::from(1.0).over(Doubled::from(1.0).add(slip[0].over((*speed).into())));
+            let next = match k {
+                0 => first,
+                _ => {
+                    let terms = &mut (1..=k).map(|j| slip[j].times(-1.0).by(inner[k - j]));
+                    sum(terms).by(first).over((*speed).into())
+                }
+            };
+            inner.push(next);
+            let falling = Doubled::from(*at_rest).add((-kinetic).into());
+            mu.push(falling.by(next).add(at(*kinetic)));
+        }
+        FrictionLaw::Tabulated(table) => {
+            let [a, b, c, d] = table.pieces[piece];
+            let knot = Doubled::from(-table.speeds[piece]);
+            let far = |j: usize| if j == 0 { slip[0].add(knot) } else { slip[j] };
+            let square = sum(&mut (0..=k).map(|j| far(j).by(far(k - j))));
+            inner.push(far(k).times(c).add(square.times(d)).add(at(b)));
+            mu.push(sum(&mut (0..=k).map(|j| far(j).by(inner[k - j]))).add(at(a)));
+        }
+    }
+}
+
+/// (q, q') a time `width` later, in the piece of the table given.
+fn moved(
+    scene: &Scene,
+    law: &FrictionLaw,
+    piece: usize,
+    state: &mut [Vec<Doubled>; 2],
+    width: f64,
+) {
+    let contact = &scene.contacts[0];
+    let (t, n) = (contact.tangential, contact.normal);
+    for _ in 0..STEPS {
+        let mut q: Vec<Vec<Doubled>> = vec![state[0].clone()];
+        let mut u: Vec<Vec<Doubled>> = vec![state[1].clone()];
+        let (mut slip, mut normal, mut inner, mut mu) = (vec![], vec![], vec![], vec![]);
+        for k in 0..TERMS {
+            let residual = |row: usize| {
+                let load = Doubled::from(if k == 0 { scene.force[row] } else { 0.0 });
+                (0..SIZE).fold(load, |sum, j| {
+                    let spring = q[k][j].times(-scene.stiffness.get(row, j));
+                    sum.add(spring).add(u[k][j].times(-scene.damping.get(row, j)))
+                })
+            };
+            let speed = Doubled::from(if k == 0 { contact.slider_speed } else { 0.0 });
+            slip.push(speed.add(u[k][t].times(-1.0)));
+            normal.push(residual(n).times(-1.0));
+            extend(law, piece, &slip, &mut inner, &mut mu);
+            let friction =
+                (0..=k).fold(Doubled::default(), |sum, j| sum.add(mu[j].by(normal[k - j])));
+            let order = Doubled::from((k + 1) as f64);
+            let next = |row: usize| {
+                let load = residual(row).add(if row == t { friction } else { Doubled::default() });
+                let rate = load.over(scene.mass.get(row, row).into()).over(order);
+                if row == n { Doubled::default() } else { rate }
+            };
+            let accelerated: Vec<Doubled> = (0..SIZE).map(next).collect();
+            q.push(u[k].iter().map(|v| v.over(order)).collect());
+            u.push(accelerated);
+        }
+        let step = width / STEPS as f64;
+        for (sum, terms) in state.iter_mut().zip([&q, &u]) {
+            for (j, sum) in sum.iter_mut().enumerate() {
+                let horner = |value: Doubled, term: &Vec<Doubled>| value.times(step).add(term[j]);
+                *sum = terms.iter().rev().fold(Doubled::default(), horner);
+            }
+        }
+    }
+}
+
+fn law() -> impl Strategy<Value = FrictionLaw> {
+    let table = |[a, b, c]: [f64; 3]| {
+        let pieces = vec![[a, b, c, -c], [a + b, 0.0, b, -0.2 * b], [0.3, 0.0, 0.0, 0.0]];
+        FrictionLaw::Tabulated(Arc::new(Table { speeds: vec![0.0, 0.2, 0.6], pieces }))
+    };
+    prop_oneof![
+        (0.1..1.0f64, -0.5..0.5f64)
+            .prop_map(|(at_rest, slope)| FrictionLaw::Linear { at_rest, slope }),
+        (0.1..1.0f64, 0.1..1.0f64, 0.01..1.0f64, 0.0..0.5f64).prop_map(
+            |(at_rest, kinetic, speed, viscous)| FrictionLaw::Stribeck {
+                at_rest,
+                kinetic,
+                speed,
+                viscous
+            }
+        ),
+        (0.1..1.0f64, 0.1..1.0f64, 0.01..1.0f64).prop_map(|(at_rest, kinetic, speed)| {
+            FrictionLaw::Rational { at_rest, kinetic, speed }
+        }),
+        [0.2..0.6f64, -0.1..0.1f64, -0.3..0.3f64].prop_map(table),
+    ]
+}
+
+fn scene(numbers: &[f64], damping: f64, law: &FrictionLaw) -> Scene {
+    let entry = |i: usize, j: usize| match i == j {
+        true => 100.0 * (1.5 + numbers[i]),
+        false => 40.0 * numbers[3 + i + j],
+    };
+    let contact = ContactInput {
+        tangential: Some(Direction::Dof(0)),
+        normal: Some(Direction::Dof(1)),
+        normal_force: 0.0,
+        friction: law.value(0.0),
+        static_friction: law.value(0.0),
+        slider_speed: 0.5,
+        restitution: 0.0,
+        gap: 0.0,
+        springs: Springs::default(),
+    };
+    let scene = Scene::new(SceneInput {
+        mass: Mass::Lumped(vec![1.0, 1.0, 1.0 + numbers[0].abs()]),
+        stiffness: SparseMatrix::from_dense(&DMatrix::from_fn(SIZE, SIZE, entry)),
+        damping: Damping::Proportional { mass: 0.0, stiffness: damping },
+        gyroscopic: None,
+        circulatory: None,
+        force: vec![numbers[1], -10.0, numbers[2]],
+        contacts: vec![contact],
+        impact_friction: false,
+        loads: Default::default(),
+    });
+    scene.and_then(|scene| scene.with_friction_laws(vec![Some(law.clone())])).expect("well-posed")
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+    #[test]
+    fn bounds_are_never_below_true_errors(
+        numbers in proptest::collection::vec(-1.0..1.0f64, 8),
+        start in proptest::collection::vec(-1.0..1.0f64, 4),
+        damping in 0.0..0.01f64,
+        law in law(),
+        places in proptest::collection::vec(0.0..1.0f64, 3),
+    ) {
+        let scene = scene(&numbers, damping, &law);
+        let combination = Combination::parse("+", 1).expect("a letter");
+        let functions = event_functions(&scene, &combination).expect("functions");
+        let operator = LawOperator::new(&scene, &combination, &functions).expect("an operator");
+        let mut motion = LawMotion::default();
+        let q = [0.02 * start[0], 0.0, 0.02 * start[1]];
+        let u = [0.4 * start[2], 0.0, 0.4 * start[3]];
+        motion.restart(&scene, &operator, &functions, &q, &u);
+        let mut panel = Panel::default();
+        for _ in 0..3 {
+            motion.expand(&operator, &functions, &mut panel);
+            if !panel.error.iter().all(|error| error.is_finite()) {
+                // A law that falls to 0.
+                break;
+            }
+            let (mut q, mut u) = (vec![0.0; SIZE], vec![0.0; SIZE]);
+            motion.state(&operator, 0.0, &mut q, &mut u);
+            if u[scene.contacts[0].tangential] >= scene.contacts[0].slider_speed {
+                // Slip has come to an end, and the law with it.
+                break;
+            }
+            for &place in places.iter().chain(&[1.0]) {
+                let doubled = |x: &[f64]| x.iter().map(|&x| Doubled::from(x)).collect();
+                let mut state: [Vec<Doubled>; 2] = [doubled(&q), doubled(&u)];
+                moved(&scene, &law, motion.piece(0), &mut state, place * panel.width);
+                for (index, function) in functions.iter().enumerate() {
+                    let terms = |terms: &[(usize, f64)], x: &[Doubled]| {
+                        terms.iter().fold(Doubled::default(), |sum, &(k, w)| sum.add(x[k].times(w)))
+                    };
+                    let functional = &function.functional;
+                    let expected = terms(&functional.position, &state[0])
+                        .add(terms(&functional.velocity, &state[1]))
+                        .add(functional.constant.into());
+                    if panel.excluded[index] {
+                        prop_assert!(expected.value() > 0.0);
+                        continue;
+                    }
+                    let row = &panel.coefficients[index * ROW..];
+                    let horner = |value: Doubled, &c: &f64| value.times(place).add(c.into());
+                    let found = row[..COEFFICIENTS].iter().rev().fold(Doubled::default(), horner);
+                    let error = found.add(expected.times(-1.0)).value().abs();
+                    prop_assert!(
+                        error <= panel.error[index],
+                        "{error:e} above {:e} at {place} of {law:?}", panel.error[index]
+                    );
+                    // A bound that says nothing is none: a part of 1e-9 of the motion.
+                    prop_assert!(panel.error[index] < 1e-7, "{:e}", panel.error[index]);
+                }
+            }
+            motion.advance(&scene, &operator);
+        }
+    }
+}
