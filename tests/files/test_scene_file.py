@@ -287,7 +287,7 @@ MODEL = '[model]\nname = "two_subsystems"\n'
         (SCENE + "[run]\nduratoin = 1.0\n", r"\[run\]: unknown key 'duratoin' \(= 1.0\); nearest: duration"),
         (
             SCENE + '[run]\nmethod = "rk4"\n',
-            r"\[run\]: method: expected 'auto', 'modal' or 'taylor', got 'rk4'",
+            r"\[run\]: method: expected 'auto', 'modal', 'taylor' or 'local', got 'rk4'",
         ),
         (SCENE + "[sweep]\nfriction = 0.3\n", r"\[sweep\]: friction: expected values or"),
         (SCENE + "[sweep]\nfriction = { from = 0, to = 1 }\n", r"\[sweep\]: friction: count is missing"),

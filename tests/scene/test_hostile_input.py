@@ -161,7 +161,7 @@ def test_duration(duration):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"method": "euler"}, "method: expected 'auto', 'modal' or 'taylor', got 'euler'"),
+        ({"method": "euler"}, "method: expected 'auto', 'modal', 'taylor' or 'local', got 'euler'"),
         ({"max_events": -1}, "max_events: expected an integer >= 0, got -1"),
         ({"max_events": 1.5}, "max_events: .* got 1.5"),
         ({"time_limit": 0.0}, "time_limit: .* got 0"),

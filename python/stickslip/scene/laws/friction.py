@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline, PchipInterpolator
+import scipy
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import described, real_array, real_number
@@ -200,10 +200,10 @@ class Tabulated(Law):
         """Return no names: a table has no single numbers."""
         return ()
 
-    def _spline(self) -> CubicHermiteSpline:
-        slopes = PchipInterpolator(self.speeds, self.values).derivative()(self.speeds)
+    def _spline(self) -> scipy.interpolate.CubicHermiteSpline:
+        slopes = scipy.interpolate.PchipInterpolator(self.speeds, self.values).derivative()(self.speeds)
         slopes[-1] = 0.0
-        return CubicHermiteSpline(self.speeds, self.values, slopes)
+        return scipy.interpolate.CubicHermiteSpline(self.speeds, self.values, slopes)
 
     def data(self) -> LawData | None:
         """Return speeds and pieces, ascending powers of the distance from the speed where each begins."""
