@@ -232,13 +232,28 @@ impl ContactInput {
 }
 
 impl ContactInput {
-    /// What has mass of it, if its tangential and its normal coordinate lack it; None where the normal one alone has any.
-    pub(crate) fn inertia(&self, tangential: bool, normal: bool) -> Inertia {
-        match (self.directions(), tangential, normal) {
-            (Directions::Tangential, true, _) | (_, true, true) => Inertia::None,
-            (_, false, true) => Inertia::Tangential,
-            (_, true, false) => Inertia::Normal,
+    /// The contact with its (tangential, normal) coordinates, of which some have no mass.
+    pub(crate) fn in_coordinates(
+        &self,
+        (tangential, normal): (usize, usize),
+        has_mass: impl Fn(usize) -> bool,
+    ) -> Contact {
+        let inertia = match (self.directions(), has_mass(tangential), has_mass(normal)) {
+            (Directions::Tangential, false, _) | (_, false, false) => Inertia::None,
+            (_, true, false) => Inertia::Tangential,
+            (_, false, true) => Inertia::Normal,
             _ => Inertia::Full,
+        };
+        Contact {
+            directions: self.directions(),
+            tangential,
+            normal,
+            friction: self.friction,
+            static_friction: self.static_friction,
+            slider_speed: self.slider_speed,
+            restitution: self.restitution,
+            gap: self.gap,
+            inertia,
         }
     }
 

@@ -5,17 +5,18 @@ use std::sync::Arc;
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::scene::contact_law::{Contact, Directions, Inertia};
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::friction::law::FrictionLaw;
-use crate::scene::inertia::coupled_mass::CoupledMass;
+use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
 use crate::scene::input::proportions::proportions;
 use crate::scene::input::scene_input::{Damping, SceneInput};
 use crate::scene::input::validated::{Validated, unfit};
+use crate::scene::input::with_nodes::with_nodes;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
-use crate::scene::massless::coordinates::{Massless, Nodes, condensed_stiffness};
+use crate::scene::massless::coordinates::{Massless, Nodes, check_massless};
 use crate::scene::status::{Combination, Status};
 
 /// `M x'' + (C + G) x' + (K + H) x = F + sum_i (n_i N_i + t_i T_i)`, kept in contact coordinates q, where the
@@ -73,6 +74,48 @@ pub(crate) struct EnergyParts {
     pub antisymmetric: SparseMatrix,
 }
 
+/// `(C + G) q' + (K + H) q` in contact coordinates.
+struct Linear {
+    damping: SparseMatrix,
+    stiffness: SparseMatrix,
+    proportional: Option<(f64, f64)>,
+    energy_parts: Option<EnergyParts>,
+}
+
+impl Linear {
+    /// Of what is stated over the dofs and nodes; `mass` is in contact coordinates.
+    fn new(stated: Validated, coordinates: &Coordinates, mass: &SparseMatrix) -> Self {
+        let Validated { stiffness, damping, gyroscopic, circulatory, .. } = stated;
+        let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
+        let elastic = coordinates.congruent(stiffness);
+        let (dissipative, law) = match damping {
+            Damping::General(damping) => (coordinates.congruent(damping), None),
+            Damping::Proportional { mass: alpha, stiffness: beta } => {
+                (mass.combined(alpha, &elastic, beta), Some((alpha, beta)))
+            }
+        };
+        let (damping, stiffness, energy_parts) = if rotating || following {
+            let [g, h] = [gyroscopic, circulatory].map(|given| match given {
+                Some(matrix) => coordinates.transformed(matrix),
+                None => SparseMatrix::from_rows(coordinates.size(), |_, _| ()),
+            });
+            let [symmetric, antisymmetric] = h.parts();
+            let damping = dissipative.combined(1.0, &g, 1.0);
+            let stiffness = elastic.combined(1.0, &h, 1.0);
+            let elastic = elastic.combined(1.0, &symmetric, 1.0);
+            (damping, stiffness, Some(EnergyParts { dissipative, elastic, antisymmetric }))
+        } else {
+            (dissipative, elastic, None)
+        };
+        let proportional = match law {
+            // With G, or with H beside beta K, the law of C is not that of C + G.
+            Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
+            _ => proportions(&damping, mass, &stiffness),
+        };
+        Self { damping, stiffness, proportional, energy_parts }
+    }
+}
+
 /// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
@@ -90,119 +133,34 @@ pub struct State {
 impl Scene {
     /// Validates the input and takes it to contact coordinates.
     pub fn new(input: SceneInput) -> Result<Self, Error> {
-        let Validated {
-            mass,
-            stiffness,
-            damping,
-            gyroscopic,
-            circulatory,
-            mut force,
-            contacts: inputs,
-            impact_friction,
-            loads,
-        } = Validated::new(input)?;
-        let dofs = force.len();
-        let nodes = Nodes::new(dofs, &inputs);
-        let size = nodes.size;
-        let lacks = |dof: &usize| mass.get(*dof, *dof) == 0.0;
-        let massless = (0..dofs).any(|dof| lacks(&dof));
-        let damping = match damping {
-            Damping::Proportional { mass: alpha, stiffness: beta }
-                if beta != 0.0 && (massless || !nodes.is_empty()) =>
-            {
-                let felt = condensed_stiffness(&mass, &stiffness)?;
-                Damping::General(mass.combined(alpha, &felt, beta))
-            }
-            damping => damping,
-        };
-        if massless {
-            let given = match &damping {
-                Damping::General(damping) => Some(damping),
-                Damping::Proportional { .. } => None,
-            };
-            let rates = [
-                ("damping", given),
-                ("gyroscopic", gyroscopic.as_ref()),
-                ("circulatory", circulatory.as_ref()),
-            ];
-            for (argument, matrix) in rates {
-                let touches = |matrix: &SparseMatrix, dof: usize| {
-                    matrix.row(dof).any(|(k, value)| value != 0.0 && (lacks(&dof) || lacks(&k)))
-                };
-                let found = matrix.and_then(|matrix| (0..dofs).find(|&dof| touches(matrix, dof)));
-                if let Some(row) = found {
-                    let column = |matrix: &SparseMatrix| {
-                        matrix.row(row).map(|entry| entry.0).find(|k| lacks(k))
-                    };
-                    let dof =
-                        if lacks(&row) { row } else { matrix.and_then(column).unwrap_or(row) };
-                    return Err(Error::RateWithoutMass { argument, dof });
-                }
-            }
-        }
-        let laws = nodes.contacts(&inputs);
-        let mass = nodes.padded(mass);
-        let stiffness = nodes.with_springs(stiffness);
-        let damping = match damping {
-            Damping::General(damping) => Damping::General(nodes.padded(damping)),
-            proportional => proportional,
-        };
-        let gyroscopic = gyroscopic.map(|matrix| nodes.padded(matrix));
-        let circulatory = circulatory.map(|matrix| nodes.padded(matrix));
-        force.resize(size, 0.0);
-
-        let coordinates = Coordinates::new(&mass, &laws)?;
-        let mass = uncoupled_mass(coordinates.congruent(mass), &coordinates);
-        let contacts: Vec<Contact> = laws
-            .iter()
+        let dofs = input.force.len();
+        let (nodes, stated) = with_nodes(Validated::new(input)?)?;
+        let coordinates = Coordinates::new(&stated.mass, &stated.contacts)?;
+        let mass = uncoupled_mass(coordinates.congruent(stated.mass.clone()), &coordinates);
+        let contacts: Vec<Contact> = (stated.contacts.iter())
             .zip(&coordinates.slots)
-            .map(|(law, &(tangential, normal))| Contact {
-                directions: law.directions(),
-                inertia: law.inertia(
-                    tangential < size && mass.get(tangential, tangential) == 0.0,
-                    normal < size && mass.get(normal, normal) == 0.0,
-                ),
-                tangential,
-                normal,
-                friction: law.friction,
-                static_friction: law.static_friction,
-                slider_speed: law.slider_speed,
-                restitution: law.restitution,
-                gap: law.gap,
+            .map(|(law, &slots)| {
+                law.in_coordinates(slots, |k| k >= nodes.size || mass.get(k, k) != 0.0)
             })
             .collect();
         check_massless(&contacts, &coordinates)?;
-        let (known, size) = (size, coordinates.size());
-        let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
-        let symmetric_stiffness = coordinates.congruent(stiffness);
-        let (symmetric_damping, law) = match damping {
-            Damping::General(damping) => (coordinates.congruent(damping), None),
-            Damping::Proportional { mass: alpha, stiffness: beta } => {
-                (mass.combined(alpha, &symmetric_stiffness, beta), Some((alpha, beta)))
+        let (impact_friction, loads) = (stated.impact_friction, stated.loads.clone());
+        let mut force = coordinates.forces_of_dofs(&stated.force);
+        for (contact, law) in contacts.iter().zip(&stated.contacts) {
+            if contact.directions == Directions::Tangential {
+                force[contact.normal] = -law.normal_force;
             }
-        };
-        let (damping, stiffness, energy_parts) = if rotating || following {
-            let [g, h] = [gyroscopic, circulatory].map(|given| match given {
-                Some(matrix) => coordinates.transformed(matrix),
-                None => SparseMatrix::from_rows(size, |_, _| ()),
-            });
-            let [symmetric, antisymmetric] = h.parts();
-            let parts = EnergyParts {
-                elastic: symmetric_stiffness.combined(1.0, &symmetric, 1.0),
-                antisymmetric,
-                dissipative: symmetric_damping,
-            };
-            let damping = parts.dissipative.combined(1.0, &g, 1.0);
-            (damping, symmetric_stiffness.combined(1.0, &h, 1.0), Some(parts))
-        } else {
-            (symmetric_damping, symmetric_stiffness, None)
-        };
-        let proportional = match law {
-            // With G, or with H beside beta K, the law of C is not that of C + G.
-            Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
-            _ => proportions(&damping, &mass, &stiffness),
-        };
-        let massless = Massless::new(&mass, &stiffness, &contacts, known)?;
+        }
+        let Linear { damping, stiffness, proportional, energy_parts } =
+            Linear::new(stated, &coordinates, &mass);
+        if contacts.iter().any(|contact| contact.gap != 0.0) {
+            let mut clearance = vec![0.0; force.len()];
+            for contact in &contacts {
+                clearance[contact.normal] = contact.gap;
+            }
+            stiffness.add_product(1.0, &clearance, &mut force);
+        }
+        let massless = Massless::new(&mass, &stiffness, &contacts, nodes.size)?;
         if !massless.is_empty() && !mass.is_diagonal() {
             return Err(unfit(
                 "mass",
@@ -211,25 +169,12 @@ impl Scene {
             ));
         }
         let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &coordinates.slots)?;
-        let mut force = coordinates.forces_of_dofs(&force);
-        for (contact, law) in contacts.iter().zip(&inputs) {
-            if contact.directions == Directions::Tangential {
-                force[contact.normal] = -law.normal_force;
-            }
-        }
-        if contacts.iter().any(|contact| contact.gap != 0.0) {
-            let mut clearance = vec![0.0; size];
-            for contact in &contacts {
-                clearance[contact.normal] = contact.gap;
-            }
-            stiffness.add_product(1.0, &clearance, &mut force);
-        }
         let dependents = dependents_of(&coordinates, &contacts);
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);
         }
         Ok(Self {
-            size,
+            size: coordinates.size(),
             dofs,
             nodes: (!nodes.is_empty()).then(|| Arc::new(nodes)),
             massless,
@@ -450,55 +395,4 @@ impl Scene {
         }
         Ok(())
     }
-}
-
-/// Refuses contacts of which only the gap has mass, that bounce without mass, or that have none beside others that mass
-/// couples.
-fn check_massless(contacts: &[Contact], coordinates: &Coordinates) -> Result<(), Error> {
-    for (contact, law) in contacts.iter().enumerate() {
-        if law.inertia == Inertia::Full {
-            continue;
-        }
-        if law.inertia == Inertia::Normal {
-            let reason = "its normal direction has mass and its tangential one has none; give both mass, or a normal_stiffness";
-            return Err(Error::MixedMass { contact, reason });
-        }
-        if law.restitution != 0.0 {
-            return Err(Error::RestitutionWithoutMass { contact, restitution: law.restitution });
-        }
-        if coordinates.delassus.is_some() {
-            let reason = "it has no mass, and mass couples other contacts of the scene with each other; state a lumped mass";
-            return Err(Error::MixedMass { contact, reason });
-        }
-    }
-    Ok(())
-}
-
-/// What is known of a mass in contact coordinates that is not diagonal.
-pub(crate) fn coupled_mass(
-    mass: &SparseMatrix,
-    damping: &SparseMatrix,
-    stiffness: &SparseMatrix,
-    slots: &[(usize, usize)],
-) -> Result<Option<Arc<CoupledMass>>, Error> {
-    if mass.is_diagonal() {
-        return Ok(None);
-    }
-    let known = CoupledMass::new(mass, damping, stiffness, slots);
-    known.map(|known| Some(Arc::new(known))).map_err(|dof| Error::IndefiniteSparseMass { dof })
-}
-
-/// Without the couplings that are zero by construction of the coordinates, and nonzero by rounding.
-fn uncoupled_mass(mass: SparseMatrix, coordinates: &Coordinates) -> SparseMatrix {
-    if mass.is_diagonal() {
-        return mass;
-    }
-    let mut is_contact = vec![false; mass.size()];
-    for &(tangential, normal) in &coordinates.slots {
-        (is_contact[tangential], is_contact[normal]) = (true, true);
-    }
-    mass.filtered(|i, j| match (is_contact[i], is_contact[j]) {
-        (true, true) => i == j || coordinates.delassus.is_some(),
-        (one, other) => one == other,
-    })
 }

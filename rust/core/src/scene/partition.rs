@@ -7,8 +7,9 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::Dependent;
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{EnergyParts, Scene, coupled_mass};
+use crate::scene::model::{EnergyParts, Scene};
 use crate::scene::status::Combination;
 
 /// One part, as a scene of its own in contact coordinates.

@@ -9,8 +9,9 @@ use std::borrow::Cow;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::INDEPENDENCE;
 use crate::scene::dependent::sums::{Dependent, exchange};
+use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{EnergyParts, Scene, coupled_mass};
+use crate::scene::model::{EnergyParts, Scene};
 use crate::scene::status::{Combination, Status};
 
 impl Scene {

@@ -4,11 +4,15 @@
 //! in every status (see [`crate::scene::coordinates::contact_coordinates`]). The first is small. Of the second only factors are
 //! kept, so that a sparse mass stays sparse.
 
+use std::sync::Arc;
+
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
+use crate::error::Error;
 use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
+use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::inertia::rates::rate;
 
 /// Entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
@@ -135,4 +139,33 @@ impl CoupledMass {
         }
         sum.sqrt()
     }
+}
+
+/// What is known of a mass in contact coordinates that is not diagonal.
+pub(crate) fn coupled_mass(
+    mass: &SparseMatrix,
+    damping: &SparseMatrix,
+    stiffness: &SparseMatrix,
+    slots: &[(usize, usize)],
+) -> Result<Option<Arc<CoupledMass>>, Error> {
+    if mass.is_diagonal() {
+        return Ok(None);
+    }
+    let known = CoupledMass::new(mass, damping, stiffness, slots);
+    known.map(|known| Some(Arc::new(known))).map_err(|dof| Error::IndefiniteSparseMass { dof })
+}
+
+/// Without the couplings that are zero by construction of the coordinates, and nonzero by rounding.
+pub(crate) fn uncoupled_mass(mass: SparseMatrix, coordinates: &Coordinates) -> SparseMatrix {
+    if mass.is_diagonal() {
+        return mass;
+    }
+    let mut is_contact = vec![false; mass.size()];
+    for &(tangential, normal) in &coordinates.slots {
+        (is_contact[tangential], is_contact[normal]) = (true, true);
+    }
+    mass.filtered(|i, j| match (is_contact[i], is_contact[j]) {
+        (true, true) => i == j || coordinates.delassus.is_some(),
+        (one, other) => one == other,
+    })
 }

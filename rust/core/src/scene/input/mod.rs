@@ -3,3 +3,4 @@
 pub(crate) mod proportions;
 pub(crate) mod scene_input;
 pub(crate) mod validated;
+pub(crate) mod with_nodes;

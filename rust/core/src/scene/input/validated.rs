@@ -75,6 +75,10 @@ impl Validated {
             loads,
         })
     }
+
+    pub fn lacks_mass(&self, dof: usize) -> bool {
+        self.mass.get(dof, dof) == 0.0
+    }
 }
 
 fn of_size(size: usize, argument: &str, matrix: SparseMatrix) -> Result<SparseMatrix, Error> {

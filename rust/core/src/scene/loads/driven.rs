@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::dependent::sums::Dependent;
+use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
 use crate::scene::massless::coordinates::summed;
-use crate::scene::model::{Scene, coupled_mass};
+use crate::scene::model::Scene;
 
 /// What loads add to the equation of a row: to K and to C, at a coordinate that carries them.
 struct Coupling {

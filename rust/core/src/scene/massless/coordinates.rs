@@ -16,6 +16,7 @@ use crate::linalg::components::components;
 use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Inertia};
+use crate::scene::coordinates::contact_coordinates::Coordinates;
 
 /// The coordinates without mass, in groups that stiffness ties.
 #[derive(Debug, Clone, Default)]
@@ -267,4 +268,26 @@ pub(crate) fn condensed_stiffness(
 fn added_pairs(group: &Group) -> impl Iterator<Item = (usize, usize)> + use<> {
     let count = group.coordinates.len();
     (0..count).flat_map(move |i| (0..count).map(move |j| (i, j)))
+}
+
+/// Refuses contacts of which only the gap has mass, that bounce without mass, or that have none beside others that mass
+/// couples.
+pub(crate) fn check_massless(contacts: &[Contact], coordinates: &Coordinates) -> Result<(), Error> {
+    for (contact, law) in contacts.iter().enumerate() {
+        if law.inertia == Inertia::Full {
+            continue;
+        }
+        if law.inertia == Inertia::Normal {
+            let reason = "its normal direction has mass and its tangential one has none; give both mass, or a normal_stiffness";
+            return Err(Error::MixedMass { contact, reason });
+        }
+        if law.restitution != 0.0 {
+            return Err(Error::RestitutionWithoutMass { contact, restitution: law.restitution });
+        }
+        if coordinates.delassus.is_some() {
+            let reason = "it has no mass, and mass couples other contacts of the scene with each other; state a lumped mass";
+            return Err(Error::MixedMass { contact, reason });
+        }
+    }
+    Ok(())
 }
