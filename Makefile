@@ -39,9 +39,9 @@ test-browser: $(VENV)/.extra-browser pages ## Look at the documentation, the rep
 # Seeds share no scene; a campaign that was stopped goes on.
 N ?= 1000
 SEED ?= 1
-fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; UNSYMMETRIC=1 with G and H; resumable
+fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; EXTRAS="unsymmetric stops" with more in them; resumable
 	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl \
-		$(if $(UNSYMMETRIC),--unsymmetric)
+		$(addprefix --,$(EXTRAS))
 
 # A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
 # the core's tests meets it again.

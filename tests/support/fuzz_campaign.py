@@ -23,7 +23,7 @@ import os
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass
@@ -35,7 +35,7 @@ import numpy as np
 
 import stickslip as ss
 from fuzz_checks import PASSED, Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
-from fuzz_scenes import from_time, fuzz_scene
+from fuzz_scenes import EXTRAS, from_time, fuzz_scene
 
 #: s
 DURATION = 0.1
@@ -69,11 +69,11 @@ class Outcome:
     defective: bool = False
 
 
-def run_scene(seed: int, unsymmetric: bool, forced: bool, index: int) -> Outcome:
+def run_scene(seed: int, extras: Collection[str], index: int) -> Outcome:
     """Return the outcome of one scene."""
     began = time.perf_counter()
     outcome = Outcome(index, "ok")
-    scene, start = fuzz_scene(seed, index, unsymmetric, forced)
+    scene, start = fuzz_scene(seed, index, extras)
     try:
         examine(outcome, scene, start)
     except Exception as error:
@@ -87,7 +87,7 @@ def run_scene(seed: int, unsymmetric: bool, forced: bool, index: int) -> Outcome
 def several_stick(scene: ss.Scene, message: str) -> bool:
     """Return whether static friction exceeds the kinetic one at two or more contacts that a message names."""
     named = (scene.contacts[int(i)] for i in message.split("[", 1)[1].split("]", 1)[0].split(","))
-    return sum(contact.static_friction > contact.friction for contact in named) > 1
+    return sum(contact.holding > contact.coefficient() for contact in named) > 1
 
 
 def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
@@ -137,7 +137,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
             outcome.verdict, outcome.detail = verdict, detail
 
 
-def finished(store: Path, seed: int, unsymmetric: bool, forced: bool) -> dict[int, Outcome]:
+def finished(store: Path, seed: int, extras: Collection[str]) -> dict[int, Outcome]:
     """Return the outcomes that a store already holds for a seed and a kind of scenes."""
     if not store.exists():
         return {}
@@ -147,22 +147,18 @@ def finished(store: Path, seed: int, unsymmetric: bool, forced: bool) -> dict[in
             record = json.loads(line)
         except json.JSONDecodeError:  # the line that an interruption cut
             continue
-        kind = record.pop("seed"), record.pop("unsymmetric", False), record.pop("forced", False)
-        if kind == (seed, unsymmetric, forced):
+        own, having = record.pop("seed"), {name for name in EXTRAS if record.pop(name, False)}
+        if (own, having) == (seed, set(extras)):
             outcomes[record["index"]] = Outcome(**record)
     return outcomes
 
 
 def campaign(
-    scenes: int,
-    seed: int,
-    store: Path | None,
-    workers: int,
-    unsymmetric: bool = False,
-    forced: bool = False,
+    scenes: int, seed: int, store: Path | None, workers: int, extras: Collection[str] = ()
 ) -> list[Outcome]:
     """Run the scenes that the store does not hold yet; return all outcomes by index."""
-    outcomes = finished(store, seed, unsymmetric, forced) if store else {}
+    outcomes = finished(store, seed, extras) if store else {}
+    kind = {"seed": seed, **dict.fromkeys(extras, True)}
     todo = [index for index in range(scenes) if index not in outcomes]
     with ExitStack() as stack:
         sink = stack.enter_context(store.open("a")) if store else None
@@ -171,15 +167,10 @@ def campaign(
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
         spawn = multiprocessing.get_context("spawn")
         pool = stack.enter_context(ProcessPoolExecutor(workers, mp_context=spawn))
-        for outcome in pool.map(partial(run_scene, seed, unsymmetric, forced), todo, chunksize=8):
+        for outcome in pool.map(partial(run_scene, seed, extras), todo, chunksize=8):
             outcomes[outcome.index] = outcome
             if sink:
-                sink.write(
-                    json.dumps(
-                        {"seed": seed, "unsymmetric": unsymmetric, "forced": forced, **asdict(outcome)}
-                    )
-                    + "\n"
-                )
+                sink.write(json.dumps({**kind, **asdict(outcome)}) + "\n")
                 sink.flush()
     return [outcomes[index] for index in range(scenes)]
 
@@ -218,21 +209,13 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--store", type=Path)
     parser.add_argument("--workers", type=int, default=2)
-    parser.add_argument(
-        "--unsymmetric", action="store_true", help="the same scenes with gyroscopic and circulatory terms"
-    )
-    parser.add_argument("--forced", action="store_true", help="the same scenes under loads in time")
+    for name, meaning in EXTRAS.items():
+        parser.add_argument(f"--{name}", action="store_true", help=f"the same scenes with {meaning}")
     arguments = parser.parse_args()
     if arguments.store:
         arguments.store.parent.mkdir(parents=True, exist_ok=True)
-    outcomes = campaign(
-        arguments.scenes,
-        arguments.seed,
-        arguments.store,
-        arguments.workers,
-        arguments.unsymmetric,
-        arguments.forced,
-    )
+    extras = [name for name in EXTRAS if getattr(arguments, name)]
+    outcomes = campaign(arguments.scenes, arguments.seed, arguments.store, arguments.workers, extras)
     print(summary(outcomes))
     return int(any(outcome.verdict not in PASSED for outcome in outcomes))
 

@@ -9,7 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 import stickslip as ss
-from fuzz_scenes import fastest, forces, matrices, slider_speeds
+from fuzz_scenes import contact_directions, fastest, forces, matrices, plain, slider_speeds
 
 #: What may come of a scene; near ties are counted, since they are where a difference could hide. *Several* is
 #: a run that ends where contacts could stick in more than one way: static friction exceeds the kinetic one.
@@ -64,14 +64,16 @@ class EventList:
         time, contact, kind = run.events.time.copy(), run.events.contact.copy(), run.events.kind.copy()
         after = run.events.combination.copy()
         keep = np.ones(time.size, dtype=bool)
-        coupled = run.scene.mass.ndim == 2
+        coupled = run.scene.mass.ndim == 2 or run.scene.core.dependent
+        # Where directions depend on each other, a contact may open and close again at a limit.
+        repeated = ["impact", "accumulation"] if run.scene.core.dependent else ["impact"]
         # What would be merged with the last ones may be missing.
         until = time[-1] - TIME_TOLERANCE if run.stop_reason == "max_events" else np.inf
         for k in np.flatnonzero(kind == "accumulation"):
             first, last = np.searchsorted(time, [time[k] - TIME_TOLERANCE, time[k] + TIME_TOLERANCE])
             near = np.arange(first, last)
             own = contact[near] == contact[k]
-            keep[near[own & (kind[near] == "impact") & (near < k)]] = False
+            keep[near[own & np.isin(kind[near], repeated) & (near < k)]] = False
             stops = near[(kind[near] == "velocity") & own & (near > k)]
             if coupled:
                 stops = near[np.isin(kind[near], ["velocity", "slip+", "slip-"])]
@@ -103,12 +105,13 @@ class EventList:
         return int(np.argmax(differs)) if differs.any() else n
 
 
-def nearby(state: ss.State, direction: int = 0) -> ss.State:
+def nearby(scene: ss.Scene, state: ss.State, direction: int = 0) -> ss.State:
     """Return the state moved by `NUDGE` and `NOISE`; what closed and sticking contacts hold stays so."""
     pattern = np.cos((1 + direction) * np.arange(state.velocity.size))
     status = list(enumerate(state.combination))
-    closed = [4 * i + 3 for i, letter in status if letter != "d"]
-    sticking = [4 * i + 2 for i, letter in status if letter == "s"]
+    tangential, normal = contact_directions(scene)
+    closed = [dof for i, letter in status if letter != "d" for dof in np.flatnonzero(normal[i])]
+    sticking = [dof for i, letter in status if letter == "s" for dof in np.flatnonzero(tangential[i])]
 
     def moved(entries: np.ndarray, pattern: np.ndarray, held: list[int]) -> np.ndarray:
         result = entries + (NUDGE * entries + NOISE * np.abs(entries).max()) * pattern
@@ -117,11 +120,13 @@ def nearby(state: ss.State, direction: int = 0) -> ss.State:
 
     position = moved(state.position, pattern, closed)
     # What flies stays off its slider by what is nudged: a state on it and closing is no start.
-    flying = [4 * i + 3 for i, letter in status if letter == "d"]
-    position[flying] = np.maximum(position[flying], NOISE * np.abs(state.position).max())
-    position[closed] = np.maximum(position[closed], 0.0)
+    for (i, letter), contact in zip(status, scene.contacts, strict=True):
+        if np.count_nonzero(normal[i]) == 1 and (letter == "d" or contact.normal_stiffness is None):
+            (dof,) = np.flatnonzero(normal[i])
+            least = NOISE * np.abs(state.position).max() if letter == "d" else 0.0
+            position[dof] += max(least - normal[i, dof] * position[dof] - contact.gap, 0.0) / normal[i, dof]
     velocity = moved(state.velocity, pattern[::-1], closed + sticking)
-    return ss.State(position, velocity, state.combination)
+    return ss.State(position, velocity, state.combination, friction_force=state.friction_force)
 
 
 def sensitivity(
@@ -143,7 +148,7 @@ def sensitivity(
             (t, run.state(t)) for t in (float(middles[part[np.argmax(spans[part])]]) for part in parts)
         ]
         for begin, state in starts:
-            later = EventList.of(follow(nearby(state, direction), run.duration - begin, begin))
+            later = EventList.of(follow(nearby(run.scene, state, direction), run.duration - begin, begin))
             tail = events.since(begin)
             same = tail.common(later)
             effect = np.full(len(tail), np.inf)
@@ -287,26 +292,51 @@ def complementarity(sampled: Sampled) -> str:
     load = np.abs(position) @ stiffness.T + np.abs(velocity) @ damping.T + stated
     length = SLACK * np.abs(position).max(initial=0.0)
     contacts = scene.contacts
-    static = np.array([contact.static_friction for contact in contacts])
+    tangential, directed = contact_directions(scene)
+    static = np.array([contact.holding for contact in contacts])
     kinetic = np.array([contact.friction for contact in contacts])
     slider = slider_speeds(scene, data.time)
-    force = SLACK * (load[:, 2::4] + load[:, 3::4])
+    force = SLACK * load @ (np.abs(tangential) + np.abs(directed)).T
     speed = SLACK * np.maximum(np.abs(velocity).max(initial=0.0), np.abs(slider))
-    gap, slip = position[:, 3::4], velocity[:, 2::4] - slider
+    gap = position @ directed.T + [contact.gap for contact in contacts]
+    slip = velocity @ tangential.T - slider
     status = data.status
     closed = status != ord("d")
+    # Forces that nothing determines need not be admissible one by one.
+    determined = np.ones_like(closed)
+    for name, which in sampled.run.undetermined.items():
+        within = (status == np.frombuffer(name.encode(), dtype=np.uint8)).all(axis=1)
+        determined[np.ix_(within, [scene.contact_labels().index(label) for label in which])] = False
     # With a full mass positions are sums over coordinates, and a slider that vibrates carries velocities.
-    vibrates = any(contact.slider_vibration is not None for contact in contacts)
-    held = float(scene.mass.ndim == 2 or vibrates)
+    vibrates = np.array([contact.slider_vibration is not None for contact in contacts])
+    held = float(scene.mass.ndim == 2 or vibrates.any() or not plain(scene))
     along = (status == ord("+")) & (slip > speed) | (status == ord("-")) & (slip < -speed)
+    sign = (status == ord("+")).astype(float) - (status == ord("-"))
+    # A node on a tangential spring: how it slips shows in its places, one after the other in a phase.
+    springs = np.array([(c.normal_stiffness or 0.0, c.tangential_stiffness or 0.0) for c in contacts])
+    elastic, nodes = springs[:, 0] > 0.0, springs[:, 1] > 0.0
+    force = force + springs.sum(axis=1) * length
+    flexibility = np.where(nodes, 1.0 / np.where(nodes, springs[:, 1], 1.0), np.nan)
+    place = position @ tangential.T + friction * flexibility - slider * data.time[:, None]
+    phase = np.searchsorted(sampled.run.events.time, data.time)
+    slipped = np.diff(place, axis=0, prepend=np.nan)
+    slipped[np.diff(phase, prepend=-1) != 0] = np.nan
+    slipped[:, vibrates] = np.nan
+    step = length + force * flexibility + SLACK * np.abs(slider * data.time[:, None])
     checks = {
-        "penetration": gap < -length,
-        "gap of a closed contact": closed & (np.abs(gap) > held * length),
-        "tension": closed & (normal < -force),
+        "penetration": ~(closed & elastic) & (gap < -length),
+        "gap of a closed contact": closed & ~elastic & (np.abs(gap) > held * length),
+        "normal spring": closed & elastic & (np.abs(normal + springs[:, 0] * gap) > force),
+        "tension": closed & determined & (normal < -force),
         "force of an open contact": ~closed & (np.maximum(np.abs(normal), np.abs(friction)) > held * force),
-        "friction cone": np.abs(friction) > static * normal + (1 + static) * force,
-        "slip while sticking": (status == ord("s")) & (np.abs(slip) > held * speed),
-        "slip along friction": along & (kinetic > 0.0),
+        "friction cone": determined & (np.abs(friction) > static * normal + (1 + static) * force),
+        "kinetic friction": (sign != 0.0)
+        & determined
+        & (np.abs(friction - sign * kinetic * normal) > (1 + kinetic) * force),
+        "slip while sticking": (status == ord("s")) & ~nodes & (np.abs(slip) > held * speed),
+        "slip along friction": along & ~nodes & (kinetic > 0.0),
+        "slip of a node while sticking": (status == ord("s")) & (np.abs(slipped) > step),
+        "slip of a node along friction": (kinetic > 0.0) & (sign * slipped > step),
     }
     for name, violated in checks.items():
         if violated.any():
@@ -321,6 +351,8 @@ def impact_law(sampled: Sampled) -> str:
 
     At instants of one impact.
     """
+    if not plain(sampled.run.scene):
+        return rebound_law(sampled)
     if sampled.run.scene.mass.ndim == 2:
         return coupled_impact_law(sampled)
     events, scene, contacts = sampled.run.events, sampled.run.scene, sampled.run.scene.contacts
@@ -364,6 +396,47 @@ def impact_law(sampled: Sampled) -> str:
         k, dof = np.argwhere(off)[0]
         values = f"{velocity[k, dof]!r} -> {after[k, dof]!r}, expected {expected[k, dof]!r}"
         return f"impact of contact {which[k]} at {events.time[instants[k]]!r}: velocity {dof} {values}"
+    return ""
+
+
+def rebound_law(sampled: Sampled) -> str:
+    """Return where ``g'+ = -e g'-`` fails or masses without contact jump, or ``""``.
+
+    At instants of one impact.
+    """
+    events, scene, contacts = sampled.run.events, sampled.run.scene, sampled.run.scene.contacts
+    time = events.time[sampled.impacts]
+    alone = np.array([np.count_nonzero(np.abs(events.time - t) <= 1e-12) == 1 for t in time], dtype=bool)
+    single = alone & (events.kind[sampled.impacts] == "impact")
+    time, which = time[single], events.contact[sampled.impacts][single]
+    before, after = sampled.before.velocity[single], sampled.after[1][single]
+    mass, damping, stiffness = (np.abs(matrix) for matrix in sampled.matrices)
+    inverse = np.abs(np.linalg.inv(sampled.matrices[0]))
+    position = np.abs(sampled.before.position[single])
+    load = position @ stiffness.T + np.abs(before) @ damping.T + np.abs(forces(scene, time))
+    # Springs of contacts press as well.
+    for contact, normal, tangential in zip(contacts, *np.abs(contact_directions(scene))[::-1], strict=True):
+        reach = (position @ normal + abs(contact.gap)) * (contact.normal_stiffness or 0.0)
+        load += np.outer(reach, normal + contact.holding * tangential)
+    rate = np.sqrt((inverse @ stiffness).sum(axis=1).max())
+    size = np.abs(before).max(axis=1, initial=0.0) + np.abs(after).max(axis=1, initial=0.0)
+    rounding = SLACK * size + 4.0 * np.finfo(float).eps * rate * position.max(axis=1, initial=0.0)
+    slack = 2.0 * np.spacing(time)[:, None] * (load @ inverse) + rounding[:, None]
+    normal = contact_directions(scene)[1][which]
+    restitution = np.array([contact.restitution for contact in contacts])[which]
+    arrived, left = np.sum(normal * before, axis=1), np.sum(normal * after, axis=1)
+    off = np.abs(left + restitution * arrived) > 2.0 * np.sum(np.abs(normal) * slack, axis=1)
+    if off.any():
+        k = int(np.argmax(off))
+        return (
+            f"impact of contact {which[k]} at {float(time[k])!r}: {arrived[k]!r} -> {left[k]!r}, "
+            f"restitution {restitution[k]}"
+        )
+    touched = np.any(contact_directions(scene), axis=(0, 1))
+    elsewhere = np.abs((after - before) @ sampled.matrices[0]) > slack @ mass
+    if elsewhere[:, ~touched].any():
+        k = int(np.argmax(elsewhere[:, ~touched].any(axis=1)))
+        return f"impact of contact {which[k]} at {float(time[k])!r}: impulse elsewhere"
     return ""
 
 
@@ -420,10 +493,15 @@ def energy_residual(sampled: Sampled) -> float:
     mass, damping, restoring = sampled.matrices
     # Of K + H the symmetric part stores, the other one works.
     stiffness, following = 0.5 * (restoring + restoring.T), 0.5 * (restoring - restoring.T)
+    tangential, normal = contact_directions(run.scene)
     until, weights, velocity = sampled.powers_until, sampled.weights, data.velocity
     powers = np.column_stack(
         [
-            data.friction * velocity[:, 2::4],
+            data.friction * (velocity @ tangential.T),
+            # The springs of contacts are outside.
+            data.normal
+            * (velocity @ normal.T)
+            * [c.normal_stiffness is not None for c in run.scene.contacts],
             np.sum(velocity * forces(run.scene, data.time), axis=1),
             -np.sum((velocity @ following) * data.position, axis=1),
             -np.sum((velocity @ damping) * velocity, axis=1),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Collection
 
 import numpy as np
 from scipy import sparse
@@ -15,18 +16,106 @@ COUPLED, DEFECTIVE = 0.2, 0.1
 DEFECTIVE_POINTS = (0.612484152848668518, 1.989108991216879)
 
 
-def fuzz_scene(
-    seed: int, index: int, unsymmetric: bool = False, forced: bool = False
-) -> tuple[ss.Scene, ss.State]:
+#: What the same scenes may have besides.
+EXTRAS = {
+    "unsymmetric": "gyroscopic and circulatory terms",
+    "forced": "loads in time",
+    "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
+    "compliant": "contacts with springs",
+}
+
+
+def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.Scene, ss.State]:
     """Return a scene whose contact i has the directions 4 i + 2 and 4 i + 3, and a start state.
 
     Most are chains; others are the reference model at a random distance from a defective point, or chains
-    whose contacts mass couples. With `unsymmetric` the same scenes get gyroscopic and circulatory terms, with
-    `forced` loads in time.
+    whose contacts mass couples. With `EXTRAS` the same scenes get further terms or other contacts.
     """
     scene, start = symmetric_scene(seed, index)
-    scene, start = with_unsymmetric_terms(scene, start, seed, index) if unsymmetric else (scene, start)
-    return with_loads(scene, start, seed, index) if forced else (scene, start)
+    if "unsymmetric" in extras:
+        scene, start = with_unsymmetric_terms(scene, start, seed, index)
+    if "forced" in extras:
+        scene, start = with_loads(scene, start, seed, index)
+    if "stops" in extras:
+        scene, start = with_stops(scene, seed, index)
+    return with_springs(scene, start, seed, index) if "compliant" in extras else (scene, start)
+
+
+def with_stops(scene: ss.Scene, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return a scene with stops, given normal forces and dependent directions, and a state in flight.
+
+    Further contacts are ceilings, stops along the sliders, friction on dofs that have contacts, and pairs of
+    dofs that keep apart.
+    """
+    rng = np.random.default_rng([seed, index, 4])
+    start = flight(rng, len(scene.contacts))
+    contacts, further = [], []
+    for i, contact in enumerate(scene.contacts):
+        along, normal = 4 * i + 2, 4 * i + 3
+        other = 4 * int(rng.integers(len(scene.contacts))) + 3
+        law = {"friction": contact.friction, "slider_speed": contact.slider_speed}
+        force = 10.0 ** rng.uniform(-1.0, 2.0)
+        restitution = float(rng.choice([0.0, rng.uniform(0.0, 0.8)]))
+        clearance = 10.0 ** rng.uniform(-5.0, -3.0)
+        match rng.integers(4):
+            case 0:
+                contacts.append(ss.Contact(normal=normal, restitution=contact.restitution))
+            case 1:
+                contacts.append(ss.Contact(tangential=along, normal_force=force, **law))
+            case _:
+                contacts.append(contact)
+        match rng.integers(6):
+            case 0:
+                gap = start.position[normal] + clearance
+                further.append(ss.Contact(normal={normal: -1.0}, gap=gap, restitution=restitution))
+            case 1:
+                side = float(rng.choice([-1.0, 1.0]))
+                further.append(ss.Contact(normal={along: side}, gap=clearance, restitution=restitution))
+            case 2:
+                law["friction"] = rng.uniform(0.1, 1.0)
+                further.append(ss.Contact(tangential=along, normal_force=force, **law))
+            case 3 if other != normal and scene.mass.ndim == 1:
+                further.append(ss.Contact(normal={normal: 1.0, other: -1.0}, gap=2e-3))
+    scene = scene.replace(contacts=[*contacts, *further], impact_friction=True)
+    slip = contact_directions(scene)[0] @ start.velocity - slider_speeds(scene, np.zeros(1))[0]
+    letters = [
+        "d" if contact.normal is not None else "+" if s < 0.0 else "-"
+        for contact, s in zip(scene.contacts, slip, strict=True)
+    ]
+    return scene, ss.State(start.position, start.velocity, "".join(letters))
+
+
+def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return a scene most of whose contacts have springs, with a diagonal mass, and a state in flight."""
+    rng = np.random.default_rng([seed, index, 5])
+    contacts = []
+    for contact in scene.contacts:
+        springs: dict[str, float] = {}
+        if rng.random() < 0.8:
+            if contact.normal is not None:
+                springs |= {"normal_stiffness": 10.0 ** rng.uniform(4.0, 7.0), "restitution": 0.0}
+            if contact.tangential is not None and rng.random() < 0.7:
+                springs["tangential_stiffness"] = 10.0 ** rng.uniform(4.0, 7.0)
+        contacts.append(dataclasses.replace(contact, **springs))
+    mass = np.diag(scene.mass) if scene.mass.ndim == 2 else scene.mass
+    scene = scene.replace(mass=mass, contacts=contacts)
+    if set(start.combination) <= {"d"} or any(contact.normal is None for contact in contacts):
+        return scene, start
+    return scene, flight(rng, scene.size // 4)
+
+
+def contact_directions(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray]:
+    """Return the tangential and the normal directions of all contacts, (c, n) each."""
+    both = scene.core.contact_directions()
+    return both[0::2], both[1::2]
+
+
+def plain(scene: ss.Scene) -> bool:
+    """Return whether each contact is rigid, on two dofs of its own, and touches where its normal dof is 0."""
+    return 4 * len(scene.contacts) == scene.size and not any(
+        c.tangential is None or c.normal is None or c.gap or c.normal_stiffness is not None
+        for c in scene.contacts
+    )
 
 
 def with_loads(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
@@ -310,6 +399,8 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
     Local times, ascending, at which another mode has died out, s, the last of them infinite; and the largest
     modulus of an eigenvalue up to then, 1/s. Coordinates that a combination holds only add zeros.
     """
+    if not plain(scene):
+        return fastest_of_modes(scene, combinations)
     mass, damping, stiffness = matrices(scene)
     size = scene.size
     reduced = np.empty((len(combinations), 2, size, size))
@@ -343,5 +434,29 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
     order = np.argsort(fades, axis=1)
     sizes = np.maximum(np.abs(values), load_rate(scene))
     fades, rates = (np.take_along_axis(a, order, axis=1) for a in (fades, sizes))
+    fades[:, -1] = np.inf
+    return fades, np.maximum.accumulate(rates[:, ::-1], axis=1)[:, ::-1]
+
+
+def fastest_of_modes(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.ndarray]:
+    """Return the same by the reduced matrices of the program."""
+    fades = np.full((len(combinations), 2 * scene.size), np.inf)
+    rates = np.full((len(combinations), 2 * scene.size), load_rate(scene))
+    for k, combination in enumerate(combinations):
+        reduced = ss.reduce(scene, combination)
+        m = reduced.stiffness.shape[0]
+        state = np.zeros((2 * m, 2 * m))
+        state[:m, m:] = np.eye(m)
+        state[m:, :m] = -np.linalg.solve(reduced.mass, reduced.stiffness)
+        state[m:, m:] = -np.linalg.solve(reduced.mass, reduced.damping)
+        values = np.linalg.eigvals(state).astype(complex)
+        with np.errstate(divide="ignore"):
+            own = np.where(values.real < 0.0, FADED / -values.real, np.inf)
+        order = np.argsort(own)
+        # What a combination holds fades at once.
+        held = 2 * (scene.size - m)
+        fades[k, :held] = 0.0
+        fades[k, held:] = own[order]
+        rates[k, held:] = np.maximum(rates[k, held:], np.abs(values)[order])
     fades[:, -1] = np.inf
     return fades, np.maximum.accumulate(rates[:, ::-1], axis=1)[:, ::-1]

@@ -21,10 +21,13 @@ SCENES = 400
 NESTED = [62, 473, 629, 1347, 1381]
 #: One more of them, where a slip ends within 5e-18 s of the limit of another contact's bounces.
 TIED = 1225
-#: Scenes with gyroscopic and circulatory terms.
-UNSYMMETRIC_SCENES = 60
-#: Scenes under loads in time.
-FORCED_SCENES = 40
+#: Scenes with something more: how many of which seed, and the least events of one in the mean.
+MORE_SCENES = {
+    "unsymmetric": (60, 1, 100),
+    "forced": (40, 1, 50),
+    "stops": (25, 2, 100),
+    "compliant": (40, 1, 100),
+}
 
 
 def test_the_first_scenes():
@@ -42,13 +45,10 @@ def test_the_first_scenes():
     assert np.isfinite([outcome.energy_residual for outcome in outcomes]).all(), report
 
 
-@pytest.mark.parametrize(
-    ("scenes", "least", "option"),
-    [(UNSYMMETRIC_SCENES, 100, "unsymmetric"), (FORCED_SCENES, 50, "forced")],
-    ids=["with gyroscopic and circulatory terms", "under loads in time"],
-)
-def test_the_first_scenes_with_more_terms(scenes, least, option):
-    outcomes = fuzz_campaign.campaign(scenes, 1, None, os.cpu_count() or 1, **{option: True})
+@pytest.mark.parametrize("extra", MORE_SCENES)
+def test_the_first_scenes_with_more(extra):
+    scenes, seed, least = MORE_SCENES[extra]
+    outcomes = fuzz_campaign.campaign(scenes, seed, None, os.cpu_count() or 1, [extra])
     report = fuzz_campaign.summary(outcomes)
     failed = [outcome.index for outcome in outcomes if outcome.verdict not in fuzz_campaign.PASSED]
     assert not failed, report
@@ -71,7 +71,7 @@ def test_nested_series_are_followed_alike(index):
 
 
 def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
-    outcome = fuzz_campaign.run_scene(5, False, False, TIED)
+    outcome = fuzz_campaign.run_scene(5, [], TIED)
     assert outcome.verdict == "ok", outcome
     assert outcome.compared == outcome.distinct > 700
     assert outcome.time_difference < 1e-12
