@@ -75,7 +75,7 @@ start_option = click.option(
 )
 method_option = click.option(
     "--method",
-    type=click.Choice(["auto", "modal", "taylor"]),
+    type=click.Choice(["auto", "modal", "taylor", "local"]),
     help="How motions are computed; default: that of [run], or auto.",
 )
 

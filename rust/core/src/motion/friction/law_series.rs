@@ -15,7 +15,7 @@ use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::friction::law::FrictionLaw;
 
 /// One unit of rounding.
-const UNIT: f64 = 0.5 * f64::EPSILON;
+pub(super) const UNIT: f64 = 0.5 * f64::EPSILON;
 
 /// `mu(S) - mu(0)` along a panel.
 #[derive(Debug, Clone)]

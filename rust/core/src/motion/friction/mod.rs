@@ -1,7 +1,9 @@
 //! Phases in which friction depends on slip speed, as Taylor series of the nonlinear equation of motion.
 
+mod bound;
 pub(crate) mod law_series;
 pub(crate) mod motion;
 pub(crate) mod operator;
+mod panel_end;
 #[cfg(test)]
 mod true_errors;

@@ -1,0 +1,89 @@
+//! Where a panel ends because a law does: at a speed of a table, or where friction falls to 0.
+
+use crate::motion::friction::law_series::UNIT;
+use crate::motion::friction::motion::{LawMotion, Sliding};
+use crate::motion::friction::operator::LawOperator;
+use crate::numerics::first_root::polynomial::ROW;
+use crate::numerics::first_root::search::{FirstRoot, Verdict};
+use crate::scene::friction::law::FrictionLaw;
+
+/// Distance from a speed of a table, relative to it, that is rounding of the motion to it.
+const AT_KNOT: f64 = 1e-12;
+/// A crossing of a speed of a table nearer than this part of the panel is taken at its start.
+const AT_ONCE: f64 = 1e-9;
+
+impl LawMotion {
+    /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
+    pub(super) fn change_pieces(&mut self, operator: &LawOperator) -> bool {
+        let mut changed = false;
+        for (one, Sliding { series, .. }) in operator.contacts.iter().zip(&mut self.contacts) {
+            let FrictionLaw::Tabulated(table) = &one.law else { continue };
+            for (border, beyond) in borders(&table.speeds, series.piece) {
+                let outwards = if beyond > series.piece { series.slip[1] } else { -series.slip[1] };
+                if (series.slip[0] - border).abs() <= AT_KNOT * border && outwards > 0.0 {
+                    series.piece = beyond;
+                    changed = true;
+                    break;
+                }
+            }
+        }
+        changed
+    }
+
+    /// Ends the panel where the first slip speed comes to the border of a piece, or the first law to 0.
+    pub(super) fn cut(&mut self, operator: &LawOperator) {
+        (self.next, self.ends) = (None, None);
+        let mut first = 1.0;
+        for (place, (one, Sliding { series, .. })) in
+            operator.contacts.iter().zip(&self.contacts).enumerate()
+        {
+            let root = |border: f64, above: bool, end: f64| {
+                if series.range() < (series.slip[0] - border).abs() {
+                    return None;
+                }
+                let side = if above { -1.0 } else { 1.0 };
+                let mut p = [0.0; ROW];
+                p.iter_mut().zip(&series.slip).for_each(|(p, c)| *p = side * c);
+                p[0] -= side * border;
+                // A panel that begins at the border leaves it.
+                let departs = p[0].abs() <= AT_KNOT * border;
+                if departs {
+                    p.copy_within(1.., 0);
+                    p[ROW - 1] = 0.0;
+                }
+                let error = UNIT * (border.abs() + series.range());
+                match self.unit.run(FirstRoot { polynomial: &p, error, end }) {
+                    Verdict::Crossing { root, .. } if root > AT_ONCE => Some(root),
+                    _ => None,
+                }
+            };
+            match &one.law {
+                FrictionLaw::Tabulated(table) => {
+                    for (border, beyond) in borders(&table.speeds, series.piece) {
+                        if let Some(at) = root(border, beyond > series.piece, first) {
+                            first = at;
+                            (self.next, self.ends) = (Some((place, beyond)), None);
+                        }
+                    }
+                }
+                FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
+                    if let Some(at) = root(-at_rest / slope, true, first) {
+                        first = at;
+                        (self.next, self.ends) = (None, Some(place));
+                    }
+                }
+                _ => {}
+            }
+        }
+        if first < 1.0 {
+            self.shorten(first);
+        }
+    }
+}
+
+/// The borders of a piece of a table, each with the piece beyond it; rest is none, and the last piece has no end.
+fn borders(speeds: &[f64], piece: usize) -> impl Iterator<Item = (f64, usize)> {
+    let below = (piece > 0).then(|| (speeds[piece], piece - 1));
+    let above = speeds.get(piece + 1).map(|&speed| (speed, piece + 1));
+    below.into_iter().chain(above)
+}
