@@ -86,7 +86,12 @@ def with_stops(scene: ss.Scene, seed: int, index: int) -> tuple[ss.Scene, ss.Sta
 
 
 def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
-    """Return a scene most of whose contacts have springs, with a diagonal mass, and a state in flight."""
+    """Return a scene most of whose contacts have springs, with a diagonal mass, and a state in flight.
+
+    Where a contact keeps two dofs apart, springs are refused: mass couples it with others.
+    """
+    if (np.count_nonzero(contact_directions(scene)[1], axis=1) > 1).any():
+        return scene, start
     rng = np.random.default_rng([seed, index, 5])
     contacts = []
     for contact in scene.contacts:
