@@ -342,6 +342,22 @@ def test_an_impact_elsewhere_leaves_what_sticks_at_rest(speed):
     assert run.events.combination[0] == "+sd"
 
 
+def test_friction_that_falls_pushes_the_slip_that_begins_with_it():
+    """Two slides hold one mass: where both begin to slip, friction of one falls and pushes the mass off."""
+    first = ss.Contact(tangential=0, friction=0.3, static_friction=0.6, slider_speed=0.2, normal_force=10)
+    second = ss.Contact(tangential=0, friction=0.2, slider_speed=0.2, normal_force=10)
+    together = ss.Contact(tangential=0, friction=0.5, static_friction=0.8, slider_speed=0.2, normal_force=10)
+    pair, one = (
+        ss.simulate(ss.Scene([1.0], [[100.0]], contacts=contacts), ss.State([0.0], [0.2], letters), 2.0)
+        for contacts, letters in (([first, second], "ss"), ([together], "s"))
+    )
+    # 100 x = 8 N at the onset of slip.
+    assert one.events.time[0] == pytest.approx(0.4, rel=1e-14)
+    assert list(pair.events.kind) == list(np.repeat(one.events.kind, 2))
+    assert pair.events.time == pytest.approx(np.repeat(one.events.time, 2), rel=1e-13)
+    assert abs(pair.balance().residual) <= 1e-15
+
+
 def test_twin_stops_are_one():
     """Two stops at the same place: their forces are shared, the motion is that of one."""
     one = ss.Scene([2.0], [[0.0]], force=[-20.0], contacts=[ss.Contact(normal=0, restitution=0.5)])

@@ -14,6 +14,8 @@ pub(crate) type Touching = (usize, Option<f64>);
 
 /// Impacts at one instant that follow each other before what is left of them is taken at once.
 const ROUNDS: usize = 64;
+/// Part of its terms below which the rate of a slip velocity is rounding: the start of slip is a root known to rounding.
+const AT_REST: f64 = 1e-9;
 
 /// Contacts brought to rest in their normal directions, and the forces that they then have.
 pub(crate) struct Resting {
@@ -39,13 +41,34 @@ impl Coupled<'_> {
         u: &[f64],
     ) -> Result<Solution, RunFailure> {
         let reactions = self.reactions(q, u);
-        let size = reactions.len();
-        let acceleration = |row: usize| {
-            let carried = self.scene.carried_acceleration(self.scene.slot(row));
-            let carried: f64 = carried.iter().map(|&(h, factor)| factor * q[h]).sum();
-            carried - (0..size).map(|k| self.w[(row, k)] * reactions[k]).sum::<f64>()
-        };
+        let acceleration = |row: usize| self.accelerations(row, q, &reactions).sum();
         self.solve(problem, Level::Accelerations, acceleration, q, u)
+    }
+
+    /// Whether the forces of a solution leave the slip velocity of a contact a rate, beyond the rounding of its terms.
+    pub fn moves(
+        &self,
+        contact: usize,
+        problem: &[Touching],
+        solution: &Solution,
+        q: &[f64],
+        u: &[f64],
+    ) -> bool {
+        let row = 2 * contact;
+        let rows = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]);
+        let pushed = rows.zip(&solution.forces).map(|(k, force)| self.w[(row, k)] * force);
+        let reactions = self.reactions(q, u);
+        let terms = self.accelerations(row, q, &reactions).chain(pushed);
+        let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), a| (sum + a, size + a.abs()));
+        sum.abs() > AT_REST * size
+    }
+
+    /// The terms of the acceleration that a row (tangential, normal) has without contact forces.
+    fn accelerations(&self, row: usize, q: &[f64], reactions: &[f64]) -> impl Iterator<Item = f64> {
+        let carried = self.scene.carried_acceleration(self.scene.slot(row));
+        let carried = carried.into_iter().map(|(h, factor)| factor * q[h]);
+        let pulled = reactions.iter().enumerate().map(move |(k, r)| -self.w[(row, k)] * r);
+        carried.chain(pulled)
     }
 
     /// What `contacts` do once all of them touch and rest in their normal directions.

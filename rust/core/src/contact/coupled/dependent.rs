@@ -7,6 +7,8 @@ use crate::linalg::dense::pseudo_inverse;
 
 /// Relative size below which a singular value, or a factor of a force that nothing determines, is rounding.
 const RANK: f64 = 1e-10;
+/// Entry of a pseudo-inverse, relative to the largest, that is rounding.
+const UNTIED: f64 = 1e-14;
 /// Inequalities kept on the way of an elimination; more are given up.
 const MOST: usize = 20_000;
 
@@ -35,7 +37,10 @@ impl Forces {
         let scale: Vec<f64> = held.iter().map(|&row| 1.0 / w[(row, row)].sqrt()).collect();
         let rows = w.select_rows(held) * map;
         let scaled = DMatrix::from_fn(count, count, |i, j| scale[i] * rows[(i, j)] * scale[j]);
+        // Rounding of the inverse ties no rows that W does not tie.
         let inverse = pseudo_inverse(&scaled);
+        let least = UNTIED * inverse.amax();
+        let inverse = inverse.map(|entry| if entry.abs() <= least { 0.0 } else { entry });
         let unscaled = DMatrix::from_fn(count, count, |i, j| scale[i] * inverse[(i, j)] * scale[j]);
         let svd = scaled.svd(false, true);
         let largest = svd.singular_values.amax();

@@ -63,12 +63,15 @@ pub(crate) fn settle_coupled(
     }
     if forces_jump && !problem.is_empty() {
         let solution = coupled.accelerate(&problem, q, u)?;
+        let is_pushed = |i: usize, departure: Departure| {
+            departure == Departure::Slip(2) && coupled.moves(i, &problem, &solution, q, u)
+        };
         for (&(i, sliding), &status) in problem.iter().zip(&solution.statuses) {
             outcome[i] = match status {
                 Status::Detached => (status, Departure::Gap(2)),
                 Status::Sticking => (status, Departure::None),
-                // An onset keeps its multiplicity; a slip that the others' jump sets off starts with s' != 0.
-                _ if sliding.is_some() => (status, outcome[i].1),
+                // What slips goes on; an onset keeps its multiplicity unless forces that jump push it.
+                _ if sliding.is_some() && !is_pushed(i, outcome[i].1) => (status, outcome[i].1),
                 _ => (status, Departure::Slip(1)),
             };
         }
