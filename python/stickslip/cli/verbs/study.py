@@ -50,7 +50,7 @@ QUANTILES = (0.05, 0.5, 0.95)
 @start_option
 @method_option
 @click.option(
-    "-c", "--combination", help="Of modes, one letter of + - s d per contact; default: that of steady sliding."
+    "-c", "--combination", help="Of modes, one letter of + - s d per contact; default: of steady sliding."
 )
 @click.option("--threads", type=int, help="Default: one per core.")
 @click.option(
