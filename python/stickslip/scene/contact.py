@@ -160,7 +160,7 @@ def with_law_number(contact: Contact, field: str, value: Any) -> Contact:
         return dataclasses.replace(contact, **{field: value})
     if not isinstance(contact.friction, Law) or not has_parameter(contact, field):
         return contact
-    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})  # type: ignore[type-var]
+    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})
     return dataclasses.replace(contact, friction=law)
 
 

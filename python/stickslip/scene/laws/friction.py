@@ -8,6 +8,7 @@ friction, which is the law at rest unless it is given.
 from __future__ import annotations
 
 import dataclasses
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -22,7 +23,8 @@ from stickslip.scene.checks import described, real_array, real_number
 LawData = tuple[str, list[float], list[list[float]]]
 
 
-class Law:
+@dataclass(frozen=True)
+class Law(ABC):
     """How friction depends on slip speed; one of the classes of this module.
 
     Parameters of a law are numbers of a scene by their names: ``friction_kinetic`` of all contacts whose law
@@ -44,19 +46,19 @@ class Law:
     @classmethod
     def parameters(cls) -> tuple[str, ...]:
         """Return the names of its numbers."""
-        return tuple(field.name for field in dataclasses.fields(cls))  # type: ignore[arg-type]
+        return tuple(field.name for field in dataclasses.fields(cls))
 
     def data(self) -> LawData | None:
         """Return the law as the core takes it; None where friction is constant."""
         return self.law, [getattr(self, name) for name in self.parameters()], []
 
+    @abstractmethod
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
-        raise NotImplementedError
 
     def table(self) -> dict[str, Any]:
         """Return the law as a file has it."""
-        return {"law": self.law, **dataclasses.asdict(self)}  # type: ignore[call-overload]
+        return {"law": self.law, **dataclasses.asdict(self)}
 
     def __format__(self, spec: str) -> str:
         return repr(self)
@@ -235,7 +237,7 @@ def law_of(table: Mapping[str, Any]) -> Law:
     kind = LAWS.get(name) if isinstance(name, str) else None
     if kind is None:
         raise InputError(f"friction: law: expected one of {', '.join(LAWS)}, got {described(name)}")
-    fields = list(dataclasses.fields(kind))  # type: ignore[arg-type]
+    fields = list(dataclasses.fields(kind))
     known = [field.name for field in fields]
     for key in given:
         if key not in known:

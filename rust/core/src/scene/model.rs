@@ -83,10 +83,14 @@ struct Linear {
 }
 
 impl Linear {
-    /// Of what is stated over the dofs and nodes; `mass` is in contact coordinates.
-    fn new(stated: Validated, coordinates: &Coordinates, mass: &SparseMatrix) -> Self {
-        let Validated { stiffness, damping, gyroscopic, circulatory, .. } = stated;
-        let (rotating, following) = (gyroscopic.is_some(), circulatory.is_some());
+    /// Of K and C, and of G and H, which are stated over the dofs and nodes; `mass` is in contact coordinates.
+    fn new(
+        coordinates: &Coordinates,
+        mass: &SparseMatrix,
+        (stiffness, damping): (SparseMatrix, Damping),
+        further: [Option<SparseMatrix>; 2],
+    ) -> Self {
+        let [rotating, following] = further.each_ref().map(Option::is_some);
         let elastic = coordinates.congruent(stiffness);
         let (dissipative, law) = match damping {
             Damping::General(damping) => (coordinates.congruent(damping), None),
@@ -95,7 +99,7 @@ impl Linear {
             }
         };
         let (damping, stiffness, energy_parts) = if rotating || following {
-            let [g, h] = [gyroscopic, circulatory].map(|given| match given {
+            let [g, h] = further.map(|given| match given {
                 Some(matrix) => coordinates.transformed(matrix),
                 None => SparseMatrix::from_rows(coordinates.size(), |_, _| ()),
             });
@@ -136,23 +140,25 @@ impl Scene {
         let dofs = input.force.len();
         let (nodes, stated) = with_nodes(Validated::new(input)?)?;
         let coordinates = Coordinates::new(&stated.mass, &stated.contacts)?;
-        let mass = uncoupled_mass(coordinates.congruent(stated.mass.clone()), &coordinates);
-        let contacts: Vec<Contact> = (stated.contacts.iter())
+        let mass = uncoupled_mass(coordinates.congruent(stated.mass), &coordinates);
+        let contacts: Vec<Contact> = stated
+            .contacts
+            .iter()
             .zip(&coordinates.slots)
             .map(|(law, &slots)| {
                 law.in_coordinates(slots, |k| k >= nodes.size || mass.get(k, k) != 0.0)
             })
             .collect();
         check_massless(&contacts, &coordinates)?;
-        let (impact_friction, loads) = (stated.impact_friction, stated.loads.clone());
         let mut force = coordinates.forces_of_dofs(&stated.force);
         for (contact, law) in contacts.iter().zip(&stated.contacts) {
             if contact.directions == Directions::Tangential {
                 force[contact.normal] = -law.normal_force;
             }
         }
+        let matrices = (stated.stiffness, stated.damping);
         let Linear { damping, stiffness, proportional, energy_parts } =
-            Linear::new(stated, &coordinates, &mass);
+            Linear::new(&coordinates, &mass, matrices, [stated.gyroscopic, stated.circulatory]);
         if contacts.iter().any(|contact| contact.gap != 0.0) {
             let mut clearance = vec![0.0; force.len()];
             for contact in &contacts {
@@ -182,7 +188,7 @@ impl Scene {
             dependents,
             contacts,
             laws: None,
-            impact_friction,
+            impact_friction: stated.impact_friction,
             coordinates,
             mass,
             coupled_mass,
@@ -191,7 +197,7 @@ impl Scene {
             stiffness,
             energy_parts,
             force,
-            loads,
+            loads: stated.loads,
             drive: None,
             bare: None,
         })
