@@ -53,7 +53,7 @@ def simulate_many(
     duration: float,
     position: Change | None = None,
     velocity: Change | None = None,
-    method: Literal["auto", "modal", "taylor"] = "auto",
+    method: Literal["auto", "modal", "taylor", "local"] = "auto",
     max_events: int | None = None,
     time_limit: float | None = None,
     accumulation_tolerance: float = 0.0,

@@ -38,7 +38,8 @@ def simulate(
         How phases are propagated: in modal coordinates, by Taylor series, or whichever is less work and
         well-conditioned. The choice counts work and reads no clock: the same arguments give the same run.
         ``local`` marches a large sparse scene with lumped mass by Taylor series, of which an event restarts
-        only those that it can reach; the motion is the same to rounding. Its trajectory cannot be pickled.
+        only those that it can reach; the motion is the same to rounding, and ``auto``
+        takes it beyond some 200 coordinates.
     max_events
         Stop after that many events; None: no limit.
     time_limit
