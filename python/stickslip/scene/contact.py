@@ -34,33 +34,34 @@ class Contact:
     Parameters
     ----------
     tangential
-        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: a stop.
+        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: the contact is a stop.
     normal
-        Direction n; the gap is ``n . x + gap`` >= 0, m. It points from the slider to the mass. None: friction
-        under `normal_force`.
+        Direction n, which points from the slider to the structure; the gap is ``n . x + gap`` >= 0, m. None:
+        the contact has friction under `normal_force`.
     friction
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
-        ``-friction N`` where it is positive. A stop needs none. Or how it depends on slip speed: a law of
-        `stickslip.friction`, or its table as files have it, ``{"law": "stribeck", ...}``.
+        ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
+        given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
     static_friction
-        Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to it.
+        Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
+        rest.
     slider_speed
         Speed of the slider along t, m/s.
     restitution
         Ratio of normal velocities after and before an impact, in [0, 1]; 0 is plastic.
     gap
-        Clearance at x = 0, m; negative: an interference.
+        Clearance at x = 0, m; a negative one is an interference.
     normal_stiffness, tangential_stiffness
-        Springs, N/m, between the contact and the dofs that its directions name; None: it is rigid. The
-        contact is then a node without mass: its gap closes without an impact, its slip velocity is that of
-        the node. With a normal stiffness only, slip is that of the dofs; a tangential one needs a normal
-        one, or a given normal force.
+        Stiffnesses of springs, N/m, between the contact and the dofs that its directions name; None: the
+        contact is rigid. With springs the contact is a node without mass: its gap closes without an impact,
+        and its slip velocity is that of the node. With a normal stiffness only, the slip velocity is that of
+        the dofs. A tangential stiffness needs a normal one, or a given normal force.
     normal_force
-        N > 0 of a contact without a normal direction, N; None of one with it.
+        Normal force N > 0 of a contact without a normal direction, N; None for a contact that has one.
     name
-        How tables call the contact; None: its index.
+        Name of the contact in tables; None: its index.
     slider_vibration
-        `Harmonic`, m/s, added to `slider_speed`; None: the slider does not vibrate.
+        `Harmonic` velocity, m/s, that is added to `slider_speed`; None: the slider does not vibrate.
 
     Raises
     ------

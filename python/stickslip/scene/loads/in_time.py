@@ -29,11 +29,11 @@ class Harmonic:
     frequency
         Hz, positive.
     phase
-        rad
+        Phase at t = 0, rad.
     name
-        Makes its numbers parameters: ``shaker_amplitude``, ``shaker_frequency``, ``shaker_phase`` of the load
-        ``shaker``. None: ``load_0`` for the first load of a scene, ``slider_vibration_0`` for the slider of
-        the first contact, or of the contact of that name.
+        Name under which the numbers of the load are parameters: ``shaker_amplitude``, ``shaker_frequency``
+        and ``shaker_phase`` for the name ``shaker``. None: ``load_0`` for the first load of a scene,
+        ``slider_vibration_0`` for the slider of the first contact, or with the contact's name in place of 0.
     """
 
     amplitude: Any
@@ -56,12 +56,12 @@ class Steps:
     amplitude
         The force at factor 1, N, by dof, such as ``{"x2": 3000.0}``, or a vector (n,).
     times
-        When the factor changes, s; positive, ascending.
+        Times at which the factor changes, s; positive, ascending.
     values
-        The factor from 0 on and from each of the times on: one more than `times`.
+        The factors: one from t = 0 on, and one from each of the `times` on.
     name
-        Makes its numbers parameters: ``pull_amplitude``, ``pull_times_0``, ``pull_values_1`` of the load
-        ``pull``. None: ``load_0`` for the first load of a scene.
+        Name under which the numbers of the load are parameters: ``pull_amplitude``, ``pull_times_0``,
+        ``pull_values_1`` for the name ``pull``. None: ``load_0`` for the first load of a scene.
     """
 
     amplitude: Any
