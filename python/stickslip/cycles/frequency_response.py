@@ -115,24 +115,24 @@ def frequency_response(
     """Return the largest ``|x - mean|`` of the periodic motions under a harmonic load, over its frequency.
 
     Motions are followed until they recur, at ascending frequencies and then at descending ones, each from the
-    orbit before. Where the two find different orbits, the branch between them is traced around its folds, so
-    that unstable orbits stand there too (`trace_branch`).
+    orbit before. Where the two sweeps find different orbits, the branch between them is traced around its
+    folds, so that the response also has the unstable orbits (`trace_branch`).
 
     Parameters
     ----------
     scene
-        With at least one `Harmonic` load, or a slider that vibrates.
+        A scene with at least one `Harmonic` load, or a slider that vibrates.
     load
         Name of the load, or its place in ``scene.loads``.
     frequencies
-        (k,), Hz, of this load; others stay as they are.
+        Frequencies of this load, (k,), Hz; all other loads keep theirs.
     dofs
         Names of the dofs; None: all.
     start
-        Where the first motion starts, and any whose orbit before violates the scene: a state, or a function
-        from the scene to one; None: steady sliding.
+        Start of the first motion, and of every motion for which the orbit before violates the scene: a state,
+        or a function from the scene to one; None: steady sliding.
     combination
-        Of the linear answer; None: that of the first start.
+        Status combination of the linear answer; None: that of the first start.
 
     Returns
     -------

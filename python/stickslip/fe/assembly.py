@@ -42,8 +42,8 @@ def assemble(
         Constant forces, N: what `Surface.pressure` returns, any mapping from names of dofs, several of these
         (they add up), or a vector (n,).
     damping
-        Of the whole scene, as in `Scene`; None: that of the bodies. Bodies of one and the same `Proportional`
-        keep it, others make a matrix.
+        Damping of the whole scene, as in `Scene`; None: that of the bodies. If all bodies have the same
+        `Proportional` damping, the scene has it too; otherwise their damping becomes a matrix.
     impact_friction
         As in `Scene`.
 

@@ -51,13 +51,14 @@ class Body(Shown):
         counterclockwise for one who looks at the body from outside; in the plane the body lies to the left
         of a facet.
     name
-        Begins the names of the dofs in a scene ("pad.12.1"), which must be different over its bodies. None:
-        they stay as they are.
+        Name with which the names of the dofs begin in a scene ("pad.12.1"); dofs of different bodies must
+        have different names. None: the names of the dofs stay as they are.
 
     Attributes
     ----------
     notes
-        What a reader did to the files: triangles mirrored, dofs left out, matrices split.
+        What a reader did to the files: triangles that it mirrored, dofs that it left out, matrices that it
+        split.
 
     Raises
     ------
@@ -175,7 +176,7 @@ class Body(Shown):
         dofs
             Names of dofs, or a surface all of whose nodes are held.
         directions
-            Of a surface: in which directions.
+            Directions in which the nodes of a surface are held.
 
         Raises
         ------

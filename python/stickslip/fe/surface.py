@@ -36,7 +36,7 @@ class Surface:
     Attributes
     ----------
     body, name
-        Whose part it is, and how it is called.
+        The body of which the surface is a part, and the name of the surface.
     numbers
         Node numbers, (k,), ascending in their places.
     points
@@ -124,7 +124,7 @@ class Surface:
         pressure
             Pa, positive towards the body.
         thickness
-            Of a plane body, m.
+            Thickness of a plane body, m.
 
         Raises
         ------
