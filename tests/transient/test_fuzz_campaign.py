@@ -27,6 +27,7 @@ MORE_SCENES = {
     "forced": (40, 1, 50),
     "stops": (25, 2, 100),
     "compliant": (40, 1, 100),
+    "sparse": (50, 1, 100),
 }
 
 
