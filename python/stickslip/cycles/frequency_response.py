@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from stickslip.cycles.attractors import Outcome, is_valid, settled
 from stickslip.cycles.branches.arclength import trace_branch
@@ -106,7 +107,7 @@ class FrequencyResponse(Shown):
 def frequency_response(
     scene: Scene,
     load: str | int,
-    frequencies: Any,
+    frequencies: ArrayLike,
     dofs: Sequence[str] | None = None,
     *,
     start: State | Callable[[Scene], State] | None = None,
@@ -320,9 +321,9 @@ def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
 def _vibration(scene: Scene, name: str, combination: str, rate: float) -> tuple[Complex, Complex]:
     """Return force on the dofs and displacement of the dofs where a vibrating slider carries a contact."""
     _, place, _ = load_parameters(scene.loads, scene.contacts)[f"{name}_frequency"]
-    if combination[place] != "s":
-        return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
     wave = scene.contacts[place].slider_vibration
+    if wave is None or combination[place] != "s":
+        return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
     carried = scene.core.contact_basis()[2 * place] * (wave.amplitude / (1j * rate))
     mass, damping, stiffness = (
         scipy.sparse.csr_array(parts, shape=(scene.size, scene.size)) for parts in scene.core.matrices()[:3]

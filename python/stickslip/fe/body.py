@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
 from stickslip.fe.surface import Surface
-from stickslip.scene.checks import Real, described, real_array, real_matrix
+from stickslip.scene.checks import MatrixLike, Real, described, real_array, real_matrix
 from stickslip.scene.contact import nearest
-from stickslip.scene.scene import Proportional
+from stickslip.scene.scene import DampingLike, Proportional
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary
 
@@ -69,16 +69,16 @@ class Body(Shown):
 
     def __init__(
         self,
-        mass: Any,
-        stiffness: Any,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
         *,
-        points: Any = None,
+        points: ArrayLike | Mapping[int, ArrayLike] | None = None,
         dofs: Sequence[str] | None = None,
-        damping: Any = None,
-        gyroscopic: Any = None,
-        circulatory: Any = None,
-        cells: Mapping[str, Any] | None = None,
-        surfaces: Mapping[str, Any] | None = None,
+        damping: DampingLike | None = None,
+        gyroscopic: MatrixLike | None = None,
+        circulatory: MatrixLike | None = None,
+        cells: Mapping[str, ArrayLike] | None = None,
+        surfaces: Mapping[str, ArrayLike] | None = None,
         name: str | None = None,
         notes: Sequence[str] = (),
     ) -> None:
@@ -153,7 +153,7 @@ class Body(Shown):
             raise InputError(f"{argument}: there is no node {error.args[0]}") from None
         return np.array(found, dtype=np.int64).reshape(numbers.shape)
 
-    def surface(self, surface: str | Any) -> Surface:
+    def surface(self, surface: str | ArrayLike) -> Surface:
         """Return a part of the boundary by its name, or for node numbers as in `surfaces`.
 
         Raises
@@ -222,7 +222,13 @@ class Body(Shown):
 
     @classmethod
     def from_skfem(
-        cls, basis: Any, mass: Any, stiffness: Any, *, damping: Any = None, name: str | None = None
+        cls,
+        basis: Any,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        *,
+        damping: DampingLike | None = None,
+        name: str | None = None,
     ) -> Body:
         """Return the body of a scikit-fem basis: points, cells and named boundaries of its mesh come along.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.scene.scene import Scene, checked
@@ -14,7 +15,12 @@ if TYPE_CHECKING:
 
 
 def draw(
-    scene: Scene, displacement: Any, ax: Axes | None = None, *, scale: float | None = None, title: str = ""
+    scene: Scene,
+    displacement: ArrayLike,
+    ax: Axes | None = None,
+    *,
+    scale: float | None = None,
+    title: str = "",
 ) -> Axes:
     """Draw the surface of the mesh of a scene, displaced, and coloured by the length of the displacement.
 

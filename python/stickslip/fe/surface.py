@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -133,7 +134,7 @@ class Surface:
         """
         return self._loaded("pressure", -self.areas * self._scaled("pressure", pressure, thickness))
 
-    def traction(self, traction: Any, thickness: float = 1.0) -> dict[str, float]:
+    def traction(self, traction: Sequence[float], thickness: float = 1.0) -> dict[str, float]:
         """Return the forces of a traction, a vector (d,) in Pa, by the names of dofs."""
         areas = self.areas
         vector = np.array([self._scaled("traction", one, thickness) for one in traction])

@@ -17,6 +17,7 @@ from stickslip.modes.sparse.search import Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
 from stickslip.modes.transverse import with_transverse_friction
 from stickslip.scene.checks import Complex, real_array, whole_number
+from stickslip.scene.contact import EntriesLike
 from stickslip.scene.scene import Scene, checked_combination
 
 #: Free coordinates up to which all modes are computed and a part of them chosen: that takes less time than a
@@ -34,7 +35,7 @@ def complex_modes(
     growth: Sequence[float | None] = (None, None),
     near: ArrayLike | None = None,
     count: int = 20,
-    transverse: Sequence[Any] | None = None,
+    transverse: Sequence[EntriesLike | None] | None = None,
 ) -> Modes:
     """Return the complex modes of a scene: all of them, or those of a band or near given points.
 

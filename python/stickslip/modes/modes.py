@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Real, real_array
+from stickslip.scene.checks import Complex, Flags, Real, real_array
 from stickslip.scene.known import Column
 from stickslip.scene.scene import Matrix, Scene, checked
 from stickslip.show.mesh import Mesh
@@ -102,7 +101,7 @@ class Modes(Shown):
     b: Complex
     shapes: Complex
     condition: Real
-    defective: NDArray[np.bool_]
+    defective: Flags
     residual: Real
     rounding: Real
     mass: Matrix
@@ -150,16 +149,16 @@ class Modes(Shown):
         return ratios
 
     @property
-    def unstable(self) -> NDArray[np.bool_]:
+    def unstable(self) -> Flags:
         """Whether a mode grows: whether the real part is positive by more than its `rounding`, (m,)."""
-        growing: NDArray[np.bool_] = (self.eigenvalues.real > 0.0) & ~self.marginal
+        growing: Flags = (self.eigenvalues.real > 0.0) & ~self.marginal
         return growing
 
     @property
-    def marginal(self) -> NDArray[np.bool_]:
+    def marginal(self) -> Flags:
         """Whether the real part is zero within `rounding`, (m,), so that a mode neither grows nor decays."""
         growth = np.abs(self.eigenvalues.real)
-        zero: NDArray[np.bool_] = (growth == 0.0) | (growth <= self.rounding)
+        zero: Flags = (growth == 0.0) | (growth <= self.rounding)
         return zero
 
     def __len__(self) -> int:

@@ -8,9 +8,10 @@ import numbers
 import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
@@ -18,6 +19,12 @@ from stickslip.scene.laws.friction import Law, law_of
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
+    from stickslip.scene.loads.in_time import Harmonic
+
+#: Entries by dof: a vector, or a mapping from indices or names of dofs.
+EntriesLike: TypeAlias = "ArrayLike | Mapping[str, float] | Mapping[int, float]"
+#: A direction: the index or the name of a dof, or entries by dof.
+DirectionLike: TypeAlias = "int | str | EntriesLike"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -69,8 +76,8 @@ class Contact:
         If a contact with a tangential direction has no friction.
     """
 
-    tangential: Any = None
-    normal: Any = None
+    tangential: DirectionLike | None = None
+    normal: DirectionLike | None = None
     friction: float | Law = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
     static_friction: float | None = None
     slider_speed: float = 0.0
@@ -80,7 +87,7 @@ class Contact:
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
-    slider_vibration: Any = None
+    slider_vibration: Harmonic | None = None
 
     def __post_init__(self) -> None:
         if self.friction is None:

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import (
+    MatrixLike,
     Real,
     core_matrix,
     described,
@@ -57,6 +58,8 @@ if TYPE_CHECKING:
 
 #: A matrix as a scene keeps it: read-only, dense or in compressed rows.
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
+#: Damping as a user gives it.
+DampingLike: TypeAlias = "Proportional | MatrixLike"
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
 #: Columns of the table of contacts.
@@ -150,15 +153,15 @@ class Scene(Shown):
 
     def __init__(
         self,
-        mass: Any,
-        stiffness: Any,
-        damping: Any = None,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        damping: DampingLike | None = None,
         force: ArrayLike | None = None,
         contacts: Sequence[Contact] = (),
         dofs: Sequence[str] | None = None,
         impact_friction: bool = False,
-        gyroscopic: Any = None,
-        circulatory: Any = None,
+        gyroscopic: MatrixLike | None = None,
+        circulatory: MatrixLike | None = None,
         loads: Sequence[Load] = (),
         mesh: Mesh | None = None,
     ) -> None:

@@ -11,6 +11,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -203,6 +204,7 @@ class Tabulated(Law):
         """Return no names: a table has no single numbers."""
         return ()
 
+    @cached_property
     def _spline(self) -> scipy.interpolate.CubicHermiteSpline:
         slopes = scipy.interpolate.PchipInterpolator(self.speeds, self.values).derivative()(self.speeds)
         slopes[-1] = 0.0
@@ -210,12 +212,12 @@ class Tabulated(Law):
 
     def data(self) -> LawData | None:
         """Return speeds and pieces, ascending powers of the distance from the speed where each begins."""
-        pieces = self._spline().c[::-1].T.tolist()
+        pieces = self._spline.c[::-1].T.tolist()
         return self.law, list(self.speeds), [*pieces, [self.values[-1], 0.0, 0.0, 0.0]]
 
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
-        return float(self._spline()(min(speed, self.speeds[-1])))
+        return float(self._spline(min(speed, self.speeds[-1])))
 
     def table(self) -> dict[str, Any]:
         """Return the law as a file has it."""

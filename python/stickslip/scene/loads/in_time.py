@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from stickslip.scene.contact import Contact, contact_labels, entries_of
 
 if TYPE_CHECKING:
     from stickslip._core import _LoadData
+
+#: A number, or entries by dof: which of them it is, the load says.
+Amplitude: TypeAlias = Any
 
 
 @dataclass(frozen=True)
@@ -36,7 +39,7 @@ class Harmonic:
         ``slider_vibration_0`` for the slider of the first contact, or with the contact's name in place of 0.
     """
 
-    amplitude: Any
+    amplitude: Amplitude
     frequency: float
     phase: float = 0.0
     name: str | None = None
@@ -64,7 +67,7 @@ class Steps:
         ``pull_values_1`` for the name ``pull``. None: ``load_0`` for the first load of a scene.
     """
 
-    amplitude: Any
+    amplitude: Amplitude
     times: Sequence[float]
     values: Sequence[float]
     name: str | None = None
@@ -93,8 +96,10 @@ SWITCHED = ("times", "values")
 
 def vibration_name(contacts: Sequence[Contact], place: int) -> str:
     """Return the name of the vibration of a contact's slider, as parameters have it."""
-    own = contacts[place].slider_vibration.name
-    return f"slider_vibration_{contact_labels(contacts)[place]}" if own is None else own
+    vibration = contacts[place].slider_vibration
+    if vibration is None or vibration.name is None:
+        return f"slider_vibration_{contact_labels(contacts)[place]}"
+    return vibration.name
 
 
 def load_names(loads: Sequence[Load]) -> list[str]:
