@@ -24,7 +24,7 @@ EXTRAS = {
     "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
     "laws": "friction over slip speed; not with springs of contacts",
     "compliant": "contacts with springs",
-    "sparse": "chains, grids and stars of 5 to 40 subsystems instead, by local marches and by those of the whole",
+    "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
 }
 
 
