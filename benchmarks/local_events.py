@@ -109,7 +109,7 @@ def compared(motion: float, report: Report) -> None:
     report.text(
         f"{COMPARED} subsystems, {1e3 * motion:g} ms of motion: {one['time'].size} events by a local march,",
         f"{two['time'].size} by that of the whole scene, {'the same' if same else 'NOT the same'} at every",
-        f"contact, at times at most {apart:.1e} s apart; the last positions differ by {ends:.1e} of the largest.",
+        f"contact, at most {apart:.1e} s apart; the last places differ by {ends:.1e} of the largest.",
         f"Local march: {mine['processor']:.2f} s of processor time, {mine['memory']:.0f} MB; the whole",
         f"scene: {other['processor']:.2f} s, {other['memory']:.0f} MB. It is {ratio:.1f} times as fast",
         "(target: 10 times, below 500 MB).",
