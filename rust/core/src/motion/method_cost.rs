@@ -35,6 +35,12 @@ pub(crate) fn largest(scene: &Scene) -> usize {
     if scene.coupled_mass.is_none() { 200 } else { 500 }
 }
 
+/// Whether a run of the scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
+/// and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
+pub(crate) fn marches_locally(scene: &Scene) -> bool {
+    scene.size > largest(scene) && !DenseRows::are_quicker(scene)
+}
+
 /// Work on one combination, in multiplications of a sparse product.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cost {

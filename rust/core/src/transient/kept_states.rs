@@ -75,7 +75,21 @@ impl KeptStates {
 
     /// All states of a motion whose run is not repeated.
     pub fn all(n: usize, values: Vec<f64>) -> Self {
-        Self { count: values.len() / (2 * n), values, ..Self::new(n, 0, usize::MAX) }
+        Self::every(n, 1, values.len() / (2 * n), values)
+    }
+
+    /// Of `count` states every `stride`-th, without departures.
+    pub fn every(n: usize, stride: usize, count: usize, values: Vec<f64>) -> Self {
+        Self { stride, count, values, ..Self::new(n, 0, usize::MAX) }
+    }
+
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// (q, q') of the states that are kept.
+    pub fn values(&self) -> &[f64] {
+        &self.values
     }
 
     /// Adds the state at the start of the next phase, with its departures where the run may be repeated from there.

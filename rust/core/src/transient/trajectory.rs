@@ -235,11 +235,6 @@ impl Trajectory {
         }
     }
 
-    /// Whether it comes from a local march.
-    pub fn is_local(&self) -> bool {
-        self.local.is_some()
-    }
-
     /// What is known of the combination of a phase.
     pub(crate) fn basis_of(&self, phase: usize) -> Result<Arc<CombinationBasis>, Error> {
         match &self.phases[phase].basis {

@@ -94,6 +94,10 @@ impl Passage {
 
     /// A combination in which the contacts that this passage moves are as in another one.
     pub fn settled(&self, between: &Combination, after: &Combination) -> Combination {
+        if self.trigger == EventKind::Load {
+            // It may move any contact.
+            return after.clone();
+        }
         let moved = self.own().chain(self.series.iter().copied());
         moved.fold(between.clone(), |settled, contact| {
             settled.with(contact, after.statuses()[contact])

@@ -19,6 +19,8 @@ use crate::scene::model::Scene;
 const STEEPEST: f64 = 6.0;
 /// Times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
+/// What the widths of panels that follow each other may grow by.
+const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
@@ -67,6 +69,8 @@ pub(crate) struct LawMotion {
     pub(super) base: Vec<f64>,
     pub(super) contacts: Vec<Sliding>,
     pub(super) coupling: Coupling,
+    /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
+    share: f64,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
@@ -90,6 +94,7 @@ impl LawMotion {
         self.taylor.begin(scene, &operator.taylor, functions, q, u);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
+        self.share = 1.0;
         self.contacts.clear();
         for (place, one) in operator.contacts.iter().enumerate() {
             let mut series = LawSeries::new();
@@ -149,6 +154,9 @@ impl LawMotion {
                 break;
             }
         }
+        if self.share < 1.0 {
+            self.shorten(self.share);
+        }
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
@@ -169,6 +177,7 @@ impl LawMotion {
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
         }
+        self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);
     }
 

@@ -180,10 +180,18 @@ impl March<'_> {
                 }
                 PanelEnd::At(at) if at >= remaining => {
                     self.trajectory.end = until;
+                    self.clock = Clock { seconds: until, rest: 0.0 };
                     if until >= duration {
+                        if self
+                            .motion
+                            .steps
+                            .last()
+                            .is_some_and(|step| step.panel == self.motion.panels.len())
+                        {
+                            self.begin_panel();
+                        }
                         return StopReason::Duration;
                     }
-                    self.clock = Clock { seconds: until, rest: 0.0 };
                     if let (Some(drive), Some(next)) = (&self.scene.drive, next) {
                         self.switched = next;
                         drive.switch(next, &mut self.q);
@@ -201,11 +209,15 @@ impl March<'_> {
         }
     }
 
-    /// Follows one panel from the state of the march, for at most the time that remains.
-    fn panel(&mut self, remaining: f64) -> PanelEnd {
+    fn begin_panel(&mut self) {
         let steps = self.motion.steps.len();
         self.motion.panels.push(PanelStart { clock: self.clock, end: 0.0, steps });
         self.motion.states.push(&self.q, &self.u, &[]);
+    }
+
+    /// Follows one panel from the state of the march, for at most the time that remains.
+    fn panel(&mut self, remaining: f64) -> PanelEnd {
+        self.begin_panel();
         if !self.q.iter().chain(&self.u).all(|x| x.is_finite()) {
             return PanelEnd::Stop(0.0, StopReason::Unbounded);
         }
@@ -500,12 +512,7 @@ impl March<'_> {
         }
         let (events, most) = (self.trajectory.events.len(), self.controls.max_events);
         if most.is_some_and(|most| events >= most) {
-            self.motion.panels.push(PanelStart {
-                clock: self.clock,
-                end: 0.0,
-                steps: self.motion.steps.len(),
-            });
-            self.motion.states.push(&self.q, &self.u, &[]);
+            self.begin_panel();
             return Some(StopReason::MaxEvents);
         }
         None

@@ -2,3 +2,4 @@
 
 pub(crate) mod march;
 pub(crate) mod motion;
+pub(crate) mod record;

@@ -45,6 +45,8 @@ pub(crate) struct LocalMotion {
     pub panels: Vec<PanelStart>,
     pub states: KeptStates,
     pub steps: Vec<Step>,
+    /// Statuses after so many steps, where they were asked for last.
+    passed: Mutex<(usize, Vec<Status>)>,
     /// Where the motion was asked for last.
     replay: Mutex<Option<Replay>>,
 }
@@ -74,6 +76,7 @@ impl LocalMotion {
             panels: Vec::new(),
             states: KeptStates::new(scene.size, 0, kept),
             steps: Vec::new(),
+            passed: Mutex::default(),
             replay: Mutex::default(),
         }
     }
@@ -83,11 +86,21 @@ impl LocalMotion {
         self.locality.sigma
     }
 
+    /// The statuses at the start.
+    pub fn start(&self) -> Combination {
+        Combination::new(self.start.clone())
+    }
+
     /// The statuses after some steps.
     pub fn combination(&self, steps: usize) -> Combination {
-        let mut statuses = self.start.clone();
-        set(&mut statuses, &self.steps[..steps]);
-        Combination::new(statuses)
+        let mut kept = self.passed.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.0 > steps || kept.1.is_empty() {
+            *kept = (0, self.start.clone());
+        }
+        let (from, statuses) = &mut *kept;
+        set(statuses, &self.steps[*from..steps]);
+        *from = steps;
+        Combination::new(statuses.clone())
     }
 
     /// (q, q') in a phase, at a time after its start.
@@ -180,7 +193,8 @@ impl Replay {
         if self.panel != panel || self.steps > steps {
             self.begin(motion, panel);
         }
-        self.take(motion, steps);
+        // Between two steps with which a panel begins no time passes.
+        self.take(motion, steps.max(self.steps));
     }
 
     fn begin(&mut self, motion: &LocalMotion, panel: usize) {
