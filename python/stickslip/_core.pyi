@@ -25,6 +25,7 @@ __all__ = [
     "answers",
     "arithmetic",
     "attractor",
+    "closed",
     "chain",
     "energy",
     "settle_all",
