@@ -121,7 +121,6 @@ examples: $(INSTALLED) ## Run the examples and keep their pictures for the docum
 	mkdir -p $(OUT)/examples docs/examples
 	cd $(OUT)/examples && for script in $(CURDIR)/examples/*.py; do $(CURDIR)/$(BIN)/python $$script || exit 1; done
 	cp $(OUT)/examples/*.png docs/examples
-	cp $(OUT)/examples/squeal/squealing-disc.png docs
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist docs/_build

@@ -1,6 +1,6 @@
-//! Motions as plain numbers: what has to be kept beside a scene to have them again to the last bit.
+//! Motions as plain numbers, from which, with the scene, they are restored to the last bit.
 //!
-//! Bases follow from the scene and are found anew.
+//! Bases follow from the scene and are computed again.
 
 use std::sync::Arc;
 
@@ -54,7 +54,7 @@ pub struct TrajectoryRecord {
 }
 
 impl TrajectoryRecord {
-    /// Refuses what no motion of the scene leaves behind.
+    /// Refuses a record that no motion of the scene can have.
     fn check(&self, scene: &Scene) -> Result<(), Error> {
         let (phases, contacts) = (self.phase_basis.len(), scene.contacts.len());
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());

@@ -1,5 +1,4 @@
-//! The flow of one status combination: where a phase leads, how its end depends on its start, and its
-//! vector field.
+//! The flow of one status combination: the end of a phase, its derivative by the start, and the vector field.
 //!
 //! Within a phase the state y = (q, q') moves by `M_s q'' = F_s(t) - C_s q' - K_s q` (see `reduction`), so
 //! the state after a time tau is an affine map of the state before, `y(tau) = Phi(tau) y(0) + g(tau)`. A
@@ -10,8 +9,8 @@
 //! Under a law of friction over slip speed the map is not affine: its derivative comes from the linear equation along the
 //! motion (see `motion::friction::neighbours`), and the field holds the forces of the laws.
 //!
-//! A phase far shorter than every mode is summed as a Taylor series: there the tiny change of a gap in one bounce keeps
-//! all digits, which the modal sum would lose by cancellation.
+//! A phase far shorter than the period of every mode is summed as a Taylor series: then the tiny change of a gap in one
+//! bounce keeps all digits, which the modal sum would lose by cancellation.
 
 use nalgebra::DMatrix;
 use std::cell::RefCell;
@@ -41,7 +40,7 @@ pub(crate) struct Flow<'a> {
     equation: EquationOfMotion,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
-    /// Those of them that belong to the structure: loads are as they are.
+    /// The entries among them that belong to the structure: loads have no neighbours.
     pub section: Vec<usize>,
     /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
     fastest: f64,
@@ -164,7 +163,7 @@ impl<'a> Flow<'a> {
     /// Carries infinitesimal neighbours (dq, dq') of the motion from `start` over `duration`: what of them is free.
     pub fn carry(&self, start: &[f64], duration: f64, neighbours: &mut [Vec<f64>]) {
         let n = self.scene.size;
-        // What is a sum of others moves with them.
+        // Coordinates that are sums of others move with them.
         let dependents = self.equation.scene(self.scene).dependents.iter();
         let following = dependents.flat_map(|one| [one.coordinate, n + one.coordinate]);
         let mut moving = vec![false; 2 * n];
@@ -188,6 +187,7 @@ impl<'a> Flow<'a> {
             }
         }
         for dy in neighbours {
+            dy.iter_mut().zip(&moving).filter(|entry| !entry.1).for_each(|entry| *entry.0 = 0.0);
             let (q, u) = dy.split_at_mut(n);
             for half in [q, u] {
                 self.equation.scene(self.scene).follow_rates(half);
@@ -195,7 +195,6 @@ impl<'a> Flow<'a> {
                     condensed.complete_rates(half);
                 }
             }
-            dy.iter_mut().zip(&moving).filter(|entry| !entry.1).for_each(|entry| *entry.0 = 0.0);
         }
     }
 
@@ -266,7 +265,7 @@ impl<'a> Flow<'a> {
 
 /// The fastest rate is at most the root of the trace of `M^-1 K`, or the trace of `M^-1 C`, where M is diagonal.
 fn fastest(scene: &Scene) -> f64 {
-    // What has no mass does not move.
+    // Coordinates without mass have no rate of their own.
     let massive = (0..scene.size).filter(|&k| scene.mass.get(k, k) > 0.0);
     let (stiff, damped) = massive.fold((0.0, 0.0), |(stiff, damped), k| {
         let mass = scene.mass.get(k, k);

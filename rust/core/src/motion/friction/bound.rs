@@ -1,4 +1,4 @@
-//! How far the polynomials of a panel are from the motion.
+//! The error of the polynomials of a panel.
 //!
 //! The polynomial P of the state obeys `P' = A P + f + sum b_i y_i(P) - D` with a defect D whose coefficients are
 //! those that the series leaves out and the rounding of the others: finite sums. With the norm sigma of A and a Lipschitz
@@ -52,7 +52,7 @@ impl LawMotion {
                 (law, size(&series.excess), size(normal), products)
             })
             .collect();
-        // How far off the polynomials of N are, and how much N moves per norm of the state.
+        // Errors of the polynomials of N, and the change of N per norm of the state.
         let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
         let mut moved = operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut unsharp = 0.0;

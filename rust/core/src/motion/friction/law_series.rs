@@ -1,4 +1,4 @@
-//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of what they leave out.
+//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of their error.
 //!
 //! With `S = S_0 + S_1 s + ..` on [0, 1], the recurrences are those of
 //!
@@ -7,7 +7,7 @@
 //! g = 1 / (1 + S / v)  g_k = -g_0 sum_{i>0} S_i / v g_{k-i}                        (1 + S / v) g = 1
 //! ```
 //!
-//! and of products for a table. What the polynomials miss follows from the equations that they obey up to a known rest: with
+//! and of products for a table. The errors of the polynomials follow from the equations that they obey up to a known rest: with
 //! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
@@ -29,11 +29,11 @@ pub(super) struct LawSeries {
     inner: [f64; COEFFICIENTS],
     /// `mu(S) - mu(0)`
     pub excess: [f64; COEFFICIENTS],
-    /// Of a table.
+    /// Piece of a table.
     pub piece: usize,
 }
 
-/// What is known of `mu(S) - mu(0)` on [0, 1].
+/// Bounds of `mu(S) - mu(0)` and its series on [0, 1].
 pub(super) struct LawBounds {
     /// Largest difference from its polynomial, by truncation and by rounding.
     pub truncation: f64,

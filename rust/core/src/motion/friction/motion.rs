@@ -15,9 +15,9 @@ use crate::numerics::simd::VectorUnit;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
-/// Largest L of a panel: rounding grows by (e^L - 1) / L, some 70.
+/// Largest L of a panel; rounding then grows by (e^L - 1) / L, about 70.
 const STEEPEST: f64 = 6.0;
-/// Times that a panel is shortened before its error counts as unbounded.
+/// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
@@ -39,7 +39,7 @@ pub(super) struct Sliding {
     pub(super) error: f64,
 }
 
-/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, with c what lower orders make of y.
+/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders.
 #[derive(Debug, Default)]
 pub(super) struct Coupling {
     pub(super) inverse: DMatrix<f64>,
@@ -75,7 +75,7 @@ pub(crate) struct LawMotion {
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
     pub(super) next: Option<(usize, usize)>,
-    /// A contact whose law reaches 0 at the end of the panel, and one whose law has.
+    /// A contact whose law reaches 0 at the end of the panel, and a contact whose law has reached it.
     pub(super) ends: Option<usize>,
     pub(super) ended: Option<usize>,
     pub(super) unit: VectorUnit,
@@ -195,7 +195,7 @@ impl LawMotion {
                 series.slip[k] = -one.sign * (taylor.coefficient(&one.slip, k) + slip);
                 normal[k] = taylor.coefficient(&one.normal, k) + constant;
                 series.extend(&one.law, k);
-                // What lower orders of N make of y.
+                // The part of y from lower orders of N.
                 force[k] = (1..=k).map(|j| series.excess[j] * normal[k - j]).sum();
             }
             if let Some(response) = &operator.response {
