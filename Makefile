@@ -77,6 +77,8 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(if $(INTO),cp $(OUT)/work-precision.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/local_events.py --figure $(OUT)/local-events.png $(INTO:%=--into %)
+	$(if $(INTO),cp $(OUT)/local-events.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
