@@ -111,8 +111,8 @@ def compared(motion: float, report: Report) -> None:
         f"{two['time'].size} by that of the whole scene, {'the same' if same else 'NOT the same'} at every",
         f"contact, at most {apart:.1e} s apart; the last places differ by {ends:.1e} of the largest.",
         f"Local march: {mine['processor']:.2f} s of processor time in a process of {mine['memory']:.0f} MB;",
-        f"the whole scene: {other['processor']:.2f} s, {other['memory']:.0f} MB. It is {ratio:.1f} times as fast",
-        "(target: 10 times, below 500 MB).",
+        f"the whole scene: {other['processor']:.2f} s, {other['memory']:.0f} MB.",
+        f"It is {ratio:.1f} times as fast (target: 10 times, below 500 MB).",
     )
     if not same:
         raise SystemExit("the two marches differ")
