@@ -41,8 +41,8 @@ from fuzz_scenes import EXTRAS, from_time, fuzz_scene
 DURATION = 0.1
 #: Events up to which a scene is run: chatter at restitution near 1 brings many.
 MAX_EVENTS = 1000
-#: m; where unsymmetric terms let a motion grow beyond it, gaps of 1e-5 m are lost in its rounding: it is followed until
-#: then.
+#: m; where unsymmetric terms let a motion grow beyond it, gaps of 1e-5 m are lost in its rounding: it is
+#: followed until then.
 LARGEST = 1e3
 #: s of wall clock that a run of 0.1 s may take before it counts as hanging; the stiffest take ten by Taylor
 #: series, on a machine that does nothing else.

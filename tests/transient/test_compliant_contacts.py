@@ -62,15 +62,13 @@ def test_jenkins_element() -> None:
 def test_a_node_at_its_limit_on_a_body_that_sticks(method: str, side: float) -> None:
     """Friction holds a body, and a node on it that has its largest force on one side or on the other.
 
-    The spring of the body is stretched until both forces are overcome. Stretched further, the node slips with its
-    body in the same instant; else it sticks, and slips once its own spring is stretched the other way.
+    The spring of the body is stretched until both forces are overcome. Stretched further, the node slips with
+    its body in the same instant; else it sticks, and slips once its own spring is stretched the other way.
     """
     spring, speed, given, rubbed, limit = 1e4, 0.01, 20.0, 8.0, 3.0
     contacts = [
-        ss.Contact(tangential=0, friction=rubbed / given, normal_force=given, slider_speed=speed),
-        ss.Contact(
-            tangential=0, friction=limit / given, normal_force=given, slider_speed=speed, tangential_stiffness=5e3
-        ),
+        ss.Contact(tangential=0, friction=force / given, normal_force=given, slider_speed=speed, **spring_of)
+        for force, spring_of in ((rubbed, {}), (limit, {"tangential_stiffness": 5e3}))
     ]
     scene = ss.Scene([1.0], [[spring]], contacts=contacts)
     start = ss.State([0.0], [speed], "ss", friction_force=[0.0, side * limit])

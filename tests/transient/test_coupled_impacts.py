@@ -192,9 +192,11 @@ def test_a_tolerance_cuts_impacts_that_lift_each_other():
 def test_contacts_that_hold_all_of_a_scene_come_to_rest():
     """Two masses that mass couples, and a third stop along their sum: at rest every displacement is zero.
 
-    Their gaps vanish beside the deflection under the constant load, not beside displacements that vanish with them.
+    Their gaps vanish beside the deflection under the constant load, not beside displacements that vanish with
+    them.
     """
-    stops = [ss.Contact(normal=normal, restitution=e) for normal, e in ((0, 0.8), (1, 0.8), ([1.0, 1.0], 0.0))]
+    bounces = ((0, 0.8), (1, 0.8), ([1.0, 1.0], 0.0))
+    stops = [ss.Contact(normal=normal, restitution=restitution) for normal, restitution in bounces]
     scene = ss.Scene(
         [[1.0, -0.5], [-0.5, 1.0]],
         [[100.0, 0.0], [0.0, 100.0]],
