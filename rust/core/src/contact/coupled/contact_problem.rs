@@ -408,8 +408,8 @@ pub(crate) fn held_rows(
 /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
 /// smaller force. It slips only if static friction cannot hold it, so a solution is dropped if in another one the same
 /// contacts stick, and more of them.
-fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
-    let excess: Vec<bool> = contacts.iter().map(|c| c.static_friction > c.friction).collect();
+fn only(laws: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
+    let excess: Vec<bool> = laws.iter().map(|c| c.static_friction > c.friction).collect();
     let sticks =
         |solution: &Solution, i: usize| excess[i] && solution.statuses[i] == Status::Sticking;
     let closed = |solution: &Solution, i: usize| solution.statuses[i].is_closed();
@@ -417,7 +417,9 @@ fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsol
         let mut contacts = 0..one.statuses.len();
         contacts.clone().any(|i| sticks(other, i) && !sticks(one, i))
             && contacts.all(|i| {
-                closed(one, i) == closed(other, i) && (sticks(other, i) || !sticks(one, i))
+                // What static friction carries along may leave a stop.
+                (closed(one, i) == closed(other, i) || laws[i].static_friction == 0.0)
+                    && (sticks(other, i) || !sticks(one, i))
             })
     };
     let remains: Vec<usize> = (0..found.len())
