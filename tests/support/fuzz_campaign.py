@@ -132,16 +132,14 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
 
     try:
         modal = by(by_modes)(start, duration)
-    except ss.RunError as error:
-        if error.partial is None or "its friction reaches 0" not in str(error):
-            raise
-        # The law holds no longer; both runs are compared up to there.
-        duration = (1.0 - 1e-9) * error.partial.duration
-        modal = by(by_modes)(start, duration)
     except ss.StickslipError as error:
-        if "modes are defective" not in str(error):
+        if "its friction reaches 0" in str(error) and isinstance(error, ss.RunError) and error.partial:
+            # The law holds no longer; both runs are compared up to there.
+            duration = (1.0 - 1e-9) * error.partial.duration
+        elif "modes are defective" in str(error):
+            outcome.defective, by_modes = True, "auto"
+        else:
             raise
-        outcome.defective, by_modes = True, "auto"
         modal = by(by_modes)(start, duration)
     duration = min(duration, within_range(modal))
     if duration < modal.duration:

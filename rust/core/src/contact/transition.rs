@@ -110,7 +110,8 @@ pub(crate) fn settle(
 
 /// What begins to slip takes the nodes along that it has held at their friction limit: a node under a given normal force
 /// that came to rest with its body stays there until the body slips. Either its spring is stretched further, and it slips
-/// with the body in the same instant; or it sticks, and leaves the limit one order later than the body its place.
+/// with the body in the same instant; or it sticks, and its force leaves the limit one order of time later than the slip of
+/// the body leaves zero.
 fn take_along(
     scene: &Scene,
     among: impl Iterator<Item = usize> + Clone,
