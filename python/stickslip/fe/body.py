@@ -125,7 +125,7 @@ class Body(Shown):
         """Number of dofs, n."""
         return len(self.dofs)
 
-    @cached_property
+    @property
     def names(self) -> tuple[str, ...]:
         """Names of the dofs in a scene: with the name of the body, if it has one."""
         return self.dofs if self.name is None else tuple(f"{self.name}.{dof}" for dof in self.dofs)

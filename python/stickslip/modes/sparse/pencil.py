@@ -64,7 +64,7 @@ class SparsePencil:
         def prepared(matrix: Any) -> Any:
             return scipy.sparse.csc_array((scale @ matrix @ scale).tocsc()[order][:, order])
 
-        matrices = [prepared(matrix) for matrix in (mass, damping, stiffness)]
+        mass, damping, stiffness = matrices = [prepared(matrix) for matrix in (mass, damping, stiffness)]
         pattern = scipy.sparse.csc_array(shifted[order][:, order])
         pattern.sort_indices()
         pattern.data = np.arange(pattern.nnz)
@@ -73,7 +73,7 @@ class SparsePencil:
         for row, matrix in zip(entries, matrices, strict=True):
             row[np.searchsorted(places, _places(matrix))] = matrix.data
         pattern.data = scipy.sparse.csc_array(pattern.T).data
-        return cls(*matrices, scaling, order, pattern, entries)
+        return cls(mass, damping, stiffness, scaling, order, pattern, entries)
 
     @property
     def size(self) -> int:

@@ -162,7 +162,8 @@ class _Krylov:
         def put(upper: Complex, lower: Complex) -> Complex:
             coordinates = np.empty((2 * len(upper), upper.shape[1]), dtype=complex, order="F")
             coordinates[::2], coordinates[1::2] = upper, lower
-            return krylov.append(coordinates)
+            components: Complex = krylov.append(coordinates)
+            return components
 
         both = space.append(np.concatenate([start[:size], start[size:]], axis=1))
         put(both[:, :block], both[:, block:])
