@@ -1,4 +1,4 @@
-//! What the contacts do after an event: the one place where statuses change.
+//! The transitions of contacts at an event: the one place where statuses change.
 
 use crate::contact::coupled::contacts::Coupled;
 use crate::contact::coupled::transition::settle_coupled;
@@ -28,7 +28,7 @@ pub(crate) fn settle(
     u: &mut [f64],
 ) -> Result<(), RunFailure> {
     settlement.rest = None;
-    // A gap that rounding has made negative while another contact's event came is zero.
+    // A gap that rounding has made negative by the time of another contact's event is zero.
     for contact in among.clone() {
         if settlement.statuses[contact] == Status::Detached {
             let normal = scene.contacts[contact].normal;
@@ -157,6 +157,10 @@ fn settle_contact(
     let normal_force = scene.reaction_value(law.normal, q, u);
     if normal_force < 0.0 {
         return Ok((Status::Detached, Departure::Gap(2)));
+    }
+    if law.static_friction == 0.0 && before.is_sliding() && trigger.is_none() {
+        // Its letter says nothing, and no event elsewhere changes it.
+        return Ok((before, Departure::None));
     }
     if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
         return Ok((status, Departure::None));
