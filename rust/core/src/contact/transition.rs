@@ -53,7 +53,8 @@ pub(crate) fn settle(
             | EventKind::SlipPositive
             | EventKind::SlipNegative
             | EventKind::Jump
-            | EventKind::Load => {}
+            | EventKind::Load
+            | EventKind::Turn => {}
         }
     }
     let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);
