@@ -123,6 +123,16 @@ def test_local_and_whole_marches_agree(kind, count, laws, seed):
     assert len(local.accumulations) == len(whole.accumulations)
 
 
+def test_a_long_chain_has_the_events_of_the_whole():
+    scene, start = long_chain(250)
+    local, whole = both(scene, start, 4e-3)
+    assert len(local.events) == len(whole.events) >= 250
+    one, other = (np.lexsort((run.events.time, run.events.contact)) for run in (local, whole))
+    assert np.array_equal(local.events.contact[one], whole.events.contact[other])
+    assert np.array_equal(local.events.kind[one], whole.events.kind[other])
+    assert np.abs(local.events.time[one] - whole.events.time[other]).max() < 1e-15
+
+
 def test_events_of_a_chain_cost_the_same_at_any_length():
     """Counted work per event, with that of the panels: an exponent over the size below 0.05."""
     sizes, work = (100, 600, 4000), []
