@@ -28,8 +28,9 @@ const ROUND: usize = 4;
 /// Number of events, per contact, among which those impacts are looked for.
 const SEEN: usize = 32;
 
-/// Gap, relative to the largest displacement, below which series of impacts over several contacts are not followed. A
-/// hundred times smaller gap takes a third more events; the time at which a series ends is known to the root of the gap.
+/// Gap, relative to the largest displacement, gap of the input or deflection under the constant load, below which series of
+/// impacts over several contacts are not followed. A hundred times smaller gap takes a third more events; the time at which
+/// a series ends is known to the root of the gap. Where closed contacts hold all of a scene in place, displacements vanish.
 const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 
 /// Combinations that a run looks up by comparing statuses; those met later by their hash.
@@ -335,9 +336,13 @@ impl<'a> Run<'a> {
     /// The limits for a series of impacts over several contacts at this instant.
     fn series(&self, search: &PhaseSearch) -> Series {
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
-        let structure = &self.state.q[..self.state.scene.structure()];
-        let largest = structure.iter().fold(0.0, |size: f64, q| size.max(q.abs()));
-        let resolution = RESOLUTION * largest;
+        let RunState { scene, q, .. } = &self.state;
+        let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
+            stiffness if stiffness > 0.0 => q[k].abs().max(scene.force[k].abs() / stiffness),
+            _ => q[k].abs(),
+        });
+        let lengths = places.chain(scene.contacts.iter().map(|law| law.gap.abs()));
+        let resolution = RESOLUTION * lengths.fold(0.0, f64::max);
         Series {
             resolution,
             gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
