@@ -18,7 +18,8 @@ from stickslip.faults import InputError, OrbitError
 from stickslip.locus.asked import axis
 from stickslip.scene.checks import Complex, Real, described
 from stickslip.scene.contact import dof_index, nearest
-from stickslip.scene.loads.in_time import Harmonic, core_loads, load_names, load_parameters
+from stickslip.scene.loads.in_time import Harmonic
+from stickslip.scene.loads.of_scene import core_loads, load_names, load_parameters
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Scene, checked
 from stickslip.scene.state import State, sliding_equilibrium

@@ -41,7 +41,7 @@ from stickslip.scene.contact import (
     per_contact,
 )
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.loads.in_time import NUMBERS, SWITCHED, core_place, load_number, load_parameters
+from stickslip.scene.loads.of_scene import NUMBERS, SWITCHED, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
 

@@ -41,15 +41,8 @@ from stickslip.scene.contact import (
     with_law_number,
 )
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.loads.in_time import (
-    Harmonic,
-    Load,
-    checked_loads,
-    core_loads,
-    load_names,
-    load_parameters,
-    replaced,
-)
+from stickslip.scene.loads.in_time import Harmonic, Load
+from stickslip.scene.loads.of_scene import checked_loads, core_loads, load_names, load_parameters, replaced
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
