@@ -87,6 +87,7 @@ class Contact:
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
+    #: A `Harmonic`; its file imports this one.
     slider_vibration: Harmonic | None = None
 
     def __post_init__(self) -> None:
