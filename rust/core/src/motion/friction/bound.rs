@@ -19,7 +19,7 @@ use crate::scene::model::Scene;
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state, and to the
 /// change of slip speed over which a law changes.
 const TUBE: f64 = 1e-6;
-const TUBE_OF_SLIP: f64 = 0.1;
+const TUBE_OF_SLIP: f64 = 0.02;
 
 impl LawMotion {
     /// Bounds of the error of the state by truncation alone, and of all of it, and L.
@@ -30,6 +30,7 @@ impl LawMotion {
         scale: f64,
     ) -> (f64, f64, f64) {
         let Self { taylor, contacts, coupling, .. } = self;
+        taylor.measure();
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let slips = operator.contacts.iter().zip(&*contacts);
@@ -96,8 +97,7 @@ impl LawMotion {
         }
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);
-        let sizes: f64 =
-            (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum();
+        let sizes = taylor.size_norm(scene, &operator.taylor);
         let load = taylor.width * taylor.force_norm(&operator.taylor);
         rounded += UNIT * (operator.terms + 8) as f64 * (reach * sizes + load);
         let exponent = reach + taylor.width * lipschitz;

@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use crate::contact::event_function::EventFunction;
-use crate::motion::friction::law_series::{LawSeries, UNIT, scale};
+use crate::motion::friction::law_series::{LawSeries, UNIT, product, scale};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::{TRUNCATION, TaylorMotion};
@@ -20,7 +20,7 @@ const STEEPEST: f64 = 6.0;
 /// Times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
 /// What the widths of panels that follow each other may grow by.
-const GROWTH: f64 = 1.3;
+const GROWTH: f64 = 1.5;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
@@ -152,6 +152,10 @@ impl LawMotion {
             self.shorten(0.7);
         }
         let scale = self.taylor.scale(&operator.taylor);
+        let factor = self.likely(scene, operator, scale);
+        if factor < 1.0 {
+            self.shorten(factor);
+        }
         for _ in 0..TRIALS {
             let (truncation, error, exponent) = self.bound(scene, operator, scale);
             self.left_out = error;
@@ -165,6 +169,18 @@ impl LawMotion {
         }
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);
+    }
+
+    /// About the factor by which the panel has to be shorter, from what its last terms say.
+    fn likely(&self, scene: &Scene, operator: &LawOperator, scale: f64) -> f64 {
+        let Self { taylor, contacts, .. } = self;
+        let reach = operator.taylor.norm() * taylor.width;
+        let pushes = operator.contacts.iter().zip(contacts);
+        let pushes: f64 =
+            pushes.map(|(one, sliding)| one.force_norm * sliding.force[DEGREE].abs()).sum();
+        let linear = reach * taylor.norm_of(scene, &operator.taylor, DEGREE);
+        let truncation = reach.exp_m1() / reach * (1.2 * linear + 3.0 * taylor.width * pushes);
+        (TRUNCATION * scale / truncation).powf(1.0 / COEFFICIENTS as f64)
     }
 
     /// The recurrences of state, slip speed, normal force and law.
@@ -182,7 +198,7 @@ impl LawMotion {
                 normal[k] = taylor.coefficient(&one.normal, k) + constant;
                 series.extend(&one.law, k);
                 // What lower orders of N make of y.
-                force[k] = (1..=k).map(|j| series.excess[j] * normal[k - j]).sum();
+                force[k] = product(&series.excess[1..=k], &normal[..k]);
             }
             if let Some(response) = &operator.response {
                 self.couple(&response.normal, k);

@@ -17,7 +17,7 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// Part of the panels of linear phases: the bound of rounding grows by e^(sigma h) over a panel.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.8;
 
 /// A contact that slides by its law.
 #[derive(Debug)]
