@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots fuzz-panels verify lint format bench docs pages gallery examples wheel film clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -43,6 +43,14 @@ fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; EXT
 	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl \
 		$(addprefix --,$(EXTRAS))
 
+# Four streams of what EXTRAS means, in one store.
+fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of four kinds: stops, springs of contacts, loads, unsymmetric terms
+	@status=0; for kinds in "--stops" "--forced --compliant" "--stops --compliant" \
+		"--unsymmetric --forced --stops --compliant"; do \
+		echo "fuzz $$kinds"; $(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) \
+			--store $(OUT)/fuzz.jsonl $$kinds || status=1; \
+	done; exit $$status
+
 # A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
 # the core's tests meets it again.
 fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED=1
@@ -80,6 +88,8 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(if $(INTO),cp $(OUT)/work-precision.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/local_events.py --figure $(OUT)/local-events.png $(INTO:%=--into %)
+	$(if $(INTO),cp $(OUT)/local-events.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
@@ -125,7 +135,6 @@ examples: $(INSTALLED) ## Run the examples and keep their pictures for the docum
 	mkdir -p $(OUT)/examples docs/examples
 	cd $(OUT)/examples && for script in $(CURDIR)/examples/*.py; do $(CURDIR)/$(BIN)/python $$script || exit 1; done
 	cp $(OUT)/examples/*.png docs/examples
-	cp $(OUT)/examples/squeal/squealing-disc.png docs
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist docs/_build

@@ -1,5 +1,5 @@
-//! The motion of one phase, as two kinds that answer the same question: on the next stretch of time,
-//! what polynomial is each event function, and how far can it be off?
+//! The motion of one phase. Every kind of motion answers the same question: which polynomial is each event function on
+//! the next interval of time, and how large can its error be?
 
 use std::sync::Arc;
 
@@ -21,9 +21,9 @@ pub(crate) struct Motion {
     basis: Arc<CombinationBasis>,
     modal: ModalMotion,
     taylor: TaylorMotion,
-    /// Where friction depends on slip speed.
+    /// The motion of a combination in which friction depends on slip speed.
     law: Option<Box<LawMotion>>,
-    /// Of a scene in blocks.
+    /// The motions of the blocks of a scene.
     blocks: Vec<BlockMotion>,
 }
 
@@ -138,10 +138,12 @@ impl Motion {
             }
             Propagator::Law(operator) => {
                 let Some(law) = &mut self.law else { return };
-                while time > law.end() {
-                    law.advance(self.basis.scene(&self.scene), operator);
+                if law.reach(self.basis.scene(&self.scene), operator, time) {
+                    law.state(operator, time - law.start(), q, u);
+                } else {
+                    [q, u].into_iter().for_each(|half| half.fill(f64::NAN));
+                    return;
                 }
-                law.state(operator, time - law.start(), q, u);
             }
             Propagator::Blocks(parts) => {
                 for ((block, _), part) in parts.iter().zip(&mut self.blocks) {
@@ -154,14 +156,19 @@ impl Motion {
         self.basis.complete(q, u);
     }
 
+    /// Carries neighbours (dq, dq') of a phase under laws of friction from its start to local time `time`.
+    pub fn carry(&mut self, time: f64, neighbours: &mut [Vec<f64>]) {
+        if let (Propagator::Law(operator), Some(law)) = (&self.basis.propagator, &mut self.law) {
+            law.carry(self.basis.scene(&self.scene), operator, time, neighbours);
+        }
+    }
+
     /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
     pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
         let Propagator::Law(operator) = &self.basis.propagator else { return None };
         let law = self.law.as_mut()?;
-        while law.end() <= time {
-            law.advance(self.basis.scene(&self.scene), operator);
-        }
-        Some(law.end())
+        let reached = law.reach(self.basis.scene(&self.scene), operator, time.next_up());
+        reached.then(|| law.end())
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have

@@ -19,34 +19,36 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Unsolved};
+use crate::contact::coupled::contact_problem::{Closed, ContactProblem};
 use crate::scene::status::Status;
 
 /// Choices of statuses up to which all are tried.
 const ENUMERATED: usize = 4096;
-/// Statuses changed one by one where there are more, until none is wrong.
+/// Changes of single statuses that are tried if there are more choices, until no status is wrong.
 const CHANGES: usize = 1000;
 /// Violation of an inequality, relative to its terms, that counts as rounding.
 const ROUNDING: f64 = 1e-11;
+/// Rate, relative to its terms, that is rounding of the root at which a slip has come to its end.
+const AT_REST: f64 = 1e-8;
 
-/// What is known of a contact beforehand.
+/// The statuses that a contact can have, as far as they are known beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Case {
     /// Nothing but this status is possible.
     Settled(Status),
-    /// It closes or opens: gap and normal force are zero.
+    /// The contact closes or opens: gap and normal force are zero.
     Touching,
-    /// It slides, or is at the bound of what sticks, in a direction.
+    /// The contact slides in a direction, or its friction force is at the limit of sticking in that direction.
     Slipping {
         towards: Status,
-        /// Whether its friction force is all that sticking can hold, too.
+        /// Whether its friction force is also the largest that sticking can hold.
         at_bound: bool,
         /// Whether the slip velocity has come to zero.
         ends: bool,
     },
     /// Its friction drops from the static to the kinetic one.
     Jumping { towards: Status },
-    /// Beside another one that jumps, or where a load is switched: it may do anything from where it is.
+    /// Another contact of the group jumps, or a load is switched: the contact may take any status from its present place.
     Beside { before: Status },
 }
 
@@ -76,6 +78,39 @@ pub(crate) struct Answer {
     pub margins: Vec<f64>,
 }
 
+/// Why there is no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unsolved {
+    /// No choice of statuses is one.
+    None,
+    /// None of those tried is one, and not all were tried.
+    NotFound,
+    /// Several are.
+    Several,
+    /// Several are, which differ in contacts that static friction holds.
+    Held,
+}
+
+impl Unsolved {
+    /// What happened, and the remedy, as the end of a sentence about the problem.
+    pub const fn told(self) -> &'static str {
+        match self {
+            Self::None => {
+                "has no solution: friction is too large for the stiffness that ties them; give them a normal_stiffness and a tangential_stiffness, or less friction"
+            }
+            Self::NotFound => {
+                "has too many combinations of statuses to try all, and those tried are no solution; tie fewer contacts without mass to each other, or give them a normal_stiffness and a tangential_stiffness"
+            }
+            Self::Several => {
+                "has several solutions: friction is too large for the stiffness that ties them; give them a normal_stiffness and a tangential_stiffness, or less friction"
+            }
+            Self::Held => {
+                "has several solutions: static friction above the kinetic one can hold some of them or others; give them static_friction = friction, or a load that tells them apart"
+            }
+        }
+    }
+}
+
 impl Problem {
     pub fn new(nodes: Vec<Node>, w: DMatrix<f64>, a0: DVector<f64>, sizes: DVector<f64>) -> Self {
         let law = |node: &Node| Closed {
@@ -88,7 +123,7 @@ impl Problem {
         Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false }, sizes }
     }
 
-    /// The one answer. Where static friction exceeds the kinetic one, a contact that could go on as it was does so.
+    /// The one answer. If static friction exceeds kinetic friction, a contact keeps its status if it can.
     pub fn solve(&self) -> Result<Answer, Unsolved> {
         let choices: Vec<&[Status]> = self.nodes.iter().map(choices).collect();
         let all = choices.iter().fold(1, |all: usize, own| all.saturating_mul(own.len()));
@@ -109,7 +144,7 @@ impl Problem {
                 found.push(answer);
             }
         }
-        // Contacts that go on as they were, and of those that just touch the ones that static friction holds.
+        // Number of contacts that keep their status, and of touching contacts that static friction holds.
         let rank = |answer: &Answer| {
             let (mut goes_on, mut held) = (0, 0);
             for (node, status) in self.nodes.iter().zip(&answer.statuses) {
@@ -129,8 +164,19 @@ impl Problem {
         let mut best = found.into_iter().filter(|answer| rank(answer) == best);
         match (best.next(), best.next()) {
             (Some(answer), None) => Ok(answer),
-            _ => Err(Unsolved::Several),
+            (Some(one), Some(other)) => Err(self.ambiguity(&one, &other)),
+            (None, _) => Err(Unsolved::None),
         }
+    }
+
+    fn ambiguity(&self, one: &Answer, other: &Answer) -> Unsolved {
+        let held = |(k, node): (usize, &Node)| {
+            let statuses = [one.statuses[k], other.statuses[k]];
+            node.static_friction > node.friction
+                && statuses[0] != statuses[1]
+                && statuses.contains(&Status::Sticking)
+        };
+        if self.nodes.iter().enumerate().any(held) { Unsolved::Held } else { Unsolved::Several }
     }
 
     /// Changes the status that is most wrong until none is.
@@ -140,11 +186,11 @@ impl Problem {
             let statuses = at.iter().zip(choices).map(|(&k, own)| own[k]).collect();
             let wrong = match self.verified(statuses) {
                 Ok(answer) => return Ok(answer),
-                Err(wrong) => wrong.ok_or(Unsolved::None)?,
+                Err(wrong) => wrong.ok_or(Unsolved::NotFound)?,
             };
             at[wrong] = (at[wrong] + 1) % choices[wrong].len();
         }
-        Err(Unsolved::None)
+        Err(Unsolved::NotFound)
     }
 
     /// Whether two answers are the same motion: statuses at a boundary have two names.
@@ -188,20 +234,21 @@ impl Problem {
             let held = |sign: f64, limit: f64| {
                 (limit * normal - sign * friction, limit * rounding(n) + rounding(t))
             };
-            // What must not be negative, with the scale of its rounding.
+            // Numbers that must not be negative, each with the scale of its rounding.
             let mut conditions: Vec<(f64, f64)> = Vec::new();
             match (node.case, status) {
                 (Case::Settled(_), _) => {}
                 (_, Status::Detached) => conditions.push(motion(n)),
-                (Case::Slipping { towards, at_bound, .. }, Status::Sticking) => {
+                (Case::Slipping { towards, at_bound, ends }, Status::Sticking) => {
                     let bound = held(towards.friction_sign(), node.friction);
                     margins[i] = if bound.1 > 0.0 { (bound.0 / bound.1).max(0.0) } else { 0.0 };
-                    conditions.extend(at_bound.then_some(bound));
+                    let rest = if ends { AT_REST * bound.1 } else { 0.0 };
+                    conditions.extend(at_bound.then_some((bound.0 + rest, bound.1)));
                 }
-                // What has come to rest slips on only if something moves it.
-                (Case::Slipping { at_bound: false, ends: true, .. }, _) => {
+                // A contact that has come to rest slips again only if a force moves it.
+                (Case::Slipping { ends: true, .. }, _) => {
                     let (value, size) = slip();
-                    conditions.push((value - 1e3 * ROUNDING * size, size));
+                    conditions.push((value - AT_REST * size, size));
                 }
                 (Case::Slipping { .. }, _) => conditions.push(slip()),
                 (_, Status::Sticking) => {
@@ -228,9 +275,9 @@ impl Problem {
 }
 
 impl Answer {
-    /// Whether a sticking contact is at the bound of its friction to rounding, and leaves it at second order.
+    /// Whether the friction force of a sticking contact is at its limit to rounding, so that it leaves it at second order.
     pub fn is_at_bound(&self, contact: usize) -> bool {
-        self.margins[contact] <= 1e3 * ROUNDING
+        self.margins[contact] <= AT_REST
     }
 }
 
@@ -245,7 +292,7 @@ fn choices(node: &Node) -> &'static [Status] {
         Case::Settled(Detached) => &[Detached],
         Case::Beside { before: Detached } if smooth => &[Detached, Positive],
         Case::Touching | Case::Beside { .. } if smooth => &[Positive, Detached],
-        // Of two names of one motion the one that a contact has.
+        // If one motion has two names, the contact keeps the one it has.
         Case::Beside { before: Positive } => &[Positive, Sticking, Negative, Detached],
         Case::Beside { before: Negative } => &[Negative, Sticking, Positive, Detached],
         Case::Beside { before: Detached } => &[Detached, Sticking, Positive, Negative],

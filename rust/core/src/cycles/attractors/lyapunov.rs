@@ -58,8 +58,8 @@ pub struct Lyapunov {
 }
 
 impl Lyapunov {
-    /// A rate of which nothing is known: the neighbours of a motion that has not met an event grow by its modes, and
-    /// those of one that only touches the zero of an event function have no derivative.
+    /// An unknown rate: the neighbours of a motion without an event grow by its modes, and those of a motion that only touches
+    /// the zero of an event function have no derivative.
     pub const UNKNOWN: Self = Self { exponent: f64::NAN, error: f64::INFINITY, time: 0.0 };
 }
 
@@ -110,21 +110,18 @@ impl Neighbour {
                 return Ok(());
             }
             let basis = &run.basis_of(phase)?;
-            // A motion that meets ever new combinations repays no eigenproblem for each of them: what carried the run
+            // An eigenproblem for each combination does not pay if a motion meets ever new ones: the propagator of the run also
             // carries its neighbour.
             let new = || Flow::by(&run.propagators, Arc::clone(basis));
             let flow = flows.try_get_or_insert_ref(&basis.combination, new)?;
             let start = &run.phase_state(phase)[..];
             let duration = run.phase_duration(phase);
             let end = flow.end(start, duration);
-            // Phi times the neighbour: the difference of two motions, which is exact (see `flow`).
-            let mut moved = start.to_vec();
-            flow.free.iter().for_each(|&k| moved[k] += self.apart[k]);
-            let mut apart = flow.end(&moved, duration);
-            apart.iter_mut().zip(&end).for_each(|(dy, y)| *dy -= y);
+            let mut apart = std::mem::take(&mut self.apart);
+            flow.carry(start, duration, std::slice::from_mut(&mut apart));
             if phase + 1 < count {
                 let arrived = &run.phase_state(phase + 1)[..];
-                let found = passages(scene, &basis.combination, [start, &end], &events[phase + 1]);
+                let found = passages(scene, flow, [start, &end], &events[phase + 1]);
                 let after = &*run.combination_of(phase + 1);
                 let mut between = basis.combination.clone();
                 let jump = |event: &&(usize, EventKind)| event.1 == EventKind::Jump;
@@ -137,7 +134,7 @@ impl Neighbour {
                     let states = if index == 0 { [start, &end, arrived] } else { [arrived; 3] };
                     let flow = known(&mut flows, run, &between, search.method)?;
                     let carried = passage.carried(scene, flow, states, &apart);
-                    // Of a neighbour that cannot be carried on nothing is known.
+                    // If a neighbour cannot be carried on, its distance is unknown.
                     apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);
                     between = passage.settled(&between, after);
                 }
@@ -170,7 +167,7 @@ impl Neighbour {
         }
     }
 
-    /// The rate over the later half of the motion: until then the neighbour turns towards what grows most.
+    /// The rate over the later half of the motion: before, the neighbour turns towards the direction that grows most.
     pub fn growth(&self) -> Lyapunov {
         if self.grown.is_nan() {
             return Lyapunov::UNKNOWN;

@@ -25,10 +25,10 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::clock::Clock;
 
-/// Part of the period below which a phase between two events is none: they coincide.
+/// Two events coincide if the phase between them is shorter than this part of the period.
 pub(crate) const INSTANT: f64 = 1e-11;
 
-/// Instants of a phase by which the range of an orbit under loads in time is judged.
+/// Number of instants of a phase from which the range of an orbit under loads in time is taken.
 const PARTS: usize = 5;
 
 /// One phase of a cycle and the event that ends it.
@@ -46,7 +46,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Of the event that ends it; of none where the period of the loads does.
+    /// The contact of the event that ends the phase; none if the period of the loads ends it.
     pub const fn contact(&self) -> usize {
         self.passage.contact
     }
@@ -86,6 +86,9 @@ pub enum OrbitFailure {
     /// Newton's method has no unique step, because a second multiplier is 1 (a fold, or a family of orbits).
     #[error("the return map has a multiplier 1 besides the one of its phase")]
     Singular,
+    /// Newton's method shrank the guess to a state that does not move.
+    #[error("the orbit shrank to a steady state")]
+    Vanished,
     /// The motion along the guess can't be computed.
     #[error(transparent)]
     Failed(#[from] RunFailure),
@@ -150,7 +153,7 @@ impl Scales {
         match (k < self.n, k % self.n < self.structure) {
             (true, true) => self.length,
             (false, true) => self.speed,
-            // What carries loads follows the clock.
+            // Coordinates that carry loads follow the clock.
             (_, false) => f64::INFINITY,
         }
     }
@@ -169,7 +172,7 @@ impl Orbit {
         &self.propagators.scene
     }
 
-    /// The events in the laws of the scene, where the steps come from another one.
+    /// Adapts the events to the laws of the scene, if the steps come from another scene.
     pub(crate) fn transfer(&mut self) {
         for step in &mut self.steps {
             step.passage = step.passage.transferred(&self.propagators.scene, &step.combination);
@@ -181,9 +184,10 @@ impl Orbit {
     }
 
     pub(crate) fn scales(&self) -> Scales {
-        let flows = if self.load_periods > 0 { self.flows().ok() } else { None };
+        let whole = self.load_periods > 0 || self.steps.iter().any(|s| s.kind == EventKind::Turn);
+        let flows = if whole { self.flows().ok() } else { None };
         match flows {
-            // Between two events under loads in time there may be a whole period.
+            // Under loads in time and without events there may be a whole period between two states.
             Some(flows) => {
                 let at = |(step, flow): (&Step, &Flow<'_>), part: usize| {
                     flow.end(&step.state, step.duration * part as f64 / PARTS as f64)

@@ -29,6 +29,8 @@ const STEPS: usize = 25;
 const LARGEST_STEP: f64 = 3.0;
 /// A relative step below which the orbit is as good as rounding allows.
 const ROUNDING: f64 = 1e-13;
+/// Part of its first speeds below which an orbit is a steady state.
+const STILL: f64 = 1e-6;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -78,7 +80,7 @@ impl Shooting {
         }
     }
 
-    /// What mismatches of the phases sum up to over a period.
+    /// The sum of the mismatches of the phases, carried to the end of the period.
     pub fn defect(&self, mismatch: &Mismatch) -> Vec<f64> {
         let zero = vec![0.0; self.scales.size()];
         self.maps.iter().zip(&mismatch.defects).fold(zero, |sum, (map, defect)| {
@@ -114,7 +116,7 @@ impl Shooting {
         if entries.iter().all(|x| x.is_finite()) {
             Ok(self.state(&entries))
         } else if load.iter().all(|x| x.abs() <= ROUNDING) {
-            // One of a family of orbits, such as what sticks wherever it is to a slider that vibrates.
+            // The orbit is one of a family, such as those of a contact that sticks at any place of a vibrating slider.
             Ok(vec![0.0; self.scales.size()])
         } else {
             Err(OrbitFailure::Singular)
@@ -161,6 +163,7 @@ impl Orbit {
         orbit.transfer();
         let flows = flows(propagators, method, &orbit.steps)?;
         orbit.keep_time()?;
+        let begun = orbit.scales().speed;
         let mut last = f64::INFINITY;
         for count in 1..=STEPS {
             let pass = orbit.pass(&flows)?;
@@ -171,6 +174,9 @@ impl Orbit {
             let change = orbit.moved(&flows, scales, shooting.changes(&section));
             if !(change <= LARGEST_STEP) {
                 return Err(OrbitFailure::Diverged { steps: count, change });
+            }
+            if scales.speed <= STILL * begun {
+                return Err(OrbitFailure::Vanished);
             }
             if change <= ROUNDING || (last <= NEARLY && change >= 0.5 * last) {
                 let pass = orbit.pass(&flows)?;
@@ -191,7 +197,7 @@ impl Orbit {
             step.passage.jump(self.scene(), &step.combination, &mut arrived)?;
             let (q, u) = arrived.split_at_mut(n);
             flows[(k + 1) % flows.len()].basis.complete(q, u);
-            let transition = flow.transition(step.duration);
+            let transition = flow.transition(&step.state, step.duration);
             pass.linearised.push(step.passage.linearised(
                 self.scene(),
                 flow,
@@ -251,7 +257,7 @@ impl Orbit {
         if self.period.is_finite() { largest } else { f64::NAN }
     }
 
-    /// Sets what the combinations prescribe.
+    /// Sets the values that the combinations prescribe.
     pub(crate) fn constrain(&mut self, flows: &[Flow<'_>]) -> Result<(), Error> {
         let n = self.scene().size;
         let scene = Arc::clone(self.scene());

@@ -1,4 +1,4 @@
-//! How far the polynomials of a panel are from the motion.
+//! The error of the polynomials of a panel.
 //!
 //! The polynomial P of the state obeys `P' = A P + f + sum b_i y_i(P) - D` with a defect D whose coefficients are
 //! those that the series leaves out and the rounding of the others: finite sums. With the norm sigma of A and a Lipschitz
@@ -19,7 +19,7 @@ use crate::scene::model::Scene;
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state, and to the
 /// change of slip speed over which a law changes.
 const TUBE: f64 = 1e-6;
-const TUBE_OF_SLIP: f64 = 0.02;
+const TUBE_OF_SLIP: f64 = 0.1;
 
 impl LawMotion {
     /// Bounds of the error of the state by truncation alone, and of all of it, and L.
@@ -30,7 +30,6 @@ impl LawMotion {
         scale: f64,
     ) -> (f64, f64, f64) {
         let Self { taylor, contacts, coupling, .. } = self;
-        taylor.measure();
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let slips = operator.contacts.iter().zip(&*contacts);
@@ -53,7 +52,7 @@ impl LawMotion {
                 (law, size(&series.excess), size(normal), products)
             })
             .collect();
-        // How far off the polynomials of N are, and how much N moves per norm of the state.
+        // Errors of the polynomials of N, and the change of N per norm of the state.
         let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
         let mut moved = operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut unsharp = 0.0;
@@ -97,7 +96,8 @@ impl LawMotion {
         }
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);
-        let sizes = taylor.size_norm(scene, &operator.taylor);
+        let sizes: f64 =
+            (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum();
         let load = taylor.width * taylor.force_norm(&operator.taylor);
         rounded += UNIT * (operator.terms + 8) as f64 * (reach * sizes + load);
         let exponent = reach + taylor.width * lipschitz;

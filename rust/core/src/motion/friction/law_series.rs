@@ -1,4 +1,4 @@
-//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of what they leave out.
+//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of their error.
 //!
 //! With `S = S_0 + S_1 s + ..` on [0, 1], the recurrences are those of
 //!
@@ -7,7 +7,7 @@
 //! g = 1 / (1 + S / v)  g_k = -g_0 sum_{i>0} S_i / v g_{k-i}                        (1 + S / v) g = 1
 //! ```
 //!
-//! and of products for a table. What the polynomials miss follows from the equations that they obey up to a known rest: with
+//! and of products for a table. The errors of the polynomials follow from the equations that they obey up to a known rest: with
 //! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
@@ -23,18 +23,17 @@ const FAR: f64 = 600.0;
 /// `mu(S) - mu(0)` along a panel.
 #[derive(Debug, Clone)]
 pub(super) struct LawSeries {
-    /// S, and S'
+    /// S
     pub slip: [f64; COEFFICIENTS],
-    rate: [f64; COEFFICIENTS],
     /// e, g, or the quotient of the cubic of a table by its distance.
     inner: [f64; COEFFICIENTS],
     /// `mu(S) - mu(0)`
     pub excess: [f64; COEFFICIENTS],
-    /// Of a table.
+    /// Piece of a table.
     pub piece: usize,
 }
 
-/// What is known of `mu(S) - mu(0)` on [0, 1].
+/// Bounds of `mu(S) - mu(0)` and its series on [0, 1].
 pub(super) struct LawBounds {
     /// Largest difference from its polynomial, by truncation and by rounding.
     pub truncation: f64,
@@ -46,13 +45,12 @@ pub(super) struct LawBounds {
 impl LawSeries {
     pub fn new() -> Self {
         let none = [0.0; COEFFICIENTS];
-        Self { slip: none, rate: none, inner: none, excess: none, piece: 0 }
+        Self { slip: none, inner: none, excess: none, piece: 0 }
     }
 
     /// The coefficients of order k, from those of S up to it.
     pub fn extend(&mut self, law: &FrictionLaw, k: usize) {
-        let Self { slip, rate, inner, excess, piece } = self;
-        rate[k] = k as f64 * slip[k];
+        let Self { slip, inner, excess, piece } = self;
         match law {
             FrictionLaw::Linear { slope, .. } => excess[k] = slope * slip[k],
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
@@ -63,7 +61,7 @@ impl LawSeries {
                     excess[0] = falling * exponent.exp_m1() + viscous * slip[0];
                     return;
                 }
-                let sum = product(&rate[1..=k], &inner[..k]);
+                let sum: f64 = (1..=k).map(|j| j as f64 * slip[j] * inner[k - j]).sum();
                 inner[k] = -sum / (k as f64 * speed);
                 excess[k] = falling * inner[k] + viscous * slip[k];
             }
@@ -74,7 +72,7 @@ impl LawSeries {
                     excess[0] = -falling * (slip[0] / speed) * inner[0];
                     return;
                 }
-                let sum = product(&slip[1..=k], &inner[..k]);
+                let sum: f64 = (1..=k).map(|j| slip[j] * inner[k - j]).sum();
                 inner[k] = -inner[0] * sum / speed;
                 excess[k] = falling * inner[k];
             }
@@ -94,8 +92,8 @@ impl LawSeries {
     /// How far S may move from S_0 on a panel.
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
         match law {
-            // What the factor by which e may grow makes of its bound stays below e^4.
-            FrictionLaw::Stribeck { speed, .. } => 4.0 * speed + self.slip[0] / 2.0,
+            // What the factors by which e grows and falls make of its bound stays below e^2.
+            FrictionLaw::Stribeck { speed, .. } => speed + self.slip[0] / 3.0,
             // 1 + S / v keeps half of its value.
             FrictionLaw::Rational { speed, .. } => 0.5 * (speed + self.slip[0]),
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
@@ -109,11 +107,9 @@ impl LawSeries {
 
     /// Bounds on the panel, the slope also where S is off by `beyond`.
     pub fn bounds(&self, law: &FrictionLaw, beyond: f64) -> LawBounds {
-        let Self { slip, inner, excess, piece, .. } = self;
+        let Self { slip, inner, excess, piece } = self;
         let range = self.range();
-        // The least slip speed, and where S is off by `beyond`.
-        let least = slip[1..].iter().fold(slip[0], |sum, c| sum + c.min(0.0));
-        let lowest = least - beyond;
+        let wide = range + beyond;
         let size = |all: &[f64; COEFFICIENTS]| all.iter().map(|c| c.abs()).sum::<f64>();
         // sum of factor(m) |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
         let left_out = |factor: fn(usize) -> f64, of: &[f64; COEFFICIENTS]| {
@@ -131,8 +127,8 @@ impl LawSeries {
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
                 let falling = (at_rest - kinetic).abs();
                 let (ratio, dropped) = match slip[0] > FAR * speed {
-                    true => (0.0, (-least / speed).exp()),
-                    false => ((range / speed).exp(), 0.0),
+                    true => (0.0, ((range - slip[0]) / speed).exp()),
+                    false => ((2.0 * range / speed).exp(), 0.0),
                 };
                 // R begins at order DEGREE, and is integrated.
                 let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
@@ -142,12 +138,12 @@ impl LawSeries {
                 LawBounds {
                     truncation: falling * (ratio * rest + dropped),
                     rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess)),
-                    slope: viscous + falling / speed * (-lowest / speed).exp(),
+                    slope: viscous + falling / speed * ((wide - slip[0]) / speed).exp(),
                 }
             }
             FrictionLaw::Rational { at_rest, kinetic, speed } => {
                 let falling = (at_rest - kinetic).abs();
-                let least = 1.0 + lowest / speed;
+                let least = 1.0 + (slip[0] - wide) / speed;
                 if !(least > 0.0) {
                     let none = f64::INFINITY;
                     return LawBounds { truncation: none, rounding: none, slope: none };
@@ -177,6 +173,32 @@ impl LawSeries {
         }
     }
 
+    /// `mu'(S)` along the panel.
+    pub fn slopes(&self, law: &FrictionLaw) -> [f64; COEFFICIENTS] {
+        let constant = |k: usize, value: f64| if k == 0 { value } else { 0.0 };
+        let Self { slip, inner, piece, .. } = self;
+        match law {
+            FrictionLaw::Linear { slope, .. } => std::array::from_fn(|k| constant(k, *slope)),
+            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+                let factor = -(at_rest - kinetic) / speed;
+                std::array::from_fn(|k| constant(k, *viscous) + factor * inner[k])
+            }
+            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+                let factor = -(at_rest - kinetic) / speed;
+                product(inner, inner).map(|c| factor * c)
+            }
+            FrictionLaw::Tabulated(table) => {
+                let [_, b, c, d] = table.pieces[*piece];
+                let mut from_knot = *slip;
+                from_knot[0] -= table.speeds[*piece];
+                let square = product(&from_knot, &from_knot);
+                std::array::from_fn(|k| {
+                    constant(k, b) + 2.0 * c * from_knot[k] + 3.0 * d * square[k]
+                })
+            }
+        }
+    }
+
     /// The same series for a panel shorter by `factor`.
     pub fn shorten(&mut self, factor: f64) {
         for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
@@ -185,18 +207,9 @@ impl LawSeries {
     }
 }
 
-/// `sum_j a_j b_{n - 1 - j}` of as many each, in four sums that do not wait for each other.
-pub(super) fn product(a: &[f64], b: &[f64]) -> f64 {
-    let (of_a, of_b) = (a.chunks_exact(4), b.rchunks_exact(4));
-    let rest = of_a.remainder().iter().zip(of_b.remainder().iter().rev());
-    let rest: f64 = rest.map(|(x, y)| x * y).sum();
-    let mut sums = [0.0; 4];
-    for (x, y) in of_a.zip(of_b) {
-        for (j, sum) in sums.iter_mut().enumerate() {
-            *sum += x[j] * y[3 - j];
-        }
-    }
-    (sums[0] + sums[1]) + (sums[2] + sums[3]) + rest
+/// The coefficients of a product.
+pub(super) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
+    std::array::from_fn(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
 }
 
 /// Coefficients for a panel shorter by `factor`.

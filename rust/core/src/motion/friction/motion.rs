@@ -3,10 +3,10 @@
 //! Order by order the slip speed S and the normal force N of every contact that slides by its law are known from the
 //! orders before, and with them `y = (mu(S) - mu(0)) N`, which loads the next order of the linear series.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::contact::event_function::EventFunction;
-use crate::motion::friction::law_series::{LawSeries, UNIT, product, scale};
+use crate::motion::friction::law_series::{LawSeries, UNIT, scale};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::{TRUNCATION, TaylorMotion};
@@ -15,12 +15,12 @@ use crate::numerics::simd::VectorUnit;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
-/// Largest L of a panel: rounding grows by (e^L - 1) / L, some 70.
+/// Largest L of a panel; rounding then grows by (e^L - 1) / L, about 70.
 const STEEPEST: f64 = 6.0;
-/// Times that a panel is shortened before its error counts as unbounded.
+/// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
 /// What the widths of panels that follow each other may grow by.
-const GROWTH: f64 = 1.5;
+const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
@@ -39,12 +39,26 @@ pub(super) struct Sliding {
     pub(super) error: f64,
 }
 
-/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, with c what lower orders make of y.
+/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders.
 #[derive(Debug, Default)]
 pub(super) struct Coupling {
     pub(super) inverse: DMatrix<f64>,
     /// Largest row sums of this inverse, and of H.
     pub(super) norms: [f64; 2],
+}
+
+impl Coupling {
+    /// N, from what it is without the forces of laws and what these are without the order sought.
+    pub(super) fn solve(
+        &self,
+        response: &DMatrix<f64>,
+        normals: &[f64],
+        forces: &[f64],
+    ) -> Vec<f64> {
+        let forces = DVector::from_column_slice(forces);
+        let loaded = DVector::from_column_slice(normals) + response * forces;
+        (&self.inverse * loaded).as_slice().to_vec()
+    }
 }
 
 /// One phase by Taylor series of the nonlinear equation of motion.
@@ -61,7 +75,7 @@ pub(crate) struct LawMotion {
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
     pub(super) next: Option<(usize, usize)>,
-    /// A contact whose law reaches 0 at the end of the panel, and one whose law has.
+    /// A contact whose law reaches 0 at the end of the panel, and a contact whose law has reached it.
     pub(super) ends: Option<usize>,
     pub(super) ended: Option<usize>,
     pub(super) unit: VectorUnit,
@@ -152,10 +166,6 @@ impl LawMotion {
             self.shorten(0.7);
         }
         let scale = self.taylor.scale(&operator.taylor);
-        let factor = self.likely(scene, operator, scale);
-        if factor < 1.0 {
-            self.shorten(factor);
-        }
         for _ in 0..TRIALS {
             let (truncation, error, exponent) = self.bound(scene, operator, scale);
             self.left_out = error;
@@ -169,18 +179,6 @@ impl LawMotion {
         }
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);
-    }
-
-    /// About the factor by which the panel has to be shorter, from what its last terms say.
-    fn likely(&self, scene: &Scene, operator: &LawOperator, scale: f64) -> f64 {
-        let Self { taylor, contacts, .. } = self;
-        let reach = operator.taylor.norm() * taylor.width;
-        let pushes = operator.contacts.iter().zip(contacts);
-        let pushes: f64 =
-            pushes.map(|(one, sliding)| one.force_norm * sliding.force[DEGREE].abs()).sum();
-        let linear = reach * taylor.norm_of(scene, &operator.taylor, DEGREE);
-        let truncation = reach.exp_m1() / reach * (1.2 * linear + 3.0 * taylor.width * pushes);
-        (TRUNCATION * scale / truncation).powf(1.0 / COEFFICIENTS as f64)
     }
 
     /// The recurrences of state, slip speed, normal force and law.
@@ -197,8 +195,8 @@ impl LawMotion {
                 series.slip[k] = -one.sign * (taylor.coefficient(&one.slip, k) + slip);
                 normal[k] = taylor.coefficient(&one.normal, k) + constant;
                 series.extend(&one.law, k);
-                // What lower orders of N make of y.
-                force[k] = product(&series.excess[1..=k], &normal[..k]);
+                // The part of y from lower orders of N.
+                force[k] = (1..=k).map(|j| series.excess[j] * normal[k - j]).sum();
             }
             if let Some(response) = &operator.response {
                 self.couple(&response.normal, k);
@@ -213,9 +211,7 @@ impl LawMotion {
                 operator.contacts.iter().zip(contacts)
             {
                 force[k] += series.excess[0] * normal[k];
-                for &(row, weight) in &one.direction {
-                    taylor.force[row] += one.sign * weight * force[k];
-                }
+                one.push(force[k], &mut taylor.force);
             }
             if k < DEGREE {
                 taylor.order(scene, &operator.taylor, k, true);
@@ -246,16 +242,10 @@ impl LawMotion {
             };
             coupling.norms = [norm(&coupling.inverse), norm(response)];
         }
-        let loaded: Vec<f64> = (0..count)
-            .map(|i| {
-                let by_others =
-                    contacts.iter().enumerate().map(|(j, one)| response[(i, j)] * one.force[k]);
-                contacts[i].normal[k] + by_others.sum::<f64>()
-            })
-            .collect();
-        for (i, one) in contacts.iter_mut().enumerate() {
-            one.normal[k] = coupling.inverse.row(i).iter().zip(&loaded).map(|(a, b)| a * b).sum();
-        }
+        let normals: Vec<f64> = contacts.iter().map(|one| one.normal[k]).collect();
+        let forces: Vec<f64> = contacts.iter().map(|one| one.force[k]).collect();
+        let coupled = coupling.solve(response, &normals, &forces);
+        contacts.iter_mut().zip(coupled).for_each(|(one, normal)| one.normal[k] = normal);
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {
@@ -320,6 +310,19 @@ impl LawMotion {
             self.contacts[place].series.piece = piece;
         }
         self.fill(scene, operator);
+    }
+
+    /// Moves on to the panel that holds a local time; false where the motion grows beyond the range of numbers before, as
+    /// one does that is followed past the end of slip.
+    pub fn reach(&mut self, scene: &Scene, operator: &LawOperator, time: f64) -> bool {
+        while time > self.end() {
+            let before = self.end();
+            self.advance(scene, operator);
+            if !(self.end() > before) {
+                return false;
+            }
+        }
+        true
     }
 
     pub fn state(&self, operator: &LawOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {

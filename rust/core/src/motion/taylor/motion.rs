@@ -4,8 +4,8 @@
 //! `(k + 1)(k + 2) Q_{k+2} = h^2 M^-1 (F_k - K Q_k - C (k + 1) Q_{k+1} / h)` row by row of the
 //! combination. No eigenvector is needed, so nothing is lost at a defective point.
 //!
-//! What is expanded is the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
-//! precision: rounding is then a part of the motion and not of the static displacement.
+//! The series is that of the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
+//! precision: rounding is then relative to the motion and not to the static displacement.
 
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::panel::Panel;
@@ -16,7 +16,7 @@ use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
-/// What the series may leave out, relative to the state.
+/// Bound of the terms that the series may leave out, relative to the state.
 pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 
 /// One phase by Taylor series; its buffers serve every phase of a run.
@@ -204,7 +204,7 @@ impl TaylorMotion {
         }
     }
 
-    /// The norm of the state that what is left out is measured by.
+    /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
     }
@@ -271,11 +271,10 @@ impl TaylorMotion {
         panel: &mut Panel,
     ) {
         let tail = operator.tail(self.width) * self.last_norm(scene, operator);
-        self.measure();
         self.expand_within(operator, functions, panel, tail);
     }
 
-    /// The same where `tail` bounds the error of the state, in the norm of the operator, and its terms are measured.
+    /// The same where `tail` bounds the error of the state, in the norm of the operator.
     pub(crate) fn expand_within(
         &mut self,
         operator: &TaylorOperator,
@@ -286,13 +285,20 @@ impl TaylorMotion {
         panel.reset(self.width, functions.len());
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
+        self.measure();
         let [first, second, others] = &self.sizes;
+        let sum = |functional: &Functional, [of_q, of_u]: &[Vec<f64>; 2]| -> f64 {
+            let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
+                terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
+            };
+            of(&functional.position, of_q) + of(&functional.velocity, of_u)
+        };
         self.open.clear();
         for (index, function) in functions.iter().enumerate() {
             let functional = &function.functional;
-            let (higher, linear) = (sized(functional, others), sized(functional, second));
+            let (higher, linear) = (sum(functional, others), sum(functional, second));
             let [at_origin, size] = self.constants[index];
-            let constant = size + sized(functional, first);
+            let constant = size + sum(functional, first);
             let curvature = rounding * higher + tail * operator.function_norms[index];
             let error = rounding * (constant + linear) + curvature;
             panel.error[index] = error;
@@ -327,6 +333,11 @@ impl TaylorMotion {
         velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
     }
 
+    /// The coefficient of order k of the velocity of a coordinate.
+    fn velocity(&self, coordinate: usize, k: usize) -> f64 {
+        (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
+    }
+
     /// The value of an event function at the origin at rest.
     pub(crate) fn at_origin(&self, index: usize) -> f64 {
         self.constants[index][0]
@@ -338,28 +349,15 @@ impl TaylorMotion {
         functional.position.iter().map(|&(i, weight)| weight * q[i]).sum()
     }
 
-    /// Sum of the absolute values of all terms of a functional on the panel that was measured.
+    /// Sum of the absolute values of all terms of a functional on the panel.
     pub(crate) fn size_of(&self, functional: &Functional) -> f64 {
         let at_origin = functional.position.iter().map(|&(i, weight)| weight * self.origin[i]);
-        let at_origin: f64 = at_origin.map(f64::abs).sum();
-        let sizes: f64 = self.sizes.iter().map(|sizes| sized(functional, sizes)).sum();
-        functional.constant.abs() + at_origin + sizes
-    }
-
-    /// A bound of the sum of the norms of all terms of the state.
-    pub(crate) fn size_norm(&self, scene: &Scene, operator: &TaylorOperator) -> f64 {
-        if scene.coupled_mass.is_some() {
-            return (0..COEFFICIENTS).map(|k| self.norm_of(scene, operator, k)).sum();
-        }
-        let sum = |which: usize, i: usize| self.sizes.iter().map(|sizes| sizes[which][i]).sum();
-        let of_row = |&i: &usize| {
-            let [q, u]: [f64; 2] = [sum(0, i), sum(1, i)];
-            // Beyond the range of numbers there is no bound.
-            let size =
-                if (q + u).is_finite() { (operator.omega * q).max(u) } else { f64::INFINITY };
-            operator.weight[i] * size
-        };
-        operator.equation.reduction.kept.iter().map(of_row).fold(0.0, f64::max)
+        let terms = (0..COEFFICIENTS).flat_map(|k| {
+            let of_q = move |&(i, weight): &(usize, f64)| weight * self.terms[k * self.size + i];
+            let of_u = move |&(i, weight): &(usize, f64)| weight * self.velocity(i, k);
+            functional.position.iter().map(of_q).chain(functional.velocity.iter().map(of_u))
+        });
+        functional.constant.abs() + at_origin.chain(terms).map(f64::abs).sum::<f64>()
     }
 
     /// Norm of the force at the origin.
@@ -369,7 +367,7 @@ impl TaylorMotion {
     }
 
     /// Absolute values of the coefficients of every coordinate and velocity.
-    pub(crate) fn measure(&mut self) {
+    fn measure(&mut self) {
         let n = self.size;
         for sizes in self.sizes.iter_mut().flatten() {
             sizes.clear();
@@ -426,19 +424,11 @@ impl TaylorMotion {
     }
 
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        // What is held at zero has no terms, and stays at zero.
+        // A coordinate that is held at zero has no terms and stays at zero.
         self.horner(offset / self.width, q, u);
         q.iter_mut().zip(&self.origin).for_each(|(q, origin)| *q += origin);
         for &(i, speed) in &operator.equation.reduction.sticking {
             u[i] = speed;
         }
     }
-}
-
-/// Sum of the absolute values of the terms of a functional, from those of coordinates and velocities.
-fn sized(functional: &Functional, [of_q, of_u]: &[Vec<f64>; 2]) -> f64 {
-    let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
-        terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
-    };
-    of(&functional.position, of_q) + of(&functional.velocity, of_u)
 }

@@ -1,6 +1,6 @@
-//! A motion as a local march leaves it: the state at the start of every panel, and what each event has set.
+//! The motion of a local march: the state at the start of every panel, and the values that each event has set.
 //!
-//! Anything else comes back to the last bit by expanding the same series again.
+//! All other states are restored to the last bit by expanding the same series again.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -21,7 +21,7 @@ pub(crate) struct PanelStart {
     pub steps: usize,
 }
 
-/// What the events of one instant have set.
+/// The values that the events of one instant have set.
 #[derive(Debug)]
 pub(crate) struct Step {
     /// Its panel, and s after the start of that.
@@ -45,9 +45,9 @@ pub(crate) struct LocalMotion {
     pub panels: Vec<PanelStart>,
     pub states: KeptStates,
     pub steps: Vec<Step>,
-    /// Statuses after so many steps, where they were asked for last.
+    /// Number of steps and the statuses after them, from the last time that statuses were asked for.
     passed: Mutex<(usize, Vec<Status>)>,
-    /// Where the motion was asked for last.
+    /// The panel from the last time that the motion was asked for.
     replay: Mutex<Option<Replay>>,
 }
 
