@@ -28,11 +28,13 @@ const MEMORY: f64 = 64.0;
 
 /// Work on an entry of dense rows, of that on an entry of a sparse product: the vector unit takes eight at a time.
 const DENSE_ENTRY: f64 = 0.125;
+/// The same of a row of a border, which is used twice.
+const BORDER_ENTRY: f64 = 0.2;
 /// Free coordinates up to which modes are thought of at all: nothing interrupts an eigenproblem, and a larger one
 /// would keep Ctrl-C waiting for more than a tenth of a second. Where mass couples coordinates, series cost more, and a
 /// little of that wait is worth it.
 pub(crate) fn largest(scene: &Scene) -> usize {
-    if scene.coupled_mass.is_none() { 200 } else { 500 }
+    if scene.mass.is_diagonal() { 200 } else { 500 }
 }
 
 /// Work on one combination, in multiplications of a sparse product.
@@ -58,7 +60,10 @@ impl Cost {
         } else {
             f64::INFINITY
         };
-        let order = if DenseRows::are_quicker(scene) {
+        let border = scene.coupled_mass.as_ref().and_then(|mass| mass.border.as_ref());
+        let order = if let Some(border) = border {
+            BORDER_ENTRY * (border.coordinates.len() + 4) as f64 * scene.size as f64
+        } else if DenseRows::are_quicker(scene) {
             DENSE_ENTRY * m * scene.size as f64
         } else {
             let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };
