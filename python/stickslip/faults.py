@@ -17,7 +17,7 @@ class InputError(StickslipError, ValueError):
 
 
 class NoSteadySlidingError(InputError):
-    """A scene without steady sliding: a contact would pull, and the static load opens it.
+    """A scene has no steady sliding: a contact would have to pull, so the static load opens it.
 
     The message names the contact, its normal force and, where one is found, the combination with open
     contacts in which the structure is in equilibrium.
@@ -30,10 +30,10 @@ class SearchInterrupted(KeyboardInterrupt):
     Attributes
     ----------
     partial
-        What was found by then: a `Bifurcation` of the values done, or `Basins` with -2 where nothing was
-        computed.
+        What the search had found by then: a `Bifurcation` of the values that were done, or `Basins` with -2
+        where nothing was computed.
     done, of
-        How many motions were followed to their end, of how many.
+        Number of motions that were followed to their end, and number of all motions.
     """
 
     def __init__(self, partial: Any, done: int, of: int) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 
@@ -280,6 +280,17 @@ class Sampled:
         return position[self.impacts], velocity[self.impacts]
 
 
+def coefficients(contacts: Sequence[ss.Contact], slip: np.ndarray) -> np.ndarray:
+    """Return mu of all contacts at slip velocities, (k, c)."""
+    columns = [
+        np.fromiter(map(contact.coefficient, abs(column)), float, column.size)
+        if isinstance(contact.friction, ss.friction.Law)
+        else np.full(column.size, contact.friction)
+        for contact, column in zip(contacts, slip.T, strict=True)
+    ]
+    return np.stack(columns, axis=1)
+
+
 def complementarity(sampled: Sampled) -> str:
     """Return where g >= 0, N >= 0, the friction cone or slip against friction fails, or ``""``.
 
@@ -294,12 +305,15 @@ def complementarity(sampled: Sampled) -> str:
     contacts = scene.contacts
     tangential, directed = contact_directions(scene)
     static = np.array([contact.holding for contact in contacts])
-    kinetic = np.array([contact.friction for contact in contacts])
     slider = slider_speeds(scene, data.time)
     force = SLACK * load @ (np.abs(tangential) + np.abs(directed)).T
     speed = SLACK * np.maximum(np.abs(velocity).max(initial=0.0), np.abs(slider))
     gap = position @ directed.T + [contact.gap for contact in contacts]
     slip = velocity @ tangential.T - slider
+    kinetic = coefficients(contacts, slip)
+    # What the rounding of the slip velocity moves it by.
+    loose = np.abs(coefficients(contacts, np.abs(slip) + speed) - kinetic)
+    loose += np.abs(coefficients(contacts, np.maximum(np.abs(slip) - speed, 0.0)) - kinetic)
     status = data.status
     closed = status != ord("d")
     # Forces that nothing determines need not be admissible one by one.
@@ -329,10 +343,12 @@ def complementarity(sampled: Sampled) -> str:
         "normal spring": closed & elastic & (np.abs(normal + springs[:, 0] * gap) > force),
         "tension": closed & determined & (normal < -force),
         "force of an open contact": ~closed & (np.maximum(np.abs(normal), np.abs(friction)) > held * force),
-        "friction cone": determined & (np.abs(friction) > static * normal + (1 + static) * force),
+        "friction cone": (sign == 0.0)
+        & determined
+        & (np.abs(friction) > static * normal + (1 + static) * force),
         "kinetic friction": (sign != 0.0)
         & determined
-        & (np.abs(friction - sign * kinetic * normal) > (1 + kinetic) * force),
+        & (np.abs(friction - sign * kinetic * normal) > (1 + kinetic) * force + loose * np.abs(normal)),
         "slip while sticking": (status == ord("s")) & ~nodes & (np.abs(slip) > held * speed),
         "slip along friction": along & ~nodes & (kinetic > 0.0),
         "slip of a node while sticking": (status == ord("s")) & (np.abs(slipped) > step),
@@ -380,12 +396,12 @@ def impact_law(sampled: Sampled) -> str:
     row = np.arange(instants.size)
     t, n = 4 * which + 2, 4 * which + 3
     restitution = np.array([contact.restitution for contact in contacts])[which]
-    friction = np.array([contact.friction for contact in contacts])[which] * scene.impact_friction
-    speed = slider_speeds(scene, events.time[instants])[row, which]
+    speeds = slider_speeds(scene, events.time[instants])
+    slip = velocity[row, t] - speeds[row, which]
+    friction = coefficients(contacts, velocity[:, 2::4] - speeds)[row, which] * scene.impact_friction
     approach = -velocity[row, n]
     expected = velocity.copy()
     expected[row, n] = restitution * approach
-    slip = velocity[row, t] - speed
     impulse = friction * (1.0 + restitution) * mass[n] / mass[t]
     # Where impacts follow each other within an ulp of time, what is sampled before one may be after the last.
     reach = impulse * np.maximum(approach, 0.0)
@@ -461,7 +477,7 @@ def coupled_impact_law(sampled: Sampled) -> str:
     slack = 2.0 * np.spacing(time)[:, None] * (load @ inverse) + rounding[:, None]
     impulse, push = (after - before) @ mass, slack @ np.abs(mass)
     restitution = np.array([contact.restitution for contact in contacts])
-    friction = np.array([contact.friction for contact in contacts])
+    friction = coefficients(contacts, before[:, 2::4] - slider_speeds(scene, time))
     normal, tangential = impulse[:, 3::4], impulse[:, 2::4]
     # Impacts at one instant press on each other: a rebound then is one of more than the approach before.
     alone = np.array([np.count_nonzero((events.time == t) & (events.kind == "impact")) == 1 for t in time])
@@ -526,6 +542,18 @@ def energy_residual(sampled: Sampled) -> float:
     phases = np.searchsorted(run.events.time, until)
     scale = max(turnover, BALANCED * (1.0 + phases / PHASES) * max(size(run.start), size(end)))
     return float(abs(change - (weights @ powers).sum() - jumps.sum()) / scale)
+
+
+def balance_residual(run: ss.Trajectory) -> float:
+    """Return the residual of the program's own balance, over the works or the same part of the energy."""
+    balance = run.balance()
+    works = [balance.stored, balance.external, balance.circulatory, balance.damping, balance.impact]
+    turnover = np.abs(works).sum() + float(np.abs(balance.contacts.work).sum())
+    mass, _, stiffness = (np.abs(matrix) for matrix in matrices(run.scene))
+    states = [(np.abs(s.position), np.abs(s.velocity)) for s in (run.start, run.state(run.duration))]
+    energy = max(0.5 * (v @ mass @ v + x @ stiffness @ x) for x, v in states)
+    scale = max(turnover, BALANCED * (1.0 + len(run.events) / PHASES) * energy)
+    return float(abs(balance.residual) / scale)
 
 
 @cache

@@ -21,6 +21,7 @@ EXTRAS = {
     "unsymmetric": "gyroscopic and circulatory terms",
     "forced": "loads in time",
     "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
+    "laws": "friction over slip speed; not with springs of contacts",
     "compliant": "contacts with springs",
 }
 
@@ -38,6 +39,8 @@ def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.
         scene, start = with_loads(scene, start, seed, index)
     if "stops" in extras:
         scene, start = with_stops(scene, seed, index)
+    if "laws" in extras:
+        scene, start = with_laws(scene, start, seed, index)
     return with_springs(scene, start, seed, index) if "compliant" in extras else (scene, start)
 
 
@@ -110,6 +113,68 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
     if set(start.combination) <= {"d"} or any(contact.normal is None for contact in contacts):
         return scene, start
     return scene, flight(rng, scene.size // 4)
+
+
+def with_laws(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return the scene with laws of friction that have its coefficients at the slider speeds, and a start.
+
+    Most weaken with slip speed, the others strengthen. Their slope is as strong as the scene is stiff, at the
+    normal forces that its preload makes, or a tenth to ten times that.
+    """
+    rng = np.random.default_rng([seed, index, 6])
+    mass, _, stiffness = matrices(scene)
+    rate = np.sqrt((np.abs(stiffness).sum(axis=1) / np.diag(mass)).max())
+    tangential, _ = contact_directions(scene)
+    contacts = []
+    for i, contact in enumerate(scene.contacts):
+        holding = contact.holding / contact.friction if contact.friction else 1.0
+        law = None
+        if contact.friction and rng.random() < 0.85:
+            # N mu / (m v) is the rate that the law brings.
+            pressed = contact.normal_force or np.abs(scene.force).max()
+            inertia = 1.0 / (tangential[i] ** 2 @ (1.0 / np.diag(mass)))
+            speed = contact.friction * pressed / (inertia * rate) * 10.0 ** rng.uniform(-1.0, 1.0)
+            law = drawn_law(rng, contact.friction, abs(contact.slider_speed), float(speed))
+        if law is not None:
+            static = None if holding == 1.0 else holding * law.coefficient(0.0)
+            contact = dataclasses.replace(contact, friction=law, static_friction=static)
+        contacts.append(contact)
+    scene = scene.replace(contacts=contacts)
+    try:
+        ss.simulate(scene, start, 1e-9, max_events=0)
+    except ss.InputError:
+        # Forces that W couples leave tension at a contact.
+        start = flight(rng, scene.size // 4)
+    return scene, start
+
+
+def drawn_law(rng: np.random.Generator, friction: float, slip: float, speed: float) -> ss.friction.Law:
+    """Return a law that has a coefficient at a slip speed and changes over another."""
+    ratio = rng.uniform(0.4, 1.0) if rng.random() < 0.7 else rng.uniform(1.0, 2.0)
+    law: ss.friction.Law
+    match rng.integers(4):
+        case 0:
+            # One that falls reaches 0 at some slip speed, and ends the run.
+            slope = rng.uniform(0.0, 1.0) if ratio > 1.0 else -0.01 / max(slip, 0.1)
+            return ss.friction.Linear(friction - slope * slip * friction, slope * friction)
+        case 1:
+            viscous = rng.uniform(0.0, 0.1) if rng.random() < 0.5 else 0.0
+            law = ss.friction.Stribeck(1.0, ratio, speed, viscous)
+        case 2:
+            law = ss.friction.Rational(1.0, ratio, speed)
+        case _:
+            speeds = np.cumsum([0.0, *rng.uniform(0.1, 1.5, int(rng.integers(2, 6)))])
+            falling = ratio + (1.0 - ratio) * np.exp(-speeds)
+            values = falling * rng.uniform(0.9, 1.1, speeds.size)
+            law = ss.friction.Tabulated((speed * speeds).tolist(), values.tolist())
+    factor = friction / law.coefficient(slip)
+    match law:
+        case ss.friction.Tabulated():
+            return ss.friction.Tabulated(law.speeds, [factor * value for value in law.values])
+        case ss.friction.Stribeck():
+            return ss.friction.Stribeck(factor, factor * ratio, speed, factor * law.viscous)
+        case _:
+            return ss.friction.Rational(factor, factor * ratio, speed)
 
 
 def contact_directions(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray]:
@@ -419,7 +484,7 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
         for i, (letter, contact) in enumerate(zip(combination, scene.contacts, strict=True)):
             t, n = 4 * i + 2, 4 * i + 3
             if letter in "+-":
-                factor = contact.friction if letter == "-" else -contact.friction
+                factor = contact.coefficient() if letter == "-" else -contact.coefficient()
                 every[:, t] += factor * whole[:, n]
             held += {"d": [], "s": [t, n]}.get(letter, [n])
         every[:, held] = 0.0

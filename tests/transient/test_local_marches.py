@@ -226,8 +226,84 @@ def test_what_cannot_be_marched_locally_is_refused():
         ss.simulate(scene, ss.State([1e-3, 0.0], [0.0, 0.0], ""), 0.1, method="local")
 
 
-def test_a_local_motion_has_no_record_yet():
-    scene, start = long_chain(3)
-    run = ss.simulate(scene, start, 1e-3, method="local")
-    with pytest.raises(ss.StickslipError, match="record"):
-        pickle.dumps(run)
+def bouncing(kind="grid", count=16, seed=2):
+    """Return cells that fall, bounce with accumulations, stick and slip, under a load that is switched."""
+    scene, start = cells(kind, count, seed, restitution=0.5, static=True)
+    loads = [ss.Harmonic({0: 20.0}, frequency=150.0), ss.Steps({7: 300.0}, times=[4e-3], values=[0.0, 1.0])]
+    return scene.replace(loads=loads), start
+
+
+def assert_identical(again, run):
+    """Assert two motions equal to the last bit, in whatever order they are asked."""
+    times = np.random.default_rng(1).permutation(np.linspace(0.0, run.duration, 200))
+    a, b = again.sample(times), run.sample(times)
+    for name in ("position", "velocity", "normal_force", "friction_force", "status"):
+        assert np.array_equal(a[name], b[name]), name
+    for name in ("time", "contact", "kind", "combination"):
+        assert np.array_equal(getattr(again.events, name), getattr(run.events, name)), name
+    for a, b in zip(again.core.event_states(), run.core.event_states(), strict=True):
+        assert np.array_equal(a, b)
+    assert again.counters == run.counters
+    assert again.accumulations == run.accumulations
+    assert (again.stop_reason, again.duration) == (run.stop_reason, run.duration)
+
+
+@pytest.mark.parametrize("limits", [{}, {"max_events": 30}, {"accumulation_tolerance": 1e-6}], ids=str)
+def test_a_motion_comes_back_from_its_record_to_the_last_bit(limits):
+    scene, start = bouncing()
+    run = ss.simulate(scene, start, 0.012, method="local", **limits)
+    assert len(run.events) >= 30
+    assert limits == {"max_events": 30} or len(run.accumulations) > 3
+    again = pickle.loads(pickle.dumps(run))
+    assert_identical(again, run)
+    balance, other = again.balance(), run.balance()
+    assert (balance.residual, balance.impact, balance.damping) == (
+        other.residual,
+        other.impact,
+        other.damping,
+    )
+    # A record of a record is the same one.
+    assert pickle.dumps(pickle.loads(pickle.dumps(again)).core.record()) == pickle.dumps(again.core.record())
+
+
+def test_a_motion_keeps_what_its_events_have_set():
+    """Not a state for each event: a record of a long chain is a fraction of its states."""
+    scene, start = long_chain(300)
+    run = ss.simulate(scene, start, 2e-3, method="local")
+    states = 8 * 2 * 1200 * len(run.events)
+    assert len(pickle.dumps(run.core.record())) < states / 10
+
+
+def test_many_local_runs():
+    scene, start = bouncing(count=9)
+    starts = [start, start.perturbed(velocity={0: 1e-3})]
+    batch = ss.simulate_many(scene, starts, duration=0.01, method="local", threads=2)
+    for one, single in zip(batch, starts, strict=True):
+        assert_identical(one.run, ss.simulate(scene, single, 0.01, method="local"))
+
+
+def test_large_sparse_scenes_march_locally_by_themselves():
+    """Beyond the size at which modes are thought of, and where no product is dense."""
+    for count, local in ((40, False), (60, True)):
+        scene, start = long_chain(count)
+        run = ss.simulate(scene, start, 2e-3)
+        assert (run.counters["expansions"] > 0) == local
+    stiffness = sp.csr_array(scene.stiffness).toarray() + 1e-3
+    dense = ss.Scene(np.ones(240), stiffness, force=scene.force, contacts=scene.contacts)
+    run = ss.simulate(dense, ss.State(start.position, start.velocity, "d" * 60), 2e-4)
+    assert run.counters["expansions"] == 0
+
+
+@pytest.mark.parametrize("by_time", [False, True])
+def test_a_run_that_is_stopped_keeps_what_it_has(by_time):
+    scene, start = cells("chain", 100, 1, static=True)
+    whole = ss.simulate(scene, start, 0.01, method="local")
+    limit = {"time_limit": 1e-9} if by_time else {"max_events": 64}
+    run = ss.simulate(scene, start, 0.01, method="local", **limit)
+    assert run.stop_reason == ("time_limit" if by_time else "max_events")
+    assert run.duration < whole.duration
+    assert_identical(pickle.loads(pickle.dumps(run)), run)
+    count = len(run.events)
+    assert np.array_equal(run.events.time, whole.events.time[:count])
+    end, there = run.state(run.duration), whole.state(run.duration)
+    assert np.array_equal(end.position, there.position)

@@ -54,7 +54,7 @@ INTERRUPTED = """
     scene, start = SCENE()
     interrupt = Interrupt(after=0.3)
     try:
-        ss.simulate(scene, start, ENDLESS)
+        ss.simulate(scene, start, ENDLESS, method=METHOD)
     except KeyboardInterrupt as stopped:
         unheard = interrupt.unheard()
         run = stopped.partial
@@ -69,9 +69,11 @@ INTERRUPTED = """
 
 @pytest.mark.process
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGINT to one process")
-@pytest.mark.parametrize("scene", [chattering_belt, long_chain])
-def test_ctrl_c_stops_a_run_and_keeps_it(scene):
-    program = INTERRUPTED.replace("SCENE", scene.__name__)
+@pytest.mark.parametrize(
+    ("scene", "method"), [(chattering_belt, "auto"), (long_chain, "taylor"), (long_chain, "local")]
+)
+def test_ctrl_c_stops_a_run_and_keeps_it(scene, method):
+    program = INTERRUPTED.replace("SCENE", scene.__name__).replace("METHOD", repr(method))
     printed = interrupts.printed(program, timeout=120, folders=[os.path.dirname(__file__)])
     unheard, duration, events = map(float, printed.split())
     # The promise in s of processor time, with the conversion of the events so far.

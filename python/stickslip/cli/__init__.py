@@ -20,11 +20,11 @@ EPILOG = """
 \b
 Exit codes:
   0    done
-  1    done, and the answer is no: a published number differs, no limit cycle
+  1    done, and the answer is no: a published number differs, or there is no limit cycle
   2    wrong usage, ill-posed input, or output that cannot be written
-  3    no answer: a run could not go on, and what it has is written, or was followed too short to tell
+  3    no answer: a run could not go on (what it computed is written), or was too short to tell
   4    a defect of stickslip itself
-  130  interrupted; what it has is written
+  130  interrupted; the results so far are written
 """
 
 

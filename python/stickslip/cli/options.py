@@ -1,4 +1,4 @@
-"""What several verbs are told: the scene and its changes, where the answer goes."""
+"""Options of several verbs: the scene and its changes, and where the answer goes."""
 
 from __future__ import annotations
 
@@ -70,13 +70,13 @@ start_option = click.option(
     "--start",
     multiple=True,
     metavar="QUANTITY.DOF=VALUE",
-    help="What is added to sliding equilibrium instead of [start], such as velocity.x1=1e-3, m or m/s; "
+    help="Amount added to sliding equilibrium in place of [start], such as velocity.x1=1e-3, m or m/s; "
     "repeatable.",
 )
 method_option = click.option(
     "--method",
     type=click.Choice(["auto", "modal", "taylor", "local"]),
-    help="How motions are computed; default: that of [run], or auto.",
+    help="Method of computing motions; default: that of [run], or auto.",
 )
 
 
@@ -101,9 +101,9 @@ def motion_options(verb: F) -> Callable[..., None]:
     of_start = click.option(
         "-c",
         "--combination",
-        help="Of the start, one letter of + - s d per contact; --start is then the state itself.",
+        help="Statuses at the start, one letter of + - s d per contact; --start is then the state itself.",
     )
-    length = click.option("--duration", type=float, help="Of the run, s; default: that of [run].")
+    length = click.option("--duration", type=float, help="Duration of the run, s; default: that of [run].")
     return scene_argument(start_option(of_start(method_option(length(told)))))
 
 

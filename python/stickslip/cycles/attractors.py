@@ -44,8 +44,8 @@ CERTAIN = 3.0
 def disturbed_sliding(scene: Scene) -> State:
     """Return steady sliding with its fastest growing mode set in motion.
 
-    The mode starts with velocity alone; the tangential velocity of no contact exceeds half of its slider
-    speed, so that every contact goes on sliding.
+    The mode is added as a velocity alone. It is so small that no contact has a tangential velocity above half
+    of its slider speed, so that every contact goes on sliding.
 
     Raises
     ------

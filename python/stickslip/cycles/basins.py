@@ -67,11 +67,11 @@ class Basins(Shown):
     Attributes
     ----------
     map
-        Index into `attractors` (first, second), -1 where the start violates its combination, -2 where an
-        interrupt came before.
+        Index into `attractors` over (first, second) axis; -1 where the start violates its combination, -2
+        where the search was interrupted before this start.
     attractors
-        In order of appearance: a `Cycle`, or a word for anything else. Where a parameter is an axis, cycles
-        with the same sequence of combinations count as one attractor, shown by the first of them.
+        The attractors in order of appearance: a `Cycle`, or a word for any other motion. If a parameter is an
+        axis, all cycles with the same sequence of combinations count as one attractor, given by the first.
     """
 
     map: xr.DataArray
@@ -133,7 +133,7 @@ def basins(
     position, velocity
         Dofs with arrays of amounts to add, m and m/s.
     over
-        Parameters by name as for `sweep`, those that are an axis with an array.
+        Parameters by name as for `sweep`; a parameter that is an axis has an array.
     stretch, limit
         See `bifurcation`.
     **parameters

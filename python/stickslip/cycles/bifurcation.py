@@ -104,9 +104,9 @@ def bifurcation(
 ) -> Bifurcation:
     """Return the motions that a scene settles to, over a parameter.
 
-    Every motion is simulated until it recurs, and the recurrence is refined to a periodic orbit by Newton's
-    method (`Trajectory.limit_cycle`); values are independent of each other and run on all processors, unless
-    `follow`.
+    Every motion is simulated until it recurs, and Newton's method refines the recurrence to a periodic orbit
+    (`Trajectory.limit_cycle`). Without `follow`, the motions at different values are independent and run on
+    all processors.
 
     Parameters
     ----------
@@ -117,14 +117,14 @@ def bifurcation(
     start
         Where every motion starts: a state, or a function from the scene to one; None: `disturbed_sliding`.
     follow
-        Start at each value from what the value before has settled to, in the order given: the branch that
-        hysteresis stays on. Where no state of it satisfies the new scene, `start` is used, and ``restarted``
-        says so.
+        Whether each motion starts from the orbit to which the motion at the value before has settled, in the
+        order given. The motions then stay on one branch, as under hysteresis. Where no state of that orbit
+        satisfies the new scene, the motion begins at `start`, and ``restarted`` is True.
     stretch
-        Motion between the first looks, s, later ones take longer; None: 60 periods of the slowest mode of
-        sliding at the first value.
+        Duration of the motion, s, before the search for a recurrence begins; later searches wait longer.
+        None: 60 periods of the slowest mode of sliding at the first value.
     limit
-        Motion after which it counts as not recurring, s; None: 30 stretches.
+        Duration, s, after which a motion counts as not recurring; None: 30 stretches.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 

@@ -56,7 +56,7 @@ class Cycle(Shown):
 
     @property
     def load_periods(self) -> int:
-        """How many periods of the loads that oscillate it lasts; 0 without such loads."""
+        """Length of the period in periods of the loads that oscillate; 0 without such loads."""
         return self.core.load_periods
 
     @property
@@ -86,17 +86,17 @@ class Cycle(Shown):
     def multipliers(self) -> Complex:
         """Floquet multipliers on the admissible space at the section, complex, descending in modulus.
 
-        As many as the space has dimensions (`CyclePhase.dimension` of the first phase). One equals 1: a shift
-        along the motion; not under loads that oscillate, which set the phase. The last `structural_zeros` are
-        zero exactly; at a `corner` the others are nan.
+        There are as many as the space has dimensions (`CyclePhase.dimension` of the first phase). One
+        multiplier equals 1, that of a shift along the motion, unless loads that oscillate set the phase. The
+        last `structural_zeros` are zero exactly; at a `corner` the others are nan.
         """
         return self.core.multipliers
 
     @property
     def entries(self) -> int:
-        """How often in one period a contact begins to stick, plus how often one begins to touch.
+        """Number of times in one period that a contact begins to stick, plus those that one begins to touch.
 
-        One that goes over from flight to sticking does both. A bounce does neither.
+        A contact that goes from flight to sticking counts twice. A bounce does not count.
         """
         names = self.combinations
         changes = ((a, b) for k, name in enumerate(names) for a, b in zip(names[k - 1], name, strict=True))
@@ -114,11 +114,10 @@ class Cycle(Shown):
 
     @cached_property
     def transverse_multipliers(self) -> Complex:
-        """The multipliers of the return map: all but the one of the phase of the motion, which is 1.
+        """The multipliers of the return map: all but the one of a shift along the motion, which is 1.
 
-        All of them under loads that oscillate.
-
-        Computed by themselves: at a fold, where the multiplier 1 is defective, they keep their digits.
+        Under loads that oscillate these are all multipliers. They are computed from the return map, so that
+        they keep their digits at a fold, where the multiplier 1 is defective.
         """
         return self.core.transverse
 
@@ -184,7 +183,7 @@ class Cycle(Shown):
         return Motion(self.scene, start, core)
 
     def balance(self) -> Balance:
-        """Return where the energy of one period comes from and goes: `Motion.balance` over the orbit.
+        """Return the energy balance of one period, `Motion.balance` over the orbit.
 
         On a limit cycle nothing is stored: contact, external and circulatory work equal damping and impact
         losses.
@@ -347,7 +346,8 @@ class Cycle(Shown):
     def continued(self, scene: Scene) -> Cycle:
         """Return the orbit with the same sequence of events in another scene, stable there or not.
 
-        It solves the equations of the sequence; whether the scene follows it says `is_followed`.
+        The orbit solves the equations of the sequence; `is_followed` says whether the scene follows the
+        orbit.
 
         Raises
         ------
@@ -359,7 +359,7 @@ class Cycle(Shown):
         return Cycle(scene, self.core.continued(checked(scene).core))
 
     def is_followed(self) -> bool:
-        """Whether a run from the orbit keeps to its sequence of events: its contact laws all hold."""
+        """Whether a run from the orbit follows its sequence of events, so that all contact laws hold."""
         return self.core.is_followed()
 
     def __repr__(self) -> str:

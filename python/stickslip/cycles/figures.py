@@ -56,8 +56,9 @@ def bifurcation(diagram: Any, dof: str | None = None, ax: Axes | None = None) ->
     Parameters
     ----------
     diagram
-        From `bifurcation`, `follow_branch` or `trace_branch`, or the dataset of one: unstable orbits are
-        hollow, those whose stability is not known are filled half; what is no cycle is a cross at zero.
+        Result of `bifurcation`, `follow_branch` or `trace_branch`, or the dataset of such a result. Unstable
+        orbits are hollow markers, orbits of unknown stability are half filled, and values without a cycle are
+        crosses at zero.
     dof
         Name of the dof; None: the one with the largest amplitude.
     ax
@@ -123,8 +124,8 @@ def basins(found: Any, ax: Axes | None = None) -> Axes:
     Parameters
     ----------
     found
-        From `basins`, or the dataset of it. White: no start, because its combination is violated there;
-        hatched: not computed, because the search was interrupted.
+        Result of `basins`, or its dataset. White cells have no start, because it would violate its
+        combination; hatched cells were not computed, because the search was interrupted.
     ax
         Where to draw; None: on axes of its own.
     """

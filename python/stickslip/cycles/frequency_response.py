@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.sparse
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from stickslip.cycles.attractors import Outcome, is_valid, settled
 from stickslip.cycles.branches.arclength import trace_branch
@@ -106,7 +107,7 @@ class FrequencyResponse(Shown):
 def frequency_response(
     scene: Scene,
     load: str | int,
-    frequencies: Any,
+    frequencies: ArrayLike,
     dofs: Sequence[str] | None = None,
     *,
     start: State | Callable[[Scene], State] | None = None,
@@ -115,24 +116,24 @@ def frequency_response(
     """Return the largest ``|x - mean|`` of the periodic motions under a harmonic load, over its frequency.
 
     Motions are followed until they recur, at ascending frequencies and then at descending ones, each from the
-    orbit before. Where the two find different orbits, the branch between them is traced around its folds, so
-    that unstable orbits stand there too (`trace_branch`).
+    orbit before. Where the two sweeps find different orbits, the branch between them is traced around its
+    folds, so that the response also has the unstable orbits (`trace_branch`).
 
     Parameters
     ----------
     scene
-        With at least one `Harmonic` load, or a slider that vibrates.
+        A scene with at least one `Harmonic` load, or a slider that vibrates.
     load
         Name of the load, or its place in ``scene.loads``.
     frequencies
-        (k,), Hz, of this load; others stay as they are.
+        Frequencies of this load, (k,), Hz; all other loads keep theirs.
     dofs
         Names of the dofs; None: all.
     start
-        Where the first motion starts, and any whose orbit before violates the scene: a state, or a function
-        from the scene to one; None: steady sliding.
+        Start of the first motion, and of every motion for which the orbit before violates the scene: a state,
+        or a function from the scene to one; None: steady sliding.
     combination
-        Of the linear answer; None: that of the first start.
+        Status combination of the linear answer; None: that of the first start.
 
     Returns
     -------
@@ -320,9 +321,9 @@ def _linear(scene: Scene, name: str, values: Real, combination: str) -> Real:
 def _vibration(scene: Scene, name: str, combination: str, rate: float) -> tuple[Complex, Complex]:
     """Return force on the dofs and displacement of the dofs where a vibrating slider carries a contact."""
     _, place, _ = load_parameters(scene.loads, scene.contacts)[f"{name}_frequency"]
-    if combination[place] != "s":
-        return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
     wave = scene.contacts[place].slider_vibration
+    if wave is None or combination[place] != "s":
+        return np.zeros(scene.size, dtype=complex), np.zeros(scene.size, dtype=complex)
     carried = scene.core.contact_basis()[2 * place] * (wave.amplitude / (1j * rate))
     mass, damping, stiffness = (
         scipy.sparse.csr_array(parts, shape=(scene.size, scene.size)) for parts in scene.core.matrices()[:3]

@@ -5,9 +5,10 @@ passes no energy from one harmonic to another: for each of them, over one period
 
     work of the contact forces  2 T Re(u_k* D f_k) = 2 T u_k* C u_k + 2 T Re(u_k* H_a c_k),
 
-dissipated and given to circulatory forces, with ``D f_k = (K + H + i k omega (C + G) - (k omega)^2 M) c_k``
-for k > 0 and the part ``H_a = (H - H') / 2`` of H that no potential has. The contacts turn one into another.
-The impulses of impacts belong to f_k: their normal part carries the impact losses.
+which dampers dissipate and circulatory forces take, with ``D f_k = (K + H + i k omega (C + G) - (k omega)^2
+M) c_k`` for k > 0 and the skew part ``H_a = (H - H') / 2`` of H, which has no potential. Only the contacts
+pass energy from one harmonic to another. The impulses of impacts belong to f_k: their normal part has the
+impact losses.
 """
 
 from __future__ import annotations

@@ -34,7 +34,7 @@ Flow = tuple[str, float, str]
 def energy_history(run: Motion, t0: float = 0.0, t1: float | None = None) -> Figure:
     """Return stored energy, its rate, powers and contact status over time (the paper's Figs. 13 to 15).
 
-    The rate is that of the state equation; the sum of the powers is drawn over it, dashed.
+    The rate comes from the state equation; the dashed line over it is the sum of the powers.
 
     Parameters
     ----------
@@ -122,10 +122,10 @@ def leading_contacts(flow: xr.Dataset) -> list[int]:
 def energy_flow(balance: Balance) -> Figure:
     """Return the flow diagram of the energy of an interval: arrows as wide as the energy that they carry.
 
-    Sliders on the left; friction heat, dampers and impacts on the right; one colour for each contact, and one
-    for each of the others. Of more than four contacts the three with most friction heat are shown, and the
-    others as one. What the constant forces bring and what is stored is drawn on the side on which it counts;
-    flows below 1e-9 of the largest are left out.
+    Sliders are on the left; friction heat, dampers and impacts on the right. Each contact has a colour, and
+    so has each other term. If there are more than four contacts, the three with most friction heat are shown,
+    and the others as one. The work of constant forces and the stored energy stand on the side on which they
+    count; flows below 1e-9 of the largest are left out.
     """
     contacts = balance.contacts
     labels = [f"contact {label}" for label in contacts.contact.to_numpy()]

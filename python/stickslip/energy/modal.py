@@ -1,8 +1,8 @@
-"""Energy of a motion by complex modes: what each holds, and what it takes from the contacts.
+"""Energy of a motion by complex modes: the energy of each mode, and the power it takes from the contacts.
 
-A mode of a status combination feels, besides its dampers, the part of the contact forces that is linear in
-the state, and moves by itself: its energy changes by its own contact and circulatory power less its own
-damping power (Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, for the motion of the moment instead of the
+A mode of a status combination moves independently of the others, under its dampers and the part of the
+contact forces that is linear in the state. So its energy changes by its own contact and circulatory power
+less its own damping power (Brunetti, Massi, D'Ambrogio, Berthier, Eq. 17, at every instant instead of in the
 mean).
 """
 

@@ -1,4 +1,4 @@
-"""Which of several unstable modes survives: the energy that each gains in one cycle, over its amplitude.
+"""Which of several unstable modes survives: the energy that each mode gains in one cycle, over its amplitude.
 
 Steady sliding is set in motion in the shape of one unstable mode, at an amplitude and a phase, and followed
 exactly, with every stick, slip and lift-off, for one period of the mode. Its energy is that of the deviation
@@ -61,10 +61,9 @@ class ModeSelection(Shown):
         Dims (mode,): ``frequency`` Hz, ``growth_rate`` Re(lambda) 1/s, ``amplitude`` at which the balance
         closes, nan if it does not, and mean ``energy`` of a motion in the shape of the mode there, J.
     gains
-        Dims (mode, amplitude): ``energy`` at the start; ``contact``, what the fluctuating contact forces
-        bring in; ``circulatory``, the work of circulatory forces; ``damping`` and ``impact``, what is lost;
-        ``net``, the energy gained, from the states:
-        ``contact + circulatory - damping - impact`` to rounding.
+        Dims (mode, amplitude): ``energy`` at the start; ``contact``, the work of the fluctuating contact
+        forces; ``circulatory``, the work of circulatory forces; ``damping`` and ``impact``, the losses;
+        ``net``, the energy gained, from the states: ``contact + circulatory - damping - impact`` to rounding.
     """
 
     combination: str

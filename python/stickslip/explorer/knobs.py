@@ -27,7 +27,7 @@ class Knob:
     entry
         The field or keyword that it is a part of: ``friction`` of ``friction_0``.
     value
-        Where it stands; None: it follows another parameter, as static friction does.
+        Present value; None: the parameter follows another one, as static friction does.
     low, high
         The range of its slider.
     unit

@@ -38,7 +38,7 @@ FURTHER = 3.0
 
 
 def picture(wanted: Wanted) -> dict[str, Any]:
-    """Return all that is shown of the motion at a point; where there is none, ``sentence`` says why."""
+    """Return all that is shown of the motion at a point; if there is no motion, ``sentence`` says why."""
     begun = time.perf_counter()
     patience = wanted.number("patience", PATIENCE)
     dof = wanted.dof()

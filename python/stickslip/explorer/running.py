@@ -72,8 +72,8 @@ def explore(
     """Show a model on a page on which its parameters are dragged and the motion follows.
 
     The page is served on 127.0.0.1 alone by this process and needs no network. It shows a map of stability
-    over two parameters with a point to drag, root loci, the limit cycle of every contact, the way there, the
-    structure in motion, spectrum and energy.
+    over two parameters with a point to drag, root loci, the limit cycle of every contact, the transient that
+    leads to it, the structure in motion, spectrum and energy.
 
     Parameters
     ----------
@@ -81,11 +81,11 @@ def explore(
         A `Scene`, a function from keywords to one, a `Case`, or the path of a scene file; None: the published
         model.
     port
-        Where to listen, from 0 to 65535; 0: any that is free.
+        Port of the page, from 0 to 65535; 0: any free port.
     open_browser
         Whether to open the page in a browser window. A notebook shows the returned object as the page itself.
     title
-        What the page calls the model; None: the name of the file or function.
+        Name of the model on the page; None: the name of the file or function.
 
     Returns
     -------
@@ -95,7 +95,7 @@ def explore(
     Raises
     ------
     InputError
-        If the model is none, or the port is no port.
+        If `model` is no model, or the port is outside its range.
     OSError
         If the port is taken.
     """

@@ -20,14 +20,14 @@ LOUD, SOFT = 0.8, 0.01
 def sound(run: Trajectory, contact: int = 0) -> bytes:
     """Return the tangential velocity of a contact as a WAV file, 16 bits, one channel, at its own speed.
 
-    The motion is sampled finer than the file and filtered, so that the corners of its velocity do not come
-    back as tones that are not there. What is heard is the velocity of the contact itself, without the way
-    through structure and air, at a loudness that says nothing.
+    The motion is sampled more finely than the file and filtered, so that the corners of its velocity are not
+    aliased into audible tones. You hear the velocity of the contact itself, without the path of the sound
+    through structure and air; its loudness has no meaning.
 
     Parameters
     ----------
     run
-        The motion; all of it is heard.
+        The motion, which is written as a whole.
     contact
         Index of the contact.
 

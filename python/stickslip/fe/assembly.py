@@ -14,7 +14,7 @@ from stickslip.fe.body import Body
 from stickslip.fe.pairs import Pairs
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.scene import DampingLike, Proportional, Scene
 from stickslip.show.mesh import Mesh
 
 #: Forces by the names of dofs, several of them, or one per dof; N.
@@ -26,7 +26,7 @@ def assemble(
     pairs: Pairs | Contact | Iterable[Pairs | Contact] = (),
     *,
     force: Force = None,
-    damping: Any = None,
+    damping: DampingLike | None = None,
     impact_friction: bool = False,
 ) -> Scene:
     """Return the scene of bodies and contacts: an ordinary `Scene` that knows its points.
@@ -42,8 +42,8 @@ def assemble(
         Constant forces, N: what `Surface.pressure` returns, any mapping from names of dofs, several of these
         (they add up), or a vector (n,).
     damping
-        Of the whole scene, as in `Scene`; None: that of the bodies. Bodies of one and the same `Proportional`
-        keep it, others make a matrix.
+        Damping of the whole scene, as in `Scene`; None: that of the bodies. If all bodies have the same
+        `Proportional` damping, the scene has it too; otherwise their damping becomes a matrix.
     impact_friction
         As in `Scene`.
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
 from stickslip.fe.surface import Surface
-from stickslip.scene.checks import Real, described, real_array, real_matrix
+from stickslip.scene.checks import MatrixLike, Real, described, real_array, real_matrix
 from stickslip.scene.contact import nearest
-from stickslip.scene.scene import Proportional
+from stickslip.scene.scene import DampingLike, Proportional
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary
 
@@ -51,13 +51,14 @@ class Body(Shown):
         counterclockwise for one who looks at the body from outside; in the plane the body lies to the left
         of a facet.
     name
-        Begins the names of the dofs in a scene ("pad.12.1"), which must be different over its bodies. None:
-        they stay as they are.
+        Name with which the names of the dofs begin in a scene ("pad.12.1"); dofs of different bodies must
+        have different names. None: the names of the dofs stay as they are.
 
     Attributes
     ----------
     notes
-        What a reader did to the files: triangles mirrored, dofs left out, matrices split.
+        What a reader did to the files: triangles that it mirrored, dofs that it left out, matrices that it
+        split.
 
     Raises
     ------
@@ -68,16 +69,16 @@ class Body(Shown):
 
     def __init__(
         self,
-        mass: Any,
-        stiffness: Any,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
         *,
-        points: Any = None,
+        points: ArrayLike | Mapping[int, ArrayLike] | None = None,
         dofs: Sequence[str] | None = None,
-        damping: Any = None,
-        gyroscopic: Any = None,
-        circulatory: Any = None,
-        cells: Mapping[str, Any] | None = None,
-        surfaces: Mapping[str, Any] | None = None,
+        damping: DampingLike | None = None,
+        gyroscopic: MatrixLike | None = None,
+        circulatory: MatrixLike | None = None,
+        cells: Mapping[str, ArrayLike] | None = None,
+        surfaces: Mapping[str, ArrayLike] | None = None,
         name: str | None = None,
         notes: Sequence[str] = (),
     ) -> None:
@@ -152,7 +153,7 @@ class Body(Shown):
             raise InputError(f"{argument}: there is no node {error.args[0]}") from None
         return np.array(found, dtype=np.int64).reshape(numbers.shape)
 
-    def surface(self, surface: str | Any) -> Surface:
+    def surface(self, surface: str | ArrayLike) -> Surface:
         """Return a part of the boundary by its name, or for node numbers as in `surfaces`.
 
         Raises
@@ -175,7 +176,7 @@ class Body(Shown):
         dofs
             Names of dofs, or a surface all of whose nodes are held.
         directions
-            Of a surface: in which directions.
+            Directions in which the nodes of a surface are held.
 
         Raises
         ------
@@ -221,7 +222,13 @@ class Body(Shown):
 
     @classmethod
     def from_skfem(
-        cls, basis: Any, mass: Any, stiffness: Any, *, damping: Any = None, name: str | None = None
+        cls,
+        basis: Any,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        *,
+        damping: DampingLike | None = None,
+        name: str | None = None,
     ) -> Body:
         """Return the body of a scikit-fem basis: points, cells and named boundaries of its mesh come along.
 

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.scene.scene import Scene, checked
@@ -14,7 +15,12 @@ if TYPE_CHECKING:
 
 
 def draw(
-    scene: Scene, displacement: Any, ax: Axes | None = None, *, scale: float | None = None, title: str = ""
+    scene: Scene,
+    displacement: ArrayLike,
+    ax: Axes | None = None,
+    *,
+    scale: float | None = None,
+    title: str = "",
 ) -> Axes:
     """Draw the surface of the mesh of a scene, displaced, and coloured by the length of the displacement.
 
@@ -23,13 +29,14 @@ def draw(
     scene
         A scene of meshed bodies, as `assemble` returns it.
     displacement
-        Of its dofs, (n,), m; of a complex shape the real part is the place and the modulus the colour.
+        Displacement of its dofs, (n,), m; the real part of a complex shape displaces the mesh, the modulus
+        colours it.
     ax
-        Where to draw, of a mesh in space axes of ``projection="3d"``; None: on axes of its own.
+        Where to draw; a mesh in space needs axes of ``projection="3d"``. None: on axes of its own.
     scale
         Factor of the displacement; None: the largest is 0.08 of the size of the mesh.
     title
-        Of the axes.
+        Title of the axes.
 
     Raises
     ------

@@ -38,7 +38,7 @@ class Rotation:
     speed
         rad/s, counterclockwise about the axis.
     axis
-        Any length; in the plane it is left out.
+        Vector of any length along the axis; in the plane it has no effect.
     centre
         A point of the axis, m.
     """
@@ -140,8 +140,8 @@ def contact_pairs(
     second
         What slides past it; None: a rigid slider that the first surface touches all over.
     velocity
-        Of the second surface relative to the first, m/s: a vector (d,), or a function from points (k, d)
-        to velocities (k, d), such as `Rotation`.
+        Velocity of the second surface relative to the first, m/s: a vector (d,), or a function from points
+        (k, d) to velocities (k, d), such as `Rotation`.
     friction, static_friction, restitution
         As in `Contact`.
     gap

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from functools import cached_property
 from typing import Any, Protocol
 
@@ -36,7 +37,7 @@ class Surface:
     Attributes
     ----------
     body, name
-        Whose part it is, and how it is called.
+        The body of which the surface is a part, and the name of the surface.
     numbers
         Node numbers, (k,), ascending in their places.
     points
@@ -124,7 +125,7 @@ class Surface:
         pressure
             Pa, positive towards the body.
         thickness
-            Of a plane body, m.
+            Thickness of a plane body, m.
 
         Raises
         ------
@@ -133,7 +134,7 @@ class Surface:
         """
         return self._loaded("pressure", -self.areas * self._scaled("pressure", pressure, thickness))
 
-    def traction(self, traction: Any, thickness: float = 1.0) -> dict[str, float]:
+    def traction(self, traction: Sequence[float], thickness: float = 1.0) -> dict[str, float]:
         """Return the forces of a traction, a vector (d,) in Pa, by the names of dofs."""
         areas = self.areas
         vector = np.array([self._scaled("traction", one, thickness) for one in traction])

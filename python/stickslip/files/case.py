@@ -54,14 +54,14 @@ class Case:
         A `Scene`, or a function from keywords to one; a function of `stickslip.models`, or a
         `functools.partial` of one, can be saved.
     start
-        ``position`` and ``velocity``, what is added to the sliding equilibrium, m and m/s: amounts by dof, or
-        a vector (n,). With ``combination`` they are the start itself.
+        ``position`` and ``velocity``: amounts that are added to the sliding equilibrium, m and m/s, by dof or
+        as a vector (n,). With ``combination`` they are the start itself.
     run
         Arguments of `simulate`: ``duration``, s, ...
     sweep
         Parameter names to values (k,), or to ``{"from": ..., "to": ..., "count": ...}``.
     study
-        Section `[study]` as it stands in the file.
+        The section `[study]`, as it stands in the file.
     """
 
     model: Scene | Callable[..., Scene]

@@ -39,25 +39,25 @@ class CriticalPoint:
     complex_value
         Its value with the imaginary part.
     eigenvalue
-        lambda at the point, 1/s; at a crossing of the branch that leads beyond it; nan at a separation.
+        lambda at the point, 1/s; at a crossing that of the branch that leads beyond it; nan at a separation.
     other
-        At a crossing that of the branch that has led before it; None elsewhere.
+        At a crossing the eigenvalue of the branch that has led before it; None elsewhere.
     slope
-        Hopf: d Re(lambda) / d parameter. Crossing: that of the branch that takes the lead, less that of the
-        one that loses it. None elsewhere.
+        At a Hopf point d Re(lambda) / d parameter. At a crossing the slope of the branch that takes the lead
+        less the slope of the branch that loses it. None elsewhere.
     direction
         +1 where an eigenvalue becomes unstable as the parameter grows, -1 where one becomes stable, 0 for a
         lock-in or a crossing; at a separation +1 where the contact opens as the parameter grows, -1 where it
         closes.
     steady_sliding
-        Whether steady sliding of the combination exists at the value (`sweep`); where it does not, the point
-        is one of the linear system alone. True at a separation.
+        Whether steady sliding of the combination exists at the value (`sweep`); if it does not, only the
+        linear system has the point. True at a separation.
     contact
         The index of the contact that a separation opens or closes; None elsewhere.
     name
         The name of that contact, its index where contacts have no names; None elsewhere.
     cause
-        Of a hopf point or divergence where friction depends on slip speed: ``falling friction`` if the
+        Cause of a Hopf point or divergence if friction depends on slip speed: ``falling friction`` if the
         eigenvalue would be stable with the friction of steady sliding held constant, ``mode coupling`` if it
         would not. None elsewhere.
     """
@@ -122,7 +122,7 @@ def critical_points(
         parameter, as a part of its range. With damping that is not proportional lock-in is imperfect, and the
         point at which the two eigenvalues would coalesce is a complex one.
     band, growth
-        Of a large scene: the modes to follow, as for `sweep`.
+        For a large scene: the modes to follow, as for `sweep`.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -134,17 +134,17 @@ def critical_points(
 
     Notes
     -----
-    A mesh over the range is refined until every branch is continued safely and the cubics through values and
-    slopes at its points leave no room for roots of a real part, or of a difference to the largest one, that
-    their signs do not show. Roots are then refined by Newton's method with ``d lambda / d p = -v' P_p xi /
-    (v' P_lambda xi)`` to a few ulp of p, exceptional points by Newton's method for the implicit determinant
-    (Spence and Poulton 2005), at complex p if need be. Two roots nearer to each other than 1e-7 of the range
-    can be missed. Real parts that are zero to rounding over a range, as without damping, do not cross: there
-    flutter begins at the lock-in.
+    A mesh over the range is refined until every branch can be continued safely, and until the cubics through
+    values and slopes at its points leave no room for a root of a real part, or of a difference to the largest
+    real part, other than those that the signs at the ends show. Newton's method then refines roots to a few
+    ulp of p, with ``d lambda / d p = -v' P_p xi / (v' P_lambda xi)``, and exceptional points by the implicit
+    determinant (Spence and Poulton 2005), at complex p if need be. Two roots nearer to each other than 1e-7
+    of the range can be missed. Real parts that are zero to rounding over a range, as without damping, do not
+    cross: flutter then begins at the lock-in.
 
     Normal forces in equilibrium are rational functions of the matrices along the path. Their zeros are found
-    as those of real parts are, told from poles (where the stiffness is singular), and reported as separations
-    where every other contact holds.
+    in the same way as those of real parts, and distinguished from poles (where the stiffness is singular). A
+    zero is reported as a separation if every other contact stays closed.
     """
     if not 0.0 <= (proximity := real_number("proximity", proximity)) < np.inf:
         raise InputError(f"proximity: must be >= 0 and finite, got {proximity!r}")
@@ -257,7 +257,7 @@ def hopf_points(
 ) -> list[CriticalPoint]:
     """Return the Hopf points over a range of one parameter, in ascending order.
 
-    Those at which steady sliding does not exist are among them, with ``steady_sliding`` False.
+    The list includes points at which steady sliding does not exist, with ``steady_sliding`` False.
 
     Parameters
     ----------
@@ -271,10 +271,10 @@ def hopf_points(
 
     Notes
     -----
-    Only the modes that may reach the imaginary axis are followed: over an interval of the mesh a mode can
-    come there by its slope, or by meeting another mode near an exceptional point, where the square of the
-    difference of the two eigenvalues is linear in the parameter. The others, most modes of a fine mesh, need
-    not be joined. The limits of `critical_points` hold.
+    Only the modes that may reach the imaginary axis are followed. Over an interval of the mesh a mode can
+    reach it by its slope, or by meeting another mode near an exceptional point, where the square of the
+    difference of the two eigenvalues is linear in the parameter. All others, which are most modes of a fine
+    mesh, need not be followed. The limits of `critical_points` hold here as well.
     """
     sliding, name, lower, upper, fixed = _range(hopf_points, model, combination, over, parameters)
     labels = [str(label) for label in sliding.family.scene({**fixed, name: lower}).contact_labels()]

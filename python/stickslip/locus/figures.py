@@ -29,10 +29,10 @@ def loci(branches: xr.Dataset, *, slow: bool = True, critical: Sequence[Critical
     branches
         A sweep over one parameter.
     slow
-        Whether to leave out growth rates far below the least damped branches, which would put these on one
-        line.
+        Whether to leave out growth rates far below those of the least damped branches; with them the least
+        damped branches would lie on one line.
     critical
-        From `critical_points` or `hopf_points`: Hopf points are marked by rings.
+        Result of `critical_points` or `hopf_points`: rings mark its Hopf points.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def draw_loci(
     slow: bool = True,
     critical: Sequence[CriticalPoint] = (),
 ) -> None:
-    """Draw what `loci` shows on your axes; thick where unstable.
+    """Draw the branches of `loci` on your axes; unstable parts are thick.
 
     Parameters
     ----------

@@ -50,7 +50,7 @@ def sensitivity(
     growth: Sequence[float | None] = (None, None),
     **values: float,
 ) -> xr.Dataset:
-    """Return the derivatives of all eigenvalues, or of those of a band, with respect to parameters.
+    """Return the derivatives of all eigenvalues, or of those in a band, with respect to parameters.
 
     Parameters
     ----------
@@ -59,13 +59,13 @@ def sensitivity(
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
     parameters
-        Names as for `sweep` (``friction`` moves all contacts alike). None: those that have a value in `over`;
-        ``friction`` if none has.
+        Names as for `sweep` (``friction`` changes all contacts alike). None: the parameters that have a value
+        in `over`; ``friction`` if none has.
     over
         Values of parameters, by name; the others stay as they are.
     band, growth
-        Frequencies in Hz and growth rates in 1/s as for `complex_modes`: the modes inside alone, which large
-        scenes have without the others.
+        Frequencies in Hz and growth rates in 1/s as for `complex_modes`: only the modes inside are
+        differentiated, and a large scene computes no others.
     **values
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -145,15 +145,15 @@ def entry_sensitivity(
     scene
         The scene.
     matrix
-        Which one. Entries of mass and stiffness move proportional damping along with them.
+        Name of the matrix. Entries of mass and stiffness change proportional damping along with them.
     combination
         One letter of ``+ - s d`` per contact; None: that of steady sliding, as for `complex_modes`.
 
     Returns
     -------
     xarray.DataArray
-        Over ``mode``, ``row`` and ``column`` (dofs); nan for modes whose derivative is not defined. One entry
-        alone: a symmetric change is the sum of two entries.
+        Over ``mode``, ``row`` and ``column`` (dofs); nan for modes whose derivative is not defined. Each
+        value is for one entry alone: a symmetric change is the sum of two entries.
 
     Raises
     ------

@@ -42,10 +42,11 @@ def stability(
         slider speed gives the sign of its contact.
     over
         Samples (k,) of parameters, by names as for `sweep`, all of one length; numbers stay the same in all
-        samples. What has several entries, such as ``friction`` of two contacts, also takes (k, entries).
+        samples. A parameter with several entries, such as ``friction`` of two contacts, also takes (k,
+        entries).
     band, growth
-        Frequencies in Hz and growth rates in 1/s as for `complex_modes`: verdicts are on the modes inside
-        alone. Of a large scene one parameter has samples, and its modes are followed as by `sweep`.
+        Frequencies in Hz and growth rates in 1/s as for `complex_modes`: only the modes inside decide the
+        verdict. For a large scene one parameter has samples, and its modes are followed as by `sweep`.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -53,11 +54,12 @@ def stability(
     -------
     xarray.Dataset
         Over ``sample``: ``eigenvalue``, the one with the largest real part and nonnegative imaginary part,
-        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, how
-        many modes grow, a conjugate pair being one; ``steady_sliding``, whether steady sliding of the
-        combination exists (`sweep`): elsewhere the rest says nothing about it; ``normal_force`` of the closed
-        contacts in equilibrium, N, also over ``contact``. With `band` nan eigenvalues where nothing is
-        inside, and the attributes ``missing`` and ``doubts``, of either end (`sweep`).
+        1/s; ``growth_rate``, its real part; ``frequency``, ``|lambda| / 2 pi``, Hz; ``unstable_modes``, the
+        number of modes that grow, where a conjugate pair counts as one; ``steady_sliding``, whether steady
+        sliding of the combination exists (`sweep`): if it does not, the other values say nothing about it;
+        ``normal_force`` of the closed contacts in equilibrium, N, also over ``contact``. With `band`
+        eigenvalues are nan where no mode is inside, and the attributes are ``missing`` and ``doubts`` of both
+        ends (`sweep`).
 
     Raises
     ------

@@ -62,14 +62,14 @@ def sweep(
     vectors
         Whether to keep the left and right vectors of every point.
     modes
-        How many modes to follow, over one parameter: those whose largest real part at any of the values is
-        the largest, a conjugate pair or a real eigenvalue at the first value counting as one. None: all.
+        Number of modes to follow, over one parameter: those that have the largest real parts at any of the
+        values. A conjugate pair at the first value counts as one, a real eigenvalue too. None: all modes.
     progress
         Whether to show a progress bar on standard error; None: on a terminal, when it takes some seconds.
         With `modes` it counts eigenproblems, of as many as there may be.
     band, growth
-        Of a large scene, over one parameter: frequencies in Hz and growth rates in 1/s as for
-        `complex_modes`. The branches that are inside at any of the values are kept.
+        For a large scene, over one parameter: frequencies in Hz and growth rates in 1/s as for
+        `complex_modes`. The result has the branches that are inside at any of the values.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
@@ -104,14 +104,14 @@ def sweep(
     Neighbouring points are joined by the correlation ``v_r' ((lambda_r + lambda_s) M + C) xi_s`` of their
     left and right vectors, with as many points between them as it takes (core, `branches`). Branches of two
     parameters are continuous along the last one and, at its first value, along the first one: around an
-    exceptional point no labels are continuous everywhere. With `modes`, points are added until that
-    correlation alone is decisive for the followed modes, at most three between two values; what is not
-    decided then is told in ``meetings``. Where two modes veer sharper than the points tell, each branch goes
-    on with the shape it had. ``stable`` takes all modes into account, with `band` those of the band.
+    exceptional point no labels are continuous everywhere. With `modes`, points are added until the
+    correlation alone decides for the followed modes, at most three between two values; ``meetings`` lists
+    the values at which it does not. Where two modes veer more sharply than the points resolve, each branch
+    keeps the shape of its mode. ``stable`` takes all modes into account, with `band` those of the band.
 
     With `band` the modes of the band are computed at both ends, where they are counted (`Modes.missing`), and
-    at values between until the pencil projected on all of them, right and left, has the eigenvalues that the
-    next value has. Branches are those of the projected pencil.
+    at values between. These values are added until the pencil projected on all modes, right and left, has the
+    eigenvalues that the modes at the next value have. The branches are those of the projected pencil.
     """
     arrays, fixed = divided(asked(sweep, model, over, parameters))
     if not 1 <= len(arrays) <= 2:

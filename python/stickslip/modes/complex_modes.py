@@ -17,6 +17,7 @@ from stickslip.modes.sparse.search import Search, certified, covered
 from stickslip.modes.sparse.shift_invert import Found
 from stickslip.modes.transverse import with_transverse_friction
 from stickslip.scene.checks import Complex, real_array, whole_number
+from stickslip.scene.contact import EntriesLike
 from stickslip.scene.scene import Scene, checked_combination
 
 #: Free coordinates up to which all modes are computed and a part of them chosen: that takes less time than a
@@ -34,9 +35,9 @@ def complex_modes(
     growth: Sequence[float | None] = (None, None),
     near: ArrayLike | None = None,
     count: int = 20,
-    transverse: Sequence[Any] | None = None,
+    transverse: Sequence[EntriesLike | None] | None = None,
 ) -> Modes:
-    """Return the complex modes of a scene: all, or of a large scene those that are wanted.
+    """Return the complex modes of a scene: all of them, or those of a band or near given points.
 
     Parameters
     ----------
@@ -46,21 +47,21 @@ def complex_modes(
         One letter of ``+ - s d`` per contact; None: that of steady sliding, in which each slider speed gives
         the sign of its contact.
     band
-        Lowest and highest frequency ``|lambda| / 2 pi``, Hz: all modes between, both included, and
-        `Modes.missing`, the number of those that were not found.
+        Lowest and highest frequency ``|lambda| / 2 pi``, Hz, both included: the result has all modes of the
+        band, and `Modes.missing` counts those that were not found.
     growth
         With `band`: lowest and highest growth rate Re lambda, 1/s, both included; None: no bound.
     near
-        One point of the plane of eigenvalues or several, 1/s: the modes nearest to each.
+        One or several points of the plane of eigenvalues, 1/s: the result has the modes nearest to each.
     count
-        With `near`: number of eigenvalues at each point, of conjugate pairs one. Their conjugates are in the
-        result as well.
+        With `near`: number of eigenvalues at each point, where a conjugate pair counts as one. The result
+        has the conjugates as well.
     transverse
         Directions b across the sliding in which friction damps: one per contact, by dof such as ``{"12.2":
         1.0}`` or as a vector (n,), or None; `stickslip.fe.Pairs.transverse` has those of a mesh. A contact
         that slides steadily adds ``mu N_0 / |v| b b'`` to the damping, with its normal force N_0 in the
-        equilibrium of the combination: friction opposes the slip velocity, which a small motion across
-        turns without changing the size of the force. Modes feel it alone, motions do not.
+        equilibrium of the combination: friction opposes the slip velocity, and a small velocity across the
+        sliding turns the force without changing its size. Only modes have this damping, motions do not.
 
     Raises
     ------

@@ -32,19 +32,19 @@ def schematic(
     columns: Sequence[Column] = (),
     ax: Axes | None = None,
 ) -> Axes:
-    """Draw a scene from its matrices: bodies, springs that K has between them, walls, and sliders.
+    """Draw a scene from its matrices: bodies, the springs of K between them, walls, and sliders.
 
-    A matrix tells no places: every contact is a body in the bottom row, every other dof a body that moves to
-    the right, in layers by the number of springs to the next contact.
+    Matrices do not say where masses are. So every contact becomes a body in the bottom row, and every other
+    dof a body that moves to the right, in layers by the number of springs to the next contact.
 
     Parameters
     ----------
     scene
         The scene.
     displacement
-        Of the dofs, (n,), of any size: the largest is drawn 0.3 long. None: at rest.
+        Displacement of the dofs, (n,), in any unit: the largest is drawn 0.3 long. None: the scene at rest.
     columns
-        Where masses are, if that is known, such as ``ss.reference.known(scene).columns``.
+        Places of the masses, if they are known, such as ``ss.reference.known(scene).columns``.
     ax
         Where to draw; None: on axes of its own.
 

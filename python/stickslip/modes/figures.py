@@ -38,8 +38,8 @@ def shapes(modes: Modes, numbers: Sequence[int] | None = None) -> Figure:
     modes
         The modes.
     numbers
-        Which modes, numbered from 1 in the order of their eigenvalues, one of each conjugate pair; None: at
-        most 9, those with the largest growth rates.
+        Numbers of the modes, their places among all eigenvalues from 0 on; None: one of each conjugate pair,
+        at most the 9 with the largest growth rates.
 
     Raises
     ------

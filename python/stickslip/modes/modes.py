@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 import scipy.sparse
-from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Real, real_array
+from stickslip.scene.checks import Complex, Flags, Real, real_array
 from stickslip.scene.known import Column
 from stickslip.scene.scene import Matrix, Scene, checked
 from stickslip.show.mesh import Mesh
@@ -64,7 +63,8 @@ class Modes(Shown):
     eigenvalues
         lambda, (m,), 1/s; a positive real part grows.
     right_displacement, left_displacement
-        Columns xi and v, (m / 2, m); the largest entry of each xi is 1, v is nan where a mode is defective.
+        Columns xi and v, (m / 2, m); the largest entry of each xi is 1, and v is nan where a mode is
+        defective.
     a, b
         (m,), ``lambda = -b / a``; nan where a mode is defective and has no bi-orthogonal pair.
     shapes
@@ -101,7 +101,7 @@ class Modes(Shown):
     b: Complex
     shapes: Complex
     condition: Real
-    defective: NDArray[np.bool_]
+    defective: Flags
     residual: Real
     rounding: Real
     mass: Matrix
@@ -149,16 +149,16 @@ class Modes(Shown):
         return ratios
 
     @property
-    def unstable(self) -> NDArray[np.bool_]:
+    def unstable(self) -> Flags:
         """Whether a mode grows: whether the real part is positive by more than its `rounding`, (m,)."""
-        growing: NDArray[np.bool_] = (self.eigenvalues.real > 0.0) & ~self.marginal
+        growing: Flags = (self.eigenvalues.real > 0.0) & ~self.marginal
         return growing
 
     @property
-    def marginal(self) -> NDArray[np.bool_]:
+    def marginal(self) -> Flags:
         """Whether the real part is zero within `rounding`, (m,), so that a mode neither grows nor decays."""
         growth = np.abs(self.eigenvalues.real)
-        zero: NDArray[np.bool_] = (growth == 0.0) | (growth <= self.rounding)
+        zero: Flags = (growth == 0.0) | (growth <= self.rounding)
         return zero
 
     def __len__(self) -> int:
@@ -235,13 +235,13 @@ class Modes(Shown):
         ax
             Where to draw, a mesh in space on axes of ``projection="3d"``; None: on axes of its own.
         number
-            Of a mode: draw its shape instead, on the mesh of the scene; its real part is the place, its
-            modulus the colour. With `scene` in the drawing of that.
+            Number of a mode whose shape is drawn in place of the eigenvalues, on the mesh of the scene: the
+            real part displaces the mesh, the modulus colours it. None: the eigenvalues are drawn.
         scene
-            The scene of these modes: draw a mode, by default the least stable one, in the scene as its
-            matrices tell it (`ss.plot.schematic`), with the orbits of its bodies.
+            The scene of these modes. If it is given, the mode `number`, by default the least stable one, is
+            drawn in the schematic of the scene (`ss.plot.schematic`), with the orbits of the bodies.
         columns
-            Where masses of `scene` are, if that is known; see `ss.plot.schematic`.
+            Places of the masses of `scene`, if they are known; see `ss.plot.schematic`.
 
         Raises
         ------
@@ -357,9 +357,9 @@ class Modes(Shown):
         scene
             The scene of these modes.
         number
-            Of the mode; None: the least stable one.
+            Number of the mode; None: the least stable one.
         columns
-            Where masses are, if that is known; see `ss.plot.schematic`.
+            Places of the masses, if they are known; see `ss.plot.schematic`.
         frames
             Pictures of the period, >= 2.
 

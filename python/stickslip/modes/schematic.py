@@ -33,7 +33,7 @@ class Body:
     Attributes
     ----------
     name
-        Of its dofs, or of the mass.
+        Name of its dofs, or of the mass.
     x, y
         Where it rests in the drawing: columns from 0 on to the right, layers from 0 on upwards.
     along
@@ -79,18 +79,18 @@ class Schematic:
 def schematic(scene: Scene, columns: Sequence[Column] = ()) -> Schematic:
     """Return the drawing of a scene.
 
-    A matrix tells no places. So every contact is a body, in a row at the bottom, which moves along its
-    tangential and normal direction; every dof that belongs to no contact is a body of its own, which moves to
-    the right, in layers above by the number of springs to the next contact. Bodies whose dofs K couples are
-    tied by a spring, as stiff as the largest of these entries. A body is tied to the wall where a diagonal
-    entry of K is larger than all others of its row together: the rest is what holds it alone.
+    Matrices do not say where masses are. So every contact is a body in the bottom row, which moves along its
+    tangential and normal direction. Every dof that belongs to no contact is a body of its own, which moves to
+    the right, in layers above by the number of springs to the next contact. Two bodies whose dofs K couples
+    are tied by a spring, as stiff as the largest of these entries. If a diagonal entry of K is larger than
+    all other entries of its row together, a spring with the difference ties the body to the wall.
 
     Parameters
     ----------
     scene
         The scene.
     columns
-        The masses of a scene whose places are known, see `Known`; none: from the matrices.
+        The masses of a scene whose places are known, see `Known`; if none are given, the matrices decide.
     """
     bodies = _known(columns) if columns else _found(scene)
     owner = np.full(scene.size, -1)

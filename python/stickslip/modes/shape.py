@@ -39,7 +39,7 @@ def orbit(
     dofs
         Names or indices of dofs; None: all.
     periods
-        Length in periods ``2 pi / |Im lambda|``; of a real eigenvalue in time constants ``1 / |lambda|``.
+        Length in periods ``2 pi / |Im lambda|``, or in time constants ``1 / |lambda|`` if lambda is real.
     samples
         Number of instants, the first at 0.
 
@@ -88,7 +88,7 @@ def phase_lag(modes: Modes, leading: int | str, lagging: int | str) -> Real:
     -------
     array
         ``arg(shape[leading] / shape[lagging])`` in (-pi, pi], rad, (m,); nan where one of them does not move.
-        Lags of 0 and pi are straight orbits, those between turn.
+        A lag of 0 or pi is a straight orbit, any other lag an ellipse.
 
     Raises
     ------
@@ -120,23 +120,23 @@ def mode_power(scene: Scene, combination: str | None = None) -> xr.Dataset:
     xarray.Dataset
         Over ``mode``, and ``contact`` for the first: ``contact_power`` ``1/2 Re(T v*)``, ``damping_power``
         ``1/2 Re(u* C u)``, ``energy`` ``1/4 (u* M u + x* K x)``, all means over the oscillation of ``Re(shape
-        e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m; of a real eigenvalue the
-        values at t = 0 itself, without the factor 1/2. ``circulatory_power`` ``-1/2 Re(u* H_a x)`` into the
-        mode, of the part of circulatory forces that no potential has (K above has the other one).
-        ``residual``: contact and circulatory less damping power less ``2 Re(lambda)`` times energy, zero but
-        for rounding.
+        e^{lambda t})`` at its amplitude of t = 0, in W and J for displacements in m. For a real eigenvalue
+        they are the values at t = 0 itself, without the factor 1/2. ``circulatory_power`` ``-1/2 Re(u* H_a
+        x)``, into the mode, comes from the skew part of the circulatory forces, which has no potential (K
+        above includes the symmetric part). ``residual``: contact and circulatory power less damping power
+        less ``2 Re(lambda)`` times energy; rounding alone makes it differ from zero.
 
     Notes
     -----
-    Normal forces are what the equations of motion lack: ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
-    t_i T_i)``; Coulomb's law gives T of a contact that slides, and one that sticks does no work. ``v = lambda
-    t_i . x`` is the variation of the slip velocity. The static parts of N and T do no work in the mean.
+    The normal forces follow from the equations of motion, ``(lambda^2 M + lambda C + K) x = sum_i (n_i N_i +
+    t_i T_i)``. Coulomb's law gives T of a contact that slides; a contact that sticks does no work. ``v =
+    lambda t_i . x`` is the variation of the slip velocity. The static parts of N and T do no mean work.
     """
     return power_of(scene, complex_modes(scene, combination))
 
 
 def power_of(scene: Scene, modes: Modes) -> xr.Dataset:
-    """Return what `mode_power` tells of modes of a scene that are known already."""
+    """Return the result of `mode_power` for modes of a scene that are computed already."""
     structure = Structure.of(scene)
     value, shape = modes.eigenvalues, modes.shapes
     velocity = value * shape

@@ -102,8 +102,8 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
     scene
         The scene.
     combinations
-        Which ones; None: all that are possible: a contact without friction does not stick, a stop is ``+``
-        or ``d``, and friction under a given normal force never ``d``.
+        The combinations; None: all that are possible. A contact without friction does not stick, a stop is
+        ``+`` or ``d``, and friction under a given normal force is never ``d``.
 
     Raises
     ------

@@ -48,19 +48,19 @@ class Balance(Shown):
         Work of circulatory forces on the structure, ``-integral x'^T H_a x dt`` with ``H_a = (H - H^T) / 2``;
         0 without them. Gyroscopic forces do no work.
     damping
-        Dissipated by the dampers, ``integral x'^T C x' dt``.
+        Energy that the dampers dissipate, ``integral x'^T C x' dt``.
     dampers
         The same by damper group: ``mass`` and ``stiffness`` where damping is proportional, else ``dampers``.
     impact
-        Taken by impacts: normal loss ``1/2 m (1 - e^2) g'^2`` plus friction heat less slider work of the
-        tangential impulses; also what is left at the limit of a series of bounces.
+        Energy that impacts take: normal loss ``1/2 m (1 - e^2) g'^2`` plus friction heat less slider work of
+        the tangential impulses, and the energy of the relative motion that ends at the limit of a series of
+        bounces.
     residual
-        What does not add up; rounding, unless `accumulation_tolerance` cut bounces short.
+        Difference of both sides: rounding, unless `accumulation_tolerance` cut bounces short.
     contacts
-        By contact and status, dims (contact, status): ``work`` on the structure, ``slider`` work,
-        ``friction_heat`` = slider - work, ``wear`` (Archard's integral of ``N |s|``; impacts do not count),
-        ``time`` in that status, s. By contact: ``impact_normal``,
-        ``impact_slider``, ``impact_friction``.
+        Terms over (contact, status): ``work`` on the structure, ``slider`` work, ``friction_heat`` = slider
+        less work, ``wear`` (Archard's integral of ``N |s|``, N m; impacts do not count), and ``time`` in that
+        status, s. Terms over (contact): ``impact_normal``, ``impact_slider``, ``impact_friction``.
     combinations
         The same terms by status combination, dim combination, in order of first appearance: ``work`` (also by
         contact), ``external``, ``circulatory``, ``damping``, ``time``.
@@ -122,7 +122,7 @@ class Balance(Shown):
         ]
 
     def plot(self, ax: Axes | None = None) -> Axes:
-        """Draw every work as a bar, into the structure positive.
+        """Draw every work as a bar; work into the structure is positive.
 
         Parameters
         ----------

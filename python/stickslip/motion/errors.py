@@ -45,9 +45,9 @@ class NotPeriodicError(RunError):
     Attributes
     ----------
     kind
-        What it is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled`` (its neighbours
-        still meet), ``undecided`` (it does not recur, and whether they part is not sure), ``unbounded`` or
-        ``stopped``.
+        What the motion is instead: ``equilibrium``, ``chaotic``, ``quasi-periodic``, ``unsettled``
+        (neighbouring motions still approach each other), ``undecided`` (the motion does not recur, and it is
+        not certain whether neighbouring motions part), ``unbounded`` or ``stopped``.
     exponent, error
         Largest Lyapunov exponent across the flow and its standard error, 1/s; nan where there is none.
     """

@@ -188,7 +188,7 @@ class Events(Sequence[Event], Shown):
 
 
 class Grazing(NamedTuple):
-    """A touch of an event function within rounding: the status was kept, the alternative may be true."""
+    """An event function that touches zero within rounding: the run kept the status; the event may be true."""
 
     #: s
     time: float

@@ -44,7 +44,7 @@ class Motion(Shown):
 
     @cached_property
     def grazings(self) -> tuple[Grazing, ...]:
-        """Touches that rounding cannot tell from events."""
+        """Touches of an event function that rounding cannot distinguish from events."""
         labels = self.scene.contact_labels()
         return tuple(Grazing(*touch, str(labels[touch[1]])) for touch in self.core.grazings)
 
@@ -57,9 +57,9 @@ class Motion(Shown):
     def undetermined(self) -> dict[str, tuple[int | str, ...]]:
         """Combinations in which single forces are not determined, with the contacts that have them.
 
-        Directions of closed contacts depend on each other there, as where a rigid pad sticks on two points:
-        the motion is the same for all forces that add up to the same, and slip begins when no admissible ones
-        do. The shortest are shown.
+        In these combinations the directions of closed contacts depend on each other, as for a rigid pad that
+        sticks on two points. The motion depends only on sums of the forces, and slip begins when no
+        admissible forces have the sums that are needed. The run shows the forces with the least norm.
         """
         if not self.scene.core.dependent:
             return {}
@@ -84,7 +84,7 @@ class Motion(Shown):
 
     @cached_property
     def counters(self) -> dict[str, int]:
-        """How much work it took; exact numbers that do not depend on the machine."""
+        """Counts of the work of the run, such as panels and phases; they do not depend on the machine."""
         return dict(self.core.counters)
 
     def state(self, time: float) -> State:
@@ -114,8 +114,9 @@ class Motion(Shown):
         -------
         xarray.Dataset
             ``position`` (time, dof) m, ``velocity`` (time, dof) m/s, ``normal_force`` (time, contact) N,
-            compression positive, ``friction_force`` (time, contact) N, on the mass along t, and ``status``
-            (time, contact), one of ``+ - s d``. At an event time: just after the event.
+            compression positive, ``friction_force`` (time, contact) N, on the structure along t, and
+            ``status`` (time, contact), one of ``+ - s d``. Values at an event time are those just after the
+            event.
 
         Raises
         ------
@@ -227,11 +228,9 @@ class Motion(Shown):
 
         Notes
         -----
-        ``energy_rate = sum(contact_power) + external_power + circulatory_power - damping_power`` is left for
-        the caller to check.
-        Nothing of this is computed before it is asked for. A preload by an imposed displacement counts as
-        external force: the support's spring energy is relative to zero displacement (Brunetti, Massi,
-        D'Ambrogio, Berthier, section 6).
+        The caller can check that ``energy_rate = sum(contact_power) + external_power + circulatory_power -
+        damping_power``. A preload by an imposed displacement counts as external force: the support's spring
+        energy is relative to zero displacement (Brunetti, Massi, D'Ambrogio, Berthier, section 6).
         """
         return energetics.energy(self.scene, self.core, times)
 

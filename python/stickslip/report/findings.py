@@ -50,7 +50,7 @@ SHORTEST_SEARCH = 0.1
 
 @dataclass(frozen=True, eq=False)
 class Findings:
-    """What was found; where a field is None, `reasons` says why under the field's name.
+    """The results that a report shows; if a field is None, `reasons` says why under the name of the field.
 
     Attributes
     ----------
@@ -67,18 +67,18 @@ class Findings:
     start, run
         The disturbed start and the motion from there.
     cycle
-        What it settles to, if that is periodic.
+        The limit cycle to which the motion settles, if it is periodic.
     settled
         The kind of motion otherwise (`NotPeriodicError.kind`).
     last
-        The motion to look at closely: one period of the cycle, or the last stretch of the run.
+        The motion that the report shows in detail: one period of the cycle, or the last stretch of the run.
     balance
-        Its energy, from `since` on.
+        Energy balance of `last`, from `since` on.
     since
-        Where the stretch of it begins whose energy and spectrum are told, s: at its last quarter where there
-        are many dofs, and no cycle.
+        Start of the part of `last` whose energy and spectrum the report shows, s: its last quarter if there
+        are many dofs and no cycle, otherwise its start.
     lines
-        Its spectrum from `since` on, of all dofs.
+        Spectrum of `last` from `since` on, of all dofs.
     """
 
     scene: Scene
@@ -134,21 +134,21 @@ def findings(
     scene
         The scene.
     title
-        What to call it.
+        Name of the scene in the report.
     start
-        Where the motion starts; None: steady sliding with its leading mode set in motion
-        (`disturbed_sliding`), or what is `known` of it.
+        State in which the motion starts; None: the start that is `known` of the scene, or steady sliding with
+        its leading mode set in motion (`disturbed_sliding`).
     settings
-        Arguments of `simulate`. Without a duration: as long as the leading mode takes to grow (or decay) by
-        e^30, but 20 to 400 of its periods. What the motion leaves of the time limit (default 2 s of
-        computing) is that of the search for what it settles to.
+        Arguments of `simulate`. Without a duration the motion lasts as long as the leading mode takes to grow
+        (or decay) by e^30, but 20 to 400 of its periods. The search for what the motion settles to has the
+        rest of the time limit (default 2 s of computing).
     model, over
-        The model that the scene is of (None: the scene itself), one of its parameters and the values over
-        which its eigenvalues are followed; None: friction.
+        The model to which the scene belongs (None: the scene itself), and one of its parameters with the
+        values over which eigenvalues are followed; None: friction.
     known
         What is known of the scene beyond its numbers.
     told
-        Called with what begins to be computed.
+        Function that is called with the name of each step as it begins.
 
     Raises
     ------

@@ -78,7 +78,7 @@ def transient_section(found: Findings) -> Markup:
     if run.grazings:
         parts.append(
             table(
-                "Touches within rounding: the status was kept, the alternative may be true",
+                "Touches within rounding: the run kept the status, the event may be true",
                 ["time, s", "contact", "event not taken", "value", "bound of its error"],
                 [
                     [

@@ -56,8 +56,8 @@ def write_report(
     """Write everything about a scene as one HTML page that needs no network.
 
     The page holds the scene, steady sliding, complex modes in motion, eigenvalues over a parameter, the
-    transient, the limit cycle, its spectrum and its energy, and a section of your own (`known`). What cannot
-    be computed is said in its place.
+    transient, the limit cycle, its spectrum and its energy, and a section of your own (`known`). If a result
+    cannot be computed, the page says why in its place.
 
     Parameters
     ----------
@@ -66,27 +66,28 @@ def write_report(
     path
         The file, replaced if it exists.
     title
-        What to call the scene; None: the name of the file.
+        Name of the scene on the page; None: the name of the file.
     start
-        Where the motion starts; None: steady sliding, disturbed (`findings`).
+        State in which the motion starts; None: steady sliding with its leading mode set in motion.
     settings
-        Arguments of `simulate`; a duration is chosen so that the leading mode shows itself (`findings`).
+        Arguments of `simulate`. Without a duration the motion lasts as long as the leading mode takes to grow
+        (or decay) by e^30, but 20 to 400 of its periods.
     model, over
-        The model that the scene is of (None: the scene itself), one of its parameters and the values over
-        which its eigenvalues are followed; None: friction.
+        The model to which the scene belongs (None: the scene itself), and one of its parameters with the
+        values over which eigenvalues are followed; None: friction.
     known
-        What is known of the scene beyond its numbers: `stickslip.reference.known` of the published model.
+        Facts about the scene beyond its numbers, such as `stickslip.reference.known(scene)`.
     origin
-        What the page says of where it comes from: names and texts, such as a date and a command.
+        Entries by which the page says where it comes from: names and texts, such as a date and a command.
     source
-        The scene as the text of a scene file, which the page holds folded; None: it does not.
+        The text of the scene file, which the page holds folded; None: the page has none.
     told
-        Called with what begins to be computed.
+        Function that is called with the name of each step as it begins.
 
     Returns
     -------
     Findings
-        What the page tells.
+        The results that the page shows.
 
     Raises
     ------

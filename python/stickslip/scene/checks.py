@@ -9,7 +9,7 @@ import numbers
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 import scipy.sparse
@@ -24,6 +24,9 @@ Real = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Names = NDArray[np.str_]
+Flags = NDArray[np.bool_]
+#: A matrix as a user gives it, dense or sparse.
+MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
 #: Letters of a value that an error message shows.
 WIDTH = 160
 

@@ -8,9 +8,10 @@ import numbers
 import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_array, real_number
@@ -18,6 +19,12 @@ from stickslip.scene.laws.friction import Law, law_of
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
+    from stickslip.scene.loads.in_time import Harmonic
+
+#: Entries by dof: a vector, or a mapping from indices or names of dofs.
+EntriesLike: TypeAlias = "ArrayLike | Mapping[str, float] | Mapping[int, float]"
+#: A direction: the index or the name of a dof, or entries by dof.
+DirectionLike: TypeAlias = "int | str | EntriesLike"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False, repr=False)
@@ -34,33 +41,34 @@ class Contact:
     Parameters
     ----------
     tangential
-        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: a stop.
+        Direction t; the slip velocity is ``t . x' - slider_speed``, m/s. None: the contact is a stop.
     normal
-        Direction n; the gap is ``n . x + gap`` >= 0, m. It points from the slider to the mass. None: friction
-        under `normal_force`.
+        Direction n, which points from the slider to the structure; the gap is ``n . x + gap`` >= 0, m. None:
+        the contact has friction under `normal_force`.
     friction
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
-        ``-friction N`` where it is positive. A stop needs none. Or how it depends on slip speed: a law of
-        `stickslip.friction`, or its table as files have it, ``{"law": "stribeck", ...}``.
+        ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
+        given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
     static_friction
-        Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to it.
+        Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
+        rest.
     slider_speed
         Speed of the slider along t, m/s.
     restitution
         Ratio of normal velocities after and before an impact, in [0, 1]; 0 is plastic.
     gap
-        Clearance at x = 0, m; negative: an interference.
+        Clearance at x = 0, m; a negative one is an interference.
     normal_stiffness, tangential_stiffness
-        Springs, N/m, between the contact and the dofs that its directions name; None: it is rigid. The
-        contact is then a node without mass: its gap closes without an impact, its slip velocity is that of
-        the node. With a normal stiffness only, slip is that of the dofs; a tangential one needs a normal
-        one, or a given normal force.
+        Stiffnesses of springs, N/m, between the contact and the dofs that its directions name; None: the
+        contact is rigid. With springs the contact is a node without mass: its gap closes without an impact,
+        and its slip velocity is that of the node. With a normal stiffness only, the slip velocity is that of
+        the dofs. A tangential stiffness needs a normal one, or a given normal force.
     normal_force
-        N > 0 of a contact without a normal direction, N; None of one with it.
+        Normal force N > 0 of a contact without a normal direction, N; None for a contact that has one.
     name
-        How tables call the contact; None: its index.
+        Name of the contact in tables; None: its index.
     slider_vibration
-        `Harmonic`, m/s, added to `slider_speed`; None: the slider does not vibrate.
+        `Harmonic` velocity, m/s, that is added to `slider_speed`; None: the slider does not vibrate.
 
     Raises
     ------
@@ -68,8 +76,8 @@ class Contact:
         If a contact with a tangential direction has no friction.
     """
 
-    tangential: Any = None
-    normal: Any = None
+    tangential: DirectionLike | None = None
+    normal: DirectionLike | None = None
     friction: float | Law = None  # type: ignore[assignment]  # zero for a stop, else it has to be given
     static_friction: float | None = None
     slider_speed: float = 0.0
@@ -79,7 +87,7 @@ class Contact:
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
-    slider_vibration: Any = None
+    slider_vibration: Harmonic | None = None
 
     def __post_init__(self) -> None:
         if self.friction is None:

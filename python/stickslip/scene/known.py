@@ -27,9 +27,10 @@ class Known:
     Parameters
     ----------
     start
-        Where its motion starts; None: steady sliding with its leading mode set in motion.
+        State in which the motion of the report starts; None: steady sliding with its leading mode set in
+        motion.
     columns
-        Its masses, from left to right; none: each contact is drawn in its own directions.
+        The masses, from left to right; if none are given, each contact is drawn in its own directions.
     section
         A name, a heading, and what makes one more section of the report, as HTML; None: no section.
     """

@@ -36,15 +36,16 @@ class Subsystem:
     upper_mass, contact_mass
         kg.
     inclination
-        Of the slider, rad.
+        Angle of the slider, rad.
     vertical_stiffness, horizontal_stiffness
-        Between upper and contact mass, N/m.
+        Stiffnesses between upper and contact mass, N/m.
     ceiling_stiffness
-        Vertical, between ceiling and upper mass, N/m.
+        Vertical stiffness between ceiling and upper mass, N/m.
     preload_displacement
-        Of the ceiling, m, positive presses down; it acts as the force ceiling_stiffness times it.
+        Displacement of the ceiling, m; a positive one presses down. It acts as a force on the upper mass:
+        ceiling_stiffness times the displacement.
     external_force
-        On the upper mass, N, positive presses down.
+        Force on the upper mass, N; a positive one presses down.
     """
 
     upper_mass: float
@@ -82,14 +83,15 @@ def chain(
     Parameters
     ----------
     subsystems
-        From the wall on; subsystem i has the dofs x1 + 4i, x2 + 4i (horizontal and vertical of the upper
-        mass), x3 + 4i, x4 + 4i (tangential and normal of the contact mass) and contact i.
+        The subsystems, beginning at the wall. Subsystem i, from 0 on, has the dofs number 1 + 4i and 2 + 4i
+        (horizontal and vertical of the upper mass), 3 + 4i and 4 + 4i (tangential and normal of the contact
+        mass), so x5 to x8 for i = 1, and contact i.
     links
-        Between neighbours, s - 1.
+        The springs between neighbours, s - 1 of them.
     wall_stiffness
-        Horizontal, between the wall and the first upper mass, N/m.
+        Horizontal stiffness between the wall and the first upper mass, N/m.
     friction, slider_speed, static_friction, restitution
-        Of the contacts, see `Contact`; a scalar or one value per contact.
+        Laws of the contacts, see `Contact`; a scalar or one value per contact.
     damping
         beta of ``C = beta K``, s.
     impact_friction
@@ -184,22 +186,22 @@ def two_subsystems(
 ) -> Scene:
     """Return the published model of two subsystems: the chain of two with the paper's numbers.
 
-    The defaults are those of its standard run.
+    The defaults are the numbers of the standard run.
 
     Parameters
     ----------
     friction, slider_speed, static_friction, restitution
-        Of the contacts, see `Contact`; a scalar or one value per contact, like all that follow except
-        `damping`, `labels`, the wall and the link.
+        Laws of the contacts, see `Contact`; a scalar or one value per contact, as for all other parameters
+        except `damping`, `labels`, `impact_friction` and the stiffnesses of wall and link.
     preload_displacement
-        Of the ceilings, delta_1 and delta_2, m, positive presses down.
+        Displacements of the ceilings, delta_1 and delta_2, m; a positive one presses down.
     external_force
-        On the upper masses, Fex_1 and Fex_2, N, positive presses down.
+        Forces on the upper masses, Fex_1 and Fex_2, N; a positive one presses down.
     damping
         beta of ``C = beta K``, s.
     labels
-        Whose stiffnesses are the defaults: those of the paper's matrix, which give its results, or those
-        printed in its Table 1, which do not.
+        Which stiffnesses are the defaults: ``matrix`` for those of the paper's matrix, which give the paper's
+        results, or ``printed`` for those printed in its Table 1, which do not.
     upper_mass, contact_mass
         m1, m3 and m2, m4, kg.
     inclination
@@ -207,11 +209,11 @@ def two_subsystems(
     wall_stiffness
         k1, N/m.
     horizontal_stiffness, vertical_stiffness
-        Upper to contact mass: k8, k9 and k2, k4, N/m.
+        Stiffnesses between upper and contact mass: k8, k9 and k2, k4, N/m.
     ceiling_stiffness
         k5, k7, N/m.
     link_horizontal_stiffness, link_vertical_stiffness
-        Between the upper masses: k3 and k6, N/m.
+        Stiffnesses between the upper masses: k3 and k6, N/m.
     impact_friction
         See `Scene`.
 
@@ -308,7 +310,7 @@ def _column(argument: str, parts: Sequence[Any], kind: type, field: str) -> Real
 
 
 def radians(argument: str, angle: float) -> None:
-    """Refuse an angle beyond a full turn, which must be meant in degrees.
+    """Refuse an angle beyond a full turn: whoever gives one probably means degrees.
 
     Raises
     ------

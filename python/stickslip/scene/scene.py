@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import (
+    MatrixLike,
     Real,
     core_matrix,
     described,
@@ -57,6 +58,8 @@ if TYPE_CHECKING:
 
 #: A matrix as a scene keeps it: read-only, dense or in compressed rows.
 Matrix: TypeAlias = Real | scipy.sparse.csr_array
+#: Damping as a user gives it.
+DampingLike: TypeAlias = "Proportional | MatrixLike"
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
 #: Columns of the table of contacts.
@@ -96,8 +99,8 @@ class Scene(Shown):
     Parameters
     ----------
     mass
-        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse, as of consistent
-        finite elements. A sparse one is kept sparse, or as (n,) where it is diagonal.
+        M: (n,) lumped or (n, n) symmetric positive definite, kg; dense or scipy.sparse, such as the
+        consistent mass of finite elements. A sparse mass stays sparse, or becomes (n,) if it is diagonal.
     stiffness
         K: (n, n) symmetric, N/m; dense or scipy.sparse.
     damping
@@ -110,8 +113,8 @@ class Scene(Shown):
     dofs
         Names of the dofs; None: ``x1``, ``x2``, ...
     impact_friction
-        Whether an impact also takes the Coulomb impulse of at most friction times the normal impulse;
-        otherwise the tangential velocity is unchanged by it.
+        Whether an impact also has a tangential impulse by Coulomb's law, at most friction times the normal
+        impulse; otherwise an impact leaves the tangential velocity as it is.
     gyroscopic
         G: (n, n) skew-symmetric, N s/m, of rotating parts; dense or sparse. None: no such forces.
     circulatory
@@ -120,10 +123,10 @@ class Scene(Shown):
         part stores energy as K does. An unsymmetric stiffness A is ``stiffness=(A + A.T) / 2,
         circulatory=(A - A.T) / 2``.
     loads
-        Loads in time, `Harmonic` and `Steps`. Steady sliding and modes know only the first values of steps.
+        Loads in time, `Harmonic` and `Steps`. Steady sliding and modes take only the first values of steps.
     mesh
-        Where the dofs lie, for drawings: what `stickslip.fe.assemble` makes of its bodies; None: not known.
-        It has no part in any equation, and no place in a scene file.
+        Places of the dofs for drawings, as `stickslip.fe.assemble` makes them from its bodies; None: not
+        known. No equation uses them, and a scene file does not hold them.
 
     Raises
     ------
@@ -150,15 +153,15 @@ class Scene(Shown):
 
     def __init__(
         self,
-        mass: Any,
-        stiffness: Any,
-        damping: Any = None,
+        mass: MatrixLike,
+        stiffness: MatrixLike,
+        damping: DampingLike | None = None,
         force: ArrayLike | None = None,
         contacts: Sequence[Contact] = (),
         dofs: Sequence[str] | None = None,
         impact_friction: bool = False,
-        gyroscopic: Any = None,
-        circulatory: Any = None,
+        gyroscopic: MatrixLike | None = None,
+        circulatory: MatrixLike | None = None,
         loads: Sequence[Load] = (),
         mesh: Mesh | None = None,
     ) -> None:
@@ -227,9 +230,9 @@ class Scene(Shown):
         **changes
             Any argument of `Scene`, or a field of the contact law (``friction``, ``static_friction``,
             ``slider_speed``, ``restitution``, ``gap``, ``normal_force``) as a scalar or with one value per
-            contact, or of one contact by index or name (``friction_0``, ``friction_left``). A scalar goes to
-            the contacts that it is about: friction to those with a tangential direction, for example. Or a
-            number of a load by its name (``shaker_frequency``, ``load_0_amplitude``).
+            contact, or of one contact by index or name (``friction_0``, ``friction_left``), or a number of a
+            load by its name (``shaker_frequency``, ``load_0_amplitude``). A scalar sets all contacts that
+            have such a field: friction, for example, those with a tangential direction.
 
         Raises
         ------
@@ -377,7 +380,7 @@ class Scene(Shown):
 
 
 def checked(scene: Any) -> Scene:
-    """Return what must be a scene.
+    """Return a scene as it is, and refuse anything else.
 
     Raises
     ------

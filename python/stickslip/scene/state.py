@@ -37,14 +37,14 @@ class State:
     dofs
         Names of the dofs; None: ``x1``, ``x2``, ...
     friction_force
-        (c,), N: what compliant contacts that stick hold, one entry per contact; None: nothing. Of all other
-        contacts the friction force follows from the state, and theirs don't count here.
+        (c,), N: friction forces that sticking compliant contacts hold, one entry per contact; None: zero. The
+        friction forces of all other contacts follow from the state, and their entries are ignored.
 
     Raises
     ------
     InputError
         If position and velocity are no real, finite vectors of one length, or the combination has another
-        letter. Whether the state fits a scene and its own combination is checked by what uses it.
+        letter. Whether the state fits a scene and its own combination is checked by the calls that use it.
     """
 
     position: Real
@@ -97,12 +97,12 @@ class State:
         return self.combination if forces is None else (self.combination, forces.tolist())
 
     def perturbed(self, position: Change | None = None, velocity: Change | None = None) -> State:
-        """Return the state with something added; the combination stays.
+        """Return the state with amounts added to position and velocity; the combination stays the same.
 
         Parameters
         ----------
         position, velocity
-            What to add, m and m/s: a mapping from dof name or index to amount, or a vector (n,).
+            Amounts to add, m and m/s: a mapping from dof name or index to amount, or a vector (n,).
 
         Raises
         ------
@@ -123,19 +123,20 @@ class State:
         Parameters
         ----------
         scene
-            Whose state it is.
+            The scene to which the state belongs.
 
         Returns
         -------
         xarray.Dataset
-            Over ``contact``: ``normal_force`` N >= 0 along n, ``friction_force`` T along t, N; of a contact
-            that slides Coulomb's, of one that sticks what keeps it at rest on its slider, of an open one 0.
+            Over ``contact``: ``normal_force`` N >= 0 along n, ``friction_force`` T along t, N. T follows
+            from Coulomb's law where the contact slides; it is the force that keeps the contact at rest on its
+            slider where it sticks, and 0 where it is open.
 
         Raises
         ------
         InputError
-            If the state is not one of the scene: sizes differ, a contact penetrates, or moves otherwise than
-            the combination says.
+            If the state does not fit the scene: sizes differ, a contact penetrates its slider, or its
+            velocity contradicts the combination.
         """
         import xarray as xr
 
@@ -189,10 +190,10 @@ class Equilibrium(State):
     normal_forces
         N >= 0 of every contact, (c,), N; 0 of open ones.
     unique
-        True where it is proved that there is no other equilibrium of steady sliding, False where there is
-        one, None where that is not known.
+        True if it is proved that there is no other equilibrium of steady sliding, False if there is another
+        one, None if neither is known.
     other
-        The other one where `unique` is False, otherwise None. Nothing is said about it in turn.
+        The other equilibrium if `unique` is False, otherwise None; its own `unique` is None.
     """
 
     normal_forces: Real = field(kw_only=True)
@@ -230,8 +231,8 @@ def sliding_equilibrium(scene: Scene) -> Equilibrium:
     definite, as without friction; with friction there may be none, or several. Up to eight contacts every
     choice of open ones is tried before `Equilibrium.unique` is left open.
 
-    A simulation may begin there as it is. The modes about it are those of its combination; `complex_modes`
-    and its like refuse to take one with open contacts without being told.
+    A simulation may begin at the equilibrium as it is. The modes about it are those of its combination;
+    `complex_modes` and similar calls ask for that combination by name if some of its contacts are open.
 
     Returns
     -------

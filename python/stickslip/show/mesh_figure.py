@@ -26,7 +26,7 @@ def draw_mesh(mesh: Mesh, position: Any, ax: Axes | None, scale: float | None, t
     scale
         Factor of the displacements; None: the largest is 0.08 of the size of the mesh.
     title
-        Of the axes.
+        Title of the axes.
 
     Raises
     ------

@@ -41,16 +41,16 @@ def quantity(name: object, units: str = "1") -> str:
 def save(figure: Figure, path: str | Path | BinaryIO, dpi: int = DPI, form: str | None = None) -> None:
     """Write a figure in the form that the suffix of the path names; the same figure gives the same bytes.
 
-    The panels of several bear letters, and axes have units that suit what they show.
+    If the figure has several panels, they bear letters. Axes have units that suit what they show.
 
     Parameters
     ----------
     figure
         The figure.
     path
-        The file, or what takes its bytes.
+        The file, or a stream that takes its bytes.
     dpi
-        Points per inch of a `.png`, and of what is drawn as points in other forms.
+        Pixels per inch of a `.png`, and of the parts that other forms hold as pixels.
     form
         ``png``, ``pdf``, ``svg``, ``eps``; None: by the suffix.
     """

@@ -62,7 +62,7 @@ def distribution(
     axes
         Where to draw.
     results
-        Of a study.
+        Results of a study.
     output
         Name of the output.
     bins
@@ -171,9 +171,9 @@ def eigenvalue_moments(
     axes
         Where to draw.
     results
-        Of a study with the output ``eigenvalues``.
+        Results of a study with the output ``eigenvalues``.
     moments
-        Of `study.eigenvalue_moments`.
+        Result of `study.eigenvalue_moments`.
     mode
         Index of the eigenvalue in both.
     most

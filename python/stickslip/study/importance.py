@@ -26,13 +26,13 @@ def sobol_indices(
     Parameters
     ----------
     results
-        Of a study with the sampler ``saltelli``.
+        Results of a study with the sampler ``saltelli``.
     output
-        A real output with a value for every sample. ``unstable`` for whether sliding is unstable.
+        A real output with a value for every sample; ``unstable`` says whether sliding is unstable.
     condition
-        A yes or no instead of the output, a function from the results to booleans.
+        A function from the results to booleans, which takes the place of the output.
     confidence
-        Of the bands, by bootstrap.
+        Confidence level of the bands, which come from a bootstrap.
     **labels
         Which dof, contact or mode.
 
@@ -76,7 +76,7 @@ def morris_effects(
     Parameters
     ----------
     results
-        Of a study with the sampler ``morris``.
+        Results of a study with the sampler ``morris``.
     output, condition, confidence, **labels
         As for `sobol_indices`.
 

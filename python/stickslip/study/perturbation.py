@@ -27,7 +27,7 @@ def eigenvalue_moments(study: Study) -> xr.Dataset:
     Parameters
     ----------
     study
-        Of distributions with a variance.
+        A study whose distributions have a variance.
 
     Returns
     -------
@@ -36,8 +36,8 @@ def eigenvalue_moments(study: Study) -> xr.Dataset:
         parameters, 1/s; ``covariance`` (mode, part, other) of real and imaginary part, 1/s^2;
         ``growth_deviation``, standard deviation of the real part, 1/s; ``frequency_deviation`` of the modulus
         over 2 pi, Hz; ``share`` (parameter, mode) of the variance of the real part that a parameter has alone
-        (sums to 1 where they are independent); ``gradient`` (parameter, mode). nan for a defective mode,
-        whose derivative is unbounded: there first order says nothing.
+        (sums to 1 where they are independent); ``gradient`` (parameter, mode). Values of a defective mode are
+        nan: its derivative is unbounded, so first order says nothing about it.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""What the results of a study say: over a grid, probabilities, distributions, convergence.
+"""Statistics of the results of a study: grids, probabilities, distributions, convergence.
 
 Confidence bands hold for independent samples (``random``); for ``latin_hypercube`` and ``sobol`` they are
-wider than they have to be, as a rule.
+as a rule wider than they have to be.
 """
 
 from __future__ import annotations
@@ -75,16 +75,16 @@ def probability(
     Parameters
     ----------
     results
-        Of a study; samples without a value do not count.
+        Results of a study; samples without a value do not count.
     over
-        Parameter, in bins; None: over all samples.
+        Parameter whose range is divided into bins; None: one probability over all samples.
     condition
-        None: sliding is unstable; else a function from the results to booleans, or floats with nan where not
-        known, (sample,).
+        None: sliding is unstable; otherwise a function from the results to booleans, or to floats with nan
+        where the answer is not known, (sample,).
     bins
-        Their number (of equal width), or their edges.
+        Number of bins of equal width, or their edges.
     confidence
-        Of the band, in (0, 1).
+        Confidence level of the band, in (0, 1).
     band
         ``wilson``: the score interval of Wilson (1927), whose coverage is right on average; ``exact``: that
         of Clopper and Pearson (1934), whose coverage is never less than stated.
@@ -162,13 +162,13 @@ def distribution(
     Parameters
     ----------
     results
-        Of a study.
+        Results of a study.
     output
         A real output; samples without a value do not count.
     quantiles
-        In (0, 1).
+        Probabilities of the quantiles, in (0, 1).
     confidence
-        Of the bands, in (0, 1).
+        Confidence level of the bands, in (0, 1).
     condition
         Samples to count, a function from the results to booleans; None: all.
     **labels
@@ -232,23 +232,23 @@ def convergence(
     Parameters
     ----------
     results
-        Of a study.
+        Results of a study.
     output
-        Its mean; None: the probability of the condition.
+        Output whose mean is estimated; None: the probability of the condition.
     condition
         As for `probability`.
     points
-        Numbers of samples at which it is looked at, in equal ratios.
+        Number of sample numbers at which the estimate is given, in equal ratios.
     confidence
-        Of the band.
+        Confidence level of the band, in (0, 1).
     **labels
         Which dof, contact or mode.
 
     Returns
     -------
     xarray.Dataset
-        Over ``samples``: ``estimate``, ``lower`` and ``upper`` end of the band of independent samples: of a
-        mean from the normal distribution of means, of a probability Wilson's.
+        Over ``samples``: ``estimate``, and ``lower`` and ``upper`` end of the band of independent samples.
+        The band of a mean is that of the normal distribution of means, the band of a probability is Wilson's.
 
     Raises
     ------

@@ -39,9 +39,10 @@ FIRST = 1000
 class Study:
     """A model over distributions of its parameters, or over a grid of them.
 
-    Sample i depends on seed, sampler, number of samples and i alone, its outputs on its parameters alone: the
-    results are the same, to the last bit, for any number of threads or workers, any chunks and any order, and
-    for a run that was killed and continued. What the last bits depend on besides is written with them.
+    Sample i depends only on seed, sampler, number of samples and i, and its outputs depend only on its
+    parameters. The results are therefore the same, to the last bit, for any number of threads or workers, any
+    chunks and any order, and for a run that was killed and continued. The results record the processor, the
+    versions and whatever else their last bits depend on.
 
     Parameters
     ----------
@@ -58,7 +59,7 @@ class Study:
         Names (see `study.OUTPUTS`), functions of the trajectory, or mappings of names to functions or
         `study.Output`.
     samples
-        Their number; of ``saltelli`` and ``morris`` the base number, see `size`. None for a grid.
+        Number of samples; for ``saltelli`` and ``morris`` the base number, see `size`. None for a grid.
     seed
         >= 0.
     sampler
@@ -69,21 +70,20 @@ class Study:
     fixed
         Other arguments of the model.
     combination
-        Status combination of everything about stability, computed whether or not steady sliding exists in it;
+        Status combination for all stability outputs, computed whether or not steady sliding exists in it;
         None: that of steady sliding, in which each slider speed gives the sign of its contact. A sample
-        without
-        steady sliding then has no verdict and the status ``no_equilibrium``.
+        without steady sliding then has no verdict and the status ``no_equilibrium``.
     hopf
-        For ``hopf_point``: the friction that is moved and its range, such as ``{"friction": (0.0, 3.0)}``.
+        For ``hopf_point``: the friction that varies and its range, such as ``{"friction": (0.0, 3.0)}``.
     duration
-        Of a motion, s; needed by outputs of motions.
+        Duration of each motion, s; outputs of motions need it.
     further
-        How much longer a motion is followed that has not settled, s; None: 10 durations.
+        How much longer a motion is followed if it has not settled, s; None: 10 durations.
     position, velocity
-        Added to the sliding equilibrium at the start, see `State.perturbed`; None: its fastest growing mode,
-        see `disturbed_sliding`.
+        Amounts added to the sliding equilibrium at the start, see `State.perturbed`; None: the fastest
+        growing mode is added, see `disturbed_sliding`.
     method, max_events
-        Of motions, see `simulate`.
+        Settings of the motions, see `simulate`.
 
     Raises
     ------
@@ -92,11 +92,11 @@ class Study:
 
     Notes
     -----
-    A sample that cannot be computed has a ``status`` other than ``ok`` and its ``reason``; what could be
-    computed of it is kept. Statuses: ``ill_posed`` (no such scene), ``no_equilibrium`` (steady sliding does
-    not exist: a contact would open, or a slider rests), ``eigenvalues``, ``max_events``, ``unbounded``,
-    ``chattering``,
-    ``failed`` (no consistent continuation), ``error`` (a function raised).
+    A sample that cannot be computed has a ``status`` other than ``ok`` and its ``reason``; the outputs that
+    could be computed are kept. The statuses are ``ill_posed`` (there is no such scene), ``no_equilibrium``
+    (steady sliding does not exist: a contact would open, or a slider rests), ``eigenvalues`` (they were not
+    found), ``max_events``, ``unbounded``, ``chattering``, ``failed`` (the motion has no consistent
+    continuation) and ``error`` (a function raised).
     """
 
     def __init__(
@@ -267,7 +267,7 @@ class Study:
             study is continued, whatever ended the run that wrote it; at most the chunks under way are
             computed again.
         threads
-            Of this process; None: one per core.
+            Number of threads of this process; None: one per core.
         executor
             A ``concurrent.futures.Executor``, whose workers compute instead, each on one thread.
         client

@@ -53,7 +53,7 @@ def simulate_many(
     duration: float,
     position: Change | None = None,
     velocity: Change | None = None,
-    method: Literal["auto", "modal", "taylor"] = "auto",
+    method: Literal["auto", "modal", "taylor", "local"] = "auto",
     max_events: int | None = None,
     time_limit: float | None = None,
     accumulation_tolerance: float = 0.0,
@@ -63,11 +63,11 @@ def simulate_many(
 ) -> Iterator[Outcome]:
     """Run many scenes, on all cores, and hand out the runs one by one in order.
 
-    Scenes may come from a generator: they are taken as they are needed. In memory are only the runs in
-    progress and those that wait for an earlier one, a few dozen; take from each what you need and let it go.
-    What a run gives does not depend on the number of threads. A run that cannot start or cannot go on is an
-    `Outcome` with an `error`, and the others go on. On Ctrl-C the runs already finished are handed out first,
-    then `KeyboardInterrupt` is raised; leaving the loop stops what is in progress.
+    Scenes may come from a generator: they are taken as they are needed. Only the runs in progress and those
+    that wait for an earlier one, a few dozen, are in memory, if you keep no outcome yourself. Results do not
+    depend on the number of threads. If a run cannot start or cannot go on, its `Outcome` has an `error`, and
+    the other runs go on. On Ctrl-C the runs already finished are handed out first, then `KeyboardInterrupt`
+    is raised; leaving the loop stops the runs in progress.
 
     Parameters
     ----------
@@ -78,9 +78,10 @@ def simulate_many(
     duration
         > 0, s.
     position, velocity
-        Added to every start, see `State.perturbed`; without it a run from equilibrium stays there.
+        Amounts that are added to every start, see `State.perturbed`; without them a run from equilibrium
+        stays there.
     method, max_events, time_limit, accumulation_tolerance, on_grazing
-        Of every run, see `simulate`.
+        Settings of every run, see `simulate`.
     threads
         None: one per core.
     progress

@@ -35,10 +35,11 @@ def simulate(
     duration
         > 0, s.
     method
-        How phases are propagated: in modal coordinates, by Taylor series, or whichever is less work and
-        well-conditioned. The choice counts work and reads no clock: the same arguments give the same run.
-        ``local`` marches a large sparse scene with lumped mass by Taylor series, of which an event restarts
-        only those that it can reach; the motion is the same to rounding. Its trajectory cannot be pickled.
+        How phases are propagated: ``modal`` in modal coordinates, ``taylor`` by Taylor series, ``auto`` by
+        whichever is well-conditioned and takes less work. The choice counts operations and reads no clock, so
+        the same arguments give the same run. ``local`` is for large sparse scenes with lumped mass: by Taylor
+        series, of which an event restarts only those that it can reach. The motion is the same to rounding;
+        beyond some 200 coordinates ``auto`` takes it.
     max_events
         Stop after that many events; None: no limit.
     time_limit
@@ -48,7 +49,7 @@ def simulate(
         to rest there, as one event ``accumulation`` (see `Trajectory.accumulations`). At least one ulp of t.
     on_grazing
         What to do where an event function touches zero within rounding: ``keep`` the status and go on, or
-        ``stop`` there.
+        ``stop`` the run at the touch.
 
     Raises
     ------

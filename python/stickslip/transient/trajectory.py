@@ -42,12 +42,12 @@ class Trajectory(Motion):
         Parameters
         ----------
         further
-            Where the motion computed does not show it yet: how much longer to follow it, s; 0 to look at this
-            run only.
+            How much longer the motion is followed, s, if the computed part does not show the orbit yet; 0 to
+            look at the computed part only.
         method
             How phases are propagated, see `simulate`.
         time_limit
-            Wall-clock limit of the search, s, > 0; what is known by then is told. None: no limit.
+            Wall-clock limit of the search, s, > 0; the error then says what is known so far. None: no limit.
 
         Raises
         ------
@@ -100,11 +100,12 @@ class Trajectory(Motion):
         dof
             Name of a dof; None: all of them.
         begin, end
-            The stretch to sample, s; one of them alone: from 0, or up to the end of the motion.
+            The stretch to sample, s. If only one of them is given, the stretch begins at 0 or ends with the
+            motion.
         harmonics, further
-            Of the exact lines: the highest one, and see `limit_cycle`.
+            Highest harmonic of the exact lines, and `further` of `limit_cycle`.
         samples, window, detrend
-            Of the transform: number of equidistant samples, >= 8, a window of `scipy.signal.get_window`, and
+            For the transform: number of equidistant samples, >= 8; a window of `scipy.signal.get_window`; and
             what is subtracted first: the mean, a straight line, or nothing.
 
         Returns

@@ -16,12 +16,12 @@ pub enum Error {
     Shape {
         /// Name of the argument.
         argument: String,
-        /// With its noun: `shape (2, 2)`, `at least one dof`.
+        /// What is expected, with its noun: `shape (2, 2)`, `at least one dof`.
         expected: String,
         /// What was given, in the form of `expected`.
         got: String,
     },
-    /// A scene that local marches cannot follow.
+    /// The local method cannot compute the motion of this scene.
     #[error("method: 'local' does not work here: {reason}; use 'auto'")]
     NotLocal {
         /// What stands in the way.
@@ -223,7 +223,7 @@ pub enum Error {
         open: bool,
         /// The combination, one letter per contact.
         combination: String,
-        /// The one with open contacts in which the static load finds its equilibrium, where there is one.
+        /// The combination with open contacts in which the structure is in equilibrium under the static load, if there is one.
         admissible: Option<String>,
     },
     /// The reduced stiffness is singular, so the sliding equilibrium is not unique.
@@ -233,10 +233,10 @@ pub enum Error {
     SingularStiffness {
         /// The combination, one letter per contact.
         combination: String,
-        /// Estimate of that of the scaled stiffness, -; 0 where it is exactly singular.
+        /// Estimated reciprocal condition of the scaled stiffness, -; 0 if the stiffness is exactly singular.
         reciprocal_condition: f64,
     },
-    /// Small motions are asked for where the friction of a contact depends on slip speed and another one sticks.
+    /// Modes are asked for in a combination in which one contact slides by a law of friction and another one sticks.
     #[error(
         "combination {combination:?}: friction of contact {contact} depends on slip speed and contact {stuck} sticks, so there is no steady state about which motions are linear"
     )]
@@ -260,7 +260,7 @@ pub enum Error {
     },
     /// Nothing determines contact forces, and friction depends on slip speed.
     #[error(
-        "contact {contact}: nothing determines how the forces of closed contacts are split, which is followed with constant friction only"
+        "contact {contact}: nothing determines how the forces of closed contacts are split; such motions are computed with constant friction only"
     )]
     UndeterminedFrictionLaw {
         /// A contact whose forces are not determined.
@@ -329,7 +329,7 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
-    /// A contact without mass that is told to bounce.
+    /// A contact without mass has a restitution, so it would have to bounce.
     #[error(
         "contact {contact}: restitution: must be 0 where the contact has no mass, got {restitution}; its gap closes without an impact, and nothing bounces"
     )]
@@ -339,7 +339,7 @@ pub enum Error {
         /// The value given.
         restitution: f64,
     },
-    /// Dofs without mass that the springs do not hold.
+    /// The springs do not hold the dofs without mass.
     #[error(
         "stiffness: must be positive definite over the dofs without mass, which follow the others at once; coordinate {coordinate} has the pivot {pivot:e}"
     )]
@@ -349,7 +349,7 @@ pub enum Error {
         /// Pivot of the factorization there, N/m.
         pivot: f64,
     },
-    /// A force that would need the velocity of a dof without mass.
+    /// A force depends on the velocity of a dof without mass.
     #[error(
         "{argument}: entry at dof {dof}, which has no mass: its velocity jumps; state damping=Proportional(...), which is formed from the mass and the stiffness that the dofs with mass feel, or give the dof a mass"
     )]
@@ -359,7 +359,7 @@ pub enum Error {
         /// Index of the dof.
         dof: usize,
     },
-    /// Mass and no mass mixed where the program needs one or the other.
+    /// A scene mixes dofs with and without mass where either all or none of them must have mass.
     #[error("contact {contact}: {reason}")]
     MixedMass {
         /// Index of the contact.
@@ -410,7 +410,7 @@ pub enum Error {
     },
 }
 
-/// Where the rest of a matrix belongs of which a scene takes the symmetric part.
+/// How to divide an unsymmetric matrix between an argument that must be symmetric and its skew counterpart.
 fn split(argument: &str) -> &'static str {
     match argument {
         "stiffness" => {
@@ -463,14 +463,14 @@ pub enum RunFailure {
     /// The question itself is ill-posed.
     #[error(transparent)]
     Input(#[from] Error),
-    /// A law of friction that falls with slip speed has come to 0.
+    /// A law of friction that falls with slip speed has reached the coefficient 0.
     #[error(
         "contact {contact} at t = {time} s: its friction reaches 0 at this slip speed and would be negative beyond it"
     )]
     NegativeFriction {
         /// Index of the contact.
         contact: usize,
-        /// When it does, s.
+        /// Time at which it does, s.
         time: f64,
     },
     /// After an event a closed contact can neither stick nor slide.
@@ -544,11 +544,11 @@ impl RunFailure {
 }
 
 /// A request to stop, seen by all the work that holds the token: runs look at it every few dozen panels, searches and
-/// studies between their steps. What was computed by then is kept.
+/// studies between their steps. Results computed before the request are kept.
 #[derive(Debug, Default)]
 pub struct Cancel {
     requested: AtomicBool,
-    /// Asked by those who look, until it says yes once.
+    /// Function that is called by all who look at the token, until it returns true.
     ask: Option<fn() -> bool>,
 }
 

@@ -57,10 +57,10 @@
 //!   gap and the tangential displacement of every contact are coordinates of their own.
 //! - *gap*: distance of a contact from its slider, >= 0, m. *Clearance*: the gap at x = 0.
 //! - *slider*: the rigid body that a contact touches; *slip velocity*: that of the contact less that of the slider, m/s.
-//! - *normal force* N >= 0 and *friction force* T: what the slider does to the contact, N.
+//! - *normal force* N >= 0 and *friction force* T: the forces of the slider on the contact, N.
 //! - *friction* mu and *static friction* mu_static: T / N while slipping, and its bound while sticking.
 //! - *restitution* e: velocity after over velocity before an impact, in the normal direction.
-//! - *status*: what a contact does: positive (`+`) or negative (`-`) sliding, sticking (`s`), detached (`d`). *Closed*: not
+//! - *status* of a contact: positive (`+`) or negative (`-`) sliding, sticking (`s`), detached (`d`). *Closed*: not
 //!   detached. *Combination*: the statuses of all contacts.
 //! - *reduction*: the equation of motion `L' M R` of one combination over the *kept* coordinates, those it leaves free.
 //! - *lumped*: a diagonal mass. *Proportional* damping: `C = alpha M + beta K`. *Delassus matrix* W: accelerations of
@@ -79,21 +79,23 @@
 //!
 //! A motion:
 //!
-//! - *phase*: the motion in one combination, up to an event. *Propagator*: what computes it, from modes or by Taylor
-//!   series. *Panel*: a stretch of a phase on which the event functions are polynomials with an error bound. *Leap*: a long
-//!   stretch passed over because no event function can vanish on it.
-//! - *event function*: positive while a status holds. *Crossing*: it passes through its error bound, which is an event.
-//!   *Touch* or *grazing*: it enters the bound and leaves it upwards, which rounding leaves undecided.
+//! - *phase*: the motion in one combination, up to an event. *Propagator*: the method that computes a phase, by modes or by
+//!   Taylor series. *Panel*: an interval of a phase on which the event functions are polynomials with an error bound.
+//!   *Leap*: a long interval that is skipped because no event function can vanish on it.
+//! - *event function*: a function of the state that is positive while a status holds. *Crossing*: the function falls through
+//!   its error bound, which is an event. *Touch* or *grazing*: the function enters its error bound and leaves it upwards, so
+//!   that rounding leaves the event undecided.
 //! - *event*: slip ends (velocity), slip begins (`slip+`, `slip-`), release, impact, and *accumulation*, the limit of
 //!   infinitely many bounces. *Trigger*: the event function that vanished. *Transition*: statuses and velocities after it.
 //! - *departure*: the multiplicity with which an event function leaves zero after an event.
-//! - *run*: phase after phase; *trajectory*: what a run leaves behind; *record*: the numbers from which it comes back to the
-//!   last bit.
+//! - *run*: the computation of phase after phase; *trajectory*: its result; *record*: the numbers from which a trajectory is
+//!   restored to the last bit.
 //!
 //! Periodic motions:
 //!
-//! - *orbit*: a periodic motion of given events; *cycle*: an orbit with its stability. *Section*: where it starts, just after
-//!   an event. *Passage*: the event at the end of a phase with its derivatives; *saltation*: what it does to a neighbour.
+//! - *orbit*: a periodic motion of given events; *cycle*: an orbit with its stability. *Section*: the point at which an orbit
+//!   starts, just after an event. *Passage*: the event at the end of a phase with its derivatives; *saltation*: the map by
+//!   which an event changes the distance of a neighbouring motion.
 //! - *monodromy*: derivative of the flow over a period; *multipliers*: its eigenvalues. *Shooting*: Newton's method on all
 //!   phases at once. *Corner*: two events coincide, and the return map has one derivative on each side.
 //! - *attractor*: what a motion settles to: equilibrium, cycle, or aperiodic with a *Lyapunov exponent*.

@@ -11,7 +11,7 @@ use stickslip_core as core;
 use crate::convert::{
     integers, kinds, matrix, method_named, read_record, stops_at_grazing, vector,
 };
-use crate::errors::{named, raise};
+use crate::errors::raise;
 use crate::interrupt::{detached, listening};
 use crate::scene::{Scene, StatusInput};
 
@@ -163,10 +163,6 @@ impl Trajectory {
 
     /// Everything but the scene, as numbers and names; `Trajectory.from_record` takes it.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        if self.inner.is_local() {
-            let message = "record: a motion by method \"local\" has none yet; keep its samples, or run it by another method";
-            return Err(named(py, "InputError", message));
-        }
         let record = self.inner.record();
         let counters = record.counters;
         let contact = match record.stop_reason {
@@ -205,6 +201,7 @@ impl Trajectory {
         let reason = &record.stop_reason;
         dict.set_item("stop", (reason.name(), reason.to_string(), contact))?;
         dict.set_item("end", record.end)?;
+        dict.set_item("local", record.local.map(|local| local_dict(py, local)).transpose()?)?;
         Ok(dict)
     }
 
@@ -274,6 +271,66 @@ impl Trajectory {
     }
 }
 
+fn local_dict(py: Python<'_>, local: core::transient::LocalRecord) -> PyResult<Bound<'_, PyDict>> {
+    let dict = PyDict::new(py);
+    dict.set_item("load_time", local.load_time)?;
+    dict.set_item("stride", local.stride)?;
+    dict.set_item("panel_start", local.panel_start.into_pyarray(py))?;
+    dict.set_item("panel_rest", local.panel_rest.into_pyarray(py))?;
+    dict.set_item("panel_length", local.panel_length.into_pyarray(py))?;
+    dict.set_item("step_panel", integers(py, &local.step_panel))?;
+    dict.set_item("step_at", local.step_at.into_pyarray(py))?;
+    dict.set_item("step_begins", local.step_begins)?;
+    dict.set_item("status_step", integers(py, &local.status_step))?;
+    dict.set_item("status_contact", integers(py, &local.status_contact))?;
+    dict.set_item("status", local.status)?;
+    dict.set_item("reset_step", integers(py, &local.reset_step))?;
+    dict.set_item("reset_coordinate", integers(py, &local.reset_coordinate))?;
+    dict.set_item("reset_state", local.reset_state.into_pyarray(py))?;
+    Ok(dict)
+}
+
+/// What a local march keeps, from its record.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+struct Local<'py> {
+    load_time: f64,
+    stride: usize,
+    panel_start: PyReadonlyArray1<'py, f64>,
+    panel_rest: PyReadonlyArray1<'py, f64>,
+    panel_length: PyReadonlyArray1<'py, f64>,
+    step_panel: Vec<usize>,
+    step_at: PyReadonlyArray1<'py, f64>,
+    step_begins: Vec<bool>,
+    status_step: Vec<usize>,
+    status_contact: Vec<usize>,
+    status: String,
+    reset_step: Vec<usize>,
+    reset_coordinate: Vec<usize>,
+    reset_state: PyReadonlyArray1<'py, f64>,
+}
+
+impl From<Local<'_>> for core::transient::LocalRecord {
+    fn from(local: Local<'_>) -> Self {
+        Self {
+            load_time: local.load_time,
+            stride: local.stride,
+            panel_start: vector(&local.panel_start),
+            panel_rest: vector(&local.panel_rest),
+            panel_length: vector(&local.panel_length),
+            step_panel: local.step_panel,
+            step_at: vector(&local.step_at),
+            step_begins: local.step_begins,
+            status_step: local.status_step,
+            status_contact: local.status_contact,
+            status: local.status,
+            reset_step: local.reset_step,
+            reset_coordinate: local.reset_coordinate,
+            reset_state: vector(&local.reset_state),
+        }
+    }
+}
+
 /// A motion from its record.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -292,6 +349,7 @@ struct Record<'py> {
     counters: [usize; 7],
     stop: (String, String, Option<usize>),
     end: f64,
+    local: Option<Local<'py>>,
 }
 
 impl Record<'_> {
@@ -351,6 +409,7 @@ impl Record<'_> {
             },
             stop_reason,
             end: self.end,
+            local: self.local.map(Into::into),
         };
         let inner = detached(py, || core::Trajectory::from_record(propagators, record))?
             .map_err(|error| raise(py, &error))?;

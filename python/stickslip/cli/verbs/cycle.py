@@ -23,7 +23,9 @@ from stickslip.cli.options import (
 @click.option(
     "--further", type=float, default=10.0, show_default=True, help="How much longer to follow the motion, s."
 )
-@click.option("--samples", type=Number(min=2), default=513, show_default=True, help="Instants of one period.")
+@click.option(
+    "--samples", type=Number(min=2), default=513, show_default=True, help="Number of instants in one period."
+)
 @answer_options
 def cycle(
     case: ss.Case,
@@ -34,8 +36,8 @@ def cycle(
 ) -> None:
     """Find the limit cycle: period, phases, stability, spectrum.
 
-    Exits with 1 if the motion settles to none; it says what it is instead. Exits with 3 if it was followed
-    too short to tell.
+    The exit code is 1 if the motion settles to no limit cycle; a message says what it does instead. The exit
+    code is 3 if the motion was too short to tell.
 
     \b
     Example:

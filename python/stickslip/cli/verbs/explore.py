@@ -26,14 +26,14 @@ from stickslip.cli.options import Number, loaded, motion_options, naming
     type=Number(0, 65535),
     default=0,
     show_default=True,
-    help="Where to listen; 0: any that is free.",
+    help="Port of the page; 0: any free port.",
 )
-@click.option("--no-browser", is_flag=True, help="Print the address and open no window.")
+@click.option("--no-browser", is_flag=True, help="Print the address, but open no window.")
 def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser: bool) -> None:
     """Show a scene on a page on which its parameters are dragged and the motion follows.
 
-    Without a file: the published model. The page is served on 127.0.0.1 alone and needs no network; Ctrl-C
-    ends it.
+    Without a file the page shows the published model. The page is served on 127.0.0.1 alone and needs no
+    network; Ctrl-C ends it.
 
     \b
     Example:
@@ -65,7 +65,7 @@ def explore(scene: Path | None, changes: tuple[str, ...], port: int, no_browser:
     "out",
     type=click.Path(dir_okay=False, writable=True, path_type=Path),
     required=True,
-    help="The sound, .wav.",
+    help="Sound file, .wav.",
 )
 def listen(case: ss.Case, settings: dict[str, Any], contact: int, out: Path) -> None:
     """Write the tangential velocity of a contact as sound, from the start on, at its own speed.

@@ -51,7 +51,7 @@ def init(scene: Path, model: str, force: bool) -> None:
     type=click.Choice(["lumped", "consistent", "massless"]),
     default="lumped",
     show_default=True,
-    help="What becomes of the inertia that the modes leave at the contacts.",
+    help="Model of the mass that the modes leave at the contacts.",
 )
 @click.option(
     "--tolerance",
@@ -61,7 +61,9 @@ def init(scene: Path, model: str, force: bool) -> None:
     help="Largest relative error of an eigenvalue.",
 )
 @click.option("--modes", type=int, help="Number of modes with held contacts; default: as the tolerance asks.")
-@click.option("-c", "--combination", help="Whose eigenvalues are compared; default: that of steady sliding.")
+@click.option(
+    "-c", "--combination", help="Combination whose eigenvalues are compared; default: that of steady sliding."
+)
 @click.option(
     "-o",
     "--output",

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     nargs=2,
     type=float,
     metavar="LOW HIGH",
-    help="Frequencies in Hz: of a large scene the modes between, and how many of them are missing.",
+    help="Two frequencies, Hz: compute only the modes between, and count missing ones.",
 )
 @click.option(
     "--growth",
@@ -46,10 +46,12 @@ if TYPE_CHECKING:
     multiple=True,
     type=float,
     metavar="HZ",
-    help="Of a large scene the modes nearest to a frequency.",
+    help="Frequency in Hz: compute only the modes nearest to it.",
 )
-@click.option("--count", type=int, default=20, show_default=True, help="With --near: how many.")
-@click.option("--all", "every", is_flag=True, help="All status combinations: frequencies and stability.")
+@click.option("--count", type=int, default=20, show_default=True, help="With --near: the number of modes.")
+@click.option(
+    "--all", "every", is_flag=True, help="Show frequencies and stability of all status combinations."
+)
 @answer_options
 def modes(
     scene: Path,

@@ -21,18 +21,18 @@ from stickslip.cli.options import loaded, scene_argument, waiting
     type=click.Path(dir_okay=False, writable=True, path_type=Path),
     help="The page; by default beside the scene file, with the suffix .html.",
 )
-@click.option("--title", help="What to call the scene; by default the name of its file.")
-@click.option("--duration", type=float, help="Of the motion, s; by default that of the file.")
+@click.option("--title", help="Name of the scene on the page; by default the name of its file.")
+@click.option("--duration", type=float, help="Duration of the motion, s; by default that of the file.")
 def report(
     scene: Path, changes: tuple[str, ...], out: Path | None, title: str | None, duration: float | None
 ) -> None:
     """Write one HTML page about the scene of a scene file.
 
-    The page needs no network and prints: scene, steady sliding, complex modes in motion, eigenvalues over
-    the parameter of [sweep] or friction, transient, limit cycle, spectrum, energy. For the published
-    two-subsystem model at published parameters also every published number and figure beside the
-    computed one. The last section holds date, command and scene file; the date is that of
-    SOURCE_DATE_EPOCH where this is set.
+    The page needs no network and can be printed. It shows the scene, steady sliding, complex modes in
+    motion, eigenvalues over the parameter of [sweep] or friction, the transient, the limit cycle, spectrum
+    and energy. For the published two-subsystem model at published parameters it also shows every published
+    number and figure beside the computed one. The last section holds date, command and scene file; the date
+    is that of SOURCE_DATE_EPOCH, if it is set.
     """
     from stickslip.faults import InputError
     from stickslip.reference.section import known

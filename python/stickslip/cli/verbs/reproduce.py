@@ -37,8 +37,8 @@ STYLES = {"agrees": "green", "erratum": "yellow", "differs": "bold red", "not pr
 def reproduce(out: Path | None, as_json: bool, dpi: int) -> None:
     """Compute every published number of the two-subsystem model and compare.
 
-    A computed value agrees if it differs by less than one unit of the last printed digit. Exits with 1 if one
-    differs and is no named erratum.
+    A computed value agrees if it differs by less than one unit of the last printed digit. The exit code is 1
+    if a value differs and no erratum explains it.
 
     \b
     Example:

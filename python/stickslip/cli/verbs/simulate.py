@@ -23,16 +23,16 @@ if TYPE_CHECKING:
 
 @click.command()
 @motion_options
-@click.option("--max-events", type=int, help="Stop after that many events.")
-@click.option("--time-limit", type=float, help="Stop after that much computing, s.")
+@click.option("--max-events", type=int, help="Stop after so many events.")
+@click.option("--time-limit", type=float, help="Stop after so many seconds of computing.")
 @click.option(
     "--samples",
     type=Number(min=2),
     default=2001,
     show_default=True,
-    help="Instants, equidistant from 0 to the end, at which the motion is written.",
+    help="Number of instants, equidistant from 0 to the end, at which the motion is written.",
 )
-@click.option("--events", is_flag=True, help="In CSV: the events instead of the motion.")
+@click.option("--events", is_flag=True, help="Write the events to the CSV table instead of the motion.")
 @click.option("--dof", "dofs", multiple=True, help="Dofs of the figure; default: those that move most.")
 @answer_options
 def simulate(
@@ -47,7 +47,7 @@ def simulate(
 ) -> None:
     """Compute the transient: motion, contact forces and every status change.
 
-    What a run has computed is written also if it cannot go on or is interrupted.
+    If a run cannot go on or is interrupted, the motion computed so far is written.
 
     \b
     Example:

@@ -43,20 +43,22 @@ QUANTILES = (0.05, 0.5, 0.95)
     help="Parameter and its distribution, such as 'friction={uniform=[0.3,2.5]}'; default: those of [study].",
 )
 @click.option("--ask", multiple=True, metavar="OUTPUT", help="Output, such as growth_rate; repeatable.")
-@click.option("--samples", type=int, help="Their number; default: that of [study].")
+@click.option("--samples", type=int, help="Number of samples; default: that of [study].")
 @click.option("--seed", type=int, help="Default: that of [study], or 0.")
 @click.option("--sampler", help="random, latin_hypercube, sobol, saltelli or morris.")
-@click.option("--duration", type=float, help="Of a motion, s; default: that of [study] or [run].")
+@click.option("--duration", type=float, help="Duration of each motion, s; default: that of [study] or [run].")
 @start_option
 @method_option
 @click.option(
-    "-c", "--combination", help="Of modes, one letter of + - s d per contact; default: of steady sliding."
+    "-c",
+    "--combination",
+    help="Statuses for the modes, a letter of + - s d per contact; default: steady sliding.",
 )
 @click.option("--threads", type=int, help="Default: one per core.")
 @click.option(
     "--store",
     type=click.Path(file_okay=False, path_type=Path),
-    help="Zarr store; the same command again goes on where this one stopped.",
+    help="Zarr store; the same command continues a study that was stopped.",
 )
 @answer_options
 def study(
@@ -77,8 +79,8 @@ def study(
 ) -> None:
     """Run the scene over distributions of its parameters.
 
-    Parameters and outputs are those of [study] in the file, or of --over and --ask. What is complete is
-    written also if the study cannot go on or is interrupted.
+    Parameters and outputs are those of [study] in the file, or of --over and --ask. If the study cannot go on
+    or is interrupted, all complete samples are written.
 
     \b
     Example:

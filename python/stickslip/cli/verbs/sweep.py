@@ -38,7 +38,7 @@ RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
     "--over",
     multiple=True,
     metavar="NAME=FROM:TO:COUNT",
-    help="Parameter and its values, or NAME=[values]; once or twice; default: [sweep] of the file.",
+    help="Parameter and its values; once or twice; default: [sweep] of the file.",
 )
 @click.option(
     "-c", "--combination", help="One letter of + - s d per contact; default: that of steady sliding."
@@ -47,7 +47,7 @@ RANGE = "NAME=FROM:TO:COUNT or NAME=[values]"
     "--modes",
     type=Number(min=1),
     metavar="COUNT",
-    help="Follow only so many modes, those of the largest real part; default: all.",
+    help="Follow only so many modes, those with the largest real parts; default: all.",
 )
 @answer_options
 def sweep(

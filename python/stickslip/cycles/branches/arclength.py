@@ -129,13 +129,13 @@ def trace_branch(
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
     over
-        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the one
-        to go to. The branch is followed while the parameter lies between both.
+        Parameters by name as for `sweep`, one of them with (begin, end): the value of the cycle, and the
+        value to reach. The branch is followed while the parameter lies between both.
     step
-        Longest step, > 0: of the range of the parameter and of the size of the orbit, taken together. It is
-        shortened where the branch bends.
+        Longest step, in (0, 1], relative to the range of the parameter and the size of the orbit together.
+        Steps become shorter where the branch bends.
     points
-        Points after which to stop, >= 1.
+        Number of points after which the call stops, >= 1.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 

@@ -38,7 +38,7 @@ class BranchPoint:
     multiplier
         The critical multiplier; nan for a change of the sequence.
     contact, event
-        What happens beyond, where the sequence changes; None otherwise.
+        Contact and kind of the event by which the sequence changes beyond the point; None at other points.
     cycle
         The orbit at the point; where the branch ends there, the last one before it.
     """
@@ -70,10 +70,11 @@ class Branch(Diagram):
     cycles
         The orbits, stable or not; None at values that the branch does not reach.
     folds
-        Where the branch turns back; `follow_branch` does not look for them.
+        Points at which the branch turns back; `follow_branch` does not look for them.
     end
-        Why it ends: ``range`` (the last value was reached), ``points``, ``sequence`` (the sequence of events
-        has no orbit any more) or, of `follow_branch` alone, ``lost``: Newton's method finds no further orbit.
+        Why the branch ends: ``range`` (the last value was reached), ``points`` (it has as many points as were
+        allowed), ``sequence`` (no orbit has this sequence of events any more) or, from `follow_branch` alone,
+        ``lost`` (Newton's method finds no further orbit).
 
     The dataset holds neither `folds` nor `end`.
     """
@@ -106,7 +107,7 @@ def follow_branch(
     Parameters
     ----------
     cycle
-        Where to begin; the first value should be near its own.
+        Cycle at which the branch begins; the first value should be near the value of this cycle.
     model
         A function from keywords to a `Scene`; None: the scene of the cycle.
     over

@@ -36,7 +36,7 @@ def branch_points(
     steps: int = STEPS,
     **parameters: Any,
 ) -> tuple[BranchPoint, ...]:
-    """Return where the branch of orbits through a cycle changes stability, folds or leaves its sequence.
+    """Return the points at which a branch of orbits changes stability, folds, or changes its event sequence.
 
     Parameters
     ----------
@@ -48,15 +48,15 @@ def branch_points(
         Parameters by name as for `sweep`, one of them with (begin, end): the branch is followed from the
         first to the second value, up to a change of the sequence.
     steps
-        Steps of the search, >= 1: two points of one kind within a step cancel.
+        Number of steps of the search, >= 1. Two points of one kind within a step are not found.
     **parameters
         The same as keywords; refused where the model has a parameter that is named as an option here.
 
     Returns
     -------
     tuple of BranchPoint
-        In the order of the branch. The critical multiplier of a period doubling meets -1 to 1e-8, that of a
-        fold 1; beyond a fold goes `trace_branch`.
+        The points in the order of the branch. The critical multiplier of a period doubling is -1 within 1e-8,
+        that of a fold is 1. `trace_branch` follows a branch beyond its fold.
 
     Raises
     ------

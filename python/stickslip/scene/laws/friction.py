@@ -2,7 +2,7 @@
 
 With N the normal force and s the slip velocity, the friction force of a sliding contact is
 ``T = -sign(s) mu(|s|) N``. A plain number is constant friction. A contact that sticks holds up to its static
-friction, which is the law at rest unless it is given.
+friction, which is mu(0) unless `Contact.static_friction` gives another value.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ import dataclasses
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,10 +26,10 @@ LawData = tuple[str, list[float], list[list[float]]]
 
 @dataclass(frozen=True)
 class Law(ABC):
-    """How friction depends on slip speed; one of the classes of this module.
+    """The dependence of friction on slip speed; every other class of this module is such a law.
 
-    Parameters of a law are numbers of a scene by their names: ``friction_kinetic`` of all contacts whose law
-    has it, ``friction_kinetic_0`` of one.
+    The numbers of a law are parameters of a scene by their names: ``friction_kinetic`` sets all contacts
+    whose law has this number, ``friction_kinetic_0`` the first contact.
     """
 
     #: The name of the law in files.
@@ -95,7 +96,8 @@ class Linear(Law):
     mu0
         mu at rest, >= 0.
     slope
-        s/m; negative where friction falls with speed. A motion on which mu would be negative ends there.
+        s/m; negative if friction falls with slip speed. A run ends at the instant at which mu becomes
+        negative.
     """
 
     mu0: float
@@ -202,6 +204,7 @@ class Tabulated(Law):
         """Return no names: a table has no single numbers."""
         return ()
 
+    @cached_property
     def _spline(self) -> scipy.interpolate.CubicHermiteSpline:
         slopes = scipy.interpolate.PchipInterpolator(self.speeds, self.values).derivative()(self.speeds)
         slopes[-1] = 0.0
@@ -209,12 +212,12 @@ class Tabulated(Law):
 
     def data(self) -> LawData | None:
         """Return speeds and pieces, ascending powers of the distance from the speed where each begins."""
-        pieces = self._spline().c[::-1].T.tolist()
+        pieces = self._spline.c[::-1].T.tolist()
         return self.law, list(self.speeds), [*pieces, [self.values[-1], 0.0, 0.0, 0.0]]
 
     def coefficient(self, speed: float) -> float:
         """Return mu at a slip speed, m/s."""
-        return float(self._spline()(min(speed, self.speeds[-1])))
+        return float(self._spline(min(speed, self.speeds[-1])))
 
     def table(self) -> dict[str, Any]:
         """Return the law as a file has it."""

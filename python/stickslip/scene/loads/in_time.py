@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,6 +15,9 @@ from stickslip.scene.contact import Contact, contact_labels, entries_of
 
 if TYPE_CHECKING:
     from stickslip._core import _LoadData
+
+#: A number, or entries by dof: which of them it is, the load says.
+Amplitude: TypeAlias = Any
 
 
 @dataclass(frozen=True)
@@ -29,14 +32,14 @@ class Harmonic:
     frequency
         Hz, positive.
     phase
-        rad
+        Phase at t = 0, rad.
     name
-        Makes its numbers parameters: ``shaker_amplitude``, ``shaker_frequency``, ``shaker_phase`` of the load
-        ``shaker``. None: ``load_0`` for the first load of a scene, ``slider_vibration_0`` for the slider of
-        the first contact, or of the contact of that name.
+        Name under which the numbers of the load are parameters: ``shaker_amplitude``, ``shaker_frequency``
+        and ``shaker_phase`` for the name ``shaker``. None: ``load_0`` for the first load of a scene,
+        ``slider_vibration_0`` for the slider of the first contact, or with the contact's name in place of 0.
     """
 
-    amplitude: Any
+    amplitude: Amplitude
     frequency: float
     phase: float = 0.0
     name: str | None = None
@@ -56,15 +59,15 @@ class Steps:
     amplitude
         The force at factor 1, N, by dof, such as ``{"x2": 3000.0}``, or a vector (n,).
     times
-        When the factor changes, s; positive, ascending.
+        Times at which the factor changes, s; positive, ascending.
     values
-        The factor from 0 on and from each of the times on: one more than `times`.
+        The factors: one from t = 0 on, and one from each of the `times` on.
     name
-        Makes its numbers parameters: ``pull_amplitude``, ``pull_times_0``, ``pull_values_1`` of the load
-        ``pull``. None: ``load_0`` for the first load of a scene.
+        Name under which the numbers of the load are parameters: ``pull_amplitude``, ``pull_times_0``,
+        ``pull_values_1`` for the name ``pull``. None: ``load_0`` for the first load of a scene.
     """
 
-    amplitude: Any
+    amplitude: Amplitude
     times: Sequence[float]
     values: Sequence[float]
     name: str | None = None
@@ -93,8 +96,10 @@ SWITCHED = ("times", "values")
 
 def vibration_name(contacts: Sequence[Contact], place: int) -> str:
     """Return the name of the vibration of a contact's slider, as parameters have it."""
-    own = contacts[place].slider_vibration.name
-    return f"slider_vibration_{contact_labels(contacts)[place]}" if own is None else own
+    vibration = contacts[place].slider_vibration
+    if vibration is None or vibration.name is None:
+        return f"slider_vibration_{contact_labels(contacts)[place]}"
+    return vibration.name
 
 
 def load_names(loads: Sequence[Load]) -> list[str]:

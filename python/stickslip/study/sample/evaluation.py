@@ -34,14 +34,14 @@ class Settings:
     Attributes
     ----------
     combination
-        Of everything about stability; None: that of steady sliding.
+        Status combination for all stability outputs; None: that of steady sliding.
     hopf
-        Friction that is moved, lower and upper end; None: not asked.
+        Friction that varies, and the ends of its range; None: no Hopf point is asked for.
     duration, further
-        Of a motion, and how much longer it is followed where it has not settled, s.
+        Duration of a motion, and how much longer it is followed if it has not settled, s.
     start
-        None: the fastest growing mode of sliding (`disturbed_sliding`); else what is added to the position
-        and velocity of the sliding equilibrium.
+        None: the fastest growing mode of sliding (`disturbed_sliding`); otherwise the amounts added to the
+        position and velocity of the sliding equilibrium.
     """
 
     combination: str | None = None

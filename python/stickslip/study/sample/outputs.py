@@ -23,7 +23,7 @@ class Column:
     Attributes
     ----------
     name
-        Of the variable.
+        Name of the variable.
     dims
         Dimensions besides ``sample``.
     dtype
@@ -106,11 +106,11 @@ class Output:
     Parameters
     ----------
     function
-        Of one argument, picklable if other processes run the study; returns one number, or a vector of
-        ``size`` of them.
+        A function of one argument that returns one number, or a vector of ``size`` numbers; it must be
+        picklable if other processes run the study.
     of
-        ``run``: the `Trajectory` of the duration; ``cycle``: the `Cycle` it settles to; ``scene``: the
-        `Scene`.
+        What the function takes: ``run``, the `Trajectory` of the duration; ``cycle``, the `Cycle` to which it
+        settles; ``scene``, the `Scene`.
     dtype
         ``float`` or ``complex``.
     size

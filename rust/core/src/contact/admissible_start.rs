@@ -26,7 +26,7 @@ pub fn start_coordinates(scene: &Scene, state: &State) -> Result<(Vec<f64>, Vec<
     coordinates_at(scene, state, 0.0)
 }
 
-/// The same of a state at a time, which tells the loads.
+/// The same for a state at a time, on which the loads depend.
 pub(crate) fn coordinates_at(
     scene: &Scene,
     state: &State,
@@ -127,7 +127,7 @@ pub(crate) fn coordinates_at(
         let normal_force = normal.value(&q, &u);
         let tolerance = START_TOLERANCE * normal.magnitude(&q, &u);
         if undetermined.contains(&contact) {
-            // Some forces must do.
+            // One split of the forces that satisfies the inequalities is enough.
             let own = functions.iter().filter(|function| function.contact == contact);
             let kinematic = |kind| matches!(kind, EventKind::Velocity | EventKind::Impact);
             for function in own.filter(|function| !kinematic(function.trigger)) {
@@ -190,8 +190,8 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64]) -> Result<(), Error> 
     Ok(())
 }
 
-/// (T, N) of a contact if it had a status and the others theirs of `combination`: where mass couples contacts, what
-/// one of them carries depends on all.
+/// (T, N) of a contact with a given status, while the others have their status of `combination`: if mass couples
+/// contacts, the forces of one depend on the statuses of all.
 fn force_as(
     scene: &Scene,
     combination: &Combination,
@@ -207,7 +207,7 @@ fn force_as(
     contact_forces(scene, &Combination::new(statuses)).swap_remove(contact)
 }
 
-/// Functions of the start state that are exactly zero leave from zero: their multiplicity is found
+/// Event functions that are exactly zero in the start state depart from zero: their multiplicity follows
 /// from the derivatives, each compared with its rounding.
 pub(crate) fn initial_departures(
     scene: &Scene,
@@ -254,7 +254,7 @@ pub(crate) fn initial_departures(
         .collect()
 }
 
-/// The same of a contact without mass, whose forces and gap have rates that the state gives; None where its slip, which
+/// The same for a contact without mass, whose forces and gap have rates that follow from the state; None if its slip, which
 /// has mass, decides.
 fn departure_without_mass(
     scene: &Scene,

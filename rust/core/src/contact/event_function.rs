@@ -67,7 +67,7 @@ impl Functional {
         own.len() == others.len() && own.iter().zip(&others).all(near)
     }
 
-    /// The same over the coordinates of x of a scene in which some coordinates are sums of others.
+    /// The same functional over the coordinates of x, in a scene in which some coordinates are sums of others.
     pub fn substituted(&self, scene: &Scene) -> Self {
         let mut constant = self.constant;
         let mut over = |terms: &[(usize, f64)], shifts: bool| {
@@ -118,7 +118,7 @@ impl Functional {
 
     /// `sum_j factor_j part_j`
     fn sum<'a>(parts: impl Iterator<Item = (f64, &'a Self)> + Clone) -> Self {
-        // A row of sums, where the parts hold many coordinates of a scene; where they hold a few of a large one, in order.
+        // A dense row of sums if the parts hold many coordinates of the scene; otherwise a sorted list.
         let merged = |of: fn(&Self) -> &[(usize, f64)]| -> Vec<(usize, f64)> {
             let largest = parts.clone().filter_map(|(_, part)| of(part).last());
             let count = largest.map(|term| term.0 + 1).max().unwrap_or(0);
@@ -200,7 +200,7 @@ pub(crate) fn contact_forces(
     forces
 }
 
-/// Adds to forces what it takes that held directions follow sliders that vibrate, where they are sums of others.
+/// Adds to the forces the part by which held directions that are sums of others follow sliders that vibrate.
 fn carry_along(
     scene: &Scene,
     w: &DMatrix<f64>,
@@ -245,8 +245,8 @@ fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f6
     Factors::new(matrix).solve(held)
 }
 
-/// What friction beyond that of `friction` adds to the forces of coupled contacts, without itself: a column (T, N) of all
-/// of them for each newton against the slip of one. None where contacts are not coupled.
+/// The change of the forces (T, N) of all coupled contacts per newton of additional friction against the slip of one of
+/// them, a column for each; the additional friction itself is not included. None if contacts are not coupled.
 pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
     let statuses = combination.statuses();
     let map = force_map(scene, scene.coordinates.delassus.as_ref()?, statuses);
@@ -288,8 +288,9 @@ pub fn undetermined(scene: &Scene, combination: &Combination) -> Vec<usize> {
     (0..scene.contacts.len()).filter(|&i| moved(2 * i) || moved(2 * i + 1)).collect()
 }
 
-/// The event functions of a combination in which some forces are not determined: its inequalities that hold for some of
-/// them. Each is told of every contact that it contains; both friction limits of one mean its normal force.
+/// The event functions of a combination in which some forces are not determined: the inequalities that some split of
+/// the forces can satisfy. Each belongs to every contact that it contains; if it contains both friction limits of a
+/// contact, it belongs to the normal force of that contact.
 fn undetermined_functions(
     scene: &Scene,
     combination: &Combination,
@@ -375,8 +376,8 @@ pub(crate) fn functions_of_contact(
     of_contact(scene, contact, status, &None)
 }
 
-/// What ends the status of one contact by `trigger`: its event function, or that of its normal force for a sticking
-/// contact whose friction cone closes. An orbit under loads in time ends with their period.
+/// The event function by which `trigger` ends the status of one contact; for a sticking contact whose friction cone closes
+/// it is that of the normal force. An orbit under loads in time ends with their period.
 pub(crate) fn ending(
     scene: &Scene,
     combination: &Combination,
@@ -420,7 +421,7 @@ fn phase_of_loads(scene: &Scene) -> Functional {
     }
 }
 
-/// The event functions of one contact; `coupled`: the forces of all, where mass couples them.
+/// The event functions of one contact; `coupled` holds the forces of all contacts if mass couples them.
 fn of_contact(
     scene: &Scene,
     contact: usize,

@@ -23,11 +23,11 @@ pub enum EventKind {
     /// T of a sticking contact without mass reached mu_static N and dropped to mu N, which moved it at once; its event
     /// functions are those of `SlipPositive` and `SlipNegative`.
     Jump,
-    /// A load was switched; of no contact.
+    /// A load was switched; the event belongs to no contact.
     Load,
 }
 
-/// In place of a contact, where an event is of none.
+/// Stands for the contact of an event that belongs to no contact.
 pub const NO_CONTACT: usize = usize::MAX;
 
 impl EventKind {

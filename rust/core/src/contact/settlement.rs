@@ -1,4 +1,4 @@
-//! What an event leaves behind: statuses, departures and the events of contacts.
+//! The result of an event: statuses, departures, and the events of contacts.
 
 use crate::contact::event_kind::EventKind;
 use crate::scene::model::Scene;
@@ -38,25 +38,25 @@ impl Departure {
     }
 }
 
-/// Statuses and departures of all contacts, and what has happened to which at the last event.
+/// Statuses and departures of all contacts, and the contacts and kinds of the last event.
 #[derive(Debug)]
 pub(crate) struct Settlement {
     pub statuses: Vec<Status>,
     pub departures: Vec<Departure>,
     /// By contact.
     pub events: Vec<(usize, EventKind)>,
-    /// What a joint closing of several contacts has left out of their series, s.
+    /// Duration of the part of a series that a joint closing of several contacts leaves out, s.
     pub rest: Option<f64>,
 }
 
-/// What a series of impacts over several contacts is judged by.
+/// The limits that decide whether a series of impacts over several contacts ends.
 #[derive(Debug, Default)]
 pub(crate) struct Series {
     /// Bound of the error of the gap of each contact, m.
     pub gaps: Vec<f64>,
     /// Gap below which a series is not followed, m.
     pub resolution: f64,
-    /// Ratio of the distances of two impacts of each contact that follow each other, 0 where those before tell none.
+    /// Ratio of successive intervals between impacts of each contact; 0 if there are too few impacts before.
     pub ratios: Vec<f64>,
     /// The rest that may be left out, s.
     pub negligible: f64,
@@ -65,7 +65,7 @@ pub(crate) struct Series {
 }
 
 impl Settlement {
-    /// What is off its slider by nothing and moves away leaves from zero, whatever the event was.
+    /// A contact whose gap is zero and opens departs from zero, whatever the event was.
     pub fn depart(
         &mut self,
         scene: &Scene,

@@ -1,4 +1,4 @@
-//! What the contacts do after an event: the one place where statuses change.
+//! The transitions of contacts at an event: the one place where statuses change.
 
 use crate::contact::coupled::contacts::Coupled;
 use crate::contact::coupled::transition::settle_coupled;
@@ -28,7 +28,7 @@ pub(crate) fn settle(
     u: &mut [f64],
 ) -> Result<(), RunFailure> {
     settlement.rest = None;
-    // A gap that rounding has made negative while another contact's event came is zero.
+    // A gap that rounding has made negative by the time of another contact's event is zero.
     for contact in among.clone() {
         if settlement.statuses[contact] == Status::Detached {
             let normal = scene.contacts[contact].normal;

@@ -51,7 +51,7 @@ pub struct EnergySample {
     pub combination: Vec<Combination>,
 }
 
-/// `q - q_gap`: positions from which springs are relaxed.
+/// `q - q_gap`: positions relative to the one in which springs are relaxed.
 fn elongation(scene: &Scene, q: &[f64]) -> Vec<f64> {
     let mut relative = q.to_vec();
     for law in &scene.contacts {
@@ -147,7 +147,7 @@ pub(crate) struct FrictionForces {
     forces: Vec<(Functional, Functional)>,
 }
 
-/// What one contact does at an instant.
+/// The powers of one contact at an instant.
 pub(crate) struct ContactPower {
     /// `T (t . u)`, W.
     pub structure: f64,
@@ -190,7 +190,7 @@ impl FrictionForces {
     }
 }
 
-/// What vibration adds to the speed of a slider.
+/// The speed that vibration adds to that of a slider.
 pub(crate) fn slider_vibration(law: &Contact, u: &[f64], rest: &[f64]) -> f64 {
     rest[law.tangential] - u[law.tangential]
 }

@@ -1,8 +1,8 @@
 //! Works over an interval, phase by phase and impact by impact.
 //!
-//! The powers of `power.rs` are integrated by the rule of `gauss.rs` on panels as short as the motion of
-//! the moment needs; a constant force works `F . (x1 - x0)`, and so does a switched one within a phase. At an impact the velocities jump and the impulses
-//! `p = M (u+ - u-)` of the contacts change the kinetic energy by exactly
+//! The powers of `power.rs` are integrated by the rule of `gauss.rs` on panels that are as short as the motion requires. The
+//! work of a constant force is `F . (x1 - x0)`, also that of a switched one within a phase. At an impact the velocities jump,
+//! and the impulses `p = M (u+ - u-)` of the contacts change the kinetic energy by exactly
 //! `sum p_n (g'+ + g'-) / 2 + p_t (t.u+ + t.u-) / 2`:
 //!
 //! ```text
@@ -11,9 +11,9 @@
 //! friction heat                   -p_t (s+ + s-) / 2    >= 0 for a Coulomb impulse
 //! ```
 //!
-//! The limit of a series of bounces takes what is left of the relative motion, `1/2 m g'^2` after its last one. Where
-//! several contacts close together, their gaps g of some rounding close too: what the load `F - K x` works on that way
-//! is part of what the impacts take.
+//! The limit of a series of bounces takes the energy of the relative motion after the last bounce, `1/2 m g'^2`. If several
+//! contacts close together, their gaps g of some rounding close too, and the work of the load `F - K x` on these gaps is
+//! part of the energy that the impacts take.
 
 use crate::contact::event_kind::EventKind;
 use crate::energy::power::{
@@ -37,32 +37,32 @@ pub struct PhaseWork {
     pub duration: f64,
     /// Status of every contact in the phase.
     pub combination: Combination,
-    /// On the structure through each contact: `slider` less friction heat.
+    /// Work on the structure through each contact: `slider` less friction heat.
     pub contact: Vec<f64>,
     /// `integral of T_i v_i dt` for each contact.
     pub slider: Vec<f64>,
-    /// `integral of N_i |s_i| dt` for each contact; what it takes at an impact is not counted.
+    /// `integral of N_i |s_i| dt` for each contact; impacts do not count.
     pub wear: Vec<f64>,
-    /// Of the force F and the loads in time on the structure.
+    /// Work of the force F and the loads in time on the structure.
     pub external: f64,
-    /// Of the circulatory forces on the structure, the integral of `-u' H_a x`; 0 without them.
+    /// Work of the circulatory forces on the structure, the integral of `-u' H_a x`; 0 without them.
     pub circulatory: f64,
-    /// Dissipated, by damper group; see [`damper_groups`].
+    /// Dissipated energy by damper group; see [`damper_groups`].
     pub damping: Vec<f64>,
 }
 
-/// What one contact takes from the motion at an impact or at the limit of its bounces, J.
+/// The energy that one contact takes from the motion at an impact or at the limit of its bounces, J.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ImpactWork {
     /// Time of the impact, s.
     pub time: f64,
     /// Index of the contact.
     pub contact: usize,
-    /// Lost in the normal direction.
+    /// Energy lost in the normal direction.
     pub normal: f64,
-    /// Brought in by the slider through the tangential impulse.
+    /// Work of the slider through the tangential impulse.
     pub slider: f64,
-    /// Turned into heat by the tangential impulse.
+    /// Friction heat of the tangential impulse.
     pub friction: f64,
 }
 
@@ -71,7 +71,7 @@ pub struct ImpactWork {
 pub struct Works {
     /// One entry for each phase that the interval touches, in order of time.
     pub phases: Vec<PhaseWork>,
-    /// What impacts, and the limits of bounces, take inside the interval.
+    /// Energies that impacts, and the limits of bounces, take inside the interval.
     pub impacts: Vec<ImpactWork>,
     /// Changes of kinetic and elastic energy.
     pub kinetic: f64,
@@ -157,7 +157,7 @@ struct Walk<'a> {
     moving: &'a Scene,
     scene: &'a Scene,
     cursor: Cursor<'a>,
-    /// That does not change in the phase in progress.
+    /// The part of the force that is constant in the phase in progress.
     force: Vec<f64>,
     friction: Option<FrictionForces>,
     first: (Vec<f64>, Vec<f64>),
@@ -166,7 +166,7 @@ struct Walk<'a> {
     slider: Vec<Doubled>,
     wear: Vec<Doubled>,
     damping: Vec<Doubled>,
-    /// Of loads that oscillate.
+    /// Work of the loads that oscillate.
     oscillating: Doubled,
     circulatory: Doubled,
     /// q at the start of the phase in progress.
@@ -213,8 +213,8 @@ impl<'a> Walk<'a> {
         force
     }
 
-    /// What loads in time work where places without mass jump to those at the start of `phase`: the mean of the forces
-    /// before and after, as if they grew while the places move. The part of F is counted already.
+    /// The work of loads in time when dofs without mass jump to their places at the start of `phase`: that of the mean of the
+    /// forces before and after, as if these grew while the dofs move. The part of F is counted already.
     fn reset_by_loads(&self, phase: usize, reached: &[f64]) -> f64 {
         let Some(drive) = &self.moving.drive else { return 0.0 };
         let next = self.trajectory.phase_state(phase);
@@ -300,8 +300,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// `-integral of u' H_a x` over the phase, which began at `from`, ended where the cursor stands, and was reset to
-    /// `to`: what moves works by quadrature, the force at the start and that of the reset on their straight ways.
+    /// `-integral of u' H_a x` over the phase, which began at `from`, ended where the cursor stands, and was reset to `to`: by
+    /// quadrature for the motion from the start, and in closed form for the force at the start and for the reset.
     fn circulatory(&self, to: &[f64], from: &[f64]) -> f64 {
         let Some(force) = circulatory_force(self.scene, from) else { return 0.0 };
         let end = &self.at_rest().0[..];
@@ -310,7 +310,7 @@ impl<'a> Walk<'a> {
         self.circulatory.value() + dot_change(&force, end, from) + dot_change(&reset, to, end)
     }
 
-    /// What the contacts take at the start of `phase`; the cursor stands at the end of the phase before.
+    /// The energy that the contacts take at the start of `phase`; the cursor stands at the end of the phase before.
     fn strike(&mut self, phase: usize) {
         let trajectory = self.trajectory;
         let (mut impact, mut jump_of_places) = (false, false);
@@ -318,7 +318,7 @@ impl<'a> Walk<'a> {
             match event.kind {
                 EventKind::Impact => impact = true,
                 EventKind::Jump | EventKind::Load => (impact, jump_of_places) = (true, true),
-                // Where mass couples contacts, what one loses the others feel: the jump tells.
+                // If mass couples contacts, an impulse on one changes the others: the jump of the velocities gives its energy.
                 EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
                 EventKind::Accumulation => {
                     let rest = trajectory.phase_state(phase - 1).parts().1

@@ -1,11 +1,12 @@
 //! Eigenvectors of a banded matrix from its eigenvalues, by inverse iteration.
 //!
-//! A chain of n coordinates has a band of a few. To accumulate the rotations of the QR iteration and to solve in the
-//! dense triangle takes `O(n^3)` there and more time than the eigenvalues themselves; a solution with the band of
-//! `A - lambda` takes `O(n)`. A computed eigenvalue is one of `A + E` with |E| a few ulp of |A|, so `A - lambda` is
-//! singular to rounding and two solutions leave a residual of rounding, for left vectors by the same factors (Wilkinson
-//! 1965, chapter 9; Ipsen 1997). Vectors that are solved one by one hold `ulp |A| / (lambda - mu)` of each other: where
-//! eigenvalues are near each other they are made bi-orthogonal. What can't be parted are eigenvalues equal to rounding.
+//! The matrix of a chain of n coordinates has a band of a few diagonals. To accumulate the rotations of the QR iteration and
+//! to solve in the dense triangle takes `O(n^3)`, which is more time than the eigenvalues themselves take; a solution with
+//! the band of `A - lambda` takes `O(n)`. A computed eigenvalue is one of `A + E` with |E| a few ulp of |A|, so `A - lambda`
+//! is singular to rounding, and two solutions leave a residual of rounding, for left vectors by the same factors
+//! (Wilkinson 1965, chapter 9; Ipsen 1997). Vectors that are solved one by one contain a part `ulp |A| / (lambda - mu)` of
+//! each other, so vectors of close eigenvalues are made bi-orthogonal. Eigenvalues that are equal to rounding cannot be
+//! separated.
 
 use std::ops::{AddAssign, Div, Mul, Sub, SubAssign};
 
@@ -15,7 +16,7 @@ use num_complex::Complex64;
 use crate::linalg::eigenpair::{EigenPair, norm, turned};
 use crate::linalg::parallel::each;
 
-/// Rows of the matrix over the width of its factors from which a band is worth it.
+/// A band is used if the matrix has at least this many times as many rows as its factors are wide.
 const NARROW: usize = 8;
 /// Eigenvalues closer than this many ulp of |A| are not separated: after two steps of inverse iteration a vector still
 /// holds 1e-8 of its neighbour.
@@ -24,7 +25,7 @@ const PARTED: f64 = 1e4;
 const RESIDUAL: f64 = 10.0;
 /// Distance of two eigenvalues, of the norm of the matrix, beyond which their vectors are orthogonal to some 1e-14.
 const NEAR: f64 = 1e-2;
-/// Largest part of another vector that is taken out in one step: its square is what stays.
+/// Largest part of another vector that is taken out in one step, which leaves the square of this part.
 const MIXED: f64 = 1e-7;
 /// Fractional parts of its multiples are evenly spread: a start vector without structure, equal on every machine.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
@@ -40,7 +41,7 @@ trait Number:
     + Div<Output = Self>
     + Into<Complex64>
 {
-    /// Within a factor of two of the modulus.
+    /// A number within a factor of two of the modulus.
     fn size(self) -> f64;
 }
 
@@ -59,7 +60,7 @@ impl Number for Complex64 {
 /// A square matrix with zeros beyond some diagonals.
 pub(crate) struct Banded {
     size: usize,
-    /// Diagonals below, and above once rows have been exchanged.
+    /// Number of diagonals below the main one, and above it once rows have been exchanged.
     below: usize,
     above: usize,
     /// Row i from column `i - below` to `i + above`.
@@ -71,7 +72,7 @@ pub(crate) struct Banded {
 }
 
 impl Banded {
-    /// Of a dense matrix, None if its band is not narrow.
+    /// The band of a dense matrix; None if the band is not narrow.
     pub fn new(matrix: &DMatrix<f64>) -> Option<Self> {
         let size = matrix.nrows();
         let (mut below, mut above) = (0, 0);
@@ -99,7 +100,7 @@ impl Banded {
         Some(Self { size, below, above, rows, norm, start })
     }
 
-    /// The pairs of all eigenvalues, one of each conjugate pair; None where some are missing, can't be parted or have
+    /// The eigenpairs of all eigenvalues, one of each conjugate pair; None if some are missing, cannot be separated or have
     /// no vector of a small residual.
     pub fn pairs(&self, values: &[Complex64]) -> Option<Vec<EigenPair>> {
         let mut values: Vec<Complex64> =
@@ -175,7 +176,7 @@ impl Banded {
         Some(pairs)
     }
 
-    /// Of a vector whose largest entry is 1.
+    /// Largest residual of a vector whose largest entry is 1.
     fn largest_residual(&self) -> f64 {
         RESIDUAL * f64::EPSILON * self.norm * self.size as f64
     }
@@ -297,7 +298,7 @@ impl<T: Number> Factors<T> {
     }
 }
 
-/// Over the shorter of two.
+/// The scalar product over the length of the shorter vector.
 fn dot<T: Number>(a: &[T], b: &[T]) -> T {
     let mut sum = T::default();
     a.iter().zip(b).for_each(|(a, b)| sum += *a * *b);

@@ -1,4 +1,4 @@
-//! Small dense algebra: what nalgebra leaves open, and where faer takes over.
+//! Small dense algebra: operations that nalgebra does not have, and factors by nalgebra or faer, whichever is faster.
 
 use faer::linalg::solvers::{PartialPivLu, SolveCore};
 use faer::{Conj, MatMut, MatRef};
@@ -11,10 +11,10 @@ use num_complex::Complex64;
 
 use crate::numerics::double_double::Doubled;
 
-/// Rows from which faer's blocked factors take less time than nalgebra's: with 6 rows they take three times as much
-/// (0.8 to 0.3 us), with 32 as much, with 128 half of it (100 to 230 us).
+/// Number of rows from which faer's blocked factors take less time than nalgebra's: with 6 rows they take three times as
+/// long (0.8 against 0.3 us), with 32 rows as long, with 128 rows half as long (100 against 230 us).
 const BLOCKED: usize = 40;
-/// Smallest pivot of a reduced mass, of the largest one, below which it is singular.
+/// A reduced mass is singular if its smallest pivot is below this part of its largest one.
 pub(crate) const SINGULAR: f64 = 1e-14;
 /// A pivot of equilibrated rows below this leaves a first solution that one step of refinement does not mend.
 const REFINABLE: f64 = 1e-13;
@@ -41,7 +41,7 @@ pub(crate) fn is_diagonal(matrix: &DMatrix<f64>) -> bool {
     (0..matrix.ncols()).all(|j| (0..matrix.nrows()).all(|i| i == j || matrix[(i, j)] == 0.0))
 }
 
-/// To the last bit.
+/// Whether a matrix is symmetric to the last bit.
 pub(crate) fn is_symmetric(matrix: &DMatrix<f64>) -> bool {
     (0..matrix.ncols()).all(|j| (0..j).all(|i| matrix[(i, j)] == matrix[(j, i)]))
 }
@@ -74,7 +74,7 @@ pub(crate) fn cholesky(matrix: &DMatrix<f64>) -> Result<Cholesky<f64, Dyn>, (usi
 /// A matrix or a vector.
 type Columns<T, C> = Matrix<T, Dyn, C, VecStorage<T, Dyn, C>>;
 
-/// What both libraries factorize.
+/// Numbers that both libraries factorize.
 pub(crate) trait Field:
     nalgebra::ComplexField<RealField = f64> + faer::traits::ComplexField
 {
@@ -170,7 +170,8 @@ pub(crate) fn solve(matrix: DMatrix<f64>, rhs: &[f64]) -> Vec<f64> {
     Factors::new(matrix).solve(DVector::from_column_slice(rhs)).data.into()
 }
 
-/// Rows divided by their largest entries, factorized, and these entries; None if a pivot is not above `lost`.
+/// The factors of a matrix whose rows are divided by their largest entries, and these entries; None if a pivot is not
+/// above `lost`.
 fn equilibrated(mut matrix: DMatrix<f64>, lost: f64) -> Option<(LU<f64, Dyn, Dyn>, DVector<f64>)> {
     let sizes = row_sizes(&matrix);
     matrix.column_iter_mut().for_each(|mut column| column.component_div_assign(&sizes));
@@ -185,7 +186,7 @@ fn rounding(matrix: &DMatrix<f64>) -> f64 {
     f64::EPSILON * matrix.nrows() as f64
 }
 
-/// Sign of the determinant, 0 where it is lost in rounding of the equilibrated rows.
+/// Sign of the determinant; 0 if the rounding of the equilibrated rows hides it.
 pub(crate) fn determinant_sign(matrix: DMatrix<f64>) -> f64 {
     let lost = rounding(&matrix);
     equilibrated(matrix, lost).map_or(0.0, |(factors, _)| {

@@ -24,7 +24,7 @@ const NEGLIGIBLE: f64 = 1e-2 * f64::EPSILON;
 
 /// Distance of eigenvalues, relative to the largest modulus, below which rounding mixes their vectors.
 const INDISTINCT: f64 = 1e-11;
-/// Condition of the vectors of such values up to which they span a space of their own each.
+/// Eigenvalues that are that close have separate eigenvectors if the condition of their vectors is below this.
 const SEMISIMPLE: f64 = 1e4;
 
 /// Eigenpairs of a real matrix, one of each conjugate pair: the one with positive imaginary part. Diagonal blocks that
@@ -75,8 +75,9 @@ fn symmetric_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
     let n = matrix.nrows();
     let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
-    // The library divides large matrices and conquers until the secular equation, whose unit is the inverse of that of
-    // the matrix, changes by no more than 1e-16: of entries of 1e12 four digits are right. The QR iteration is relative.
+    // The library solves large matrices by divide and conquer until the secular equation, whose unit is the inverse of
+    // that of the matrix, changes by no more than 1e-16: with entries of 1e12 only four digits are right. The QR
+    // iteration stops on a relative change.
     let auto = <SelfAdjointEvdParams as Auto<f64>>::auto();
     let params: Spec<SelfAdjointEvdParams, f64> =
         Spec::new(SelfAdjointEvdParams { recursion_threshold: usize::MAX, ..auto });
@@ -116,8 +117,8 @@ fn general_block(mut matrix: DMatrix<f64>) -> Vec<EigenPair> {
 }
 
 /// Makes the left vectors of values that rounding can't tell apart bi-orthogonal to the right ones. The solver
-/// leaves any basis X, Y of both invariant subspaces; `Y (X' Y)^-1` is the one with `Y' X = 1`. Of a cluster that
-/// is nearly defective X' Y can't be inverted, and the vectors stay, with their condition to tell.
+/// leaves some basis X, Y of both invariant subspaces; `Y (X' Y)^-1` is the one with `Y' X = 1`. If a cluster is nearly
+/// defective, X' Y cannot be inverted: the vectors stay as they are, and their condition shows it.
 fn biorthogonal(pairs: &mut [EigenPair]) {
     let largest = pairs.iter().map(|pair| pair.value.norm_sqr()).fold(0.0, f64::max);
     let near = |p: Complex64, q: Complex64| (p - q).norm_sqr() <= INDISTINCT.powi(2) * largest;
@@ -308,7 +309,7 @@ fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
                 column += matrix[(j, i)].abs();
                 row += matrix[(i, j)].abs();
             }
-            // Within a factor of four little is gained, and most rows are.
+            // Within a factor of four, where most rows are, balancing gains little.
             if column == 0.0 || row == 0.0 || (row < 4.0 * column && column < 4.0 * row) {
                 continue;
             }

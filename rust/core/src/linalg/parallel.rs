@@ -2,11 +2,11 @@
 
 use rayon::prelude::*;
 
-/// Free coordinates from which single modes are worth a processor each. Below, no other thread is started: a process
-/// that has some can't be forked.
+/// Number of free coordinates from which each mode is worth a processor. Below it no other thread is started, because a
+/// process with several threads cannot be forked safely.
 const SHARED_SIZE: usize = 100;
 
-/// Maps modes, or parts of them, one by one; those of a large problem in parallel. `size`: free coordinates.
+/// Maps modes, or parts of them, one by one, in parallel if the problem is large; `size` counts its free coordinates.
 pub(crate) fn each<T: Send, U: Send>(
     size: usize,
     modes: Vec<T>,

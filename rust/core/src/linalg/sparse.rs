@@ -39,7 +39,7 @@ impl SparseMatrix {
         matrix
     }
 
-    /// Takes compressed rows as they come from outside: duplicates are refused, columns are sorted.
+    /// A matrix from the compressed rows of a caller: duplicates are refused, columns are sorted.
     pub fn from_compressed_rows(
         argument: &str,
         size: usize,

@@ -31,7 +31,7 @@ fn columns(matrix: &SparseMatrix) -> SparseColMatRef<'_, usize, f64> {
 }
 
 impl SparseCholesky {
-    /// Of a symmetric matrix, or the row of the first pivot that is not positive.
+    /// The factor of a symmetric matrix, or the row of the first pivot that is not positive.
     pub fn new(matrix: &SparseMatrix) -> Result<Self, usize> {
         let (ordering, options) = (SymmetricOrdering::Amd, Default::default());
         let pattern =
@@ -40,7 +40,7 @@ impl SparseCholesky {
         Self::with_pattern(Arc::new(pattern), matrix)
     }
 
-    /// Of another matrix whose entries stand at the same places.
+    /// The factor of another matrix whose entries have the same places.
     pub fn again(&self, matrix: &SparseMatrix) -> Result<Self, usize> {
         Self::with_pattern(Arc::clone(&self.pattern), matrix)
     }
@@ -111,7 +111,7 @@ pub(crate) struct SparseLu {
 const CONDITION_STEPS: usize = 5;
 
 impl SparseLu {
-    /// Of a matrix whose scaled reciprocal condition is at least `least`; otherwise that number.
+    /// The factors of a matrix if its scaled reciprocal condition is at least `least`; otherwise that condition.
     pub fn new(matrix: &SparseMatrix, least: f64) -> Result<Self, f64> {
         let size = matrix.size();
         let largest =
@@ -163,7 +163,7 @@ impl SparseLu {
     }
 
     /// A lower bound of the row-sum norm of the inverse of the scaled matrix, as a rule the norm itself (Hager 1984);
-    /// infinite where it has none.
+    /// infinite if the matrix has no inverse.
     fn inverse_norm(&self) -> f64 {
         let size = self.rows.len();
         let mut estimate: f64 = 0.0;

@@ -24,7 +24,7 @@ pub(crate) struct Link {
     pub meeting: bool,
 }
 
-/// What an interval must fulfil beyond a safe continuation, else it is halved as well.
+/// A condition that an interval must satisfy beyond a safe continuation; otherwise it is halved as well.
 pub(crate) type Demand<'a> = &'a (dyn Fn(&Node, &Node, &[usize]) -> bool + Sync);
 
 /// The nodes at all `values`, those apart at which branches cross without meeting.
@@ -58,7 +58,7 @@ pub(crate) struct Mesh {
 }
 
 impl Mesh {
-    /// Through all `values` (ascending, at least one) and as many points between them as it takes.
+    /// The mesh through all `values` (ascending, at least one) and as many points between them as are needed.
     pub fn new(path: WatchedPath<'_>, values: &[f64], demand: Demand<'_>) -> Result<Self, Error> {
         let (nodes, crossings) = regular_nodes(path, values)?;
         // Of the path, so that a part of the values has the same mesh as all of them.

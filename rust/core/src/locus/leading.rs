@@ -1,4 +1,4 @@
-//! The branches of the largest real parts alone: what a sweep of a large problem asks for.
+//! The branches of the largest real parts alone, for sweeps of large problems.
 //!
 //! A branch whose largest real part over the given values is among the n largest is, where it takes that value, among
 //! the n largest modes: following the first n modes of every value both ways finds it. Branches are continued by the
@@ -18,7 +18,7 @@ use crate::locus::watched_path::WatchedPath;
 /// How often the interval between two given values is halved; what is not decided then counts as a meeting. The cost is
 /// bounded: a large problem has dense modes that veer or meet everywhere.
 const HALVINGS: usize = 1;
-/// Of a member that is not continued.
+/// Stands for the continuation of a member that is not continued.
 const NOWHERE: usize = usize::MAX;
 
 /// The mesh through `values` that continues all candidates for the `modes` branches of the largest real parts, and these

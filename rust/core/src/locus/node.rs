@@ -16,7 +16,7 @@ use crate::modes::quadratic_pencil::{DoubledRows, PencilDamping};
 use crate::modes::refinement::columns::Columns;
 use crate::modes::spectrum::{Vectors, spectrum};
 
-/// Square of the correlation that a continued mode keeps at least, and of the most that any other may have of it.
+/// Least square of the correlation with the mode that continues a mode, and largest square with any other mode.
 const KEPT: f64 = 0.5;
 const OTHERS: f64 = 0.25;
 /// Closer than this, two well-conditioned eigenvalues count as equal: their vectors are an arbitrary basis of a plane,
@@ -24,7 +24,7 @@ const OTHERS: f64 = 0.25;
 const TWINS: f64 = 1e-9;
 /// Condition number up to which two eigenvalues that near are a semisimple pair and not nearly defective.
 const SEMISIMPLE: f64 = 1e3;
-/// Where an interval is divided: in its middle, unless twins happen to lie there.
+/// Places at which an interval is divided: its middle, unless twins happen to lie there.
 const DIVISIONS: [f64; 3] = [0.5, 0.4375, 0.5625];
 /// Square of the correlation below which two modes are uncoupled, with a margin to its rounding of 1e-32.
 const UNCOUPLED: f64 = 1e-22;

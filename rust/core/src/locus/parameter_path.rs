@@ -2,8 +2,8 @@
 //!
 //! Entries are piecewise Chebyshev series in p. Friction enters linearly (design of the left basis), so a path over
 //! friction is one piece of degree one and exact; any other parameter of a model is interpolated to rounding by
-//! whoever samples the model. A series can be evaluated at complex p and differentiated, which is what
-//! sensitivities and exceptional points need.
+//! whoever samples the model. A series can be evaluated at complex p and differentiated, as sensitivities and exceptional
+//! points require.
 
 use nalgebra::DMatrix;
 
@@ -48,7 +48,7 @@ pub struct Piece {
     pub stiffness: Series,
     /// Reduced damping, N s/m.
     pub damping: PathDamping,
-    /// What the sliding equilibrium depends on.
+    /// The series on which the sliding equilibrium depends.
     pub statics: StaticSeries,
 }
 

@@ -43,8 +43,8 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// At `values`, ascending and at least one; `vectors` asks for right and left ones, `modes` for that many modes of the
-    /// first value alone: those whose largest real part at any of the values is the largest.
+    /// The sweep at `values`, ascending and at least one. `vectors` asks for right and left vectors; `modes` limits the sweep
+    /// to that many modes of the first value, those that have the largest real parts at any of the values.
     pub fn new(
         path: WatchedPath<'_>,
         values: &[f64],

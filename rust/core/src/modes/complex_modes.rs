@@ -18,11 +18,11 @@ use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Combination;
 
-/// A left vector of a defective mode, and what is divided by its product with the right one.
+/// Stands for the left vector of a defective mode, and for numbers that are divided by its product with the right one.
 const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
 /// All 2m modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first.
-/// Matrices are column-major: one mode after the other. Of the vectors the displacement parts are kept.
+/// Matrices are column-major: one mode after the other. Only the displacement parts of the vectors are kept.
 #[derive(Debug, Clone)]
 pub struct Modes {
     /// The reduced system that the modes solve.

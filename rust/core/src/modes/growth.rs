@@ -22,10 +22,10 @@ use crate::scene::reduction::bases::Reduction;
 use crate::scene::statics::margins::Steady;
 use crate::scene::status::{Combination, Status};
 
-/// Part of its modulus below which the sign of a real part is looked at closely: a defective pair splits by the square
-/// root of rounding.
+/// The sign of a real part is doubtful below this part of its modulus: a defective pair splits by the square root of
+/// rounding.
 const DOUBTFUL: f64 = 1e-7;
-/// The same of the largest modulus of all: what the solver leaves of a real part that is zero.
+/// The sign of a real part is doubtful below this part of the largest modulus, the error of the solver in a zero real part.
 const NOISE: f64 = 1e3 * f64::EPSILON;
 
 /// The least stable eigenvalue, with nonnegative imaginary part; NaN where the iteration failed. A real part that is
@@ -50,7 +50,7 @@ impl Growth {
         }
     }
 
-    /// Of all eigenvalues; None where a real part is doubtful.
+    /// The verdict from all eigenvalues; None if a real part is doubtful.
     fn of_values(values: &[Complex64]) -> Option<Self> {
         let largest = values.iter().map(Complex64::norm_sqr).fold(0.0, f64::max).sqrt();
         let mut growth = Self::NONE;
@@ -68,7 +68,7 @@ impl Growth {
         Some(growth)
     }
 
-    /// By the modes with their vectors.
+    /// The verdict from the modes with their vectors.
     fn of_modes(pencil: &Pencil) -> Result<Self, Error> {
         let mut growth = Self::NONE;
         for mode in spectrum(pencil, Vectors::Solved)? {
@@ -104,7 +104,7 @@ pub(crate) struct ChainMatrices {
     lambdas: Vec<Complex64>,
 }
 
-/// What the rows of one sliding subsystem are divided by, and how much of the normal one is merged.
+/// The divisors of the rows of one sliding subsystem, and the factor with which the normal row is merged.
 #[derive(Debug)]
 struct SlidingRows {
     /// 1 over the upper and the contact mass, 1/kg.
@@ -236,7 +236,7 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// On one scene: the combination given, or that of its own sliding.
+    /// The verdict on one scene in the combination given, or in that of its own sliding.
     pub fn of_scene(scene: &Scene, combination: Option<&Combination>) -> Result<Self, Error> {
         let combination =
             combination.map_or_else(|| scene.sliding_combination(), |c| Ok(c.clone()))?;

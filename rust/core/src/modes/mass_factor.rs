@@ -59,7 +59,7 @@ impl MassFactor {
         }
     }
 
-    /// `G' inverse G`, or `inverse M`: the inverse of the normalised stiffness, of that of the stiffness.
+    /// `G' inverse G`, or `inverse M`: the inverse of the normalised stiffness from the inverse of the stiffness.
     pub fn inverted(&self, inverse: &DMatrix<f64>) -> DMatrix<f64> {
         match self {
             Self::Diagonal(root) => {
@@ -70,7 +70,7 @@ impl MassFactor {
         }
     }
 
-    /// The vector of the problem itself of a right one of the normalised problem.
+    /// The right vector of the problem itself from one of the normalised problem.
     pub fn right(&self, mut vector: Vec<Complex64>) -> Vec<Complex64> {
         match self {
             Self::Diagonal(root) => {
@@ -85,7 +85,7 @@ impl MassFactor {
         }
     }
 
-    /// The same of a left one.
+    /// The left vector of the problem itself from one of the normalised problem.
     pub fn left(&self, vector: Vec<Complex64>) -> Vec<Complex64> {
         match self {
             Self::Diagonal(_) | Self::Cholesky(_) => self.right(vector),
@@ -96,7 +96,7 @@ impl MassFactor {
     }
 }
 
-/// A real map of a complex vector: of its real and its imaginary part, side by side.
+/// Applies a real map to a complex vector, to its real and its imaginary part side by side.
 fn in_parts(
     vector: &[Complex64],
     map: impl FnOnce(DMatrix<f64>) -> DMatrix<f64>,

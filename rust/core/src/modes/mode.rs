@@ -8,13 +8,13 @@ use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
 /// the square root of rounding, which leaves a condition number of about its inverse, 7e7; less a margin of 20.
 const DEFECTIVE: f64 = 3.4e6;
 
-/// Roundings of an entry of a reduced matrix, which is the sum of few products.
+/// Number of roundings in an entry of a reduced matrix, which is the sum of few products.
 const ROUNDINGS: f64 = 4.0;
 
-/// Relative residual up to which a mode is as good as its matrices; above, scaling has cost digits.
+/// Up to this relative residual a mode is as accurate as its matrices; above it, scaling has cost digits.
 pub(crate) const BACKWARD_STABLE: f64 = 3e-14;
-/// Relative correction of an eigenvalue below which the next one, of about its square, is rounding. A larger one
-/// belongs to a mode much slower than the fastest, and vectors whose error is as large: they are refined first.
+/// Below this relative correction of an eigenvalue the next correction, of about its square, is rounding. A larger correction
+/// belongs to a mode much slower than the fastest one, whose vectors have an error as large: they are refined first.
 pub(crate) const SETTLED: f64 = 1e-9;
 
 /// One mode, of each conjugate pair the one with positive imaginary part; vectors over the kept coordinates.

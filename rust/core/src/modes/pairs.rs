@@ -1,7 +1,7 @@
 //! Eigenpairs of a large sparse problem that were found elsewhere, corrected and judged on the stated matrices.
 //!
-//! A search by shift and invert leaves in each vector an error of its tolerance. The generalized Rayleigh quotient
-//! `v' P(lambda) xi / v' P'(lambda) xi` in doubled precision has an error of the product of both.
+//! A search by shift and invert leaves an error of its tolerance in each vector. The generalized Rayleigh quotient
+//! `v' P(lambda) xi / v' P'(lambda) xi` in doubled precision has an error of the product of the errors of both vectors.
 
 use num_complex::Complex64;
 

@@ -22,13 +22,13 @@ const CONVERGED: f64 = 1e-10;
 /// Free coordinates up to which vectors are refined: beyond, that would cost more than the solution.
 pub(crate) const REFINED_SIZE: usize = 60;
 
-/// How far vectors are taken; eigenvalues are the same.
+/// How accurate the vectors have to be; the eigenvalues are the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Vectors {
-    /// Backward stable, as the solver leaves them.
+    /// Vectors as the backward-stable solver returns them.
     Solved,
-    /// With one more step that leaves rounding, at several times the cost; for a transient, whose event times are
-    /// only as good as they are.
+    /// Vectors after one more step, which are accurate to rounding at several times the cost: the event times of a transient
+    /// are only as accurate as they are.
     Refined,
 }
 
@@ -54,12 +54,12 @@ pub(crate) fn spectrum(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, E
     }
 }
 
-/// Whether inverse iteration has to go over a mode by itself.
+/// Whether a mode needs inverse iteration of its own.
 fn is_imprecise(mode: &Mode) -> bool {
     mode.residual > BACKWARD_STABLE
 }
 
-/// The modes as the solver of all leaves them.
+/// The modes from the solver that computes all of them at once.
 fn all_at_once(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
     let m = pencil.size;
     let factor = MassFactor::new(pencil)?;

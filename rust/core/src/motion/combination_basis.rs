@@ -1,4 +1,4 @@
-//! What is known of a status combination: its event functions, and how it is propagated.
+//! The basis of a status combination: its event functions, and its propagator.
 
 use std::sync::Arc;
 
@@ -20,7 +20,7 @@ use crate::scene::partition::Block;
 use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::Combination;
 
-/// How a combination is propagated.
+/// The method by which a combination is propagated, with its data.
 #[derive(Debug)]
 pub(crate) enum Propagator {
     Modal(Box<ModalBasis>),
@@ -37,7 +37,7 @@ pub(crate) struct CombinationBasis {
     pub combination: Combination,
     pub functions: Vec<EventFunction>,
     pub propagator: Propagator,
-    /// What of the scene moves by itself, where some of its coordinates have no mass.
+    /// The coordinates that move by themselves, if some coordinates of the scene have no mass.
     pub condensed: Option<Box<Condensed>>,
     /// The scene in the coordinates of the combination, where directions depend on each other.
     pub fitted: Option<Arc<Scene>>,
@@ -124,7 +124,7 @@ impl CombinationBasis {
         }
     }
 
-    /// By what it is propagated, block by block if the scene is in blocks.
+    /// The methods by which the combination is propagated, one for each block if the scene is in blocks.
     pub fn methods(&self) -> Vec<Method> {
         match &self.propagator {
             Propagator::Modal(_) => vec![Method::Modal],

@@ -1,40 +1,47 @@
-//! What a combination costs by modes and by Taylor series: the rule by which `Method::Auto` chooses.
+//! The work on a combination by modes and by Taylor series: the rule by which `Method::Auto` chooses.
 //!
-//! Modes must be computed first. How often a combination will return is not known beforehand, so Taylor series,
-//! which need nothing, begin; when what they have taken beyond what modes would have is a part of what the modes
-//! cost, the modes are computed (the ski rental rule). With half of it, work is at most 1.5 times that of modes
-//! from the start where these are better, and 3 times that of Taylor series, if the run ends just then. Work is
-//! counted and not measured, so a run is the same on every machine.
+//! Modes must be computed before they are used, and nobody knows how often a combination will return. So Taylor series,
+//! which need no preparation, begin. When their additional work, compared with modal phases, reaches a given part of the
+//! cost of the modes, the modes are computed (the ski rental rule). If this part is one half, the work is at most 1.5 times
+//! that of modes from the start where modes are better, and 3 times that of Taylor series if the run ends just then. Work
+//! is counted and not measured, so a run is the same on every machine.
 //!
-//! A combination that has come often need not come again: where nearly every event meets a new one, as between many
-//! contacts, modes are computed only for those that stand out. The more of the changes of combination lead to a new one,
-//! the larger is the part that is waited for.
+//! A combination that has come often need not come again. If nearly every event leads to a new combination, as between many
+//! contacts, modes are computed only for combinations that return more often than others: the larger the share of changes
+//! that lead to a new combination, the larger is the part for which the rule waits.
 
 use crate::modes::spectrum::REFINED_SIZE;
+use crate::motion::taylor::bordered::border_of;
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::model::Scene;
 
-/// Free coordinates up to which modes are computed at once: a small scene meets few combinations, and each often.
+/// Number of free coordinates up to which modes are computed at once: a small scene meets few combinations, each often.
 pub(crate) const AT_ONCE: usize = 8;
 
 /// Change to modes once the extra work of series reaches this fraction of their price. Smaller favours long runs, larger
 /// short ones.
 const SHARE: f64 = 0.5;
-/// How much larger the part is where every combination is a new one.
+/// Factor by which the part is larger if every combination is new.
 const CAUTION: f64 = 16.0;
-/// Changes of combination over which the new ones among them are averaged.
+/// Number of changes of combination over which the share of new ones is averaged.
 const MEMORY: f64 = 64.0;
 
-/// Work on an entry of dense rows, of that on an entry of a sparse product: the vector unit takes eight at a time.
+/// Work on an entry of dense rows relative to an entry of a sparse product: the vector unit takes eight at a time.
 const DENSE_ENTRY: f64 = 0.125;
 /// The same of a row of a border, which is used twice.
 const BORDER_ENTRY: f64 = 0.2;
-/// Free coordinates up to which modes are thought of at all: nothing interrupts an eigenproblem, and a larger one
-/// would keep Ctrl-C waiting for more than a tenth of a second. Where mass couples coordinates, series cost more, and a
-/// little of that wait is worth it.
+/// Number of free coordinates up to which modes are considered: nothing interrupts an eigenproblem, and a larger one
+/// would delay Ctrl-C by more than a tenth of a second. If mass couples coordinates, series cost more, and a longer delay
+/// is accepted.
 pub(crate) fn largest(scene: &Scene) -> usize {
     if scene.mass.is_diagonal() { 200 } else { 500 }
+}
+
+/// Whether a run of the scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
+/// and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
+pub(crate) fn marches_locally(scene: &Scene) -> bool {
+    scene.size > largest(scene) && !DenseRows::are_quicker(scene) && border_of(scene).is_none()
 }
 
 /// Work on one combination, in multiplications of a sparse product.
@@ -60,8 +67,7 @@ impl Cost {
         } else {
             f64::INFINITY
         };
-        let border = scene.coupled_mass.as_ref().and_then(|mass| mass.border.as_ref());
-        let order = if let Some(border) = border {
+        let order = if let Some(border) = border_of(scene) {
             BORDER_ENTRY * (border.coordinates.len() + 4) as f64 * scene.size as f64
         } else if DenseRows::are_quicker(scene) {
             DENSE_ENTRY * m * scene.size as f64
@@ -93,7 +99,7 @@ impl Novelty {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rental {
     cost: Cost,
-    /// What Taylor series took beyond what modes would have.
+    /// Work of Taylor series beyond that of modal phases.
     excess: f64,
 }
 
@@ -112,7 +118,7 @@ impl Rental {
         self.excess >= novelty.share() * self.cost.modes
     }
 
-    /// Panels of one phase after which they are.
+    /// Number of panels of one phase after which modes are worth their cost.
     pub fn panels(&self, novelty: Novelty) -> usize {
         let left = novelty.share() * self.cost.modes - self.excess + self.cost.phase;
         // Large numbers are cut off at the largest integer.

@@ -1,4 +1,4 @@
-//! The event functions of a phase on one stretch of time, as polynomials with error bounds.
+//! The event functions of a phase on one interval of time, as polynomials with error bounds.
 
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, ROW};
 use crate::numerics::simd::GROUP;

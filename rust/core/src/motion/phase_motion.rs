@@ -1,5 +1,5 @@
-//! The motion of one phase, as two kinds that answer the same question: on the next stretch of time,
-//! what polynomial is each event function, and how far can it be off?
+//! The motion of one phase. Every kind of motion answers the same question: which polynomial is each event function on
+//! the next interval of time, and how large can its error be?
 
 use std::sync::Arc;
 
@@ -21,9 +21,9 @@ pub(crate) struct Motion {
     basis: Arc<CombinationBasis>,
     modal: ModalMotion,
     taylor: TaylorMotion,
-    /// Where friction depends on slip speed.
+    /// The motion of a combination in which friction depends on slip speed.
     law: Option<Box<LawMotion>>,
-    /// Of a scene in blocks.
+    /// The motions of the blocks of a scene.
     blocks: Vec<BlockMotion>,
 }
 

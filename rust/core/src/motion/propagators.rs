@@ -1,4 +1,4 @@
-//! A scene with the propagators of the combinations it has met: what runs, orbits and searches share.
+//! A scene with the propagators of the combinations that it has met; runs, orbits and searches share them.
 
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 
@@ -107,7 +107,7 @@ impl Propagators {
         })
     }
 
-    /// What local marches need to know of the scene.
+    /// The data of the scene that local marches need.
     pub(crate) fn locality(&self) -> Result<Arc<Reaches>, Error> {
         self.locality
             .get_or_init(|| Locality::new(&self.scene).map(|of| Arc::new(Reaches::new(of))))

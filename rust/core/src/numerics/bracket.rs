@@ -12,8 +12,8 @@ impl Bracket {
         0.5 * (self.low + self.high)
     }
 
-    /// The root of a function between its values at the two ends, which are of unlike signs, to `resolution`: from where
-    /// the chord passes zero by Newton's method with the (value, slope) that `at` gives.
+    /// The root of a function, to `resolution`. `ends` are its values at the two ends, of opposite signs; Newton's method
+    /// starts where the chord passes zero, with the (value, slope) that `at` gives.
     pub fn root(mut self, ends: [f64; 2], resolution: f64, at: impl Fn(f64) -> (f64, f64)) -> f64 {
         let mut p = self.low + (self.high - self.low) * (ends[0] / (ends[0] - ends[1]));
         loop {
@@ -27,8 +27,8 @@ impl Bracket {
         }
     }
 
-    /// Takes p for the end on whose side it is, and proposes the next point: Newton's if it is inside, else the middle.
-    /// None where no number is left inside, or Newton's method stands still.
+    /// Makes p the end on whose side of the root it lies, and proposes the next point: Newton's if it lies inside, else the
+    /// middle. None if no number is left inside, or Newton's method does not move any more.
     pub fn narrowed(&mut self, p: f64, is_low: bool, newton: f64) -> Option<f64> {
         *(if is_low { &mut self.low } else { &mut self.high }) = p;
         let inside = |x: f64| self.low < x && x < self.high;

@@ -1,25 +1,26 @@
 //! Linear complementarity problems `w = M z + q, w >= 0, z >= 0, w z = 0`: a solution, and whether there is another.
 //!
-//! A solution is known by its *support*, the indices where z may be positive: there w = 0. Exchanges find it as a rule
-//! in two or three steps: indices whose sign is wrong change sides. Where they go round in circles, Lemke's method
-//! decides, and of small problems every support is tried. It is the only one whatever q is where the symmetric part of
-//! M is positive definite (Cottle, Pang and Stone 1992, theorem 3.1.6), and for the q given where no other support of a
-//! small problem has a solution.
+//! A solution is known by its *support*, the indices at which z may be positive and w = 0. Exchanges, in which indices of the
+//! wrong sign change sides, find the support as a rule in two or three steps. If the exchanges cycle, Lemke's method
+//! decides, and every support of a small problem is tried. For every q the solution is the only one if the symmetric part
+//! of M is positive definite (Cottle, Pang and Stone 1992, theorem 3.1.6); for the given q it is the only one if no other
+//! support of a small problem has a solution.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::numerics::lemke::lemke;
 
-/// Exchanges after which they are given up.
+/// Number of exchanges after which the search by exchanges is given up.
 const EXCHANGES: usize = 40;
 /// Unknowns up to which every support is tried.
 const ENUMERATED: usize = 8;
 /// A sign below this part of the terms of a sum is lost in their rounding.
 const LOST: f64 = 64.0 * f64::EPSILON;
-/// Part of the larger of two solutions that they differ by, if they are two; also what a singular system may miss.
+/// Two solutions are different if they differ by more than this part of the larger one; a singular system may miss its
+/// right-hand side by the same part.
 const DIFFERENT: f64 = 1e-8;
-/// Smallest eigenvalue of a symmetric part with rows and columns of unit diagonal from which it is positive definite,
-/// whatever rounding has made of M.
+/// A symmetric part with unit diagonal counts as positive definite if its smallest eigenvalue is above this, which is far
+/// above the rounding of M.
 const DEFINITE: f64 = 1e-9;
 
 /// A problem, scaled so that its diagonal has unit entries.
@@ -90,7 +91,7 @@ impl Complementarity {
         }
     }
 
-    /// Exchanges from a support on.
+    /// The support to which exchanges from a first one lead.
     fn exchanged(&self, mut support: Vec<bool>) -> Option<Vec<bool>> {
         for _ in 0..EXCHANGES {
             let (z, w) = self.candidate(&support)?;
@@ -151,7 +152,7 @@ impl Complementarity {
         Some((z, w))
     }
 
-    /// Whether a support has a singular system that may have solutions all the same: then they are many.
+    /// Whether the system of some support is singular and may still have solutions, which are then infinitely many.
     fn doubtful(&self) -> bool {
         let count = self.offsets.len();
         (1..1_usize << count).any(|choice| {

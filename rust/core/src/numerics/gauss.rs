@@ -1,7 +1,7 @@
 //! Gauss-Legendre integration of works, to rounding.
 //!
-//! A power is a product of two parts of the state. Let both grow off the real axis by at most
-//! `e^{rate |Im t|}`-like factors, `|X(t + z)| <= A e^{rate |z|}`, and let a panel have the half width H.
+//! A power is a product of two parts of the state. Let both be bounded off the real axis by
+//! `|X(t + z)| <= A e^{rate |z|}`, and let a panel have the half width H.
 //! On the Bernstein ellipse of parameter rho the product stays below `A^2 e^{rate H (rho + 1/rho)}`, and the
 //! rule of n nodes is off by at most (Trefethen, SIAM Review 50 (2008), Theorem 4.5)
 //!

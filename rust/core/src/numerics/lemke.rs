@@ -2,9 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// An entry below this is no pivot: it is what rounding leaves of a zero.
+/// An entry below this is no pivot: it is the rounding of a zero.
 const PIVOT: f64 = 1e-12;
-/// Ratios closer than this part of their size are tied, and those below `SMALL` closer than this part of it.
+/// Two ratios are tied if they differ by less than this part of their size, or of `SMALL` if they are smaller than that.
 const TIED: f64 = 1e-11;
 const SMALL: f64 = 1e-3;
 /// Pivots per row after which the search is given up. Lemke visits each almost complementary basis once, far fewer in

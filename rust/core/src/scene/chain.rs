@@ -1,4 +1,4 @@
-//! Model files: parameters to matrices.
+//! Chains of subsystems: matrices from their parameters.
 
 use crate::linalg::sparse::SparseMatrix;
 
@@ -12,20 +12,20 @@ pub struct Subsystem {
     pub contact_mass: f64,
     /// rad; horizontal of the contact mass is `cos x_t - sin x_n`, vertical `sin x_t + cos x_n`.
     pub inclination: f64,
-    /// Between the verticals of upper and contact mass.
+    /// Stiffness between the verticals of upper and contact mass, N/m.
     pub vertical_stiffness: f64,
-    /// Between the horizontals of upper and contact mass.
+    /// Stiffness between the horizontals of upper and contact mass, N/m.
     pub horizontal_stiffness: f64,
-    /// Between the ceiling and the vertical of the upper mass.
+    /// Stiffness between the ceiling and the vertical of the upper mass, N/m.
     pub ceiling_stiffness: f64,
     /// How far the ceiling is pressed down, m.
     pub preload_displacement: f64,
-    /// On the upper mass, positive downwards, N.
+    /// Force on the upper mass, N; positive downwards.
     pub external_force: f64,
 }
 
 impl Subsystem {
-    /// On the vertical of the upper mass, positive upwards, N.
+    /// Force on the vertical of the upper mass, N; positive upwards.
     pub(crate) fn load(&self) -> f64 {
         -self.ceiling_stiffness * self.preload_displacement - self.external_force
     }

@@ -98,12 +98,12 @@ impl Directions {
     }
 }
 
-/// A contact in contact coordinates: its slip and gap are coordinates of their own. That of a direction which it has not
-/// is always zero: the tangential one of a stop never moves, and the normal one of friction under a given normal force
-/// N is a closed gap without mass on which the load -N acts.
+/// A contact in contact coordinates: its slip and gap are coordinates of their own. A direction that the contact lacks has a
+/// coordinate that is always zero: the tangential one of a stop never moves, and the normal one of friction under a given
+/// normal force N is a closed gap without mass on which the load -N acts.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Contact {
-    /// Which directions it has.
+    /// Which directions the contact has.
     pub directions: Directions,
     /// Index of the tangential coordinate.
     pub tangential: usize,

@@ -20,7 +20,7 @@ impl Scene {
         residual
     }
 
-    /// What a displacement of one of a coordinate adds to the loads, `-(K + H)_k`.
+    /// The load that a unit displacement of a coordinate causes, `-(K + H)_k`.
     pub(crate) fn held_load(&self, coordinate: usize) -> Vec<f64> {
         let mut load = vec![0.0; self.size];
         if self.energy_parts.is_none() && self.drive.is_none() && !self.condensed {

@@ -25,11 +25,11 @@ use crate::scene::status::{Combination, Status};
 #[derive(Debug, Clone)]
 pub struct Scene {
     /// Contact coordinates: one for each dof, one for each node of a compliant contact, and one for each direction that
-    /// a contact has not or that depends on others.
+    /// a contact lacks or that depends on others.
     pub(crate) size: usize,
     /// Dofs as the user numbers them.
     pub(crate) dofs: usize,
-    /// Of compliant contacts.
+    /// Nodes of compliant contacts.
     pub(crate) nodes: Option<Arc<Nodes>>,
     /// Coordinates without mass.
     pub(crate) massless: Massless,
@@ -52,7 +52,7 @@ pub struct Scene {
     pub(crate) proportional: Option<(f64, f64)>,
     /// K + H.
     pub(crate) stiffness: SparseMatrix,
-    /// Of scenes with G or H alone.
+    /// Present only in scenes with G or H.
     pub(crate) energy_parts: Option<EnergyParts>,
     /// F in contact coordinates, with the clearances' part `K q_gap` added.
     pub(crate) force: Vec<f64>,
@@ -63,7 +63,7 @@ pub struct Scene {
     pub(crate) bare: Option<Arc<Scene>>,
 }
 
-/// What the motion does not tell apart, but its energy does.
+/// The parts of the matrices that the energy of a motion distinguishes and the motion itself does not.
 #[derive(Debug, Clone)]
 pub(crate) struct EnergyParts {
     /// C, which dissipates.
@@ -129,8 +129,8 @@ pub struct State {
     pub velocity: Vec<f64>,
     /// Status of every contact.
     pub combination: Combination,
-    /// T of every contact, N, or empty for none: what a compliant contact that sticks holds. In every other case T follows
-    /// from the state.
+    /// T of every contact, N, or empty for zero: the friction force that a sticking compliant contact holds. In every other
+    /// case T follows from the state.
     pub friction_force: Vec<f64>,
 }
 
@@ -253,7 +253,7 @@ impl Scene {
         (self.positions(&q), self.velocities(&u))
     }
 
-    /// A time from which on no load is switched, at which those that oscillate have the phase that they begin with.
+    /// A time after which no load is switched, and at which the oscillating loads have the phase with which they begin.
     pub(crate) fn after_switches(&self) -> Result<f64, Error> {
         let switches = self.drive.iter().flat_map(|drive| &drive.switches);
         let last = switches.filter_map(|switch| switch.times.last().copied()).fold(0.0, f64::max);
@@ -336,7 +336,7 @@ impl Scene {
         (q, of(velocity))
     }
 
-    /// Without the nodes of compliant contacts.
+    /// A vector over the dofs, without the nodes of compliant contacts.
     fn over_dofs(&self, mut x: Vec<f64>) -> Vec<f64> {
         x.truncate(self.dofs);
         x

@@ -54,7 +54,7 @@ pub(crate) fn blocks_of(scene: &Scene) -> Vec<Block> {
         Some(_) => vec![scene.damping.transposed(), scene.stiffness.transposed()],
         None => Vec::new(),
     };
-    // What carries loads couples nothing: each part has its own copy of it.
+    // Coordinates that carry loads couple nothing: each part has its own copy of them.
     let n = scene.structure();
     let entries = |matrix: &SparseMatrix, i: usize, found: &mut Vec<usize>, carries: bool| {
         let row = matrix.row(i).filter(|entry| entry.1 != 0.0 && (entry.0 >= n) == carries);

@@ -4,7 +4,7 @@ use std::fmt;
 
 use crate::error::Error;
 
-/// What one contact does.
+/// The status of one contact.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[repr(u8)]
 pub enum Status {

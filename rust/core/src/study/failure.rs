@@ -3,7 +3,7 @@
 use crate::error::Error;
 use crate::transient::trajectory::StopReason;
 
-/// What kept a question from being answered.
+/// The reason why a question was not answered, by its kind.
 #[derive(Debug, Clone, PartialEq)]
 pub enum FailureKind {
     /// The sample is no scene, or does not fit the question.
@@ -14,7 +14,7 @@ pub enum FailureKind {
     Eigenvalues,
     /// The motion ended before the time asked for.
     Stopped(Box<StopReason>),
-    /// What the motion settles to could not be found.
+    /// The attractor of the motion was not found.
     Unsettled,
     /// A defect of the program.
     Error,
@@ -39,7 +39,7 @@ impl FailureKind {
 pub struct Failure {
     /// What kind of failure it is.
     pub kind: FailureKind,
-    /// In words.
+    /// The reason in words.
     pub reason: String,
 }
 

@@ -13,7 +13,7 @@ use crate::scene::loads::input::Loads;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
-/// What a parameter can set.
+/// A number of a scene that a parameter can set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Field {
     /// [`Subsystem::upper_mass`], kg.
@@ -177,7 +177,7 @@ impl Chain {
         chain_growth(&self.subsystems, &self.links, wall, beta, friction, matrices)
     }
 
-    /// Whether it makes a valid scene, as far as the numbers that a parameter sets go.
+    /// Whether the numbers that parameters set make a valid scene.
     pub fn is_well_posed(&self) -> bool {
         let size = crate::scene::chain::DOFS * self.subsystems.len();
         let positive = |value: f64| value > 0.0 && value.is_finite();
@@ -352,7 +352,7 @@ fn visit(template: &mut Template, slot: Slot, mut change: impl FnMut(&mut f64)) 
         chosen.filter_map(|(_, law)| spring(law).as_mut()).for_each(change);
         return found;
     }
-    // A number for all contacts is one for those that have what it is about.
+    // A number for all contacts sets those that have such a field.
     let mut laws = |about: [Directions; 2], entry: fn(&mut ContactInput) -> &mut f64| {
         let concerned = |(k, law): &(usize, &mut ContactInput)| match place {
             Some(place) => *k == place,

@@ -1,4 +1,4 @@
-//! What a study asks of the motion of a sample, and what the motion answers.
+//! The questions of a study about the motion of a sample, and the answers.
 
 use std::sync::Arc;
 
@@ -20,10 +20,10 @@ use crate::transient::trajectory::Trajectory;
 
 /// Part of the slider speed at which the fastest growing mode starts.
 const DISTURBANCE: f64 = 0.5;
-/// Size of the start, m/s, where no contact moves in that mode.
+/// Size of the start, m/s, if no contact moves in that mode.
 const START_SPEED: f64 = 1e-3;
 
-/// What is asked of the motion of every sample.
+/// The questions about the motion of every sample.
 #[derive(Debug, Clone)]
 pub struct MotionQuestions {
     /// s
@@ -45,12 +45,12 @@ pub struct MotionQuestions {
     pub keep: bool,
 }
 
-/// What a computed motion does.
+/// The answers of a computed motion.
 #[derive(Debug)]
 pub struct MotionAnswer {
     /// Events within the duration asked for.
     pub events: usize,
-    /// What it settles to, where that was asked for and found.
+    /// The attractor, if it was asked for and found.
     pub settled: Option<Settled>,
 }
 
@@ -76,12 +76,12 @@ impl SettledKind {
     }
 }
 
-/// What a motion has settled to.
+/// The attractor to which a motion has settled.
 #[derive(Debug)]
 pub struct Settled {
     /// Rest, cycle or aperiodic motion.
     pub kind: SettledKind,
-    /// Of an aperiodic motion.
+    /// Growth rate of the neighbours of an aperiodic motion.
     pub growth: Option<Lyapunov>,
     /// Combinations in order of one period, or of the last stretch, without repetition of neighbours.
     pub sequence: Vec<Combination>,
@@ -91,7 +91,7 @@ pub struct Settled {
     pub period: f64,
     /// Largest modulus of the multipliers but the one of the phase.
     pub multiplier: f64,
-    /// Of a cycle.
+    /// Stability of a cycle.
     pub stability: Option<Stability>,
     /// Works of one period of a cycle, where asked for.
     pub energy: Option<CycleEnergy>,
@@ -100,11 +100,11 @@ pub struct Settled {
 /// Works of one period, J.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CycleEnergy {
-    /// Through each contact into the structure, impacts included.
+    /// Work through each contact into the structure, impacts included.
     pub contact: Vec<f64>,
-    /// Of the slider of each contact, impacts included.
+    /// Work of the slider of each contact, impacts included.
     pub slider: Vec<f64>,
-    /// Dissipated by dampers and, in the normal direction, by impacts.
+    /// Energy dissipated by dampers and, in the normal direction, by impacts.
     pub dissipated: f64,
 }
 

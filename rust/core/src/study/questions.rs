@@ -1,7 +1,7 @@
-//! What a study asks of every sample: stability, Hopf points, and what the motion settles to.
+//! The questions of a study to every sample: stability, Hopf points, and the attractor of the motion.
 //!
-//! The answers to one sample depend on its own scene alone, whatever runs beside it and in whatever order. A sample
-//! that cannot be answered says why, and keeps what could be.
+//! The answers to one sample depend on its own scene alone, whatever runs beside it and in whatever order. If a question
+//! has no answer, the sample says why, and keeps the other answers.
 
 use std::sync::Arc;
 use std::sync::atomic::AtomicUsize;
@@ -26,7 +26,7 @@ use crate::study::family::{Family, Template};
 use crate::study::motions::{Followed, MotionAnswer, MotionQuestions, follow};
 use crate::transient::trajectory::Trajectory;
 
-/// What is asked of every sample.
+/// The questions to every sample.
 #[derive(Debug, Clone)]
 pub struct Questions {
     /// Status combination for everything about stability; None: that of steady sliding, where it exists.
@@ -61,15 +61,15 @@ pub struct Answer {
     pub growth: Option<Growth>,
     /// All eigenvalues, 1/s, sorted by modulus, conjugates adjacent.
     pub eigenvalues: Vec<Complex64>,
-    /// Of every contact at the sliding equilibrium, N.
+    /// Normal force of every contact at the sliding equilibrium, N.
     pub normal_force: Vec<f64>,
     /// Lowest parameter at which a mode becomes unstable, and its |lambda| in 1/s; NaN where there is none.
     pub hopf: Option<(f64, f64)>,
-    /// What the motion does.
+    /// The answers of the motion.
     pub motion: Option<MotionAnswer>,
     /// The start of the motion and the motion, where it is to be kept.
     pub run: Option<(State, Trajectory)>,
-    /// The first of them.
+    /// The first reason why a question has no answer.
     pub failure: Option<Failure>,
 }
 
@@ -91,7 +91,7 @@ impl Samples<'_> {
     }
 }
 
-/// What a thread reuses from sample to sample.
+/// Data that a thread reuses from sample to sample.
 struct Workspace {
     template: Option<Template>,
     matrices: ChainMatrices,
@@ -243,7 +243,7 @@ fn spectrum(
     }
 }
 
-/// Of steady sliding, unless a combination is given, only points at which it exists.
+/// The first Hopf point; without a given combination, only points at which steady sliding exists.
 fn hopf_point(
     scene: &Scene,
     combination: Option<&Combination>,

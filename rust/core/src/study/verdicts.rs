@@ -13,7 +13,7 @@ use crate::study::questions::Samples;
 ///
 /// # Errors
 ///
-/// Of the first sample that has none, with its number.
+/// The error of the first sample that has no verdict, with its number.
 pub fn verdicts(
     samples: &Samples<'_>,
     combination: Option<&Combination>,

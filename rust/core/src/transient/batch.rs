@@ -1,7 +1,7 @@
 //! Many runs on all cores, handed out in the order they came in.
 //!
-//! A run depends on nothing but its own scene and start, so no result depends on the number of threads. What is in
-//! memory is what was submitted and not yet handed out: who submits decides how much that is.
+//! A run depends only on its own scene and start, so no result depends on the number of threads. Memory holds the runs that
+//! were submitted and not yet handed out: the caller decides how many these are.
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -18,14 +18,14 @@ use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
 use crate::transient::trajectory::Trajectory;
 
-/// What every run of a batch has in common.
+/// Settings that all runs of a batch share.
 #[derive(Debug, Clone, Copy)]
 pub struct RunSettings {
     /// s
     pub duration: f64,
     /// How phases are propagated.
     pub method: Method,
-    /// Of each run; all of them stop with the batch.
+    /// Controls of each run; all runs stop with the batch.
     pub controls: Controls<'static>,
 }
 

@@ -1,6 +1,6 @@
 //! The states at the starts of the phases of a motion: all of them or, of a long motion of many dofs, every k-th.
 //!
-//! A run does the same whenever it starts from the same state, so that those between come back to the last bit.
+//! A run from the same state gives the same motion, so that the states between are restored to the last bit.
 
 use std::num::NonZeroUsize;
 use std::ops::{Deref, Range};
@@ -10,9 +10,9 @@ use lru::LruCache;
 
 use crate::contact::settlement::Departure;
 
-/// Numbers that a motion keeps where its run is not told otherwise: 256 MB.
+/// Numbers that a motion keeps by default: 256 MB.
 pub(crate) const KEPT: usize = 1 << 25;
-/// Stretches between two kept states that are remembered once they have been run again.
+/// Number of intervals between two kept states that are remembered once they have been run again.
 const REMEMBERED: NonZeroUsize = NonZeroUsize::new(4).expect("not zero");
 
 /// The kept states, one after the other.
@@ -23,7 +23,7 @@ pub(crate) struct KeptStates {
     contacts: usize,
     /// Numbers that may be kept.
     most: usize,
-    /// Every how many phases a state is kept; doubled whenever there is no room for another one.
+    /// A state is kept every `stride` phases; the stride doubles whenever there is no room for another state.
     stride: usize,
     /// Phases so far.
     count: usize,
@@ -75,7 +75,21 @@ impl KeptStates {
 
     /// All states of a motion whose run is not repeated.
     pub fn all(n: usize, values: Vec<f64>) -> Self {
-        Self { count: values.len() / (2 * n), values, ..Self::new(n, 0, usize::MAX) }
+        Self::every(n, 1, values.len() / (2 * n), values)
+    }
+
+    /// Of `count` states every `stride`-th, without departures.
+    pub fn every(n: usize, stride: usize, count: usize, values: Vec<f64>) -> Self {
+        Self { stride, count, values, ..Self::new(n, 0, usize::MAX) }
+    }
+
+    pub fn stride(&self) -> usize {
+        self.stride
+    }
+
+    /// (q, q') of the states that are kept.
+    pub fn values(&self) -> &[f64] {
+        &self.values
     }
 
     /// Adds the state at the start of the next phase, with its departures where the run may be repeated from there.
@@ -92,7 +106,7 @@ impl KeptStates {
             }
         }
         if self.values.capacity() < self.values.len() + self.width {
-            // Not twice as much as there is where that is more than may be kept.
+            // Doubling the capacity could exceed what may be kept.
             let room = self.most.saturating_sub(self.values.len());
             self.values.reserve_exact(self.values.len().min(room).max(self.width));
         }

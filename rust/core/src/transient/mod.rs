@@ -13,6 +13,7 @@ pub(crate) mod simulate;
 pub(crate) mod trajectory;
 
 pub use batch::{Batch, Job, Outcome, RunSettings};
+pub use local::record::LocalRecord;
 pub use record::TrajectoryRecord;
 pub use run_state::Controls;
 pub use simulate::simulate;

@@ -1,7 +1,7 @@
-//! Parts of a scene that neither a matrix nor a contact couples: found once, run apart, put together at the end.
+//! Parts of a scene that neither a matrix nor a contact couples: found once, run separately, put together at the end.
 //!
-//! Each keeps its own clock, so that an event in one leaves the others alone; and its own combinations, whose
-//! number is the sum of those of the parts instead of their product.
+//! Each part has its own clock, so that an event in one costs the others nothing, and its own combinations, so that their
+//! number is the sum over the parts and not the product.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -1,6 +1,6 @@
-//! Motions as plain numbers: what has to be kept beside a scene to have them again to the last bit.
+//! Motions as plain numbers, from which, with the scene, they are restored to the last bit.
 //!
-//! Bases follow from the scene and are found anew.
+//! Bases follow from the scene and are computed again.
 
 use std::sync::Arc;
 
@@ -12,6 +12,8 @@ use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::kept_states::KeptStates;
+use crate::transient::local::motion::LocalMotion;
+use crate::transient::local::record::LocalRecord;
 use crate::transient::trajectory::{
     Accumulation, Counters, Event, Grazing, Phase, StopReason, Trajectory,
 };
@@ -27,8 +29,10 @@ pub struct TrajectoryRecord {
     pub phase_start: Vec<f64>,
     /// What rounding takes from `phase_start`.
     pub phase_rest: Vec<f64>,
-    /// (q, q') at the start of each phase, contact coordinates, 2n per phase.
+    /// (q, q') at the start of each phase, contact coordinates, 2n per phase; of a local march at its panels.
     pub states: Vec<f64>,
+    /// Of a local march: its panels and steps. Its one basis is the combination of the start.
+    pub local: Option<LocalRecord>,
     /// Time of every event, s.
     pub event_time: Vec<f64>,
     /// Index of the contact of every event.
@@ -50,14 +54,14 @@ pub struct TrajectoryRecord {
 }
 
 impl TrajectoryRecord {
-    /// Refuses what no motion of the scene leaves behind.
+    /// Refuses a record that no motion of the scene can have.
     fn check(&self, scene: &Scene) -> Result<(), Error> {
         let (phases, contacts) = (self.phase_basis.len(), scene.contacts.len());
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
         if phases == 0
             || self.phase_start.len() != phases
             || self.phase_rest.len() != phases
-            || self.states.len() != 2 * scene.size * phases
+            || self.local.is_none() && self.states.len() != 2 * scene.size * phases
             || self.phase_start[0] != 0.0
             || !self.phase_start.is_sorted()
             || !(finite(&self.phase_rest) && finite(&self.states) && self.end.is_finite())
@@ -154,29 +158,35 @@ impl StopReason {
 impl Trajectory {
     /// What [`Trajectory::from_record`] takes.
     pub fn record(&self) -> TrajectoryRecord {
-        let mut bases: Vec<(String, Vec<Method>)> = Vec::new();
+        let (mut bases, mut phase_basis) = (Vec::new(), Vec::new());
+        let (local, states) = match &self.local {
+            Some(motion) => {
+                bases.push((motion.start().to_string(), vec![Method::Local]));
+                phase_basis.resize(self.phases.len(), 0);
+                let (record, states) = motion.record();
+                (Some(record), states)
+            }
+            None => {
+                (None, (0..self.phases.len()).flat_map(|k| self.phase_state(k).to_vec()).collect())
+            }
+        };
         let mut seen: Vec<(&CombinationBasis, usize)> = Vec::new();
-        let phase_basis = self
-            .phases
-            .iter()
-            .filter_map(|phase| phase.basis.as_deref())
-            .map(|basis| {
-                if let Some(&(_, index)) =
-                    seen.iter().find(|(known, _)| std::ptr::eq(*known, basis))
-                {
-                    return index;
-                }
-                bases.push((basis.combination.to_string(), basis.methods()));
-                seen.push((basis, bases.len() - 1));
-                bases.len() - 1
-            })
-            .collect();
+        let met = self.phases.iter().filter_map(|phase| phase.basis.as_deref());
+        phase_basis.extend(met.map(|basis| {
+            if let Some(&(_, index)) = seen.iter().find(|(known, _)| std::ptr::eq(*known, basis)) {
+                return index;
+            }
+            bases.push((basis.combination.to_string(), basis.methods()));
+            seen.push((basis, bases.len() - 1));
+            bases.len() - 1
+        }));
         TrajectoryRecord {
             bases,
             phase_basis,
             phase_start: self.phases.iter().map(|phase| phase.start).collect(),
             phase_rest: self.phases.iter().map(|phase| phase.rest).collect(),
-            states: (0..self.phases.len()).flat_map(|k| self.phase_state(k).to_vec()).collect(),
+            states,
+            local,
             event_time: self.events.iter().map(|event| event.time).collect(),
             event_contact: self.events.iter().map(|event| event.contact).collect(),
             event_kind: self.events.iter().map(|event| event.kind).collect(),
@@ -197,17 +207,39 @@ impl Trajectory {
         let scene = &propagators.scene;
         record.check(scene)?;
         let events = record.event_time.len();
-        let bases = record
-            .bases
-            .iter()
-            .map(|(name, methods)| recorded_basis(propagators, name, methods))
-            .collect::<Result<Vec<_>, Error>>()?;
+        let (local, states) = match record.local {
+            Some(local) => {
+                let by_local = record.bases.len() == 1 && record.bases[0].1 == [Method::Local];
+                if !by_local || record.phase_basis.iter().any(|&basis| basis > 0) {
+                    return Err(refused("bases that do not fit a local march"));
+                }
+                let start = Combination::parse(&record.bases[0].0, scene.contacts.len())?;
+                scene.check_combination(&start)?;
+                let motion = LocalMotion::from_record(propagators, &start, local, record.states)?;
+                let phases = record.phase_start.iter().zip(&record.phase_rest).enumerate();
+                if record.phase_start.len() != motion.steps.len() + 1
+                    || record.end > motion.end().next_up()
+                    || phases
+                        .map(|(k, phase)| (motion.phase_start(k), phase))
+                        .any(|(clock, phase)| (&clock.seconds, &clock.rest) != phase)
+                {
+                    return Err(refused("phases that do not fit the steps"));
+                }
+                (Some(motion), KeptStates::all(scene.size, Vec::new()))
+            }
+            None => (None, KeptStates::all(scene.size, record.states)),
+        };
+        let bases = record.bases.iter().map(|(name, methods)| match local {
+            Some(_) => Ok(None),
+            None => recorded_basis(propagators, name, methods).map(Some),
+        });
+        let bases = bases.collect::<Result<Vec<_>, Error>>()?;
         let numbers = record.phase_start.into_iter().zip(record.phase_rest);
         let phases = numbers
             .zip(record.phase_basis)
             .map(|((start, rest), index)| {
                 let basis = bases.get(index).ok_or_else(|| refused("phases without a basis"))?;
-                Ok(Phase { start, rest, basis: Some(Arc::clone(basis)) })
+                Ok(Phase { start, rest, basis: basis.clone() })
             })
             .collect::<Result<Vec<_>, Error>>()?;
         let events = (0..events)
@@ -221,9 +253,9 @@ impl Trajectory {
         Ok(Self {
             propagators: Arc::clone(propagators),
             phases,
-            states: KeptStates::all(scene.size, record.states),
+            states,
             repetition: None,
-            local: None,
+            local,
             events,
             grazings: record.grazings,
             accumulations: record.accumulations,

@@ -26,11 +26,11 @@ use crate::transient::trajectory::{
 
 /// Impacts of one contact over which the ratio of a series is measured, twice.
 const ROUND: usize = 4;
-/// Events, per contact, among which those impacts are looked for.
+/// Number of events, per contact, among which those impacts are looked for.
 const SEEN: usize = 32;
 
-/// Gap, relative to the largest displacement, below which series of impacts over several contacts are not followed. Each
-/// hundredth of it takes a third more events; the time at which a series ends is known to its root.
+/// Gap, relative to the largest displacement, below which series of impacts over several contacts are not followed. A
+/// hundred times smaller gap takes a third more events; the time at which a series ends is known to the root of the gap.
 const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 
 /// Combinations that a run looks up by comparing statuses; those met later by their hash.
@@ -53,7 +53,7 @@ pub(crate) struct Run<'a> {
     novelty: Novelty,
 }
 
-/// What a run carries from one phase to the next beside its state.
+/// Data that a run carries from one phase to the next beside its state.
 pub(crate) struct Progress {
     /// Place of the combination among those known.
     current: usize,
@@ -171,7 +171,7 @@ impl<'a> Run<'a> {
                     self.state.trajectory.counters.taylor_phases += taylor;
                     return Ok(Some(reason));
                 }
-                // Once more from its start, by modes.
+                // The phase is computed once more from its start, by modes.
                 PhaseEnd::TooLong => {
                     *basis = match self.meet(&settlement.statuses) {
                         Ok(place) => Arc::clone(&self.known[place].basis),
@@ -263,7 +263,7 @@ impl<'a> Run<'a> {
         (series, settled)
     }
 
-    /// The states at the starts of some phases of a motion, the first of which is kept: once more what the run did.
+    /// The states at the starts of some phases of a motion, the first of which is kept: the run is repeated from there.
     fn again(trajectory: &Trajectory, run: Repetition, first: usize, count: usize) -> Vec<f64> {
         let Repetition { duration, accumulation_tolerance, load_time, .. } = run;
         let controls = Controls { accumulation_tolerance, load_time, ..Controls::default() };
@@ -285,7 +285,7 @@ impl<'a> Run<'a> {
             let RunState { scene, switched, .. } = &mut run.state;
             *switched = scene.next_switch(*switched).unwrap_or(*switched);
         }
-        // A series of impacts over several contacts is judged by those before.
+        // Earlier impacts decide whether a series over several contacts ends.
         let past = trajectory.events.partition_point(|event| event.phase <= first);
         let seen = past.saturating_sub(SEEN * run.state.scene.contacts.len());
         run.state.trajectory.events.extend_from_slice(&trajectory.events[seen..past]);
@@ -333,7 +333,7 @@ impl<'a> Run<'a> {
         self.state.time.seconds.next_up() - self.state.time.seconds
     }
 
-    /// How far a series of impacts over several contacts has come.
+    /// The limits for a series of impacts over several contacts at this instant.
     fn series(&self, search: &PhaseSearch) -> Series {
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
         let structure = &self.state.q[..self.state.scene.structure()];
@@ -350,8 +350,8 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The ratio of the distances of two impacts of a contact that follow each other, 0 where they do not shrink. Several
-    /// may make up one round of the series, so distances are measured over as many as there are, up to `ROUND`.
+    /// The ratio of successive intervals between impacts of a contact; 0 if they do not shrink. Several impacts may make up one
+    /// round of the series, so intervals are measured over as many impacts as there are, up to `ROUND`.
     fn ratio(&self, contact: usize, struck: bool) -> f64 {
         let earlier =
             self.state.trajectory.events.iter().rev().take(SEEN * self.state.scene.contacts.len());
@@ -377,7 +377,7 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Writes down what the accumulations among the events to come have left out.
+    /// Records the parts of series that the accumulations among the events to come leave out.
     fn count_accumulations(&mut self, settlement: &Settlement, series: &Series) {
         let first = self.state.trajectory.events.len();
         let limits = settlement.events.iter().enumerate();

@@ -8,7 +8,7 @@ use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
 use crate::transient::trajectory::Trajectory;
 
-/// What a run does besides following the motion for its duration.
+/// Limits and options of a run.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Controls<'a> {
     /// Events after which a run stops.
@@ -19,8 +19,8 @@ pub struct Controls<'a> {
     pub accumulation_tolerance: f64,
     /// Stop at the first touch that rounding can't decide, instead of keeping the status.
     pub stop_at_grazing: bool,
-    /// Numbers of states that the motion keeps, 2n per event; between the states for which there is no room the run is
-    /// repeated when they are asked for. None: 256 MB of them.
+    /// Numbers of states that the motion keeps, 2n per event. States for which there is no room are computed again when they
+    /// are asked for. None: 256 MB.
     pub kept_numbers: Option<usize>,
     /// Time of the loads at which the run begins, s.
     pub load_time: f64,

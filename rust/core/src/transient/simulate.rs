@@ -5,6 +5,7 @@ use std::sync::Arc;
 use crate::contact::admissible_start::coordinates_at;
 use crate::error::Error;
 use crate::motion::method::Method;
+use crate::motion::method_cost::marches_locally;
 use crate::motion::propagators::Propagators;
 use crate::scene::contact_law::Directions;
 use crate::scene::model::State;
@@ -36,7 +37,8 @@ pub fn simulate(
     }
     controls.validate()?;
     let (q, u) = coordinates_at(scene, start, controls.load_time)?;
-    if method == Method::Local {
+    let pays = || marches_locally(scene) && propagators.locality().is_ok();
+    if method == Method::Local || method == Method::Auto && pays() {
         return march::simulate(propagators, (q, u), &start.combination, duration, controls);
     }
     if !propagators.parts().is_empty() {

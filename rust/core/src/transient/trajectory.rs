@@ -1,4 +1,4 @@
-//! A computed motion: the state after every event, and anything in between on demand.
+//! A computed motion: the state after every event; states between events are computed on demand.
 
 use std::borrow::Cow;
 use std::collections::HashSet;
@@ -54,8 +54,8 @@ pub struct Grazing {
 pub struct Accumulation {
     /// Index of its event.
     pub event: usize,
-    /// Bounces left out that an infinitely fine clock would show down to one ulp of t; the rest of the
-    /// geometric series is shorter than that.
+    /// Number of bounces left out whose remaining time is at least one ulp of t; the rest of the geometric series is shorter
+    /// than that.
     pub bounces: usize,
     /// Bound of the error of its time, s: the gap's acceleration is taken as constant over the rest.
     pub error: f64,
@@ -113,7 +113,7 @@ impl fmt::Display for StopReason {
     }
 }
 
-/// How much work a run took; exact, so that tests can hold them.
+/// Counts of the work of a run. They are exact, so that tests can compare them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Counters {
     /// Phases of the motion.
@@ -142,7 +142,7 @@ pub(crate) struct Phase {
     pub basis: Option<Arc<CombinationBasis>>,
 }
 
-/// What a run needs to be repeated from one of its states.
+/// The data by which a run is repeated from one of its states.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Repetition {
     /// Of the whole run, s.
@@ -199,7 +199,7 @@ pub struct Sample {
 type CoupledForces = (Combination, Vec<(Functional, Functional)>);
 
 impl Trajectory {
-    /// A motion of which nothing is known yet.
+    /// A motion without phases, events or states.
     pub(crate) fn new(propagators: &Arc<Propagators>) -> Self {
         Self {
             propagators: Arc::clone(propagators),
@@ -235,12 +235,7 @@ impl Trajectory {
         }
     }
 
-    /// Whether it comes from a local march.
-    pub fn is_local(&self) -> bool {
-        self.local.is_some()
-    }
-
-    /// What is known of the combination of a phase.
+    /// The basis of the combination of a phase.
     pub(crate) fn basis_of(&self, phase: usize) -> Result<Arc<CombinationBasis>, Error> {
         match &self.phases[phase].basis {
             Some(basis) => Ok(Arc::clone(basis)),
@@ -435,7 +430,7 @@ impl Trajectory {
 pub struct ModalRun {
     /// Status of every contact at these instants.
     pub combination: Combination,
-    /// Into the times asked for.
+    /// Indices into the times asked for.
     pub indices: Vec<usize>,
     /// One row of 2m per instant.
     pub coordinates: Vec<Complex64>,
@@ -516,8 +511,8 @@ impl<'a> Cursor<'a> {
         self.motion.as_mut()?.smooth_until(local)
     }
 
-    /// A rate such that the motion of a phase grows, off the real axis too, by at most `e^{rate |z|}` around a
-    /// local time; what has decayed below rounding does not count. 1/s.
+    /// A rate such that the motion of a phase grows by at most `e^{rate |z|}` around a local time, off the real axis too; modes
+    /// that have decayed below rounding do not count. 1/s.
     pub fn growth_rate(&mut self, phase: usize, local: f64) -> f64 {
         if let Some(motion) = &self.trajectory.local {
             return motion.growth_rate();
@@ -525,7 +520,7 @@ impl<'a> Cursor<'a> {
         // Local time 0 is known without a motion.
         self.seek_local(phase, local.max(f64::MIN_POSITIVE));
         let own = self.motion.as_ref().map_or(0.0, |motion| motion.growth_rate(local));
-        // A slider that vibrates carries what sticks to it, which has no motion of its own.
+        // A slider that vibrates carries the contacts that stick to it, which have no motion of their own.
         let drive = self.trajectory.scene().drive.iter();
         drive.flat_map(|drive| &drive.oscillators).fold(own, |rate, one| rate.max(one.rate))
     }

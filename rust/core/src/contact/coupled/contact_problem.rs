@@ -22,13 +22,13 @@ use crate::scene::status::Status;
 
 /// Contacts up to which all 4^c combinations are tried.
 const ENUMERATED: usize = 5;
-/// Contacts up to which they are tried where no other method has found an answer.
+/// Contacts up to which all combinations are tried if no other method has found an answer.
 const EXHAUSTED: usize = 8;
 /// Sweeps of Gauss-Seidel iteration.
 const SWEEPS: usize = 500;
 /// Violation of an inequality, relative to its terms, that counts as rounding.
 const ROUNDING: f64 = 1e-11;
-/// Acceleration, relative to its terms, above which held directions that depend on each other contradict each other.
+/// Held directions that depend on each other contradict each other if an acceleration, relative to its terms, exceeds this.
 const CONSISTENT: f64 = 1e-9;
 /// Force, relative to the largest, below which Lemke's method proposes none.
 const PIVOTED: f64 = 1e-11;
@@ -69,9 +69,9 @@ pub(crate) struct ContactProblem {
 }
 
 impl ContactProblem {
-    /// More contacts than are enumerated have their statuses proposed by Lemke's method in two units of force, since an
-    /// approach may be 1e-14 of the slip, and by Gauss-Seidel iteration; a proposal counts once its linear equations,
-    /// solved to rounding, satisfy every inequality. Only where no method has one is there no solution.
+    /// If there are more contacts than are enumerated, Lemke's method in two units of force (an approach may be 1e-14 of the
+    /// slip) and Gauss-Seidel iteration propose the statuses. A proposal counts if its linear equations, solved to rounding,
+    /// satisfy every inequality. There is no solution only if no method finds one.
     pub fn solve(&self) -> Result<Solution, Unsolved> {
         let count = self.contacts.len();
         if count <= ENUMERATED {
@@ -108,7 +108,7 @@ impl ContactProblem {
                     a0: self.a0.rows(2 * i, 2) + self.w.rows(2 * i, 2) * &forces,
                 };
                 let found = choices(contact).iter().find_map(|&status| alone.verified(&[status]));
-                // Where one contact alone has no answer, the iteration goes on with what it had.
+                // If one contact alone has no answer, the iteration goes on with its present forces.
                 let force = found.map_or(before, |solution| {
                     statuses[i] = solution.statuses[0];
                     solution.forces
@@ -145,7 +145,7 @@ impl ContactProblem {
         }
     }
 
-    /// Forces if the contacts had these statuses, consistent or not; `None` where they have none.
+    /// The forces of contacts with these statuses, consistent or not; `None` if their equations have no solution.
     pub fn forces(&self, statuses: &[Status]) -> Option<DVector<f64>> {
         if self.dependent {
             return self.dependent_forces(statuses).map(|found| found.0);
@@ -208,8 +208,8 @@ impl ContactProblem {
         (a - b).amax() <= 100.0 * ROUNDING * scale
     }
 
-    /// The same when these statuses are consistent. Each inequality is held to the rounding of its own terms: those of a
-    /// normal force are 1e-14 of a slip where contacts close slowly.
+    /// The solution with these statuses, if they are consistent. Each inequality may fail by the rounding of its own terms,
+    /// because those of a normal force are 1e-14 of a slip where contacts close slowly.
     fn verified(&self, statuses: &[Status]) -> Option<Solution> {
         let (forces, free) = match self.dependent {
             true => self.dependent_forces(statuses)?,
@@ -225,7 +225,7 @@ impl ContactProblem {
                     let (acceleration, terms) = terms(n);
                     acceleration >= -ROUNDING * terms
                 }
-                // Of forces that nothing determines some must do.
+                // If nothing determines some forces, one split that satisfies the inequalities is enough.
                 _ if free.ncols() == 0 && forces[n] < -rounding(n) => false,
                 Status::Sticking if free.ncols() > 0 => true,
                 Status::Sticking => {
@@ -387,8 +387,8 @@ pub(crate) fn held_rows(
 }
 
 /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
-/// smaller force: it slips only where static friction can't hold it, so a solution gives way to one in which the same
-/// of these contacts stick, and more.
+/// smaller force. It slips only if static friction cannot hold it, so a solution is dropped if in another one the same
+/// contacts stick, and more of them.
 fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
     let excess: Vec<bool> = contacts.iter().map(|c| c.static_friction > c.friction).collect();
     let sticks =

@@ -12,7 +12,7 @@ use crate::scene::status::Status;
 /// A contact of a problem, and T / (mu N) where it slips; `None` where slip is zero.
 pub(crate) type Touching = (usize, Option<f64>);
 
-/// Impacts at one instant that follow each other before what is left of them is taken at once.
+/// Number of impacts that follow each other at one instant before one impact takes the rest of them.
 const ROUNDS: usize = 64;
 /// Part of its terms below which the rate of a slip velocity is rounding: the start of slip is a root known to rounding.
 const AT_REST: f64 = 1e-9;
@@ -71,7 +71,7 @@ impl Coupled<'_> {
         carried.chain(pulled)
     }
 
-    /// What `contacts` do once all of them touch and rest in their normal directions.
+    /// The statuses and forces of `contacts` when all of them touch and rest in their normal directions.
     pub fn resting(&self, contacts: &[usize], q: &[f64], u: &[f64]) -> Result<Resting, RunFailure> {
         let laws = &self.scene.contacts;
         let (mut position, mut velocity) = (q.to_vec(), u.to_vec());
@@ -97,8 +97,8 @@ impl Coupled<'_> {
             .collect()
     }
 
-    /// The velocities when the impulses that the statuses of contacts allow have taken their normal ones away; `None`
-    /// where these impulses are not determined.
+    /// The velocities after the impulses that the statuses of contacts allow have stopped their normal velocities; `None`
+    /// if these impulses are not determined.
     pub fn held(&self, problem: &[Touching], statuses: &[Status], u: &[f64]) -> Option<Vec<f64>> {
         let velocity = |row: usize| {
             let law = &self.scene.contacts[row / 2];
@@ -122,7 +122,7 @@ impl Coupled<'_> {
         Some(u)
     }
 
-    /// Adds to the velocities what impulses (tangential, normal) on contacts make of them.
+    /// Adds to the velocities the changes that impulses (tangential, normal) on contacts cause.
     fn push(&self, contacts: &[usize], impulses: &[f64], u: &mut [f64]) {
         for (i, law) in self.scene.contacts.iter().enumerate() {
             for (row, coordinate) in [(2 * i, law.tangential), (2 * i + 1, law.normal)] {
@@ -227,7 +227,7 @@ impl Coupled<'_> {
             let rests = |i: usize| {
                 at_rest.iter().zip(&pressed_on).any(|(&j, status)| i == j && status.is_closed())
             };
-            // The first are those that the event says, however slowly they come.
+            // The contacts of the event come first, however slowly they approach.
             let turn = round == 0 || round >= ROUNDS;
             let strikes = |i: usize| turn || u[contacts[i].normal] < 0.0 || rests(i);
             let touching: Vec<usize> = (0..contacts.len())
@@ -252,7 +252,7 @@ impl Coupled<'_> {
     }
 
     /// The impulses of contacts that touch with Newton restitution, `g'+ + e g'- >= 0`, and Coulomb
-    /// friction on the slip velocity after the impact; what lifts off has no approach, `g'+ >= 0`.
+    /// friction on the slip velocity after the impact; a contact that lifts off does not approach, `g'+ >= 0`.
     pub fn strike(&self, touching: &[usize], q: &[f64], u: &mut [f64]) -> Result<(), RunFailure> {
         let contacts = &self.scene.contacts;
         // A given normal force has no impulse.
@@ -270,7 +270,7 @@ impl Coupled<'_> {
         };
         let solution = self.solve(&problem, Level::Impulses, velocity, q, &before)?;
         self.push(&touching, solution.forces.as_slice(), u);
-        // What the impulses hold at zero is zero exactly.
+        // A velocity that the impulses hold at zero is set to zero exactly.
         for (&i, &status) in touching.iter().zip(&solution.statuses) {
             let law = &contacts[i];
             if status.is_closed() {

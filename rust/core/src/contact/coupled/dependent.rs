@@ -1,5 +1,5 @@
-//! Contact forces where directions depend on each other: what of them is determined, and which of their inequalities can
-//! hold at once.
+//! Contact forces whose directions depend on each other: which part of the forces is determined, and which of their
+//! inequalities can hold at once.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -9,7 +9,7 @@ use crate::linalg::dense::pseudo_inverse;
 const RANK: f64 = 1e-10;
 /// Entry of a pseudo-inverse, relative to the largest, that is rounding.
 const UNTIED: f64 = 1e-14;
-/// Inequalities kept on the way of an elimination; more are given up.
+/// Largest number of inequalities that an elimination keeps; it is given up if there are more.
 const MOST: usize = 20_000;
 
 /// Forces of contacts as a map of their reactions, and the forces that nothing determines.
@@ -65,8 +65,8 @@ impl Forces {
 }
 
 /// The inequalities `sum_j factor_j m_j >= 0` that hold if and only if some s satisfies `m_j + b_j s >= 0` for all rows b_j:
-/// elimination of one unknown after the other (Fourier and Motzkin), without what follows from others (Chernikov). None
-/// where they are too many.
+/// elimination of one unknown after the other (Fourier and Motzkin), without inequalities that follow from others
+/// (Chernikov). None if there are too many.
 pub(crate) fn eliminated(b: &DMatrix<f64>) -> Option<Vec<Vec<(usize, f64)>>> {
     struct Row {
         factors: Vec<(usize, f64)>,

@@ -14,11 +14,12 @@ use crate::scene::status::Status;
 #[derive(Debug)]
 pub(crate) struct JointClosing {
     pub contacts: Vec<usize>,
-    /// What is left out of the series, s: a geometric one that begins with the longest flight possible.
+    /// Duration of the rest of the series, s, which is left out: a geometric series that begins with the longest possible
+    /// flight.
     pub rest: f64,
 }
 
-/// A quick bound leaves this much to what is then computed.
+/// The first, quick selection takes the load larger by this factor, so that it drops no contact that the exact one keeps.
 const MARGIN: f64 = 4.0;
 
 /// Ends a series of impacts in which contacts lift each other, by closing all of them at once.
@@ -90,7 +91,7 @@ pub(crate) fn close_jointly(
         let lightest = mass.diagonal().max();
         let dependent = !coupled.scene.dependents.is_empty();
         let values = mass.symmetric_eigenvalues();
-        // What depends on others has no mass of its own.
+        // A direction that depends on others has no mass of its own.
         let least = values.iter().filter(|&&value| !dependent || value > 1e-10 * lightest);
         let part = least.copied().fold(f64::INFINITY, f64::min).max(0.0) / lightest;
         let momenta = match dependent {
@@ -113,7 +114,7 @@ pub(crate) fn close_jointly(
         let rest = members.iter().map(|member| member.1).fold(0.0, f64::max);
         let moved = pressed.iter().filter(|entry| moving.contains(&entry.0));
         if rest > series.negligible && !moved.clone().all(|&(_, n)| energy <= n * resolution) {
-            // What would rise highest alone is left out first: it may hold all of the energy.
+            // The contact that alone would rise highest is left out first: it may hold all of the energy.
             let height = |&(i, n): &(usize, f64)| {
                 let (gap, speed) = (q[contacts[i].normal], u[contacts[i].normal]);
                 gap.max(0.0) + 0.5 * speed * speed / (w(i, i) * n)
@@ -125,11 +126,11 @@ pub(crate) fn close_jointly(
         let Some(mut held) = coupled.held(&problem, &solution.statuses, u) else {
             return Ok(None);
         };
-        // What touches and is not part of the closing is drawn onto its slider by it, and strikes it.
+        // The closing draws other contacts that touch onto their sliders, and they strike.
         let mut touching: Vec<usize> = closed.iter().chain(&joined).copied().collect();
         touching.sort_unstable();
         touching.dedup();
-        // What would fly for less than the clock resolves then is at rest as well.
+        // A contact that would then fly for less than the clock resolves is at rest as well.
         for &i in &touching {
             let velocity = &mut held[contacts[i].normal];
             if *velocity < 0.0 && -*velocity <= series.ulp * w(i, i) * load {

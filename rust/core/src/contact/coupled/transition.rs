@@ -1,4 +1,4 @@
-//! What contacts that mass couples do after an event: an impulse or a force on one moves all of them.
+//! The transitions of contacts that mass couples: an impulse or a force on one of them moves all.
 
 use crate::contact::coupled::contacts::{Coupled, Touching};
 use crate::contact::coupled::joint_closing::close_jointly;
@@ -70,7 +70,7 @@ pub(crate) fn settle_coupled(
             outcome[i] = match status {
                 Status::Detached => (status, Departure::Gap(2)),
                 Status::Sticking => (status, Departure::None),
-                // What slips goes on; an onset keeps its multiplicity unless forces that jump push it.
+                // A contact that slips goes on; the onset of slip keeps its multiplicity unless a jump of the forces pushes the contact.
                 _ if sliding.is_some() && !is_pushed(i, outcome[i].1) => (status, outcome[i].1),
                 _ => (status, Departure::Slip(1)),
             };

@@ -24,29 +24,29 @@ use crate::scene::status::Status;
 
 /// Choices of statuses up to which all are tried.
 const ENUMERATED: usize = 4096;
-/// Statuses changed one by one where there are more, until none is wrong.
+/// Changes of single statuses that are tried if there are more choices, until no status is wrong.
 const CHANGES: usize = 1000;
 /// Violation of an inequality, relative to its terms, that counts as rounding.
 const ROUNDING: f64 = 1e-11;
 
-/// What is known of a contact beforehand.
+/// The statuses that a contact can have, as far as they are known beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Case {
     /// Nothing but this status is possible.
     Settled(Status),
-    /// It closes or opens: gap and normal force are zero.
+    /// The contact closes or opens: gap and normal force are zero.
     Touching,
-    /// It slides, or is at the bound of what sticks, in a direction.
+    /// The contact slides in a direction, or its friction force is at the limit of sticking in that direction.
     Slipping {
         towards: Status,
-        /// Whether its friction force is all that sticking can hold, too.
+        /// Whether its friction force is also the largest that sticking can hold.
         at_bound: bool,
         /// Whether the slip velocity has come to zero.
         ends: bool,
     },
     /// Its friction drops from the static to the kinetic one.
     Jumping { towards: Status },
-    /// Beside another one that jumps, or where a load is switched: it may do anything from where it is.
+    /// Another contact of the group jumps, or a load is switched: the contact may take any status from its present place.
     Beside { before: Status },
 }
 
@@ -88,7 +88,7 @@ impl Problem {
         Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false }, sizes }
     }
 
-    /// The one answer. Where static friction exceeds the kinetic one, a contact that could go on as it was does so.
+    /// The one answer. If static friction exceeds kinetic friction, a contact keeps its status if it can.
     pub fn solve(&self) -> Result<Answer, Unsolved> {
         let choices: Vec<&[Status]> = self.nodes.iter().map(choices).collect();
         let all = choices.iter().fold(1, |all: usize, own| all.saturating_mul(own.len()));
@@ -109,7 +109,7 @@ impl Problem {
                 found.push(answer);
             }
         }
-        // Contacts that go on as they were, and of those that just touch the ones that static friction holds.
+        // Number of contacts that keep their status, and of touching contacts that static friction holds.
         let rank = |answer: &Answer| {
             let (mut goes_on, mut held) = (0, 0);
             for (node, status) in self.nodes.iter().zip(&answer.statuses) {
@@ -188,7 +188,7 @@ impl Problem {
             let held = |sign: f64, limit: f64| {
                 (limit * normal - sign * friction, limit * rounding(n) + rounding(t))
             };
-            // What must not be negative, with the scale of its rounding.
+            // Numbers that must not be negative, each with the scale of its rounding.
             let mut conditions: Vec<(f64, f64)> = Vec::new();
             match (node.case, status) {
                 (Case::Settled(_), _) => {}
@@ -198,7 +198,7 @@ impl Problem {
                     margins[i] = if bound.1 > 0.0 { (bound.0 / bound.1).max(0.0) } else { 0.0 };
                     conditions.extend(at_bound.then_some(bound));
                 }
-                // What has come to rest slips on only if something moves it.
+                // A contact that has come to rest slips again only if a force moves it.
                 (Case::Slipping { at_bound: false, ends: true, .. }, _) => {
                     let (value, size) = slip();
                     conditions.push((value - 1e3 * ROUNDING * size, size));
@@ -228,7 +228,7 @@ impl Problem {
 }
 
 impl Answer {
-    /// Whether a sticking contact is at the bound of its friction to rounding, and leaves it at second order.
+    /// Whether the friction force of a sticking contact is at its limit to rounding, so that it leaves it at second order.
     pub fn is_at_bound(&self, contact: usize) -> bool {
         self.margins[contact] <= 1e3 * ROUNDING
     }
@@ -245,7 +245,7 @@ fn choices(node: &Node) -> &'static [Status] {
         Case::Settled(Detached) => &[Detached],
         Case::Beside { before: Detached } if smooth => &[Detached, Positive],
         Case::Touching | Case::Beside { .. } if smooth => &[Positive, Detached],
-        // Of two names of one motion the one that a contact has.
+        // If one motion has two names, the contact keeps the one it has.
         Case::Beside { before: Positive } => &[Positive, Sticking, Negative, Detached],
         Case::Beside { before: Negative } => &[Negative, Sticking, Positive, Detached],
         Case::Beside { before: Detached } => &[Detached, Sticking, Positive, Negative],

@@ -1,8 +1,8 @@
-//! What contacts without mass do after an event.
+//! The transitions of contacts without mass.
 //!
-//! Displacements and forces are continuous, only their rates change, unless static friction exceeds the kinetic one: then
-//! a contact that begins to slip jumps to its place under kinetic friction first, with all that follow it. So does what a
-//! switched load acts on.
+//! Displacements and forces are continuous and only their rates change, unless static friction exceeds kinetic friction:
+//! then a contact that begins to slip first jumps to its place under kinetic friction, together with all contacts that
+//! follow it. Contacts on which a switched load acts jump in the same way.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,8 +23,8 @@ struct GroupEvent<'a> {
     time: f64,
 }
 
-/// Settles the contacts of a group in state (q, q'), the velocities of which without mass don't count; whether forces
-/// have jumped.
+/// Settles the contacts of a group in state (q, q'), in which velocities of coordinates without mass have no effect.
+/// Returns whether forces have jumped.
 pub(crate) fn settle_group(
     scene: &Scene,
     group: &Group,
@@ -87,7 +87,7 @@ pub(crate) fn settle_group(
     for (k, &contact) in group.contacts.iter().enumerate() {
         let after = answer.statuses[k];
         if !slips(k) {
-            // Of its slip, which has mass, the velocity decides.
+            // If the slip has mass, its velocity decides.
             match cases[k] {
                 Case::Touching if after.is_closed() => {
                     let (status, departure) = sliding_with_mass(scene, contact, q, u);
@@ -211,7 +211,7 @@ impl GroupEvent<'_> {
         self.solve(cases, self.relative(&free, &sizes, &speeds), "rates")
     }
 
-    /// What is `free` at (tangential, normal) of each contact, from where it is counted, and the sizes of the terms.
+    /// The entries of `free` at (tangential, normal) of each contact, relative to its place, and the sizes of the terms.
     fn relative(
         &self,
         free: &DVector<f64>,
@@ -227,7 +227,7 @@ impl GroupEvent<'_> {
         (of(&|place, from| free[place] - from), of(&|place, from| sizes[place] + from.abs()))
     }
 
-    /// Moves the group to where kinetic friction takes it at once; the statuses there.
+    /// Moves the group to the place to which it jumps under kinetic friction; returns the statuses there.
     fn jump(&self, cases: Vec<Case>, q: &mut [f64]) -> Result<Vec<Status>, RunFailure> {
         let Self { scene, group, .. } = self;
         let (mut free, sizes) = self.free(q, 1.0);

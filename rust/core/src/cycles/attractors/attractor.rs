@@ -26,9 +26,9 @@ const CHAOS: f64 = 12.0;
 const LONGER: f64 = 0.5;
 /// ... but at most this many times as long as the first, so that it fits into memory.
 const LONGEST: f64 = 32.0;
-/// Periods of loads in time that a look lasts at least.
+/// Least length of a look in periods of the loads in time.
 const PERIODS: f64 = 16.0;
-/// Standard errors of the growth rate by which it must exceed zero for that.
+/// Number of standard errors by which the growth rate must exceed zero in chaos.
 const CERTAIN: f64 = 4.0;
 
 /// Where a motion ends up.
@@ -65,7 +65,7 @@ pub fn settle(
         let controls = Controls {
             load_time: elapsed,
             cancel: search.cancel,
-            // A run that is late from the start still takes its first steps.
+            // A run that begins after the deadline still takes its first steps.
             time_limit: search.remaining().map(|rest| rest.max(f64::MIN_POSITIVE)),
             ..Controls::default()
         };
@@ -97,8 +97,7 @@ pub fn settle(
     }
 }
 
-/// What the run settles to: shown by its own end, or by the motion that follows, of which the last stretch
-/// comes with it.
+/// The attractor of the run, found from its own end or from the motion that follows, whose last stretch is returned too.
 pub fn settled_from(
     run: &Trajectory,
     search: Search<'_>,
@@ -114,7 +113,7 @@ pub fn settled_from(
         neighbour.follow(run, search)?;
         return Ok((Attractor::Aperiodic(neighbour.growth()), None));
     }
-    // What follows begins again: the loads are those of the start.
+    // The motion that follows begins anew: the loads are those of the start.
     let (attractor, run) = match run.propagators.moving().drive {
         Some(_) => settle(&run.propagators, &run.state(0.0)?, search)?,
         None => settle(&run.propagators, &run.state(run.end)?, search)?,
@@ -122,13 +121,13 @@ pub fn settled_from(
     Ok((attractor, Some(run)))
 }
 
-/// Whether events begin in its first half: until then neighbours grow by the modes of one combination, which
-/// says nothing of the attractor.
+/// Whether events begin in the first half of the run: before the first event neighbours grow by the modes of one combination,
+/// which says nothing about the attractor.
 fn meets_events(run: &Trajectory) -> bool {
     run.events.first().is_some_and(|event| event.time <= 0.5 * run.end)
 }
 
-/// What the run has settled to, if its end shows it.
+/// The attractor of the run, if its end shows it.
 pub fn attractor(run: &Trajectory, search: Search<'_>) -> Option<Attractor> {
     match run.stop_reason {
         StopReason::Unbounded => return Some(Attractor::Unbounded),

@@ -14,8 +14,7 @@ use crate::transient::trajectory::{StopReason, Trajectory};
 /// An attractor, with the last stretch of the motion towards it.
 pub type Found = (Attractor, Trajectory);
 
-/// What the motion from every start settles to, in the order given; nothing for those that an interrupt came
-/// before.
+/// The attractor of the motion from every start, in the order given; None for those that an interrupt prevented.
 pub fn settle_all(
     cases: &[(Arc<Propagators>, State)],
     search: Search<'_>,

@@ -12,9 +12,9 @@ use crate::transient::trajectory::{Cursor, Trajectory};
 
 /// Periods of the loads up to which a period of the motion is looked for.
 const LONGEST: usize = 16;
-/// Instants of a period by which the range of the motion is judged.
+/// Number of instants of a period from which the range of the motion is taken.
 const PARTS: usize = 16;
-/// Part of a period by which the end of a run may miss its last one.
+/// Part of a period by which the end of a run may miss the end of its last period.
 const ROUNDING: f64 = 1e-9;
 
 /// A motion at whole periods of its loads.
@@ -68,7 +68,7 @@ impl<'a> Strobe<'a> {
         Some([&cursor.q[..], &cursor.u].concat())
     }
 
-    /// How many periods at the end do what those `periods` before them did.
+    /// Number of periods at the end that repeat the events of the period `periods` before them.
     fn repeats(&self, periods: usize) -> usize {
         let count = self.blocks.len();
         let same = |a: &[Entry], b: &[Entry]| {

@@ -58,8 +58,8 @@ pub struct Lyapunov {
 }
 
 impl Lyapunov {
-    /// A rate of which nothing is known: the neighbours of a motion that has not met an event grow by its modes, and
-    /// those of one that only touches the zero of an event function have no derivative.
+    /// An unknown rate: the neighbours of a motion without an event grow by its modes, and those of a motion that only touches
+    /// the zero of an event function have no derivative.
     pub const UNKNOWN: Self = Self { exponent: f64::NAN, error: f64::INFINITY, time: 0.0 };
 }
 
@@ -110,7 +110,7 @@ impl Neighbour {
                 return Ok(());
             }
             let basis = &run.basis_of(phase)?;
-            // A motion that meets ever new combinations repays no eigenproblem for each of them: what carried the run
+            // An eigenproblem for each combination does not pay if a motion meets ever new ones: the propagator of the run also
             // carries its neighbour.
             let new = || Flow::by(&run.propagators, Arc::clone(basis));
             let flow = flows.try_get_or_insert_ref(&basis.combination, new)?;
@@ -137,7 +137,7 @@ impl Neighbour {
                     let states = if index == 0 { [start, &end, arrived] } else { [arrived; 3] };
                     let flow = known(&mut flows, run, &between, search.method)?;
                     let carried = passage.carried(scene, flow, states, &apart);
-                    // Of a neighbour that cannot be carried on nothing is known.
+                    // If a neighbour cannot be carried on, its distance is unknown.
                     apart = carried.unwrap_or_else(|_| vec![f64::NAN; size]);
                     between = passage.settled(&between, after);
                 }
@@ -170,7 +170,7 @@ impl Neighbour {
         }
     }
 
-    /// The rate over the later half of the motion: until then the neighbour turns towards what grows most.
+    /// The rate over the later half of the motion: before, the neighbour turns towards the direction that grows most.
     pub fn growth(&self) -> Lyapunov {
         if self.grown.is_nan() {
             return Lyapunov::UNKNOWN;

@@ -1,9 +1,9 @@
 //! Whether a motion has become periodic: recurrence of its events, and of the states after them.
 //!
 //! The last events of a run are compared with themselves shifted by p = 1, 2, ... events. A recurrence is a
-//! guess for Newton's method; the orbit found is what the run settles to if the run is on it, or if the orbit is
-//! stable and the run approaches it by at least half of what the multipliers say. A run that alternates around an unstable orbit goes on to 2p, and a
-//! multiplier near -1, whose alternation dies slowly, does not double the period.
+//! guess for Newton's method. The run has settled to the orbit found if it is on the orbit, or if the orbit is stable and
+//! the run approaches it at least half as fast as the multipliers say. A run that alternates around an unstable orbit is
+//! tried with 2p, and a multiplier near -1, whose alternation decays slowly, does not double the period.
 //!
 //! The impacts of a series that ends at its limit are one event: their number depends on rounding, and no sequence
 //! that counts them would recur.
@@ -27,7 +27,7 @@ const REPEATS: usize = 3;
 pub(super) const NEAR_RECURRENCE: f64 = 0.5;
 /// Distance from an orbit at which a run is on it, whether the orbit is stable or not.
 const ON: f64 = 1e-8;
-/// Recurrences tried: the doublings of a period up to 64, or as many odd ones.
+/// Number of recurrences tried: the doublings of a period up to 64, or as many odd ones.
 const CANDIDATES: usize = 7;
 /// Distance of two states of one orbit that are the same one.
 const SAME: f64 = 1e-6;
@@ -45,7 +45,7 @@ pub struct Recurrence {
 /// What happened at the start of a phase, and its combination.
 pub(super) type Label = (Vec<(usize, EventKind)>, Combination);
 
-/// One entry of a sequence of events: what happened, and the phase that begins then.
+/// One entry of a sequence of events: the events of an instant, and the phase that begins then.
 #[derive(Debug, PartialEq)]
 pub(super) struct Entry {
     pub label: Label,
@@ -53,7 +53,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// Whether a contact struck, whatever that did to others.
+    /// Whether a contact struck, whatever the effect on others.
     fn is_impact(&self) -> bool {
         self.label.0.iter().any(|event| event.1 == EventKind::Impact)
     }

@@ -1,4 +1,4 @@
-//! How long a search for what a motion settles to follows the motion.
+//! The limits of the search for an attractor.
 
 use std::time::Instant;
 
@@ -16,7 +16,7 @@ pub struct Search<'a> {
     pub method: Method,
     /// The token that stops the search, where it can be stopped.
     pub cancel: Option<&'a Cancel>,
-    /// When the search ends with what is known by then, where its computing is limited.
+    /// The time at which the search ends with the knowledge it has, if its computing is limited.
     pub deadline: Option<Instant>,
 }
 

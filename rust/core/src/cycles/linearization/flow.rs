@@ -1,5 +1,4 @@
-//! The flow of one status combination: where a phase leads, how its end depends on its start, and its
-//! vector field.
+//! The flow of one status combination: the end of a phase, its derivative by the start, and the vector field.
 //!
 //! Within a phase the state y = (q, q') moves by `M_s q'' = F_s(t) - C_s q' - K_s q` (see `reduction`), so
 //! the state after a time tau is an affine map of the state before, `y(tau) = Phi(tau) y(0) + g(tau)`. A
@@ -7,8 +6,8 @@
 //! the combination is propagated. Free to vary are q and q' of the coordinates left free, and the
 //! tangential displacement at which a sticking contact sticks: it loads the others for the whole phase.
 //!
-//! A phase far shorter than every mode is summed as a Taylor series: there the tiny change of a gap in one bounce keeps
-//! all digits, which the modal sum would lose by cancellation.
+//! A phase far shorter than the period of every mode is summed as a Taylor series: then the tiny change of a gap in one
+//! bounce keeps all digits, which the modal sum would lose by cancellation.
 
 use nalgebra::DMatrix;
 use std::cell::RefCell;
@@ -37,7 +36,7 @@ pub(crate) struct Flow<'a> {
     equation: EquationOfMotion,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
-    /// Those of them that belong to the structure: loads are as they are.
+    /// The entries among them that belong to the structure: loads have no neighbours.
     pub section: Vec<usize>,
     /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
     fastest: f64,
@@ -135,7 +134,7 @@ impl<'a> Flow<'a> {
         let mut start = vec![0.0; size];
         let origin = self.end(&start, duration);
         let mut transition = DMatrix::zeros(size, size);
-        // What is a sum of others moves with them.
+        // Coordinates that are sums of others move with them.
         let dependents = self.equation.scene(self.scene).dependents.iter();
         let following: Vec<usize> =
             dependents.flat_map(|one| [one.coordinate, self.scene.size + one.coordinate]).collect();
@@ -190,7 +189,7 @@ impl<'a> Flow<'a> {
 
 /// The fastest rate is at most the root of the trace of `M^-1 K`, or the trace of `M^-1 C`, where M is diagonal.
 fn fastest(scene: &Scene) -> f64 {
-    // What has no mass does not move.
+    // Coordinates without mass have no rate of their own.
     let massive = (0..scene.size).filter(|&k| scene.mass.get(k, k) > 0.0);
     let (stiff, damped) = massive.fold((0.0, 0.0), |(stiff, damped), k| {
         let mass = scene.mass.get(k, k);

@@ -1,11 +1,11 @@
-//! What a joint closing of contacts that mass couples does to a motion and to its neighbours.
+//! The joint closing of contacts that mass couples, for a motion and for its neighbours.
 //!
 //! A series of impacts in which contacts lift each other ends with all of its gaps g and their velocities v at zero
 //! (see `transition`). It is one event of an orbit, at the impact from which on the order of the others is not in the
-//! numbers: the gap of the contact that strikes then is its event function h, and how many impacts came before does not
-//! matter. The jump is the impact itself, and then what the rest of the series does. During that rest the contacts take
-//! the reactions N of closed contacts and besides impulses p, of which `M^-1 D p` changes the velocities. A contact that
-//! slides has `p_t = sigma mu p_n` at every impact, so that the sums P of these impulses are those that end the series:
+//! numbers: the gap of the contact that strikes then is its event function h, and the number of impacts before does not
+//! matter. The jump consists of this impact and of the rest of the series. During that rest the contacts take the reactions
+//! N of closed contacts and, in addition, impulses p that change the velocities by `M^-1 D p`. A contact that slides has
+//! `p_t = sigma mu p_n` at every impact, so that the sums P of these impulses are those that end the series:
 //!
 //! ```text
 //! u_n + (W P)_n = 0,   P_t = sigma mu P_n   or, where it sticks,   s + (W P)_t = 0
@@ -42,7 +42,7 @@ pub(crate) struct Impulse {
     pub lost: [f64; 2],
 }
 
-/// What impulses change of the (tangential, normal) velocities of all contacts, per velocity before.
+/// The changes of the (tangential, normal) velocities of all contacts by impulses, per velocity before.
 pub(crate) fn response(w: &DMatrix<f64>, impulses: &[Option<Impulse>]) -> DMatrix<f64> {
     let count = 2 * impulses.len();
     let (mut conditions, mut given) =
@@ -63,7 +63,7 @@ pub(crate) fn response(w: &DMatrix<f64>, impulses: &[Option<Impulse>]) -> DMatri
             conditions[(t, g)] = -impulse.friction;
         }
     }
-    // Where directions depend on each other the impulses are not determined, but what they do is.
+    // If directions depend on each other, the impulses are not determined, but their effect is.
     match smallest_relative_pivot(&conditions) < SINGULAR {
         true => w * (pseudo_inverse(&conditions) * given),
         false => w * Factors::new(conditions).solve(given),
@@ -108,7 +108,7 @@ impl Closing {
                 impulses[i] = Some(Impulse {
                     sticking: status == Status::Sticking,
                     friction: status.friction_sign() * laws[i].friction,
-                    // A contact that sticks stays where it is.
+                    // A contact that sticks keeps its place.
                     lost: [level as f64, 1.0],
                 });
             }
@@ -137,7 +137,7 @@ impl Closing {
         let closing = Self { projection, moving };
         let mut after = state.to_vec();
         closing.close(&mut after);
-        // The impulses must not draw into the slider what has just lifted off: then only what is left of the series goes.
+        // The impulses must not draw a contact that has just lifted off into its slider: only the series itself is closed then.
         if (0..laws.len()).any(|i| touches(i) && after[n + laws[i].normal] < 0.0) {
             let mut projection = DMatrix::identity(size, size);
             let rows = series.iter().flat_map(|&i| [laws[i].normal, n + laws[i].normal]);

@@ -51,8 +51,8 @@ fn onset(scene: &Scene, before: &Combination, contact: usize, end: &[f64]) -> Pa
     if one.value(end).0 <= other.value(end).0 { one } else { other }
 }
 
-/// Whether the neighbours of a motion jump with it as they are, along with none but this contact: what slides
-/// afterwards has no place of its own.
+/// Whether the neighbours of a motion jump with this contact alone: contacts that slide afterwards have no place of their
+/// own.
 pub(crate) fn jumps_alone(scene: &Scene, contact: usize, after: &Combination) -> bool {
     let groups = &scene.massless.groups;
     let own = groups.iter().find(|group| group.contacts.contains(&contact));

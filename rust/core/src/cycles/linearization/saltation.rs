@@ -1,4 +1,4 @@
-//! What an event does to a motion and to its neighbours.
+//! The effect of an event on a motion and on its neighbours.
 //!
 //! A phase ends where its event function h(y) vanishes; the state jumps, `y+ = g(y-)`, and the next vector
 //! field takes over. A neighbour gets there `dt = -grad h . dy / (grad h . f-)` later, so that at equal
@@ -30,15 +30,15 @@ use crate::scene::status::Combination;
 /// Part of the largest impulse below which a contact took none.
 const NO_IMPULSE: f64 = 1e-12;
 
-/// What ends a phase: which contact, and by what.
+/// The event that ends a phase: its contact and its kind.
 #[derive(Debug, Clone)]
 pub(crate) struct Passage {
     pub contact: usize,
     pub trigger: EventKind,
     event: Functional,
-    /// The contacts that close for good with the impact of `contact`; empty unless the end of a series over several.
+    /// The contacts that close for good with the impact of `contact`; empty unless it ends a series over several contacts.
     pub series: Vec<usize>,
-    /// The contacts whose directions depend on its own so that the same happens to them, always at the same instant.
+    /// The contacts whose directions depend on those of `contact` so that the same event happens to them at the same instant.
     pub companions: Vec<usize>,
 }
 
@@ -92,6 +92,10 @@ impl Passage {
 
     /// A combination in which the contacts that this passage moves are as in another one.
     pub fn settled(&self, between: &Combination, after: &Combination) -> Combination {
+        if self.trigger == EventKind::Load {
+            // It may move any contact.
+            return after.clone();
+        }
         let moved = self.own().chain(self.series.iter().copied());
         moved.fold(between.clone(), |settled, contact| {
             settled.with(contact, after.statuses()[contact])

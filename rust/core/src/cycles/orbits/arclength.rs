@@ -59,7 +59,7 @@ impl Tangent {
 }
 
 impl Orbit {
-    /// The orbit as a guess in another scene, as far as that one prescribes it.
+    /// The orbit as a guess in another scene, with the values that the other scene prescribes.
     fn placed(&self, propagators: &Arc<Propagators>) -> Result<Self, OrbitFailure> {
         let mut orbit = Self { propagators: Arc::clone(propagators), ..self.clone() };
         orbit.transfer();

@@ -23,7 +23,7 @@ const TURNED: f64 = 1e-8;
 /// Part of its terms below which an event function starts a phase at zero.
 const LEAVING: f64 = 1e-10;
 
-/// A periodic orbit and what it is asked for most.
+/// A periodic orbit with its multipliers, stability and extremes.
 #[derive(Debug, Clone)]
 pub struct Cycle {
     /// The closed orbit itself.
@@ -69,7 +69,7 @@ impl Stability {
         }
     }
 
-    /// None where it is not known.
+    /// Whether the orbit is stable; None if that is not known.
     pub const fn is_stable(self) -> Option<bool> {
         match self {
             Self::Stable => Some(true),
@@ -114,7 +114,7 @@ pub struct Extremes {
     pub maximum: Vec<f64>,
 }
 
-/// How close an event function that ends no phase comes to its zero: what would change the sequence.
+/// The smallest value of an event function that ends no phase: its zero would change the sequence.
 #[derive(Debug, Clone, Copy)]
 pub struct Margin {
     /// Index of the phase in [`Orbit::steps`].
@@ -125,7 +125,7 @@ pub struct Margin {
     pub kind: EventKind,
     /// Lowest value, in the unit of the event function; negative where the orbit violates a contact law.
     pub value: f64,
-    /// Where in the period, s.
+    /// Time within the period, s.
     pub time: f64,
     /// Lowest within the phase (a touch there), not at its end (two events that meet).
     pub interior: bool,

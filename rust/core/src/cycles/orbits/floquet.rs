@@ -14,8 +14,8 @@ use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::cycles::orbits::shooting::Pass;
 use crate::linalg::eigen;
 
-/// A flight between two impacts that takes less than this part of the rest of their series is no flight of it: two
-/// contacts strike at the same instant.
+/// Two contacts strike at the same instant if the flight between their impacts takes less than this part of the rest of
+/// the series.
 const FLIGHT: f64 = 1e-6;
 
 /// The multipliers at the section and how many of them are zero by structure.
@@ -23,8 +23,8 @@ const FLIGHT: f64 = 1e-6;
 pub struct Multipliers {
     /// Descending in modulus, conjugates adjacent. NaN at a corner of the return map (see [`Orbit::corner`]).
     pub values: Vec<Complex64>,
-    /// Those of the return map: without the one of the phase of the orbit, which is 1. At a fold, where that one
-    /// is defective, they keep their digits. Under loads in time the phase is theirs, and all of them count.
+    /// The multipliers of the return map: all but the one of a shift along the orbit, which is 1. At a fold, where that one is
+    /// defective, they keep their digits. Under loads in time, which set the phase, all multipliers count.
     pub transverse: Vec<Complex64>,
     /// How many of `values` are zero because contact and sticking leave fewer coordinates free.
     pub structural_zeros: usize,

@@ -25,10 +25,10 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::clock::Clock;
 
-/// Part of the period below which a phase between two events is none: they coincide.
+/// Two events coincide if the phase between them is shorter than this part of the period.
 pub(crate) const INSTANT: f64 = 1e-11;
 
-/// Instants of a phase by which the range of an orbit under loads in time is judged.
+/// Number of instants of a phase from which the range of an orbit under loads in time is taken.
 const PARTS: usize = 5;
 
 /// One phase of a cycle and the event that ends it.
@@ -46,7 +46,7 @@ pub struct Step {
 }
 
 impl Step {
-    /// Of the event that ends it; of none where the period of the loads does.
+    /// The contact of the event that ends the phase; none if the period of the loads ends it.
     pub const fn contact(&self) -> usize {
         self.passage.contact
     }
@@ -150,7 +150,7 @@ impl Scales {
         match (k < self.n, k % self.n < self.structure) {
             (true, true) => self.length,
             (false, true) => self.speed,
-            // What carries loads follows the clock.
+            // Coordinates that carry loads follow the clock.
             (_, false) => f64::INFINITY,
         }
     }
@@ -169,7 +169,7 @@ impl Orbit {
         &self.propagators.scene
     }
 
-    /// The events in the laws of the scene, where the steps come from another one.
+    /// Adapts the events to the laws of the scene, if the steps come from another scene.
     pub(crate) fn transfer(&mut self) {
         for step in &mut self.steps {
             step.passage = step.passage.transferred(&self.propagators.scene, &step.combination);

@@ -1,6 +1,6 @@
-//! Orbits as plain numbers: what has to be kept beside a scene to have them again to the last bit.
+//! Orbits as plain numbers, from which, with the scene, they are restored to the last bit.
 //!
-//! Passages follow from the scene and are found anew.
+//! Passages follow from the scene and are computed again.
 
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ pub struct CycleRecord {
 }
 
 impl CycleRecord {
-    /// Refuses what no orbit of the scene leaves behind.
+    /// Refuses a record that no orbit of the scene can have.
     fn check(&self, scene: &Scene) -> Result<(), Error> {
         let (count, width) = (self.combinations.len(), 2 * scene.size);
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());

@@ -78,7 +78,7 @@ impl Shooting {
         }
     }
 
-    /// What mismatches of the phases sum up to over a period.
+    /// The sum of the mismatches of the phases, carried to the end of the period.
     pub fn defect(&self, mismatch: &Mismatch) -> Vec<f64> {
         let zero = vec![0.0; self.scales.size()];
         self.maps.iter().zip(&mismatch.defects).fold(zero, |sum, (map, defect)| {
@@ -114,7 +114,7 @@ impl Shooting {
         if entries.iter().all(|x| x.is_finite()) {
             Ok(self.state(&entries))
         } else if load.iter().all(|x| x.abs() <= ROUNDING) {
-            // One of a family of orbits, such as what sticks wherever it is to a slider that vibrates.
+            // The orbit is one of a family, such as those of a contact that sticks at any place of a vibrating slider.
             Ok(vec![0.0; self.scales.size()])
         } else {
             Err(OrbitFailure::Singular)
@@ -251,7 +251,7 @@ impl Orbit {
         if self.period.is_finite() { largest } else { f64::NAN }
     }
 
-    /// Sets what the combinations prescribe.
+    /// Sets the values that the combinations prescribe.
     pub(crate) fn constrain(&mut self, flows: &[Flow<'_>]) -> Result<(), Error> {
         let n = self.scene().size;
         let scene = Arc::clone(self.scene());

@@ -20,7 +20,7 @@ use crate::locus::parameter_path::{Expansion, Path};
 /// Newton steps before a start is given up; from a useful start six suffice.
 const STEPS: usize = 40;
 
-/// g and what Newton's methods need of its derivatives.
+/// g and the derivatives of it that Newton's methods need.
 #[derive(Debug)]
 pub(crate) struct ImplicitDeterminant {
     pub g: Complex64,

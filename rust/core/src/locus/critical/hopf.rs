@@ -3,9 +3,9 @@
 //! Most modes of a fine mesh stay far below the axis. Over an interval of width w the real part of a mode can reach it
 //! by its slope, or by meeting another mode: `(lambda_r - lambda_s)^2` goes linearly through an exceptional point, so the
 //! distance of two modes that would meet after the part t of w grows by no more than `sqrt(1 + 1 / t)`, and half of it is
-//! how far each of them leaves their mean. Modes that neither of both takes to the axis, with a margin of two, are left
-//! alone; the others are continued from both ends of the interval, which is halved until that is as safe as on the mesh
-//! of all modes.
+//! the distance of each from their mean. Modes that neither effect takes to the axis, with a margin of two, are not followed.
+//! The others are continued from both ends of the interval, which is halved until the continuation is as safe as on the
+//! mesh of all modes.
 
 use std::ops::Range;
 
@@ -18,7 +18,7 @@ use crate::locus::critical::search::{axis_crossing, initial_values, real_part, u
 use crate::locus::node::Node;
 use crate::locus::watched_path::WatchedPath;
 
-/// Equal intervals that the search starts from. What the modes within reach need beyond is found interval by interval,
+/// Number of equal intervals that the search starts from. Each interval is divided further as its modes within reach need,
 /// so half as many as for the mesh of all modes suffice.
 const INTERVALS: usize = 32;
 /// How much further than predicted from one end of an interval a mode is allowed to come.
@@ -199,7 +199,7 @@ impl Track {
         self.links.last().is_some_and(|link| link.iter().any(|pair| self.sign(last, pair.1) == 0.0))
     }
 
-    /// Of some intervals: ends of a bracket, the mode at the first one and the sign of its real part there.
+    /// The crossings in some intervals: ends of a bracket, the mode at the first end and the sign of its real part there.
     fn crossings(&self, intervals: Range<usize>) -> Vec<([&Node; 2], usize, f64)> {
         let mut crossings = Vec::new();
         for k in intervals {

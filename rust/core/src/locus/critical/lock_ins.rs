@@ -14,8 +14,8 @@ use crate::locus::watched_path::WatchedPath;
 
 /// An exceptional parameter whose imaginary part is below this part of the range is real.
 const REAL: f64 = 1e-11;
-/// A point that lies as near to a prediction as this part of the way that is predicted, in the parameter and in the
-/// eigenvalue, is the one that is predicted: of two so near to each other, nodes nearer to them tell each alone.
+/// A point explains a prediction if it is nearer to the predicted place than this part of the predicted distance, in the
+/// parameter and in the eigenvalue. Two points so near to each other are predicted separately by nodes nearer to them.
 const EXPLAINED: f64 = 0.1;
 
 /// Where a node predicts that two of its modes coalesce, or a mode and its conjugate.
@@ -83,8 +83,8 @@ pub(crate) fn lock_ins(
     Ok((found.collect(), starts))
 }
 
-/// Of all pairs of modes, and of each mode with its conjugate, at every node: those that lead to a point between the
-/// neighbours of the node, the shortest way first.
+/// The predictions from all pairs of modes, and from each mode with its conjugate, at every node, if they lead to a point
+/// between the neighbours of the node; the nearest first.
 fn predictions(mesh: &Mesh, imaginary: f64) -> Vec<Prediction> {
     let nodes = &mesh.nodes;
     let mut predictions = Vec::new();

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 /// this, or a touch, are not told apart. Meeting branches are resolved further.
 pub(crate) const RESOLUTION: f64 = 1e-7;
 
-/// What happens to the eigenvalues, or to steady sliding, at a parameter value.
+/// The kind of a critical point: the change of the eigenvalues, or of steady sliding, at a parameter value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum CriticalKind {
     /// A complex pair crosses the imaginary axis.
@@ -46,9 +46,9 @@ pub struct CriticalPoint {
     pub value: f64,
     /// The parameter in its own unit; its imaginary part is zero except at a complex exceptional point.
     pub complex_value: Complex64,
-    /// At a crossing that of the branch that has the largest real part beyond it; NaN at a separation.
+    /// The eigenvalue; at a crossing that of the branch that has the largest real part beyond it; NaN at a separation.
     pub eigenvalue: Complex64,
-    /// Of the branch that loses the largest real part at a crossing, otherwise NaN.
+    /// The eigenvalue of the branch that loses the largest real part at a crossing, otherwise NaN.
     pub other: Complex64,
     /// Hopf: `d Re lambda / d p`; divergence: +1 or -1; crossing: the slope of the new branch less that of the old one;
     /// separation: +1 where the contact opens as the parameter grows, else -1.

@@ -1,7 +1,7 @@
 //! Complex vectors as real columns that the vector unit works on eight at a time.
 //!
-//! A matrix in doubled precision times one vector waits for the last sum at every entry. Columns side by side have
-//! sums of their own, and all of them share the entry: the same digits for a tenth of the time.
+//! The product of a matrix in doubled precision with one vector waits for the last sum at every entry. Columns side by side
+//! have separate sums and share the entry, which gives the same digits in a tenth of the time.
 
 use num_complex::Complex64;
 use pulp::cast;
@@ -35,7 +35,7 @@ pub(crate) struct Columns {
 }
 
 impl Columns {
-    /// Of vectors with `rows` entries, each with whether it is complex; the imaginary part of others is left out.
+    /// Packs vectors with `rows` entries, each with whether it is complex; the imaginary parts of the others are left out.
     pub fn new<'a>(
         rows: usize,
         vectors: impl Iterator<Item = (&'a [Complex64], bool)> + Clone,
@@ -148,7 +148,7 @@ impl Kernel for Combine<'_> {
     }
 }
 
-/// What [`Columns::products`] finds.
+/// The result of [`Columns::products`].
 pub(crate) struct Products {
     places: Vec<Place>,
     products: Columns,

@@ -12,7 +12,7 @@ use crate::linalg::dense::Factors;
 use crate::modes::mode::{BACKWARD_STABLE, Mode, SETTLED};
 use crate::modes::quadratic_pencil::{Norms, Pencil, PencilDamping};
 
-/// Rounds; from a usual result the first one does nearly all of it, from a slow mode lost in rounding it takes some.
+/// Number of rounds. The first one removes nearly all of a usual error; a slow mode lost in rounding takes several.
 const ROUNDS: usize = 6;
 
 /// M, C and K.

@@ -1,4 +1,4 @@
-//! Better eigenvalues and vectors than the solver leaves, where the matrices hold more digits.
+//! Refinement: eigenvalues and vectors with digits that the matrices hold and the solver loses.
 
 pub(crate) mod columns;
 pub(crate) mod inverse_iteration;

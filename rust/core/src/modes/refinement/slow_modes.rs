@@ -1,9 +1,9 @@
 //! Eigenpairs of `K x = kappa M x` whose values spread over more orders of magnitude than a double has digits.
 //!
 //! A backward-stable solver leaves in every eigenvalue of `S = G^-1 K G^-T`, `M = G G'`, an error of rounding times the
-//! *largest* one, in which a slow mode drowns. In those of `S^-1 = G' K^-1 G` it is rounding times the inverse of the
-//! smallest one: its slow modes are right. The stiffness is inverted in doubled precision, because two masses joined by
-//! a stiff spring and held by a soft one leave the soft one in the last digits of their entries.
+//! *largest* one, in which a slow mode drowns. In the eigenvalues of `S^-1 = G' K^-1 G` the error is rounding times the
+//! inverse of the smallest one, so that slow modes are accurate. The stiffness is inverted in doubled precision: if two
+//! masses are joined by a stiff spring and held by a soft one, the soft one is only in the last digits of the entries.
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -45,8 +45,8 @@ pub(crate) fn inverse(mut matrix: DMatrix<Doubled>) -> Option<DMatrix<f64>> {
     Some(inverse.map(Doubled::value))
 }
 
-/// The fast ones of the eigenpairs of S and the slow ones of those of its inverse, divided where the larger of
-/// their errors is smallest.
+/// The fast eigenpairs of S and the slow eigenpairs of its inverse, divided at the place at which the larger of their
+/// errors is smallest.
 pub(crate) fn joined(mut whole: Vec<EigenPair>, mut inverted: Vec<EigenPair>) -> Vec<EigenPair> {
     inverted.iter_mut().for_each(|pair| {
         // A mode so fast that its inverse is lost is found in S.

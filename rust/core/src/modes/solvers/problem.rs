@@ -19,7 +19,7 @@ pub(crate) struct Solved {
     pub left: Vec<Complex64>,
 }
 
-/// A pencil with what its modes are computed and judged by.
+/// A pencil with the factor and the norms by which its modes are computed and judged.
 pub(crate) struct Problem<'a> {
     pub pencil: &'a Pencil,
     pub factor: MassFactor,

@@ -16,11 +16,11 @@ use crate::numerics::double_double::DoubledComplex;
 /// Rounds of refinement; each squares the error, so three take one digit to rounding.
 const ROUNDS: usize = 3;
 
-/// Relative correction from which the vectors may be wrong altogether, and refinement of no use.
+/// From this relative correction on the vectors may be entirely wrong, so that refinement does not help.
 const LOST: f64 = 1e-7;
 /// An eigenvalue this small beside the largest one is zero, a rigid-body mode: doubled precision tells no more.
 const ZERO: f64 = 1e-28;
-/// Free coordinates up to which the stiffness is inverted in doubled precision, some seconds there.
+/// Number of free coordinates up to which the stiffness is inverted in doubled precision, which then takes some seconds.
 const INVERTED_SIZE: usize = 400;
 
 /// An eigenpair of `K x = kappa M x`.

@@ -1,4 +1,4 @@
-//! How far the polynomials of a panel are from the motion.
+//! The error of the polynomials of a panel.
 //!
 //! The polynomial P of the state obeys `P' = A P + f + sum b_i y_i(P) - D` with a defect D whose coefficients are
 //! those that the series leaves out and the rounding of the others: finite sums. With the norm sigma of A and a Lipschitz
@@ -16,8 +16,10 @@ use crate::motion::friction::operator::LawOperator;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 
-/// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
+/// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state, and to the
+/// change of slip speed over which a law changes.
 const TUBE: f64 = 1e-6;
+const TUBE_OF_SLIP: f64 = 0.1;
 
 impl LawMotion {
     /// Bounds of the error of the state by truncation alone, and of all of it, and L.
@@ -30,7 +32,10 @@ impl LawMotion {
         let Self { taylor, contacts, coupling, .. } = self;
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
-        let radius = TUBE * scale;
+        let slips = operator.contacts.iter().zip(&*contacts);
+        let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| {
+            radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm)
+        });
         let size = |all: &[f64; COEFFICIENTS]| all.iter().map(|c| c.abs()).sum::<f64>();
         // Of each contact: bounds of its law, |excess|, |N|, and the orders of their product from DEGREE and beyond.
         let laws: Vec<_> = operator
@@ -47,7 +52,7 @@ impl LawMotion {
                 (law, size(&series.excess), size(normal), products)
             })
             .collect();
-        // How far off the polynomials of N are, and how much N moves per norm of the state.
+        // Errors of the polynomials of N, and the change of N per norm of the state.
         let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
         let mut moved = operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut unsharp = 0.0;

@@ -1,4 +1,4 @@
-//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of what they leave out.
+//! Taylor series of a law of friction along a slip speed that is a polynomial, with a bound of their error.
 //!
 //! With `S = S_0 + S_1 s + ..` on [0, 1], the recurrences are those of
 //!
@@ -7,7 +7,7 @@
 //! g = 1 / (1 + S / v)  g_k = -g_0 sum_{i>0} S_i / v g_{k-i}                        (1 + S / v) g = 1
 //! ```
 //!
-//! and of products for a table. What the polynomials miss follows from the equations that they obey up to a known rest: with
+//! and of products for a table. The errors of the polynomials follow from the equations that they obey up to a known rest: with
 //! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
@@ -16,6 +16,9 @@ use crate::scene::friction::law::FrictionLaw;
 
 /// One unit of rounding.
 pub(super) const UNIT: f64 = 0.5 * f64::EPSILON;
+
+/// Slip speeds, as multiples of v, from which on e counts as zero: it is below 1e-260.
+const FAR: f64 = 600.0;
 
 /// `mu(S) - mu(0)` along a panel.
 #[derive(Debug, Clone)]
@@ -26,11 +29,11 @@ pub(super) struct LawSeries {
     inner: [f64; COEFFICIENTS],
     /// `mu(S) - mu(0)`
     pub excess: [f64; COEFFICIENTS],
-    /// Of a table.
+    /// Piece of a table.
     pub piece: usize,
 }
 
-/// What is known of `mu(S) - mu(0)` on [0, 1].
+/// Bounds of `mu(S) - mu(0)` and its series on [0, 1].
 pub(super) struct LawBounds {
     /// Largest difference from its polynomial, by truncation and by rounding.
     pub truncation: f64,
@@ -54,7 +57,7 @@ impl LawSeries {
                 let falling = at_rest - kinetic;
                 if k == 0 {
                     let exponent = -slip[0] / speed;
-                    inner[0] = exponent.exp();
+                    inner[0] = if -exponent > FAR { 0.0 } else { exponent.exp() };
                     excess[0] = falling * exponent.exp_m1() + viscous * slip[0];
                     return;
                 }
@@ -89,8 +92,8 @@ impl LawSeries {
     /// How far S may move from S_0 on a panel.
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
         match law {
-            // e grows and falls by a factor of e at most.
-            FrictionLaw::Stribeck { speed, .. } => *speed,
+            // What the factors by which e grows and falls make of its bound stays below e^2.
+            FrictionLaw::Stribeck { speed, .. } => speed + self.slip[0] / 3.0,
             // 1 + S / v keeps half of its value.
             FrictionLaw::Rational { speed, .. } => 0.5 * (speed + self.slip[0]),
             FrictionLaw::Linear { .. } | FrictionLaw::Tabulated(_) => f64::INFINITY,
@@ -123,16 +126,19 @@ impl LawSeries {
             }
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
                 let falling = (at_rest - kinetic).abs();
-                let ratio = (2.0 * range / speed).exp();
+                let (ratio, dropped) = match slip[0] > FAR * speed {
+                    true => (0.0, ((range - slip[0]) / speed).exp()),
+                    false => ((2.0 * range / speed).exp(), 0.0),
+                };
                 // R begins at order DEGREE, and is integrated.
                 let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
                 let rates: f64 = slip.iter().enumerate().map(|(m, c)| m as f64 * c.abs()).sum();
                 let start = (4.0 + slip[0].abs() / speed) * inner[0];
                 let rounded = 3.0 * rates / speed * size(inner) + start;
                 LawBounds {
-                    truncation: falling * ratio * rest,
+                    truncation: falling * (ratio * rest + dropped),
                     rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess)),
-                    slope: viscous + falling / speed * inner[0] * (wide / speed).exp(),
+                    slope: viscous + falling / speed * ((wide - slip[0]) / speed).exp(),
                 }
             }
             FrictionLaw::Rational { at_rest, kinetic, speed } => {

@@ -15,10 +15,12 @@ use crate::numerics::simd::VectorUnit;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
-/// Largest L of a panel: rounding grows by (e^L - 1) / L, some 70.
+/// Largest L of a panel; rounding then grows by (e^L - 1) / L, about 70.
 const STEEPEST: f64 = 6.0;
-/// Times that a panel is shortened before its error counts as unbounded.
+/// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
+/// What the widths of panels that follow each other may grow by.
+const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
@@ -37,7 +39,7 @@ pub(super) struct Sliding {
     pub(super) error: f64,
 }
 
-/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, with c what lower orders make of y.
+/// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders.
 #[derive(Debug, Default)]
 pub(super) struct Coupling {
     pub(super) inverse: DMatrix<f64>,
@@ -53,11 +55,13 @@ pub(crate) struct LawMotion {
     pub(super) base: Vec<f64>,
     pub(super) contacts: Vec<Sliding>,
     pub(super) coupling: Coupling,
+    /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
+    share: f64,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
     pub(super) next: Option<(usize, usize)>,
-    /// A contact whose law reaches 0 at the end of the panel, and one whose law has.
+    /// A contact whose law reaches 0 at the end of the panel, and a contact whose law has reached it.
     pub(super) ends: Option<usize>,
     pub(super) ended: Option<usize>,
     pub(super) unit: VectorUnit,
@@ -76,6 +80,7 @@ impl LawMotion {
         self.taylor.begin(scene, &operator.taylor, functions, q, u);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
+        self.share = 1.0;
         self.contacts.clear();
         for (place, one) in operator.contacts.iter().enumerate() {
             let mut series = LawSeries::new();
@@ -135,6 +140,9 @@ impl LawMotion {
                 break;
             }
         }
+        if self.share < 1.0 {
+            self.shorten(self.share);
+        }
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
@@ -155,6 +163,7 @@ impl LawMotion {
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
         }
+        self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);
     }
 
@@ -172,7 +181,7 @@ impl LawMotion {
                 series.slip[k] = -one.sign * (taylor.coefficient(&one.slip, k) + slip);
                 normal[k] = taylor.coefficient(&one.normal, k) + constant;
                 series.extend(&one.law, k);
-                // What lower orders of N make of y.
+                // The part of y from lower orders of N.
                 force[k] = (1..=k).map(|j| series.excess[j] * normal[k - j]).sum();
             }
             if let Some(response) = &operator.response {

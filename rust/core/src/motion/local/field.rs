@@ -1,7 +1,7 @@
 //! The motion of all coordinates on one panel, each by a series of its own.
 //!
-//! All begin with the panel. An event restarts those that it reaches before the panel ends: their series begin anew at
-//! its time, the others go on. What that leaves out is proved to be below rounding; see `reach.rs`.
+//! All series begin with the panel. An event restarts the series that it reaches before the panel ends; the others go on.
+//! The error of this is proved to be below rounding; see `reach.rs`.
 
 use std::sync::Arc;
 
@@ -30,7 +30,7 @@ pub(crate) struct Field {
     pub end: f64,
     /// Largest norm of the state so far.
     scale: f64,
-    /// What series leave out, and what restarts have.
+    /// Bounds of the terms that series leave out, and of those that restarts have left out.
     tail: f64,
     neglected: f64,
     /// Of each coordinate: when its series begins, and its unit of time.
@@ -75,7 +75,7 @@ impl Field {
         self.expand(0.0);
     }
 
-    /// Restarts what events of these contacts reach; where they have set places and speeds, from these.
+    /// Restarts the series that events of these contacts reach, from the places and speeds that the events have set.
     pub fn restart(&mut self, statuses: &[Status], contacts: &[usize], resets: &[Reset], at: f64) {
         let rest = self.end - at;
         let Self { scene, locality, region, .. } = self;
@@ -198,7 +198,8 @@ impl Field {
     }
 }
 
-/// Where a member of a region starts: at a place, off by a little, with a speed; what its contact holds, as it holds it.
+/// Sets the start of a member of a region: a place, its rounding, and a speed; coordinates that a contact holds keep the
+/// values that it prescribes.
 fn set(region: &mut Region, member: usize, place: f64, rest: f64, speed: f64) {
     let count = region.members.len();
     let (place, rest, speed) = match region.course(member) {

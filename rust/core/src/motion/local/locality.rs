@@ -1,4 +1,4 @@
-//! What a local march needs to know of a scene once: which coordinate is what, and norms that hold in every combination.
+//! The data of a scene that a local march needs: the kinds of its coordinates, and norms that hold in every combination.
 
 use crate::contact::event_function::Functional;
 use crate::error::Error;
@@ -11,7 +11,7 @@ use crate::scene::status::Status;
 /// terms up to e^3 cancel.
 pub(super) const WIDTH: f64 = 6.0;
 
-/// What a coordinate is.
+/// The kind of a coordinate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kind {
     Free,

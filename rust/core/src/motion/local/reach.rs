@@ -21,13 +21,13 @@ use lru::LruCache;
 use crate::motion::local::locality::{Kind, Locality, WIDTH};
 use crate::scene::model::Scene;
 
-/// What a change of one contact may leave out elsewhere, relative to the motion: a million of them stay below rounding.
+/// Error that a change of one contact may leave elsewhere, relative to the motion: a million of them stay below rounding.
 pub(crate) const NEGLECTED: f64 = 1e-6 * f64::EPSILON;
-/// Orders of the recursion. What further ones add is below 1e-28.
+/// Number of orders of the recursion; further ones add less than 1e-28.
 const ORDERS: usize = 60;
-/// Coordinates are not followed further before a coefficient of theirs reaches this; what that drops is counted.
+/// A coordinate passes nothing on to its neighbours before one of its coefficients reaches this; the part dropped is counted.
 const FLOOR: f64 = 1e-34;
-/// Stretches of a panel for which reaches are told apart.
+/// Number of parts of a panel with a reach of their own.
 const LEVELS: usize = 16;
 
 /// Coordinates that the reaches kept may hold in all: 256 MB.

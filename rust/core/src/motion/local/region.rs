@@ -1,4 +1,4 @@
-//! Taylor series of a few coordinates of a scene, those around them being known.
+//! Taylor series of a few coordinates of a scene whose neighbours are known.
 //!
 //! The recursion is that of `taylor/motion.rs` over the coordinates within; a rim of their neighbours enters it by the
 //! coefficients of its own series.

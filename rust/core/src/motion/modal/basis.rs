@@ -18,7 +18,7 @@ use crate::scene::reduction::reduced_system::Reduced;
 #[derive(Debug)]
 pub(crate) struct ModalBasis {
     pub(super) kept: Vec<usize>,
-    /// How many of them belong to the structure; the others carry loads.
+    /// Number of modes that belong to the structure; the others carry loads.
     pub(super) structure: usize,
     pub(super) count: usize,
     pub(super) groups: usize,
@@ -28,7 +28,7 @@ pub(crate) struct ModalBasis {
     /// Right vectors with the weight of the conjugate, `q_k = Re sum_r shape_r[k] z_r`: for each group of kept
     /// coordinates, of all modes.
     pub(super) shape: Vec<ComplexGroup>,
-    /// For each kept coordinate, of all groups of modes.
+    /// Factors of all groups of modes, for each kept coordinate.
     pub(super) projection: Vec<Projection>,
     /// (coordinate, speed) of the contacts that stick.
     pub(super) sticking: Vec<(usize, f64)>,
@@ -47,7 +47,7 @@ pub(super) struct Projection {
     pub velocity: ComplexGroup,
 }
 
-/// Of a group of modes in an event function.
+/// The weight of a group of modes in an event function.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Weight {
     pub of: ComplexGroup,

@@ -3,8 +3,8 @@
 //! With `P(l) = l^2 M + l C + K` of the structure and the load `b(l) = -(K_h + l C_h)` of an oscillator, the pencil
 //! of both is block triangular. Its eigenvalues are those of the structure, whose left vectors v gain the entry
 //! `v' b(l) / (m_h (l^2 + w^2))`, and `j w` of the oscillator with the right vector `(P(j w)^-1 b(j w), 1)`: the forced
-//! motion. Close to resonance both grow without bound while their sum does not. What they grow by counts as their
-//! condition, so that a resonant combination goes by Taylor series.
+//! motion. Close to resonance both grow without bound while their sum does not. Their growth counts as their condition, so
+//! that a resonant combination is propagated by Taylor series.
 
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;

@@ -1,4 +1,4 @@
-//! What moves modes over a panel of one width, and bounds what its polynomials leave out.
+//! The factors that move modes over a panel of one width, and the bound of what its polynomials leave out.
 
 use num_complex::Complex64;
 
@@ -16,13 +16,13 @@ pub(super) const TAIL_GROUPS: usize = (COEFFICIENTS - 2) / GROUP;
 const NEGLIGIBLE: f64 = 1e-20;
 const _: () = assert!(TAIL_GROUPS * GROUP == COEFFICIENTS - 2);
 
-/// What depends on the width of a panel alone.
+/// Numbers that depend on the width of a panel alone.
 #[derive(Debug)]
 pub(super) struct Level {
     pub width: f64,
     /// Modes slow enough for the polynomials: a prefix.
     pub slow: usize,
-    /// Of each slow mode.
+    /// Powers of each slow mode.
     pub powers: Vec<Powers>,
     /// What the polynomials leave out, relative to `reach` of the slow modes.
     pub truncation: f64,
@@ -50,7 +50,7 @@ pub(super) struct LevelModes {
     pub envelope: Group,
 }
 
-/// What moves a group of modes by a step h.
+/// The factors that move a group of modes by a step h.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
     pub exponential: ComplexGroup,

@@ -2,8 +2,8 @@
 //!
 //! The modes move about a reference, where it can be the equilibrium of the phase: rounding of the projection, which
 //! grows with the square of the condition of the modes, is then a part of the motion and not of the static
-//! displacement. `z' = lambda z + p` for each mode, `p = p0 + p1 t` what the reference leaves unbalanced. With `w = z''`,
-//! which is a pure exponential,
+//! displacement. Each mode follows `z' = lambda z + p`, where `p = p0 + p1 t` is the force that the reference leaves
+//! unbalanced. With `w = z''`, which is a pure exponential,
 //!
 //! ```text
 //! z(t + h) = z + h z' + h^2 phi2(lambda h) w,   z'(t + h) = z' + h phi1(lambda h) w,   w(t + h) = e^{lambda h} w
@@ -15,8 +15,8 @@
 //! z(t + h) = e^{lambda h} z + h phi1(lambda h) p + h^2 phi2(lambda h) p1,   z'(t + h) = e^{lambda h} z' + h phi1(lambda h) p1
 //! ```
 //!
-//! is taken instead: a rounding then moves, and decays, as the mode does, where one of z' in the first form is integrated
-//! for the rest of the phase.
+//! is used instead: a rounding error then moves and decays as the mode does, while a rounding error of z' in the first form
+//! would be integrated for the rest of the phase.
 
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::{Level, Step};
@@ -42,12 +42,12 @@ pub(super) struct Modes {
 /// Bounds, of a group of modes per unit weight, on a panel.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Bounds {
-    /// Of the affine part, and of what the mode adds to it.
+    /// Bounds of the affine part, and of the terms that the mode adds to it.
     pub(super) affine: Group,
     pub(super) curvature: Group,
-    /// Of what the mode adds to its quadratic part about the middle, rounding included.
+    /// Bound of the terms that the mode adds to its quadratic part about the middle, rounding included.
     pub(super) beyond: Group,
-    /// Of what a mode that has no polynomial adds to its affine part.
+    /// Bound of the terms that a mode without polynomial adds to its affine part.
     pub(super) fast: Group,
 }
 

@@ -1,8 +1,8 @@
 //! Panels of a modal phase: each event function as a polynomial with its error bound.
 //!
 //! An event function `Re sum h_r z_r + ..` is a polynomial with coefficients `Re sum h_r w_r lambda_r^j / (j + 2)!` from
-//! the second power on. Before a polynomial is formed, an envelope is tried: the quadratic part against the sum of what
-//! the modes can add to it; and before a panel is taken, after some quiet ones, the envelope of a far longer stretch.
+//! the second power on. Before a polynomial is formed, an envelope is tried: the quadratic part is compared with a bound of
+//! the terms that the modes can add to it. After some quiet panels the envelope of a much longer interval is tried first.
 
 use pulp::cast;
 
@@ -15,14 +15,14 @@ use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_
 
 /// Quiet panels before a leap is tried.
 const QUIET: u32 = 2;
-/// Leaps before a panel is filled all the same, at which a run hears that it is to stop: of a settled motion leaps have no
-/// other end than that of the run.
+/// Number of leaps after which a panel is filled in any case. At a panel a run looks whether it is to stop; in a settled
+/// motion nothing else ends a series of leaps before the end of the run.
 const LEAPS: u32 = 1000;
 
 /// An envelope clears a stretch if it stays above this part of its terms, whose sums are rounded by 1e-14 of them.
 const CLEAR: f64 = 1e-12;
 
-/// Panels between two questions whether the fast modes have decayed.
+/// Number of panels between two tests whether the fast modes have decayed.
 const PANELS_PER_LEVEL: u32 = 4;
 
 impl ModalMotion {

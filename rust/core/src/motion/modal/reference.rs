@@ -11,7 +11,7 @@ use crate::numerics::simd::{ComplexGroup, complex_groups};
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 
-/// `position + velocity t`, a motion of the whole scene, and what is left to the modes that move about it.
+/// `position + velocity t`, a motion of the whole scene, and the forces that act on the modes that move about it.
 #[derive(Debug)]
 pub(super) struct Reference {
     /// Of the kept coordinates at local time 0 with every sticking contact at 0, and the velocity.
@@ -76,8 +76,8 @@ impl At {
         }
     }
 
-    /// `K q1 = F1` and `K q0 = F0 - C q1`, solved in working precision: what that leaves stays as a force. Nothing
-    /// where the stiffness is singular.
+    /// `K q1 = F1` and `K q0 = F0 - C q1`, solved in working precision; the residual stays as a force. None if the stiffness
+    /// is singular.
     pub fn equilibrium(reduced: &Reduced) -> Option<Self> {
         let factors = Factors::new(reduced.stiffness.clone());
         let solve = |force: &[f64]| -> Vec<f64> {
@@ -93,8 +93,8 @@ impl At {
         all.copied().all(f64::is_finite).then_some(Self { position, velocity, sticking })
     }
 
-    /// Forces `L' (F - C q' - K q)` and event functions, in doubled precision: what a stiff scene leaves of them is
-    /// a small part of their terms.
+    /// Forces `L' (F - C q' - K q)` and event functions, in doubled precision: in a stiff scene they are a small part of
+    /// their terms.
     pub fn reference(
         self,
         scene: &Scene,

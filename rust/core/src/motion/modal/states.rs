@@ -9,7 +9,7 @@ use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
 use crate::numerics::phi::exponential_and_phi;
 use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part, group};
 
-/// Square of the ratio of static to moving part up to which a mode is inverted from its force: three bits are lost.
+/// Largest square of the ratio of static to moving part at which a mode is computed from its rate, which loses three bits.
 const STATIC: f64 = 64.0;
 
 impl ModalMotion {
@@ -146,7 +146,7 @@ impl ModalMotion {
             .chain(steady)
             .sum::<f64>();
         let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
-        // One that grows may rise from below rounding.
+        // A mode that grows may rise from below rounding.
         (0..basis.count)
             .filter(|&r| {
                 !(transient[r] <= floor) || (basis.lambda.get(r).re > 0.0 && transient[r] > 0.0)

@@ -12,7 +12,6 @@ use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group, in_groups};
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::inertia::border::Border;
-use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::model::Scene;
 
 /// Rows that are multiplied at once.
@@ -182,8 +181,9 @@ impl BorderedRows {
     }
 }
 
-fn border_of(scene: &Scene) -> Option<&Border> {
-    scene.coupled_mass.as_deref().and_then(|mass: &CoupledMass| mass.border.as_ref())
+/// The border of the stiffness of a scene.
+pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {
+    scene.coupled_mass.as_deref()?.border.as_ref()
 }
 
 /// An event function `weights . (q + beta q') + rest`.

@@ -12,7 +12,7 @@ use crate::scene::reduction::bases::Reduction;
 
 /// Two groups: with the two sums that `product` keeps, enough to hide the latency of additions.
 const ROWS: usize = 2 * GROUP;
-/// Dense products that take no longer than one of a sparse row, whose sum is one chain of additions.
+/// Number of dense products that take no longer than one product of a sparse row, whose sum is one chain of additions.
 const PER_ENTRY: usize = 8;
 
 /// A column of a group of rows.
@@ -132,7 +132,7 @@ impl Kernel for Advance<'_> {
             let (force, inverse) = (&force[g * ROWS..], &rows.inverse_mass[g * ROWS..]);
             for row in 0..next.len() {
                 let acceleration = inverse[row] * (forced * force[row] - sum[row]);
-                // What is held stays at zero, even where the rest is beyond the range of numbers.
+                // A held coordinate stays at zero, even if the others are beyond the range of numbers.
                 next[row] = if inverse[row] == 0.0 { 0.0 } else { factor * acceleration };
             }
         }

@@ -4,8 +4,8 @@
 //! `(k + 1)(k + 2) Q_{k+2} = h^2 M^-1 (F_k - K Q_k - C (k + 1) Q_{k+1} / h)` row by row of the
 //! combination. No eigenvector is needed, so nothing is lost at a defective point.
 //!
-//! What is expanded is the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
-//! precision: rounding is then a part of the motion and not of the static displacement.
+//! The series is that of the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
+//! precision: rounding is then relative to the motion and not to the static displacement.
 
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::panel::Panel;
@@ -17,7 +17,7 @@ use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
-/// What the series may leave out, relative to the state.
+/// Bound of the terms that the series may leave out, relative to the state.
 pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 
 /// One phase by Taylor series; its buffers serve every phase of a run.
@@ -214,7 +214,7 @@ impl TaylorMotion {
         }
     }
 
-    /// The norm of the state that what is left out is measured by.
+    /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
     }
@@ -480,7 +480,7 @@ impl TaylorMotion {
     }
 
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
-        // What is held at zero has no terms, and stays at zero.
+        // A coordinate that is held at zero has no terms and stays at zero.
         self.horner(offset / self.width, q, u);
         q.iter_mut().zip(&self.origin).for_each(|(q, origin)| *q += origin);
         for &(i, speed) in &operator.equation.reduction.sticking {

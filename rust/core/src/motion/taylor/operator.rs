@@ -1,4 +1,4 @@
-//! The equation of motion of one combination as Taylor series use it, and the norm that bounds what they leave out.
+//! The equation of motion of one combination for Taylor series, and the norm that bounds the terms that they leave out.
 //!
 //! In mass-weighted coordinates the first-order system has a norm sigma known beforehand; the derivatives from the
 //! second on obey the homogeneous system, so what a polynomial of degree D leaves out is at most
@@ -21,7 +21,7 @@ use crate::scene::status::Combination;
 /// sigma times width of a panel, before it is shortened to what the series leaves out. Row sums overestimate
 /// the fastest mode about twofold, and terms up to e^(sigma h / 2) cancel.
 const WIDTH: f64 = 6.0;
-/// The same of the norm of M, which overestimates it by some percent.
+/// The same for the norm of M, which overestimates the fastest mode by some percent.
 const TIGHT_WIDTH: f64 = 5.0;
 
 /// The equation of motion of one combination, without forming it.

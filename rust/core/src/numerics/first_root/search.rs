@@ -18,8 +18,8 @@ use crate::numerics::simd::{GROUP, Kernel, Lanes};
 /// Where a polynomial stands on the interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Verdict {
-    /// No crossing up to the end. `touch` is the lowest point within the band that was left upwards;
-    /// `in_band` says that the end itself lies within the band, entered there.
+    /// No crossing up to the end. `touch` is the lowest point of a stretch in the band that p left upwards; `in_band` is
+    /// the point at which p entered the band if p is still in the band at the end.
     Clear { touch: Option<Touch>, in_band: Option<Touch> },
     /// The first crossing to negative values.
     Crossing { root: f64, touch: Option<Touch> },
@@ -74,10 +74,10 @@ fn safe_step(v: f64, v1: f64, v2: f64, m: f64, floor: f64, longest: f64) -> f64 
     step
 }
 
-/// A value below this many errors is near the band: there small steps of bounded change take over.
+/// A value below this many errors is near the band, where the march takes small steps of bounded change.
 const NEAR_BAND: f64 = 2.0;
-/// Values nearer to an edge of the band than this many errors count as beyond it, or steps would shrink to nothing
-/// there. The rounding of p itself is more.
+/// A value within this many errors of an edge of the band counts as beyond the edge; otherwise steps would shrink to
+/// nothing there. The rounding of p itself is larger.
 pub(super) const RESOLUTION: f64 = 1e-6;
 /// Bound on the number of marching steps; a polynomial that needs more is reported as a touch where it
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
@@ -208,7 +208,7 @@ fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
                 }
                 return Verdict::Crossing { root, touch };
             }
-            // Down to between the band and what counts as near it, so that the march always arrives.
+            // Half-way between the band and the limit of `NEAR_BAND`, so that the march always arrives.
             let floor = 0.5 * (1.0 + NEAR_BAND) * error;
             let previous = step;
             step = safe_step(v, v1, v2, m, floor, end - s);
@@ -237,7 +237,7 @@ fn march<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Verdict {
             return Verdict::Clear { touch, in_band: None };
         }
     }
-    // Not decided in bounded work: said, not guessed.
+    // The work is bounded: an undecided polynomial is reported as a touch, not guessed.
     let (value, _) = value_and_slope(simd, p, s);
     Verdict::Clear { touch, in_band: Some(Touch { at: s, value }) }
 }
@@ -254,7 +254,7 @@ fn monotone_crossing(v: f64, v1: f64, v2: f64, m: f64, error: f64, longest: f64)
     (d <= longest && slope < 0.0 && value < -error).then_some(d)
 }
 
-/// The lowest point is told when it lies within the band.
+/// How p leaves the band; with its lowest point, if that lies within the band.
 enum Exit {
     Below { root: f64 },
     Above { at: f64, lowest: Option<Touch> },
@@ -277,14 +277,14 @@ fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, 
         if v < lower {
             return Exit::Below { root: bracketed_root(simd, p, entry, s) };
         }
-        // Farther out than where it was entered, or the two would take turns.
+        // Above the value at which the band was entered; otherwise march and band would take turns.
         if v > 1.5 * NEAR_BAND * error && s > entry {
             return Exit::Above { at: s, lowest: within };
         }
         if s >= end {
             return Exit::Undecided { lowest: within };
         }
-        // No term of Taylor's formula changes p by more than half of the error, so that the lowest value is met
+        // No term of Taylor's formula changes p by more than half of the error, so that the steps meet the lowest value
         // nearly; and p certainly stays above the edge of the band that lies below it.
         let change = 0.5 * error;
         let longest = (end - s)

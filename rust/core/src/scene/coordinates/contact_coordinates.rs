@@ -12,8 +12,8 @@
 //! no equation: T is taken as it then is, and `Z' M P` is as small as rounding makes it anyway.
 //!
 //! Directions that depend on others are no coordinates of x: a largest independent set of them is, normal directions
-//! first, and the others follow. Each of them gets a coordinate beyond those of the dofs, on which no matrix acts, and so
-//! does a direction that a contact has not.
+//! first, and the others follow. Each of the others gets a coordinate beyond those of the dofs, on which no matrix acts, and
+//! so does a direction that a contact lacks.
 
 use nalgebra::DMatrix;
 
@@ -29,7 +29,7 @@ use crate::scene::coordinates::group::{Group, Row, factors_of, largest_independe
 pub struct Coordinates {
     /// (tangential, normal) coordinate of each contact.
     pub slots: Vec<(usize, usize)>,
-    /// Number of directions that contacts have not; their coordinates are the last ones.
+    /// Number of directions that contacts lack; their coordinates are the last ones.
     pub missing: usize,
     /// Coordinate of every direction that depends on others, and the terms of those in which it is a sum; the coordinates
     /// are the last ones.
@@ -181,7 +181,7 @@ impl Coordinates {
             })
             .collect();
         let delassus = (coupled || !sums.is_empty()).then(|| {
-            // A direction that a contact has not is coupled with none.
+            // A direction that a contact lacks is coupled with none.
             let mut whole = DMatrix::identity(stated.len(), stated.len());
             sums.iter().for_each(|(index, _)| whole[(whose[*index], whose[*index])] = 0.0);
             for (_, own, group) in &transformed {
@@ -239,7 +239,7 @@ impl Coordinates {
         self.dofs + self.missing + self.followers.len()
     }
 
-    /// With empty rows and columns of what is no coordinate of x.
+    /// The matrix with empty rows and columns for the coordinates that do not belong to x.
     fn extended(&self, matrix: SparseMatrix) -> SparseMatrix {
         match self.size() {
             size if size == self.dofs => matrix,
@@ -259,8 +259,8 @@ impl Coordinates {
         }
     }
 
-    /// Column `slot` of T: how the dofs move where that coordinate moves by one, and how a force along the contact
-    /// direction of that coordinate is told from forces on the dofs. Zero where the contact has no such direction.
+    /// Column `slot` of T: the displacement of the dofs when that coordinate moves by one, and the factors by which forces on
+    /// the dofs give the force along the contact direction of that coordinate. Zero if the contact lacks this direction.
     pub fn column(&self, slot: usize, size: usize) -> Vec<f64> {
         let mut column = vec![0.0; size];
         if slot >= self.dofs {

@@ -14,7 +14,7 @@ const SPARSE_ROW: usize = 5;
 /// Relative size below which a coupling of contact directions by mass is rounding of `D' M^-1 D`.
 const COUPLING_ROUNDING: f64 = 1e-13;
 
-/// What one group of dofs contributes, over its own dofs and directions.
+/// The part of the contact coordinates that one group of dofs contributes, over its own dofs and directions.
 pub(super) struct Group {
     /// The dof whose place the coordinate of each direction takes.
     pub slots: Vec<usize>,
@@ -28,13 +28,13 @@ pub(super) struct Group {
 pub(super) type Row = Vec<(usize, f64)>;
 
 impl Group {
-    /// Of dofs without mass, which couples nothing.
+    /// A group of dofs without mass, which couples nothing.
     pub fn massless(size: usize, directions: &[Row]) -> Option<Self> {
         let group = Self::new(&SparseMatrix::diagonal(&vec![1.0; size]), directions)?;
         Some(Self { delassus: DMatrix::identity(directions.len(), directions.len()), ..group })
     }
 
-    /// Of the mass and the directions over the dofs of the group, or None if they depend on each other.
+    /// The group of a mass and its directions over the dofs of the group; None if the directions depend on each other.
     pub fn new(mass: &SparseMatrix, directions: &[Row]) -> Option<Self> {
         let (size, count) = (mass.size(), directions.len());
         // Dofs that a direction moves; elimination needs no others.

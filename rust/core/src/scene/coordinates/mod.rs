@@ -1,4 +1,4 @@
-//! Coordinates in which every gap and every slip is one.
+//! Contact coordinates: every gap and every slip is a coordinate.
 
 pub(crate) mod contact_coordinates;
 mod group;

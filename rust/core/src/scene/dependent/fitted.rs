@@ -28,7 +28,7 @@ impl Scene {
         follow_rates(&self.dependents, u);
     }
 
-    /// What sliders that vibrate add to the acceleration of a coordinate that is a sum of others, by what carries them.
+    /// The acceleration that vibrating sliders add to a coordinate that is a sum of others.
     pub(crate) fn carried_acceleration(&self, coordinate: usize) -> Vec<(usize, f64)> {
         let Some(drive) = &self.drive else { return Vec::new() };
         let sums = self.dependents.iter().filter(|one| one.coordinate == coordinate);
@@ -67,8 +67,8 @@ impl Scene {
         (self.terms_of(coordinate), dependent.map_or(0.0, |one| one.offset))
     }
 
-    /// Brings velocities up to date with those known exactly: of `held` coordinates, of gaps that rest and slip velocities
-    /// that vanish. What is the same direction as one of them is known as exactly.
+    /// Brings velocities up to date with those that are known exactly: of `held` coordinates, of gaps at rest, and of slip
+    /// velocities that vanish. A coordinate with the same direction as one of these is then known as exactly.
     pub(crate) fn follow_held(&self, held: impl Iterator<Item = usize>, u: &mut [f64]) {
         if self.dependents.is_empty() {
             return;
@@ -82,7 +82,7 @@ impl Scene {
         follow_rates(fitted.as_ref().unwrap_or(&self.dependents), u);
     }
 
-    /// The scene in coordinates of x among which is all that a combination holds, as far as it is independent.
+    /// The scene in coordinates of x that include all directions that a combination holds, as far as they are independent.
     pub(crate) fn fitted(&self, combination: &Combination) -> Cow<'_, Self> {
         let held: Vec<usize> = self
             .contacts
@@ -99,7 +99,8 @@ impl Scene {
         }
     }
 
-    /// The sums of others when `held` coordinates are among those of x, as far as they are independent; None: as they are.
+    /// The dependent coordinates as sums when `held` coordinates are among those of x, as far as they are independent; None
+    /// if nothing changes.
     fn dependents_beside(&self, held: &[usize]) -> Option<Vec<Dependent>> {
         let mut dependents = self.dependents.clone();
         let mut changed = false;
@@ -141,7 +142,7 @@ impl Scene {
         let rows = basis(false).transposed();
         let mut offset = vec![0.0; size];
         dependents.iter().for_each(|one| offset[one.coordinate] = one.offset);
-        // Rows of what was no coordinate of x are empty before, of what is none now afterwards.
+        // A row is empty before if its coordinate did not belong to x, and afterwards if it does not belong to x any more.
         let congruent = |matrix: &SparseMatrix| matrix.congruent(&forward);
         let any = |matrix: &SparseMatrix| rows.product(&matrix.product(&forward));
         let mut force = self.force.clone();

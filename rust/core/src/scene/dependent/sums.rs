@@ -12,7 +12,7 @@ pub(crate) struct Dependent {
     pub offset: f64,
 }
 
-/// Those of a scene as it is made: gaps are shifted by the clearances.
+/// The dependent coordinates of a new scene, in which gaps are shifted by the clearances.
 pub(crate) fn dependents_of(coordinates: &Coordinates, contacts: &[Contact]) -> Vec<Dependent> {
     let shift = |coordinate: usize| {
         let normal = contacts.iter().find(|law| law.normal == coordinate);

@@ -18,18 +18,18 @@ pub enum FrictionLaw {
     Stribeck {
         /// mu at rest, -, not negative.
         at_rest: f64,
-        /// What is left of it at large speeds, -, not negative.
+        /// mu at large speeds, without the viscous part, -, not negative.
         kinetic: f64,
-        /// The speed over which mu falls, m/s, positive.
+        /// Scale of the speed over which mu falls, m/s, positive.
         speed: f64,
-        /// What grows with speed, s/m, not negative.
+        /// Growth of mu with speed, s/m, not negative.
         viscous: f64,
     },
     /// `mu = kinetic + (at_rest - kinetic) / (1 + |s| / speed)`
     Rational {
         /// mu at rest, -, not negative.
         at_rest: f64,
-        /// What is left of it at large speeds, -, not negative.
+        /// mu at large speeds, -, not negative.
         kinetic: f64,
         /// The speed at which half of the difference is left, m/s, positive.
         speed: f64,

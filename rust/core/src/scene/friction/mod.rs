@@ -1,4 +1,4 @@
-//! Friction that depends on slip speed: its laws, and what they do to small motions about steady sliding.
+//! Friction that depends on slip speed: its laws, and their effect on small motions about steady sliding.
 
 pub(crate) mod law;
 pub(crate) mod steady;

@@ -16,7 +16,7 @@ use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::inertia::border::Border;
 use crate::scene::inertia::rates::rate;
 
-/// Entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
+/// Number of entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
 const DENSE_ENTRIES: usize = 8;
 
 #[derive(Debug)]
@@ -36,7 +36,7 @@ pub(crate) struct CoupledMass {
     pub border: Option<Border>,
 }
 
-/// Of the block of the free coordinates.
+/// The inverse of the block of the free coordinates.
 #[derive(Debug)]
 enum FreeInverse {
     Dense(DMatrix<f64>),
@@ -56,7 +56,7 @@ impl CoupledMass {
         let size = mass.size();
         let mut is_contact = vec![false; size];
         slots.iter().for_each(|&(t, n)| (is_contact[t], is_contact[n]) = (true, true));
-        // A direction that a contact has not has no mass.
+        // A direction that a contact lacks has no mass.
         let massive: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) != 0.0).collect();
         let (contact, free): (Vec<usize>, Vec<usize>) =
             massive.iter().partition(|&&k| is_contact[k]);
@@ -171,7 +171,7 @@ pub(crate) fn coupled_mass(
     known.map(|known| known.map(Arc::new)).map_err(|dof| Error::IndefiniteSparseMass { dof })
 }
 
-/// Without the couplings that are zero by construction of the coordinates, and nonzero by rounding.
+/// The mass without the couplings that the coordinates make zero, and that are nonzero by rounding only.
 pub(crate) fn uncoupled_mass(mass: SparseMatrix, coordinates: &Coordinates) -> SparseMatrix {
     if mass.is_diagonal() {
         return mass;

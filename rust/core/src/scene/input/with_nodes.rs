@@ -1,4 +1,4 @@
-//! What dofs without mass ask of a scene: the nodes of compliant contacts among them, and no rates that act on them.
+//! Dofs without mass: the nodes of compliant contacts become such dofs, and forces that depend on their rates are refused.
 
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;

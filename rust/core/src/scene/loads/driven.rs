@@ -216,7 +216,7 @@ impl Scene {
     }
 }
 
-/// Sums of coordinates from where sliders that vibrate carry some of them: `q + y` is what adds up.
+/// Sums of coordinates, some of which vibrating sliders carry along: the sums hold for `q + y`.
 fn carried_along(dependents: &[Dependent], drive: &Drive) -> Vec<Dependent> {
     let along = |one: &Dependent| {
         let mut moved = one.clone();

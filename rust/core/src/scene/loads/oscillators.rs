@@ -1,4 +1,4 @@
-//! What carries the loads of a scene through time: coordinates that nothing acts back on.
+//! The coordinates that carry the loads of a scene through time; nothing acts back on them.
 //!
 //! Each frequency and phase of a scene has an oscillator `h'' = -w^2 h` with `h = c cos(w t + p)`, so that a harmonic load is
 //! the force `(a / c) h`; c is such that h is about as large as what the load moves. Coordinates without mass follow h as they
@@ -43,7 +43,7 @@ pub(crate) struct Oscillator {
 pub(crate) struct Switch {
     pub coordinate: usize,
     pub times: Vec<f64>,
-    /// Less the first value, which is part of the constant force.
+    /// The factors less the first one, which is part of the constant force.
     pub values: Vec<f64>,
 }
 
@@ -157,7 +157,7 @@ impl Drive {
         (own_q, own_u)
     }
 
-    /// What is left of it over some of the coordinates, ascending.
+    /// The part of the drive that belongs to some of the coordinates, which ascend.
     pub fn restricted(&self, coordinates: &[usize]) -> Self {
         let place = |coordinate: usize| coordinates.binary_search(&coordinate).ok();
         let oscillator = |one: &Oscillator| {

@@ -53,9 +53,9 @@ struct Elimination {
 }
 
 impl Scene {
-    /// What moves by itself in a combination: the scene without coordinates that follow from their rows, or in the
-    /// coordinates of the combination where directions depend on each other. Where friction depends on slip speed, small
-    /// motions about steady sliding.
+    /// The scene whose coordinates move by themselves in a combination: without coordinates that follow from their rows, or in
+    /// the coordinates of the combination if directions depend on each other. If friction depends on slip speed, it is
+    /// the scene of small motions about steady sliding.
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
         if self.has_friction_laws() {
             let linear = self.linearised(combination)?.into_owned();
@@ -166,7 +166,7 @@ impl Condensed {
         Ok(Some(Self { scene: condensed, followers, closed, sticking, parts }))
     }
 
-    /// Gives the coordinates without mass their places and velocities: those that follow, and those that contacts hold.
+    /// Sets the places and velocities of the coordinates without mass, of those that follow and of those that contacts hold.
     pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
         for &k in &self.closed {
             (q[k], u[k]) = (0.0, 0.0);
@@ -244,7 +244,7 @@ fn eliminated(
             entries
         })
         .collect();
-    // Gaps that are held are zero, and do not count.
+    // Gaps that are held are zero and add nothing.
     let counts = |k: usize| {
         let within = group.place(k).is_some() && place(k).is_none();
         !within

@@ -44,14 +44,14 @@ impl Group {
 }
 
 impl Massless {
-    /// Of the matrices in contact coordinates.
+    /// The coordinates without mass of a scene with these matrices in contact coordinates.
     pub fn new(
         mass: &SparseMatrix,
         stiffness: &SparseMatrix,
         contacts: &[Contact],
         known: usize,
     ) -> Result<Self, Error> {
-        // Beyond those that are `known` are the directions which contacts have not.
+        // The coordinates beyond those that are `known` belong to directions that contacts lack.
         let size = mass.size();
         let lacks = |k: usize| k < known && mass.get(k, k) == 0.0;
         let coordinates: Vec<usize> = (0..size).filter(|&k| lacks(k)).collect();
@@ -100,7 +100,7 @@ impl Massless {
         self.coordinates.binary_search(&coordinate).is_ok()
     }
 
-    /// Of the part of a scene with these coordinates and contacts, both ascending.
+    /// The coordinates without mass of a part of a scene with these coordinates and contacts, both ascending.
     pub fn restricted(&self, coordinates: &[usize], contacts: &[usize]) -> Self {
         let places = |all: &[usize], of: &[usize]| -> Vec<usize> {
             all.iter().filter_map(|k| of.binary_search(k).ok()).collect()
@@ -270,8 +270,8 @@ fn added_pairs(group: &Group) -> impl Iterator<Item = (usize, usize)> + use<> {
     (0..count).flat_map(move |i| (0..count).map(move |j| (i, j)))
 }
 
-/// Refuses contacts of which only the gap has mass, that bounce without mass, or that have none beside others that mass
-/// couples.
+/// Refuses contacts of which only the gap has mass, contacts that would bounce without mass, and contacts without mass
+/// beside others that mass couples.
 pub(crate) fn check_massless(contacts: &[Contact], coordinates: &Coordinates) -> Result<(), Error> {
     for (contact, law) in contacts.iter().enumerate() {
         if law.inertia == Inertia::Full {

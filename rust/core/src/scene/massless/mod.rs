@@ -1,4 +1,4 @@
-//! Coordinates without mass: where they are, and the scene that is left without them.
+//! Coordinates without mass: which they are, and the scene without them.
 
 pub(crate) mod condensation;
 pub(crate) mod coordinates;

@@ -40,7 +40,7 @@ impl Scene {
     }
 }
 
-/// Part of a force that moves something, above which it is no rounding.
+/// A force that moves something is more than rounding if it exceeds this part of its terms.
 const SPLIT: f64 = 1e-9;
 
 /// A scene that had to be fitted.
@@ -80,7 +80,7 @@ impl Reduction {
         Self::with_friction(scene, combination, |_, law| law.friction)
     }
 
-    /// With another friction coefficient of each contact, from its number and its law.
+    /// The bases with another friction coefficient of each contact, from its number and its law.
     pub(crate) fn with_friction(
         scene: &Scene,
         combination: &Combination,
@@ -91,7 +91,7 @@ impl Reduction {
         Self::without(scene, combination, dropped, friction)
     }
 
-    /// With the coordinates that have no mass, as statics sees them.
+    /// The bases with the coordinates that have no mass, for statics.
     pub(crate) fn with_massless(scene: &Scene, combination: &Combination) -> Self {
         Self::without(scene, combination, vec![false; scene.size], |_, law| law.friction)
     }

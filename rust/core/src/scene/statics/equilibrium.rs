@@ -1,4 +1,4 @@
-//! The equilibrium of a scene: which contacts are open in steady sliding, and where everything then is.
+//! The equilibrium of a scene: which contacts are open in steady sliding, and the displacements there.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -18,9 +18,9 @@ use crate::scene::status::{Combination, Status};
 const SINGULAR: f64 = 1e-13;
 /// Coordinates up to which an equilibrium takes dense factors.
 const DENSE: usize = 100;
-/// Exchanges of open and closed stops after which they are given up; as a rule two or three of them find it.
+/// Number of exchanges of open and closed stops after which the search is given up; as a rule two or three suffice.
 const EXCHANGES: usize = 40;
-/// Steps of refinement of an equilibrium: the second leaves rounding of the result alone.
+/// Steps of refinement of an equilibrium; the second one leaves only the rounding of the result.
 const REFINEMENTS: usize = 2;
 
 impl Scene {
@@ -274,7 +274,7 @@ impl<'a> StaticContacts<'a> {
         Complementarity::new(&self.matrix, &self.offsets)
     }
 
-    /// Which contacts are open; as an error the first that would pull where no choice is an equilibrium.
+    /// Which contacts are open; if no choice is an equilibrium, an error that names the first contact that would pull.
     fn open(&self) -> Result<Vec<bool>, Error> {
         let statuses = self.preferred.statuses();
         let open = self.unilateral.iter().map(|&contact| !statuses[contact].is_closed());

@@ -1,4 +1,4 @@
-//! Where steady sliding exists: the equilibrium of a combination, and what presses every contact there.
+//! Whether steady sliding exists: the equilibrium of a combination, and the normal force or gap of every contact there.
 //!
 //! In steady sliding the structure is at rest, `K_s q = F_s`, and the friction forces are in `K_s` and `F_s`. The
 //! *margin* of a closed contact is its normal force `N = (K q)_n - F_n`, that of an open one its gap `q_n`. Steady
@@ -28,7 +28,7 @@ pub struct Statics {
     pub rows: DMatrix<f64>,
     /// One entry per contact: the normal entry of F, N, of closed contacts, 0 of open ones.
     pub offsets: Vec<f64>,
-    /// Of the sliders, m/s; 1 of stops, which have none.
+    /// Speeds of the sliders, m/s; 1 for stops, which have none.
     pub speeds: Vec<f64>,
 }
 
@@ -126,7 +126,7 @@ impl Statics {
     }
 }
 
-/// `rows . q - offsets`, zero where it is lost in the rounding of its terms: no verdict hangs on that.
+/// `rows . q - offsets`, or zero if it is within the rounding of its terms, so that no verdict depends on rounding.
 fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
     let margin = |(i, &offset): (usize, &f64)| {
         let (mut sum, mut size) = (-offset, offset.abs());

@@ -1,4 +1,4 @@
-//! Steady sliding: where it exists, and where everything then is.
+//! Steady sliding: whether it exists, and its equilibrium.
 
 pub(crate) mod equilibrium;
 pub(crate) mod margins;

@@ -31,13 +31,13 @@ const SLIVER: f64 = 1e-9;
 /// Largest distance, in panels, of two zeros that count as one because of their errors.
 const AT_ONCE: f64 = 1e-6;
 
-/// What a contact does next on a panel; times count from its start, s.
+/// The next event of a contact on a panel; times count from the start of the panel, s.
 #[derive(Debug, Clone, Default)]
 struct Next {
-    /// Entries of the queue from before are of another number.
+    /// Number of the search that found it; older entries of the queue have another number.
     number: u32,
     at: f64,
-    /// From when on the zero is within its error.
+    /// Time from which on the zero is within its error.
     early: f64,
     triggers: [Option<EventKind>; 2],
     /// Bounces left out and error of the limit, at an accumulation.
@@ -95,7 +95,7 @@ struct March<'a> {
     pending: HashMap<usize, Vec<Option<Grazing>>>,
     /// Start of the panel.
     clock: Clock,
-    /// State there; while a panel is followed, that of what the last event needed.
+    /// State at the start of the panel; while a panel is followed, the entries that the last event needed.
     q: Vec<f64>,
     u: Vec<f64>,
     /// Of the fastest coordinate at the start of the panel.
@@ -180,10 +180,18 @@ impl March<'_> {
                 }
                 PanelEnd::At(at) if at >= remaining => {
                     self.trajectory.end = until;
+                    self.clock = Clock { seconds: until, rest: 0.0 };
                     if until >= duration {
+                        if self
+                            .motion
+                            .steps
+                            .last()
+                            .is_some_and(|step| step.panel == self.motion.panels.len())
+                        {
+                            self.begin_panel();
+                        }
                         return StopReason::Duration;
                     }
-                    self.clock = Clock { seconds: until, rest: 0.0 };
                     if let (Some(drive), Some(next)) = (&self.scene.drive, next) {
                         self.switched = next;
                         drive.switch(next, &mut self.q);
@@ -201,11 +209,15 @@ impl March<'_> {
         }
     }
 
-    /// Follows one panel from the state of the march, for at most the time that remains.
-    fn panel(&mut self, remaining: f64) -> PanelEnd {
+    fn begin_panel(&mut self) {
         let steps = self.motion.steps.len();
         self.motion.panels.push(PanelStart { clock: self.clock, end: 0.0, steps });
         self.motion.states.push(&self.q, &self.u, &[]);
+    }
+
+    /// Follows one panel from the state of the march, for at most the time that remains.
+    fn panel(&mut self, remaining: f64) -> PanelEnd {
+        self.begin_panel();
         if !self.q.iter().chain(&self.u).all(|x| x.is_finite()) {
             return PanelEnd::Stop(0.0, StopReason::Unbounded);
         }
@@ -333,7 +345,7 @@ impl March<'_> {
         Ok(())
     }
 
-    /// The event of an entry, with all that vanish within their errors at its time.
+    /// Takes the event of an entry, with all event functions that vanish within their errors at its time.
     fn happen(&mut self, entry: Entry) -> Option<PanelEnd> {
         let at = entry.at;
         let mut struck = vec![entry.contact];
@@ -408,7 +420,7 @@ impl March<'_> {
         reason.map(|reason| PanelEnd::Stop(at, reason))
     }
 
-    /// (q, q') of what the reactions of some contacts depend on.
+    /// Gathers (q, q') of the coordinates on which the reactions of some contacts depend.
     fn gather(&mut self, contacts: &[usize], at: f64) {
         let Self { scene, field, q, u, .. } = self;
         for &contact in contacts {
@@ -423,7 +435,7 @@ impl March<'_> {
         }
     }
 
-    /// Settles contacts in the state of the march and writes down what has changed, and which of them have.
+    /// Settles contacts in the state of the march, records the changes, and returns the contacts that have changed.
     fn settle(
         &mut self,
         time: Clock,
@@ -500,12 +512,7 @@ impl March<'_> {
         }
         let (events, most) = (self.trajectory.events.len(), self.controls.max_events);
         if most.is_some_and(|most| events >= most) {
-            self.motion.panels.push(PanelStart {
-                clock: self.clock,
-                end: 0.0,
-                steps: self.motion.steps.len(),
-            });
-            self.motion.states.push(&self.q, &self.u, &[]);
+            self.begin_panel();
             return Some(StopReason::MaxEvents);
         }
         None

@@ -1,4 +1,5 @@
-//! Marches of large sparse scenes, in which an event costs what it touches.
+//! Marches of large sparse scenes, in which an event costs only the work on the coordinates that it reaches.
 
 pub(crate) mod march;
 pub(crate) mod motion;
+pub(crate) mod record;

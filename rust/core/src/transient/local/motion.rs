@@ -1,6 +1,6 @@
-//! A motion as a local march leaves it: the state at the start of every panel, and what each event has set.
+//! The motion of a local march: the state at the start of every panel, and the values that each event has set.
 //!
-//! Anything else comes back to the last bit by expanding the same series again.
+//! All other states are restored to the last bit by expanding the same series again.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -21,7 +21,7 @@ pub(crate) struct PanelStart {
     pub steps: usize,
 }
 
-/// What the events of one instant have set.
+/// The values that the events of one instant have set.
 #[derive(Debug)]
 pub(crate) struct Step {
     /// Its panel, and s after the start of that.
@@ -45,7 +45,9 @@ pub(crate) struct LocalMotion {
     pub panels: Vec<PanelStart>,
     pub states: KeptStates,
     pub steps: Vec<Step>,
-    /// Where the motion was asked for last.
+    /// Number of steps and the statuses after them, from the last time that statuses were asked for.
+    passed: Mutex<(usize, Vec<Status>)>,
+    /// The panel from the last time that the motion was asked for.
     replay: Mutex<Option<Replay>>,
 }
 
@@ -74,6 +76,7 @@ impl LocalMotion {
             panels: Vec::new(),
             states: KeptStates::new(scene.size, 0, kept),
             steps: Vec::new(),
+            passed: Mutex::default(),
             replay: Mutex::default(),
         }
     }
@@ -83,11 +86,21 @@ impl LocalMotion {
         self.locality.sigma
     }
 
+    /// The statuses at the start.
+    pub fn start(&self) -> Combination {
+        Combination::new(self.start.clone())
+    }
+
     /// The statuses after some steps.
     pub fn combination(&self, steps: usize) -> Combination {
-        let mut statuses = self.start.clone();
-        set(&mut statuses, &self.steps[..steps]);
-        Combination::new(statuses)
+        let mut kept = self.passed.lock().unwrap_or_else(PoisonError::into_inner);
+        if kept.0 > steps || kept.1.is_empty() {
+            *kept = (0, self.start.clone());
+        }
+        let (from, statuses) = &mut *kept;
+        set(statuses, &self.steps[*from..steps]);
+        *from = steps;
+        Combination::new(statuses.clone())
     }
 
     /// (q, q') in a phase, at a time after its start.
@@ -180,7 +193,8 @@ impl Replay {
         if self.panel != panel || self.steps > steps {
             self.begin(motion, panel);
         }
-        self.take(motion, steps);
+        // Between two steps with which a panel begins no time passes.
+        self.take(motion, steps.max(self.steps));
     }
 
     fn begin(&mut self, motion: &LocalMotion, panel: usize) {

@@ -24,15 +24,15 @@ pub(crate) struct Limit {
     pub error: f64,
 }
 
-/// A panel of event functions, and what the search on it remembers from one to the next.
+/// A panel of event functions, and the data of the search that pass from one panel to the next.
 #[derive(Debug, Default)]
 pub(crate) struct PanelSearch {
     pub panel: Panel,
-    /// Of the zero at the start of the first panel, per event function.
+    /// Multiplicity of the zero at the start of the first panel, per event function.
     pub multiplicity: Vec<usize>,
     /// Touches at the end of a panel wait for the next one to say whether they were crossings.
     pub pending: Vec<Option<Grazing>>,
-    /// Whether any does.
+    /// Whether any touch waits.
     pub waiting: bool,
     pub touches: Vec<Grazing>,
     pub unit: VectorUnit,
@@ -174,7 +174,7 @@ impl PanelSearch {
         value <= error && slope < 0.0
     }
 
-    /// How far from its zero at `s` an event function is within its error, in the unit of the panel.
+    /// Distance from the zero at `s` up to which an event function stays within its error, in the unit of the panel.
     pub fn spread(&self, function: usize, s: f64) -> f64 {
         let p = self.panel.polynomial(function, self.multiplicity[function]);
         let (_, slope) = self.unit.run(ValueAndSlope(p, s));

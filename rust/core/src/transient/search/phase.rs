@@ -15,7 +15,7 @@ const WORK_PER_QUESTION: usize = 512;
 
 /// How a phase ended.
 pub(crate) enum PhaseEnd {
-    /// What is in `triggers` vanished `after` the start of the phase; the run holds the state there.
+    /// The event functions in `triggers` vanish `after` the start of the phase; the run holds the state there.
     Event {
         after: f64,
     },
@@ -30,7 +30,7 @@ pub(crate) struct PhaseSearch {
     on_panel: PanelSearch,
     /// Bound of the error of the gap of each contact at the event found, m, where mass couples contacts.
     pub gaps: Vec<f64>,
-    /// What vanishes at the event found, by contact.
+    /// The event functions that vanish at the event found, by contact.
     pub triggers: Vec<(usize, EventKind)>,
 }
 
@@ -169,8 +169,8 @@ impl PhaseSearch {
         }
     }
 
-    /// The gap's speed at an impact, from its own polynomial: after a bounce that keeps the digits which the
-    /// superposition of the whole motion has not.
+    /// The gap's speed at an impact, from its own polynomial, which after a bounce has digits that the superposition of the whole
+    /// motion loses.
     fn exact_approach(
         &self,
         run: &mut RunState<'_>,
@@ -234,7 +234,7 @@ fn stop(
     reason: StopReason,
 ) -> PhaseEnd {
     motion.state(offset, &mut run.q, &mut run.u);
-    // Without contacts, no event function tells that numbers ran out.
+    // Without contacts, no event function shows that the motion has left the range of numbers.
     if !run.q.iter().chain(&run.u).all(|x| x.is_finite()) {
         return stop_unbounded(run, motion.start() + offset);
     }
