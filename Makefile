@@ -77,6 +77,8 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(if $(INTO),cp $(OUT)/work-precision.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/batch_throughput.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/chain_scaling.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/local_events.py --figure $(OUT)/local-events.png $(INTO:%=--into %)
+	$(if $(INTO),cp $(OUT)/local-events.png $(dir $(INTO)))
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
@@ -122,7 +124,6 @@ examples: $(INSTALLED) ## Run the examples and keep their pictures for the docum
 	mkdir -p $(OUT)/examples docs/examples
 	cd $(OUT)/examples && for script in $(CURDIR)/examples/*.py; do $(CURDIR)/$(BIN)/python $$script || exit 1; done
 	cp $(OUT)/examples/*.png docs/examples
-	cp $(OUT)/examples/squeal/squealing-disc.png docs
 
 clean: ## Remove everything that is built
 	rm -rf $(VENV) target $(OUT) build dist docs/_build

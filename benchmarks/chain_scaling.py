@@ -76,9 +76,9 @@ def settled() -> ss.Trajectory:
     return run
 
 
-def on_cycles(run: ss.Trajectory, count: int) -> ss.State:
+def on_cycles(run: ss.Trajectory, count: int, seed: int = 0) -> ss.State:
     """Return a start for `count` subsystems."""
-    times = np.random.default_rng(count).uniform(*SETTLED, -(-count // TILE))
+    times = np.random.default_rng([count, seed]).uniform(*SETTLED, -(-count // TILE))
     states = [run.state(at) for at in times]
     return ss.State(
         np.concatenate([state.position for state in states])[: 4 * count],

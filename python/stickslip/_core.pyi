@@ -25,6 +25,7 @@ __all__ = [
     "answers",
     "arithmetic",
     "attractor",
+    "closed",
     "chain",
     "energy",
     "settle_all",
@@ -343,6 +344,7 @@ def attractor(
     method: Literal["auto", "modal", "taylor", "local"],
     time_limit: float | None,  # wall-clock seconds of the search, > 0
 ) -> _Settled: ...
+def closed(trajectory: Trajectory, method: Literal["auto", "modal", "taylor", "local"]) -> Cycle | None: ...
 def settle_all(
     scenes: Sequence[Scene],
     starts: Sequence[tuple[_Real, _Real, _Statuses]],  # position, velocity, combination

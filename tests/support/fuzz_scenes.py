@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Collection
+from typing import Any
 
 import numpy as np
 from scipy import sparse
@@ -23,6 +24,7 @@ EXTRAS = {
     "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
     "laws": "friction over slip speed; not with springs of contacts",
     "compliant": "contacts with springs",
+    "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
 }
 
 
@@ -32,7 +34,7 @@ def fuzz_scene(seed: int, index: int, extras: Collection[str] = ()) -> tuple[ss.
     Most are chains; others are the reference model at a random distance from a defective point, or chains
     whose contacts mass couples. With `EXTRAS` the same scenes get further terms or other contacts.
     """
-    scene, start = symmetric_scene(seed, index)
+    scene, start = sparse_scene(seed, index) if "sparse" in extras else symmetric_scene(seed, index)
     if "unsymmetric" in extras:
         scene, start = with_unsymmetric_terms(scene, start, seed, index)
     if "forced" in extras:
@@ -330,6 +332,67 @@ def symmetric_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
     return chain(seed, index)
 
 
+def neighbours(shape: str, count: int) -> list[tuple[int, int]]:
+    """Return which subsystems of a chain, a grid or a star are tied."""
+    if shape == "chain":
+        return [(i - 1, i) for i in range(1, count)]
+    if shape == "star":
+        return [(0, i) for i in range(1, count)]
+    side = int(count**0.5)
+    return [(i - 1, i) for i in range(count) if i % side] + [(i - side, i) for i in range(side, count)]
+
+
+def sparse_scene(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
+    """Return a sparse scene of masses above and on sliders, tied in a chain, a grid or a star, in flight."""
+    rng = np.random.default_rng([seed, index, 6])
+    count = int(rng.integers(5, 41))
+    # The stiffness of a spring between two dofs, or between one and the ground.
+    springs = {}
+    for i in range(count):
+        x, y, along, normal = range(4 * i, 4 * i + 4)
+        for pair in ((x, x), (y, y), (x, along), (y, normal), (along, normal)):
+            springs[pair] = 10.0 ** rng.uniform(4.0, 6.0)
+    for i, j in neighbours(str(rng.choice(["chain", "grid", "star"])), count):
+        springs[4 * i, 4 * j] = 10.0 ** rng.uniform(4.0, 6.0)
+        springs[4 * i + 1, 4 * j + 1] = 10.0 ** rng.uniform(4.0, 6.0)
+    stiffness = sparse.lil_array((4 * count, 4 * count))
+    for (i, j), k in springs.items():
+        stiffness[i, i] += k
+        if i != j:
+            stiffness[j, j] += k
+            stiffness[i, j] -= k
+            stiffness[j, i] -= k
+    stiffness = sparse.csr_array(stiffness)
+    rate = float(rng.choice([0.0, 10.0 ** rng.uniform(-6.0, -4.0)]))
+    damping = ss.Proportional(stiffness=rate) if rng.random() < 0.5 else sparse.csr_array(rate * stiffness)
+    kinetic = rng.choice([0.0, 1.0], count, p=[0.1, 0.9]) * rng.uniform(0.1, 1.2, count)
+    holding = kinetic * np.where(rng.random(count) < 0.5, 1.0, rng.uniform(1.0, 1.6, count))
+    bounces = np.where(rng.random(count) < 0.5, 0.0, rng.uniform(0.0, 0.8, count))
+    speeds = rng.choice([-1.0, 1.0], count) * 10.0 ** rng.uniform(-3.0, 0.0, count)
+    contacts = [
+        ss.Contact(
+            tangential=4 * i + 2,
+            normal=4 * i + 3,
+            friction=kinetic[i],
+            static_friction=holding[i],
+            slider_speed=speeds[i],
+            restitution=bounces[i],
+        )
+        for i in range(count)
+    ]
+    force = np.zeros(4 * count)
+    force[3::4] = -(10.0 ** rng.uniform(1.0, 3.0, count))
+    scene = ss.Scene(
+        rng.uniform(0.1, 1.0, 4 * count),
+        stiffness,
+        damping if rate else None,
+        force,
+        contacts,
+        impact_friction=bool(rng.random() < 0.5),
+    )
+    return scene, flight(rng, count)
+
+
 def near_defective(rng: np.random.Generator) -> tuple[ss.Scene, ss.State]:
     """Return the reference model, its friction 1e-16 to 1 of a defective value away from it, and a start."""
     away = rng.choice([-1.0, 1.0]) * 10.0 ** -rng.uniform(0.0, 16.0)
@@ -454,9 +517,16 @@ def chain(seed: int, index: int) -> tuple[ss.Scene, ss.State]:
 
 def matrices(scene: ss.Scene) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return dense M, C + G and K + H."""
-    stiffness = scene.stiffness.toarray() if sparse.issparse(scene.stiffness) else np.asarray(scene.stiffness)
+
+    def dense(matrix: Any) -> np.ndarray:
+        return matrix.toarray() if sparse.issparse(matrix) else np.asarray(matrix)
+
+    stiffness = dense(scene.stiffness)
     mass = np.diag(scene.mass) if scene.mass.ndim == 1 else scene.mass
-    damping = scene.damping.mass * mass + scene.damping.stiffness * stiffness
+    damping = scene.damping if scene.damping is not None else ss.Proportional()
+    if isinstance(damping, ss.Proportional):
+        damping = damping.mass * mass + damping.stiffness * stiffness
+    damping = dense(damping)
     if scene.gyroscopic is not None:
         damping = damping + scene.gyroscopic
     return mass, damping, stiffness if scene.circulatory is None else stiffness + scene.circulatory

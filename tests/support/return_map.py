@@ -23,13 +23,13 @@ def admissible(scene, combination):
     return across(closed), across([*closed, *stuck])
 
 
-def differenced_multipliers(cycle, phase=0, method="auto", at=0.5):
+def differenced_multipliers(cycle, phase=0, method="auto", at=0.5, steps=(LENGTH, SPEED)):
     """Eigenvalues of the differenced flow over a period, from within a phase."""
     begin, duration = cycle.phases[phase].start, cycle.phases[phase].duration
     middle = cycle.run.state(begin + at * duration)
     positions, velocities = admissible(cycle.scene, middle.combination)
     columns = []
-    for free, step, moved in ((positions, LENGTH, (1, 0)), (velocities, SPEED, (0, 1))):
+    for free, step, moved in ((positions, steps[0], (1, 0)), (velocities, steps[1], (0, 1))):
         for direction in free.T:
             ends = []
             for sign in (step, -step):

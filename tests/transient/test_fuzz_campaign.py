@@ -28,6 +28,7 @@ MORE_SCENES = {
     "stops": (25, 2, 100),
     "laws": (50, 1, 100),
     "compliant": (40, 1, 100),
+    "sparse": (50, 1, 100),
 }
 
 

@@ -123,19 +123,40 @@ def test_local_and_whole_marches_agree(kind, count, laws, seed):
     assert len(local.accumulations) == len(whole.accumulations)
 
 
+def test_a_long_chain_has_the_events_of_the_whole():
+    scene, start = long_chain(250)
+    local, whole = both(scene, start, 4e-3)
+    assert len(local.events) == len(whole.events) >= 250
+    one, other = (np.lexsort((run.events.time, run.events.contact)) for run in (local, whole))
+    assert np.array_equal(local.events.contact[one], whole.events.contact[other])
+    assert np.array_equal(local.events.kind[one], whole.events.kind[other])
+    assert np.abs(local.events.time[one] - whole.events.time[other]).max() < 1e-15
+
+
 def test_events_of_a_chain_cost_the_same_at_any_length():
-    """Exact counts: coordinates expanded and functions looked at per event."""
-    work = {}
-    for count in (100, 200, 400):
+    """Counted work per event, with that of the panels: an exponent over the size below 0.05."""
+    sizes, work = (100, 600, 4000), []
+    for count in sizes:
         scene, start = long_chain(count)
         run = ss.simulate(scene, start, 2e-3, method="local")
-        counters = run.counters
-        expanded = counters["expansions"] - 4 * count * counters["panels"]
-        work[count] = (counters["phases"], counters["panels"], expanded / (counters["phases"] - 1))
-    assert work[100][1] == work[200][1] == work[400][1]
-    # The ends of the chain cut some reaches short.
-    assert work[400][2] == pytest.approx(work[100][2], rel=0.1)
-    assert work[400][2] < 200
+        assert run.counters["panels"] == 2
+        work.append([run.counters[name] / len(run.events) for name in ("expansions", "refinements")])
+    # The ends of a chain cut some reaches short.
+    exponents = np.polyfit(np.log(sizes), np.log(work), 1)[0]
+    assert (np.abs(exponents) < 0.05).all(), exponents
+    assert np.max(work) < 120
+
+
+def test_counted_work():
+    """Exact numbers: what adds work to a march shows here, whatever machine it runs on."""
+    counted = {}
+    for count in (50, 200):
+        scene, start = long_chain(count)
+        run = ss.simulate(scene, start, 4e-3, method="local")
+        names = ("phases", "panels", "expansions", "refinements", "combinations", "leaps")
+        counted[count] = (len(run.events), *(run.counters[name] for name in names))
+    # Events, phases, panels, coordinates expanded, functions looked at, combinations, leaps.
+    assert counted == {50: (50, 51, 3, 4891, 515, 0, 0), 200: (200, 201, 3, 22076, 2605, 0, 0)}
 
 
 def test_sampling_and_energy():

@@ -21,7 +21,7 @@ class CyclePhase(NamedTuple):
     duration: float
     #: index of the contact of the event that ends it; -1 where the period of the loads ends, kind ``load``
     contact: int
-    #: kind of that event
+    #: kind of that event; ``turn`` where an orbit without events is cut: the contact turns along its slider
     event: str
     #: dimension of the admissible space: two per coordinate left free, one per sticking contact
     dimension: int

@@ -67,7 +67,7 @@ class Pairs(Shown):
     Attributes
     ----------
     contacts
-        What `Scene` takes.
+        The contacts, as `Scene` takes them.
     nodes
         Node of the first surface of each pair.
     points

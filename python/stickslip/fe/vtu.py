@@ -46,7 +46,7 @@ def write_vtu(
         return, or one shape, a complex vector (n,). A mode moves through one period,
         ``Re(shape e^{j phase})``, without growth or decay.
     mode
-        Which of several modes.
+        Number of the mode, if there are several.
     frames
         Instants of the period of a mode.
     scale

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from stickslip import _core
+from stickslip.faults import OrbitError
 from stickslip.motion.errors import NotPeriodicError, RunInterrupted
 from stickslip.motion.motion import Motion
 from stickslip.scene.checks import finite_time, real_number
@@ -76,6 +77,34 @@ class Trajectory(Motion):
         if last is not None and ended.stop_reason == "time_limit":
             message += f" (the time limit of computing, {time_limit:g} s, was reached)"
         raise NotPeriodicError(message, ended, label, growth[0], growth[1])
+
+    def closed_cycle(self, method: Literal["auto", "modal", "taylor", "local"] = "auto") -> Cycle:
+        """Return the periodic orbit that Newton's method finds from the end of the motion, stable or not.
+
+        The guess is the motion between its last event and the one before that is like it. Where contacts
+        slide without events by a law of friction, it is the motion between the last two turns of the one that
+        moves most. `limit_cycle` returns what the motion itself settles to.
+
+        Parameters
+        ----------
+        method
+            How phases are propagated, see `simulate`.
+
+        Raises
+        ------
+        OrbitError
+            If nothing in the motion comes back, or Newton's method finds no orbit near it.
+        InputError
+            If `method` is no known word.
+        """
+        from stickslip.cycles.cycle import Cycle
+
+        core = _core.closed(self.core, method)
+        if core is None:
+            raise OrbitError(
+                "no event of the motion comes back, and no contact that slides by a law turns twice"
+            )
+        return Cycle(self.scene, core)
 
     def spectrum(
         self,

@@ -266,14 +266,6 @@ pub enum Error {
         /// A contact whose forces are not determined.
         contact: usize,
     },
-    /// A limit cycle, its multipliers or an attractor are asked for where friction depends on slip speed.
-    #[error(
-        "contact {contact}: limit cycles, multipliers and attractors are computed with constant friction only; that of this contact depends on slip speed"
-    )]
-    FrictionLawCycle {
-        /// The contact with the law.
-        contact: usize,
-    },
     /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration {

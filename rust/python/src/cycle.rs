@@ -380,6 +380,15 @@ pub fn attractor(
     Ok(settled(attractor, last))
 }
 
+/// The cycle that Newton's method finds from the end of a run, stable or not; None where nothing of it comes back.
+#[pyfunction]
+pub fn closed(py: Python<'_>, trajectory: &Trajectory, method: &str) -> PyResult<Option<Cycle>> {
+    let (run, method) = (trajectory.core(), method_named(py, method)?);
+    let found = detached(py, || core::cycles::attractors::closed(run, method))?;
+    let cycle = found.map_err(|failure| failed(py, &failure))?;
+    Ok(cycle.map(|inner| Cycle { inner }))
+}
+
 /// What the motions of many scenes settle to, and the exception that interrupted the search, if one did: what
 /// was not done by then is None. The last stretches come with them if `runs`.
 #[pyfunction]

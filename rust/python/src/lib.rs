@@ -23,7 +23,7 @@ mod _core {
     #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]
-    use crate::cycle::{Cycle, Orbit, attractor, settle_all};
+    use crate::cycle::{Cycle, Orbit, attractor, closed, settle_all};
     #[pymodule_export]
     use crate::energy::{Works, energy, works};
     #[pymodule_export]

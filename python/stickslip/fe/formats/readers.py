@@ -82,8 +82,8 @@ def read(
         Files of any other name: Harwell-Boeing ``.rsa``, ``.rua``, ``.hb``; Matrix Market or Abaqus ``.mtx``;
         a sparse ``.npz``; CalculiX. `damping` may be a `Proportional`.
     dofs
-        Names "node.direction", or a file with one a line. None: those of the files that have them (CalculiX,
-        MATRIX INPUT), else every direction of every node of `points`.
+        Names "node.direction", or a file with one name per line. None: the names in the files, if they have
+        any (CalculiX, MATRIX INPUT), otherwise every direction of every node of `points`.
     points, surfaces
         As in `Body`; `points` in the unit of length of the files.
     mesh
@@ -97,15 +97,16 @@ def read(
     Raises
     ------
     InputError
-        If a file is missing, truncated or damaged, if its entries are outside, not finite, twice there or in
-        the triangle that the format does not hold, or sizes and dofs of files differ; with file and line.
+        If a file is missing, truncated or damaged; if an entry lies outside the matrix, is not finite, stands
+        there twice, or lies in the triangle that the format does not hold; or if sizes or dofs of files
+        differ. The message names file and line.
 
     Notes
     -----
-    What was mirrored, left out or split is in `Body.notes`. An unsymmetric stiffness becomes ``stiffness``
-    and ``circulatory``, an unsymmetric damping ``damping`` and ``gyroscopic``. CalculiX writes one triangle
-    even of the unsymmetric stiffness of a contact with friction, which loses friction without a word: export
-    bodies without contact and let `contact_pairs` make the contacts.
+    `Body.notes` says what the reader mirrored, left out or split. An unsymmetric stiffness becomes
+    ``stiffness`` and ``circulatory``, an unsymmetric damping ``damping`` and ``gyroscopic``. CalculiX writes
+    only one triangle of the unsymmetric stiffness of a contact with friction, so that the friction is lost
+    without a warning: export bodies without contact and let `contact_pairs` make the contacts.
     """
     if units not in UNITS:
         raise InputError(f"units: expected {' or '.join(map(repr, UNITS))}, got {units!r}")

@@ -1,4 +1,4 @@
-"""A reduced model: its matrices, and what leads to them and back."""
+"""A reduced model: its matrices, and the maps from the full model to it and back."""
 
 from __future__ import annotations
 

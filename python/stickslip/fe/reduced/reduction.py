@@ -1,6 +1,7 @@
 """Reduced models that fit the contact law: contact coordinates and modes.
 
-With held contacts and their inertia (`craig_bampton`), or with free ones that have none (`macneal`).
+The modes are those with held contacts, which keep their inertia (`craig_bampton`), or those of the free
+structure, whose contacts have none (`macneal`).
 """
 
 from __future__ import annotations
@@ -51,10 +52,11 @@ class Reduction(Shown):
     boundary
         ``lumped``, ``consistent`` or ``massless``.
     frequencies
-        Of the modes, Hz, (q,): with held contacts, or with the massless boundary of the free structure.
+        Frequencies of the modes, Hz, (q,): of the structure with held contacts or, with the massless
+        boundary, of the free structure.
     basis, offset
-        ``x = offset + basis y``: (n, m) and (n,), m. The offset is how constant forces displace the structure
-        with held contacts; so their static effect is exact.
+        ``x = offset + basis y``: (n, m) and (n,), m. The offset is the displacement of the structure with
+        held contacts under the constant forces, so that their static effect is exact.
     errors
         xarray.Dataset over ``mode``, the eigenvalues of the full scene in the band: ``full`` and ``reduced``,
         1/s, and ``error``, their relative distance. Attributes ``combination``, ``boundary``, ``lumping``,
@@ -74,8 +76,8 @@ class Reduction(Shown):
     def project(self, state: State) -> State:
         """Return a state of the full scene as one of the reduced scene.
 
-        Contact coordinates, and with them gaps and slip velocities, are kept; of the rest of the motion the
-        part that the modes hold, ``r = Phi' M (x - x0)``.
+        The contact coordinates, and with them gaps and slip velocities, stay the same. Of the rest of the
+        motion the modes keep the part ``r = Phi' M (x - x0)``.
 
         Raises
         ------
@@ -185,7 +187,8 @@ def reduce(
 ) -> Reduction:
     """Return a reduced model with the same contacts: contact coordinates and modes.
 
-    Modes are added until every eigenvalue of the full scene in the band is met within the tolerance.
+    Modes are added until the reduced scene has every eigenvalue of the full scene in the band within the
+    tolerance.
 
     Parameters
     ----------
@@ -194,21 +197,21 @@ def reduce(
     band
         Lowest and highest frequency of the eigenvalues that are wanted, Hz.
     boundary
-        What becomes of the inertia S that the modes leave at the contacts. ``lumped``: row sums within the
-        normal and within the tangential direction, so that an impact of one contact moves no other;
-        ``consistent``: kept, so that mass couples the contacts. ``massless``: modes of the free structure in
-        place of those with held contacts, and no inertia at the contacts, so that there are no impacts; for
-        scenes without a circulatory matrix.
+        Model of the inertia S that the modes leave at the contacts. ``lumped``: row sums within the normal
+        and within the tangential direction, so that an impact of one contact moves no other. ``consistent``:
+        S itself, so that mass couples the contacts. ``massless``: modes of the free structure in place of
+        those with held contacts, and no inertia at the contacts, so that there are no impacts; for scenes
+        without a circulatory matrix.
     tolerance
         Largest relative distance of an eigenvalue.
     combination
-        Whose eigenvalues are compared; None: that of steady sliding.
+        Status combination whose eigenvalues are compared; None: that of steady sliding.
     modes
-        Number of modes; None: as the tolerance asks. With a number the errors are told,
+        Number of modes; None: as many as the tolerance requires. With a number, the result states its errors
         whatever they are.
     modal_damping
         Damping ratio of the modes of the reduced structure without its contacts, added to the damping that
-        the scene has. Errors are those without it.
+        the scene has. The errors are those without it.
 
     Raises
     ------
@@ -219,8 +222,8 @@ def reduce(
 
     Notes
     -----
-    Damping, gyroscopic and circulatory matrices and forces are carried along by the same basis;
-    `Proportional` damping stays proportional to the reduced matrices.
+    Damping, gyroscopic and circulatory matrices and forces are reduced with the same basis; `Proportional`
+    damping stays proportional to the reduced matrices.
     """
     ends = real_array("band", band, 1)
     if ends.shape != (2,) or not 0.0 <= ends[0] < ends[1] < np.inf:

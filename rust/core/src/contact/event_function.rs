@@ -40,6 +40,14 @@ impl Functional {
         self.constant + dot(&self.position, q) + dot(&self.velocity, u)
     }
 
+    /// The change along a direction (dq, dq').
+    pub fn rate(&self, dq: &[f64], du: &[f64]) -> f64 {
+        let dot = |terms: &[(usize, f64)], x: &[f64]| -> f64 {
+            terms.iter().map(|&(k, weight)| weight * x[k]).sum()
+        };
+        dot(&self.position, dq) + dot(&self.velocity, du)
+    }
+
     /// Sum of the absolute values of the terms: the scale against which `value` is rounded.
     pub fn magnitude(&self, q: &[f64], u: &[f64]) -> f64 {
         let dot = |terms: &[(usize, f64)], x: &[f64]| -> f64 {
@@ -256,6 +264,23 @@ pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Opt
     }))
 }
 
+/// What a newton that the friction of contact `source` is more changes of an event function, from [`friction_response`].
+pub(crate) fn response_of_event(
+    scene: &Scene,
+    response: &DMatrix<f64>,
+    (contact, trigger): (usize, EventKind),
+    source: usize,
+) -> f64 {
+    let force = |row: usize| response[(2 * contact + row, source)];
+    let limit = scene.contacts[contact].static_friction;
+    match trigger {
+        EventKind::Release => force(1),
+        EventKind::SlipPositive => limit * force(1) - force(0),
+        EventKind::SlipNegative => limit * force(1) + force(0),
+        _ => 0.0,
+    }
+}
+
 /// (T, N) of every contact as sums of the reactions (T, N) of all.
 fn force_functionals(
     rows: &[(Functional, Functional)],
@@ -377,7 +402,8 @@ pub(crate) fn functions_of_contact(
 }
 
 /// The event function by which `trigger` ends the status of one contact; for a sticking contact whose friction cone closes
-/// it is that of the normal force. An orbit under loads in time ends with their period.
+/// it is that of the normal force. An orbit under loads in time ends with their period,
+/// one without events where a contact turns.
 pub(crate) fn ending(
     scene: &Scene,
     combination: &Combination,
@@ -386,6 +412,10 @@ pub(crate) fn ending(
 ) -> Functional {
     if trigger == EventKind::Load {
         return phase_of_loads(scene);
+    }
+    if trigger == EventKind::Turn {
+        let turning = vec![(scene.contacts[contact].tangential, 1.0)];
+        return Functional { velocity: turning, ..Functional::default() };
     }
     if !scene.dependents.is_empty()
         && let Ok(functions) = event_functions(scene, combination)

@@ -25,6 +25,8 @@ pub enum EventKind {
     Jump,
     /// A load was switched; the event belongs to no contact.
     Load,
+    /// The place of a sliding contact turned back along its slider: where an orbit without events is cut. No run has one.
+    Turn,
 }
 
 /// Stands for the contact of an event that belongs to no contact.
@@ -43,10 +45,11 @@ impl EventKind {
             EventKind::Closing => "closing",
             EventKind::Jump => "jump",
             EventKind::Load => "load",
+            EventKind::Turn => "turn",
         }
     }
 
-    const ALL: [EventKind; 9] = [
+    const ALL: [EventKind; 10] = [
         EventKind::Velocity,
         EventKind::SlipPositive,
         EventKind::SlipNegative,
@@ -56,12 +59,13 @@ impl EventKind {
         EventKind::Closing,
         EventKind::Jump,
         EventKind::Load,
+        EventKind::Turn,
     ];
 
     /// Whether a contact of this status can have such an event.
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
-            EventKind::Velocity => status.is_sliding(),
+            EventKind::Velocity | EventKind::Turn => status.is_sliding(),
             EventKind::SlipPositive | EventKind::SlipNegative | EventKind::Jump => {
                 matches!(status, Status::Sticking)
             }

@@ -53,7 +53,8 @@ pub(crate) fn settle(
             | EventKind::SlipPositive
             | EventKind::SlipNegative
             | EventKind::Jump
-            | EventKind::Load => {}
+            | EventKind::Load
+            | EventKind::Turn => {}
         }
     }
     let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);
@@ -157,6 +158,10 @@ fn settle_contact(
     let normal_force = scene.reaction_value(law.normal, q, u);
     if normal_force < 0.0 {
         return Ok((Status::Detached, Departure::Gap(2)));
+    }
+    if law.static_friction == 0.0 && before.is_sliding() && trigger.is_none() {
+        // Its letter says nothing, and no event elsewhere changes it.
+        return Ok((before, Departure::None));
     }
     if let Some(status) = sliding_status(u[law.tangential] - law.slider_speed) {
         return Ok((status, Departure::None));

@@ -65,7 +65,7 @@ impl CombinationBasis {
             let operator = TaylorOperator::new(scene, combination, &functions)?;
             Ok(Propagator::Taylor(Box::new(operator)))
         };
-        let by_law = LawOperator::sliding(scene, combination).next();
+        let by_law = scene.sliding_by_law(combination).next();
         let large = scene.free(combination) > largest(scene);
         let propagator = if let Some((contact, _)) = by_law {
             if wanted == Wanted::Modes {

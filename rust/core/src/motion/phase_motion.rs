@@ -138,10 +138,12 @@ impl Motion {
             }
             Propagator::Law(operator) => {
                 let Some(law) = &mut self.law else { return };
-                while time > law.end() {
-                    law.advance(self.basis.scene(&self.scene), operator);
+                if law.reach(self.basis.scene(&self.scene), operator, time) {
+                    law.state(operator, time - law.start(), q, u);
+                } else {
+                    [q, u].into_iter().for_each(|half| half.fill(f64::NAN));
+                    return;
                 }
-                law.state(operator, time - law.start(), q, u);
             }
             Propagator::Blocks(parts) => {
                 for ((block, _), part) in parts.iter().zip(&mut self.blocks) {
@@ -154,14 +156,19 @@ impl Motion {
         self.basis.complete(q, u);
     }
 
+    /// Carries neighbours (dq, dq') of a phase under laws of friction from its start to local time `time`.
+    pub fn carry(&mut self, time: f64, neighbours: &mut [Vec<f64>]) {
+        if let (Propagator::Law(operator), Some(law)) = (&self.basis.propagator, &mut self.law) {
+            law.carry(self.basis.scene(&self.scene), operator, time, neighbours);
+        }
+    }
+
     /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
     pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
         let Propagator::Law(operator) = &self.basis.propagator else { return None };
         let law = self.law.as_mut()?;
-        while law.end() <= time {
-            law.advance(self.basis.scene(&self.scene), operator);
-        }
-        Some(law.end())
+        let reached = law.reach(self.basis.scene(&self.scene), operator, time.next_up());
+        reached.then(|| law.end())
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have

@@ -2,23 +2,19 @@
 
 use std::sync::Arc;
 
-use num_complex::Complex64;
-
 use crate::cycles::attractors::forced::forced_recurrence;
 use crate::cycles::attractors::lyapunov::{Lyapunov, Neighbour};
 use crate::cycles::attractors::recurrence::Recurrence;
 use crate::cycles::attractors::recurrence::recurrence;
+use crate::cycles::attractors::rest::{comes_to_rest, is_forced};
 use crate::cycles::attractors::search::Search;
+use crate::cycles::attractors::smooth::smooth_recurrence;
 use crate::error::Error;
-use crate::linalg::dense::solve;
-use crate::modes::complex_modes::Modes;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
-use crate::scene::reduction::reduced_system::Reduced;
-use crate::scene::status::Status;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
-use crate::transient::trajectory::{Cursor, StopReason, Trajectory};
+use crate::transient::trajectory::{StopReason, Trajectory};
 
 /// Chaotic: a perturbation grows by more than e^CHAOS over the second half of the observed time.
 const CHAOS: f64 = 12.0;
@@ -141,77 +137,7 @@ pub fn attractor(run: &Trajectory, search: Search<'_>) -> Option<Attractor> {
     }
     let found = match is_forced(run) {
         true => forced_recurrence(run, search),
-        false => recurrence(run, search),
+        false => smooth_recurrence(run, search).or_else(|| recurrence(run, search)),
     };
     found.map(|recurrence| Attractor::Cycle(Box::new(recurrence)))
-}
-
-/// Whether loads oscillate.
-fn is_forced(run: &Trajectory) -> bool {
-    run.scene().drive.as_ref().is_some_and(|drive| !drive.oscillators.is_empty())
-}
-
-/// Whether no event can follow: with modal deviations z from the equilibrium of the last combination,
-/// an event function never falls below its value there less `sum |h_r| |z_r|`.
-fn comes_to_rest(run: &Trajectory) -> bool {
-    let scene = run.scene();
-    // Loads that oscillate go on, and those that are yet to be switched come.
-    let load_time = run.load_time();
-    if is_forced(run) || scene.next_switch(load_time + run.end).is_some() {
-        return false;
-    }
-    let Some(last) = run.phases.len().checked_sub(1) else { return false };
-    let Ok(basis) = run.basis_of(last) else { return false };
-    let combination = &basis.combination;
-    let carried = scene
-        .contacts
-        .iter()
-        .zip(combination.statuses())
-        .any(|(law, &status)| status == Status::Sticking && law.slider_speed != 0.0);
-    if carried {
-        return false;
-    }
-    let Ok(modes) = Modes::new(scene.bare(), combination) else { return false };
-    let Ok(reduced) = Reduced::new(scene, combination) else { return false };
-    if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
-        return false;
-    }
-    let mut cursor = Cursor::new(run);
-    if cursor.seek("time", run.end).is_err() {
-        return false;
-    }
-    let (q, u) = (cursor.q, cursor.u);
-    let mut force = reduced.force_constant.clone();
-    for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {
-        force.iter_mut().zip(loads).for_each(|(f, load)| *f += load * q[k]);
-    }
-    let mut rest = q.clone();
-    let solved = solve(reduced.stiffness.clone(), &force);
-    let kept = &reduced.reduction.kept;
-    kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
-    let deviation: Vec<f64> =
-        kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
-    let z = modes.coordinates(&deviation);
-    let still = vec![0.0; scene.size];
-    basis.functions.iter().all(|function| {
-        let functional = &function.functional;
-        let reach: f64 = z
-            .iter()
-            .zip(modes.right.chunks_exact(reduced.size().max(1)))
-            .zip(&modes.eigenvalues)
-            .map(|((z, right), lambda)| {
-                let part = |terms: &[(usize, f64)]| -> Complex64 {
-                    terms
-                        .iter()
-                        .filter_map(|&(k, weight)| {
-                            let j = reduced.reduction.place(k)?;
-                            Some(weight * right[j])
-                        })
-                        .sum()
-                };
-                (part(&functional.position) + lambda * part(&functional.velocity)).norm() * z.norm()
-            })
-            .sum();
-        functional.value(&rest, &still) > reach
-    })
 }

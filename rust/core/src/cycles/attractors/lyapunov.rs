@@ -117,14 +117,11 @@ impl Neighbour {
             let start = &run.phase_state(phase)[..];
             let duration = run.phase_duration(phase);
             let end = flow.end(start, duration);
-            // Phi times the neighbour: the difference of two motions, which is exact (see `flow`).
-            let mut moved = start.to_vec();
-            flow.free.iter().for_each(|&k| moved[k] += self.apart[k]);
-            let mut apart = flow.end(&moved, duration);
-            apart.iter_mut().zip(&end).for_each(|(dy, y)| *dy -= y);
+            let mut apart = std::mem::take(&mut self.apart);
+            flow.carry(start, duration, std::slice::from_mut(&mut apart));
             if phase + 1 < count {
                 let arrived = &run.phase_state(phase + 1)[..];
-                let found = passages(scene, &basis.combination, [start, &end], &events[phase + 1]);
+                let found = passages(scene, flow, [start, &end], &events[phase + 1]);
                 let after = &*run.combination_of(phase + 1);
                 let mut between = basis.combination.clone();
                 let jump = |event: &&(usize, EventKind)| event.1 == EventKind::Jump;

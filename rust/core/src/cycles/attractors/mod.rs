@@ -5,7 +5,9 @@ pub(crate) mod ensemble;
 pub(crate) mod forced;
 pub(crate) mod lyapunov;
 pub(crate) mod recurrence;
+pub(crate) mod rest;
 pub(crate) mod search;
+pub(crate) mod smooth;
 
 pub use attractor::{Attractor, settle, settled_from};
 pub use ensemble::{Found, settle_all};
@@ -13,3 +15,4 @@ pub use lyapunov::Lyapunov;
 pub use recurrence::Recurrence;
 pub use recurrence::is_followed;
 pub use search::Search;
+pub use smooth::closed;

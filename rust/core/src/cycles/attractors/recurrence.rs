@@ -184,7 +184,7 @@ pub(super) fn steps(
         if !jumps.all(|event| jumps_alone(run.scene(), event.0, after)) {
             return None;
         }
-        let mut found = passages(run.scene(), combination, [start, &end], events);
+        let mut found = passages(run.scene(), &flow, [start, &end], events);
         // The limit of the bounces of a contact comes before what coincides with it.
         let is_limit =
             |passage: &Passage| passage.trigger == EventKind::Accumulation && !passage.is_joint();

@@ -6,6 +6,9 @@
 //! the combination is propagated. Free to vary are q and q' of the coordinates left free, and the
 //! tangential displacement at which a sticking contact sticks: it loads the others for the whole phase.
 //!
+//! Under a law of friction over slip speed the map is not affine: its derivative comes from the linear equation along the
+//! motion (see `motion::friction::neighbours`), and the field holds the forces of the laws.
+//!
 //! A phase far shorter than the period of every mode is summed as a Taylor series: then the tiny change of a gap in one
 //! bounce keeps all digits, which the modal sum would lose by cancellation.
 
@@ -14,8 +17,9 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::error::Error;
-use crate::motion::combination_basis::CombinationBasis;
-use crate::motion::method::Method;
+use crate::motion::combination_basis::{CombinationBasis, Propagator};
+use crate::motion::friction::operator::LawOperator;
+use crate::motion::method::{Method, Wanted};
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::equation_of_motion::EquationOfMotion;
@@ -40,8 +44,8 @@ pub(crate) struct Flow<'a> {
     pub section: Vec<usize>,
     /// Bound of the rates of the scene with lumped mass, an estimate of them with another one, 1/s.
     fastest: f64,
-    /// Buffers of the motions.
-    running: RefCell<Motion>,
+    /// The motion last computed, and where it started.
+    running: RefCell<(Motion, Vec<f64>)>,
 }
 
 impl<'a> Flow<'a> {
@@ -57,10 +61,14 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
-        if let Some(contact) = (0..scene.contacts.len()).find(|&i| scene.friction_law(i).is_some())
-        {
-            return Err(Error::FrictionLawCycle { contact });
-        }
+        let by_law = scene.sliding_by_law(&basis.combination).next().is_some();
+        let basis = match &basis.propagator {
+            // Neighbours are carried in one piece.
+            Propagator::Blocks(_) if by_law => {
+                Arc::new(CombinationBasis::new(scene, &basis.combination, Wanted::Series)?)
+            }
+            _ => basis,
+        };
         let equation = EquationOfMotion::new(scene, &basis.combination)?;
         let Reduction { kept, sticking, .. } = &equation.reduction;
         let mut free: Vec<usize> = kept
@@ -73,7 +81,7 @@ impl<'a> Flow<'a> {
         let section = free.iter().copied().filter(|&k| scene.is_structure(k)).collect();
         let still = vec![0.0; scene.size];
         let motion = Motion::new(scene, &basis, &still, &still);
-        let running = RefCell::new(motion);
+        let running = RefCell::new((motion, vec![0.0; 2 * scene.size]));
         let fastest = fastest(scene);
         Ok(Self { scene, basis, equation, free, section, fastest, running })
     }
@@ -84,7 +92,8 @@ impl<'a> Flow<'a> {
 
     /// The state a time `duration` after `start`.
     pub fn end(&self, start: &[f64], duration: f64) -> Vec<f64> {
-        if duration * self.fastest < SHORT
+        if self.law().is_none()
+            && duration * self.fastest < SHORT
             && let Some(end) = self.series(start, duration)
         {
             return end;
@@ -93,8 +102,12 @@ impl<'a> Flow<'a> {
         let mut end = start.to_vec();
         let (q, u) = start.split_at(n);
         let (end_q, end_u) = end.split_at_mut(n);
-        let mut motion = self.running.borrow_mut();
-        motion.restart(&self.basis, q, u);
+        let (motion, from) = &mut *self.running.borrow_mut();
+        // The same motion goes on from where it is.
+        if from != start || !(duration >= motion.start()) {
+            motion.restart(&self.basis, q, u);
+            from.copy_from_slice(start);
+        }
         motion.seek(duration, end_q, end_u);
         // A combination that leaves nothing free still moves its sticking contacts.
         for &(k, speed) in &self.equation.reduction.sticking {
@@ -121,56 +134,119 @@ impl<'a> Flow<'a> {
             let (position, velocity) = halves(&term);
             largest = (largest.0.max(position), largest.1.max(velocity));
             let factor = duration / order as f64;
-            term = self.rate(&term, 0.0).iter().map(|rate| factor * rate).collect();
+            term = self.rate(&term, 0.0, &[]).iter().map(|rate| factor * rate).collect();
         }
         let (position, velocity) = halves(&term);
         let converged = |left: f64, largest: f64| left <= f64::EPSILON * largest;
         (converged(position, largest.0) && converged(velocity, largest.1)).then_some(end)
     }
 
-    /// Phi(duration) over all entries of (q, q'); columns outside `free` are zero.
-    pub fn transition(&self, duration: f64) -> DMatrix<f64> {
-        let size = 2 * self.scene.size;
-        let mut start = vec![0.0; size];
-        let origin = self.end(&start, duration);
-        let mut transition = DMatrix::zeros(size, size);
+    fn law(&self) -> Option<&LawOperator> {
+        match &self.basis.propagator {
+            Propagator::Law(operator) => Some(operator),
+            _ => None,
+        }
+    }
+
+    /// The longest stretch that one series covers under a law of friction, s.
+    pub fn panel(&self) -> Option<f64> {
+        self.law().map(|law| law.taylor.width())
+    }
+
+    /// Local time up to which the motion from `start` is one series after `time`, under a law of friction.
+    pub fn smooth_until(&self, start: &[f64], time: f64) -> Option<f64> {
+        self.law()?;
+        self.end(start, time);
+        self.running.borrow_mut().0.smooth_until(time)
+    }
+
+    /// Carries infinitesimal neighbours (dq, dq') of the motion from `start` over `duration`: what of them is free.
+    pub fn carry(&self, start: &[f64], duration: f64, neighbours: &mut [Vec<f64>]) {
+        let n = self.scene.size;
         // Coordinates that are sums of others move with them.
         let dependents = self.equation.scene(self.scene).dependents.iter();
-        let following: Vec<usize> =
-            dependents.flat_map(|one| [one.coordinate, self.scene.size + one.coordinate]).collect();
-        for &column in &self.free {
-            start[column] = 1.0;
-            let end = self.end(&start, duration);
-            start[column] = 0.0;
-            for &row in self.free.iter().chain(&following) {
-                transition[(row, column)] = end[row] - origin[row];
+        let following = dependents.flat_map(|one| [one.coordinate, n + one.coordinate]);
+        let mut moving = vec![false; 2 * n];
+        self.free.iter().copied().for_each(|k| moving[k] = true);
+        for dy in &mut *neighbours {
+            dy.iter_mut().zip(&moving).filter(|entry| !entry.1).for_each(|entry| *entry.0 = 0.0);
+        }
+        following.for_each(|k| moving[k] = true);
+        if self.law().is_some() {
+            let (motion, from) = &mut *self.running.borrow_mut();
+            let (q, u) = start.split_at(n);
+            motion.restart(&self.basis, q, u);
+            motion.carry(duration, neighbours);
+            // Its panels are those of the neighbours.
+            from.fill(f64::NAN);
+        } else {
+            let origin = self.end(&vec![0.0; 2 * n], duration);
+            for dy in &mut *neighbours {
+                *dy = self.end(dy, duration);
+                dy.iter_mut().zip(&origin).for_each(|(end, origin)| *end -= origin);
             }
-            if let Some(condensed) = &self.basis.condensed {
-                let mut column = transition.column_mut(column);
-                let (q, u) = column.as_mut_slice().split_at_mut(self.scene.size);
-                condensed.complete_rates(q);
-                condensed.complete_rates(u);
+        }
+        for dy in neighbours {
+            dy.iter_mut().zip(&moving).filter(|entry| !entry.1).for_each(|entry| *entry.0 = 0.0);
+            let (q, u) = dy.split_at_mut(n);
+            for half in [q, u] {
+                self.equation.scene(self.scene).follow_rates(half);
+                if let Some(condensed) = &self.basis.condensed {
+                    condensed.complete_rates(half);
+                }
             }
+        }
+    }
+
+    /// Phi(duration) over all entries of (q, q'), along the motion from `start`; columns outside `free` are zero.
+    pub fn transition(&self, start: &[f64], duration: f64) -> DMatrix<f64> {
+        let size = 2 * self.scene.size;
+        let unit = |&column: &usize| {
+            let mut dy = vec![0.0; size];
+            dy[column] = 1.0;
+            dy
+        };
+        let mut columns: Vec<Vec<f64>> = self.free.iter().map(unit).collect();
+        self.carry(start, duration, &mut columns);
+        let mut transition = DMatrix::zeros(size, size);
+        for (&column, dy) in self.free.iter().zip(&columns) {
+            transition.column_mut(column).copy_from_slice(dy);
         }
         transition
     }
 
+    /// Forces of the laws of friction in a state, by contact that slides by its law.
+    pub fn friction(&self, state: &[f64]) -> Vec<f64> {
+        let (q, u) = state.split_at(self.scene.size);
+        self.law().map_or_else(Vec::new, |law| law.forces(q, u))
+    }
+
+    /// How these forces change along a direction (dq, dq').
+    pub fn friction_rates(&self, state: &[f64], direction: &[f64]) -> Vec<f64> {
+        let halves = |state| <[f64]>::split_at(state, self.scene.size).into();
+        self.law().map_or_else(Vec::new, |law| law.force_rates(halves(state), halves(direction)))
+    }
+
     /// `y' = (q', q'')`
     pub fn field(&self, state: &[f64]) -> Vec<f64> {
-        self.rate(state, 1.0)
+        self.rate(state, 1.0, &self.friction(state))
     }
 
-    /// `y'' = Phi' y'`: what the field becomes without loads and speeds of sticking contacts.
-    pub fn linear_field(&self, field: &[f64]) -> Vec<f64> {
-        self.rate(field, 0.0)
+    /// y'' in a state with y' = `field`.
+    pub fn field_rate(&self, state: &[f64], field: &[f64]) -> Vec<f64> {
+        self.rate(field, 0.0, &self.friction_rates(state, field))
     }
 
-    /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part.
-    fn rate(&self, state: &[f64], load: f64) -> Vec<f64> {
+    /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part. `friction` is
+    /// what laws add.
+    fn rate(&self, state: &[f64], load: f64, friction: &[f64]) -> Vec<f64> {
         let scene = self.equation.scene(self.basis.scene(self.scene));
         let n = scene.size;
         let (q, u) = state.split_at(n);
         let mut residual = scene.residual(load, q, u);
+        if let Some(law) = self.law() {
+            law.push(friction, &mut residual);
+        }
         let mut field = vec![0.0; 2 * n];
         let (speed, acceleration) = field.split_at_mut(n);
         self.equation.accelerate(&mut residual, acceleration);

@@ -38,6 +38,8 @@ pub(crate) struct Impulse {
     /// Whether the slip velocity is held; else P_t is `friction` times P_n.
     pub sticking: bool,
     pub friction: f64,
+    /// How much P_t grows with the slip velocity before, where friction depends on it.
+    pub faster: f64,
     /// The parts of a held slip velocity, and of the normal velocity, that the impulse takes away.
     pub lost: [f64; 2],
 }
@@ -61,6 +63,7 @@ pub(crate) fn response(w: &DMatrix<f64>, impulses: &[Option<Impulse>]) -> DMatri
         }
         if let Some(impulse) = held.filter(|impulse| !impulse.sticking) {
             conditions[(t, g)] = -impulse.friction;
+            given[(t, t)] = impulse.faster;
         }
     }
     // If directions depend on each other, the impulses are not determined, but their effect is.
@@ -107,7 +110,9 @@ impl Closing {
             for (&i, &status) in joined.iter().zip(&statuses).filter(|pair| pair.1.is_closed()) {
                 impulses[i] = Some(Impulse {
                     sticking: status == Status::Sticking,
-                    friction: status.friction_sign() * laws[i].friction,
+                    friction: status.friction_sign() * scene.friction_at(i, u),
+                    // The impulses of the rest vanish.
+                    faster: 0.0,
                     // A contact that sticks keeps its place.
                     lost: [level as f64, 1.0],
                 });

@@ -1,6 +1,7 @@
 //! Which passages end a phase: the events of one instant, without those that only follow from an impact.
 
 use crate::contact::event_kind::EventKind;
+use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::joint::coupled_with;
 use crate::cycles::linearization::saltation::Passage;
 use crate::scene::model::Scene;
@@ -13,15 +14,16 @@ const COINCIDENCE: f64 = 1e-10;
 /// impact, whose own event function is not at zero, is none.
 pub(crate) fn passages(
     scene: &Scene,
-    before: &Combination,
+    flow: &Flow<'_>,
     [start, end]: [&[f64]; 2],
     events: &[(usize, EventKind)],
 ) -> Vec<Passage> {
+    let before = flow.combination();
     let impact =
         events.iter().any(|event| matches!(event.1, EventKind::Impact | EventKind::Accumulation));
     let own = |passage: &Passage| {
         let direct = matches!(passage.trigger, EventKind::Impact | EventKind::Accumulation);
-        let (value, scale) = passage.value(end);
+        let (value, scale) = passage.value(flow, end);
         direct || !impact || value.abs() <= COINCIDENCE * scale
     };
     let mut found = joint_closings(scene, before, [start, end], events);
@@ -34,7 +36,7 @@ pub(crate) fn passages(
             |passage: &Passage| passage.trigger == kind && passage.companions.contains(&contact);
         if !found.iter().any(accompanies) {
             let passage = match kind {
-                EventKind::Jump => onset(scene, before, contact, end),
+                EventKind::Jump => onset(scene, flow, contact, end),
                 kind => Passage::new(scene, before, contact, kind),
             };
             found.extend(Some(passage).filter(&own));
@@ -45,10 +47,10 @@ pub(crate) fn passages(
 }
 
 /// The end of sticking at which the friction of a contact without mass drops: at the bound that it is nearer to.
-fn onset(scene: &Scene, before: &Combination, contact: usize, end: &[f64]) -> Passage {
+fn onset(scene: &Scene, flow: &Flow<'_>, contact: usize, end: &[f64]) -> Passage {
     let [one, other] = [EventKind::SlipPositive, EventKind::SlipNegative]
-        .map(|trigger| Passage::new(scene, before, contact, trigger));
-    if one.value(end).0 <= other.value(end).0 { one } else { other }
+        .map(|trigger| Passage::new(scene, flow.combination(), contact, trigger));
+    if one.value(flow, end).0 <= other.value(flow, end).0 { one } else { other }
 }
 
 /// Whether the neighbours of a motion jump with this contact alone: contacts that slide afterwards have no place of their

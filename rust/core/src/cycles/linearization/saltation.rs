@@ -19,6 +19,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 use crate::contact::event_function::{EventFunction, Functional, ending, event_functions};
 use crate::contact::event_kind::EventKind;
 use crate::contact::transition;
+use crate::cycles::linearization::event::EventValue;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::joint::{Closing, Impulse, response};
 use crate::error::RunFailure;
@@ -35,7 +36,7 @@ const NO_IMPULSE: f64 = 1e-12;
 pub(crate) struct Passage {
     pub contact: usize,
     pub trigger: EventKind,
-    event: Functional,
+    event: EventValue,
     /// The contacts that close for good with the impact of `contact`; empty unless it ends a series over several contacts.
     pub series: Vec<usize>,
     /// The contacts whose directions depend on those of `contact` so that the same event happens to them at the same instant.
@@ -63,6 +64,7 @@ impl Passage {
     pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: EventKind) -> Self {
         let event = ending(scene, before, contact, trigger);
         let companions = companions(scene, before, contact, trigger, &event);
+        let event = EventValue::new(scene, before, (contact, trigger), event);
         Self { contact, trigger, event, series: Vec::new(), companions }
     }
 
@@ -102,16 +104,9 @@ impl Passage {
         })
     }
 
-    /// The event function, and the scale of its terms.
-    pub fn value(&self, state: &[f64]) -> (f64, f64) {
-        let (q, u) = state.split_at(state.len() / 2);
-        (self.event.value(q, u), self.event.magnitude(q, u))
-    }
-
-    fn along(&self, n: usize, vector: impl Fn(usize) -> f64) -> f64 {
-        let position: f64 = self.event.position.iter().map(|&(k, a)| a * vector(k)).sum();
-        let velocity: f64 = self.event.velocity.iter().map(|&(k, b)| b * vector(n + k)).sum();
-        position + velocity
+    /// The event function in a state, and the scale of its terms.
+    pub fn value(&self, flow: &Flow<'_>, state: &[f64]) -> (f64, f64) {
+        self.event.value(flow, state)
     }
 
     /// `y+ = g(y-)`, in place.
@@ -121,7 +116,7 @@ impl Passage {
         before: &Combination,
         state: &mut [f64],
     ) -> Result<(), RunFailure> {
-        if self.trigger == EventKind::Load {
+        if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
             return Ok(());
         }
         let law = &scene.contacts[self.contact];
@@ -146,7 +141,8 @@ impl Passage {
             | EventKind::SlipPositive
             | EventKind::SlipNegative
             | EventKind::Jump
-            | EventKind::Load => {}
+            | EventKind::Load
+            | EventKind::Turn => {}
         }
         Ok(())
     }
@@ -187,11 +183,11 @@ impl Passage {
                 (0.0, timing, 1.0)
             }
             _ => {
-                let speed = self.along(n, |k| field[k]);
-                let timing = (0..size)
-                    .map(|column| -self.along(n, |k| transition[(k, column)]) / speed)
-                    .collect();
-                (self.value(end).0, timing, speed)
+                let speed = self.event.rate(flow, end, &field);
+                let along = |column: usize| {
+                    -self.event.rate(flow, end, transition.column(column).as_slice()) / speed
+                };
+                (self.value(flow, end).0, (0..size).map(along).collect(), speed)
             }
         };
         let carried = jump.times(transition);
@@ -215,7 +211,7 @@ impl Passage {
                 let acceleration = flow.field(start)[n + law.normal];
                 -2.0 * neighbour[n + law.normal] / (acceleration * (1.0 - law.restitution))
             }
-            _ => -self.along(n, |k| neighbour[k]) / self.along(n, |k| field[k]),
+            _ => -self.event.rate(flow, end, neighbour) / self.event.rate(flow, end, &field),
         };
         let moved: Vec<f64> = neighbour.iter().zip(&field).map(|(dy, f)| dy + f * delay).collect();
         Ok(self.jump_matrix(scene, flow.combination(), end, arrived)?.apply(&moved))
@@ -239,7 +235,7 @@ impl Passage {
             return Ok(SparseMatrix::from_dense(&closing.projection).product(&matrix));
         }
         let mut matrix = DMatrix::identity(2 * n, 2 * n);
-        if self.trigger == EventKind::Load {
+        if matches!(self.trigger, EventKind::Load | EventKind::Turn) {
             return Ok(SparseMatrix::from_dense(&matrix));
         }
         let law = &scene.contacts[self.contact];
@@ -249,7 +245,8 @@ impl Passage {
             | EventKind::SlipPositive
             | EventKind::SlipNegative
             | EventKind::Jump
-            | EventKind::Load => {}
+            | EventKind::Load
+            | EventKind::Turn => {}
             EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
             EventKind::Velocity => self.own().for_each(|contact| {
                 let t = n + scene.contacts[contact].tangential;
@@ -275,11 +272,15 @@ impl Passage {
                         if scene.impact_friction && arrived[t] == law.slider_speed {
                             matrix[(t, t)] = 0.0;
                         } else if scene.impact_friction {
-                            // |g'| = -g' before an impact.
+                            // |g'| = -g' before an impact, and the law counts at the slip velocity then.
                             let ratio = scene.mass.get(law.normal, law.normal)
                                 / scene.mass.get(law.tangential, law.tangential);
                             let slip = (end[t] - law.slider_speed).signum();
-                            matrix[(t, g)] = slip * law.friction * (1.0 + law.restitution) * ratio;
+                            let impulse = (1.0 + law.restitution) * ratio;
+                            let slope = scene.friction_slope(self.contact, &end[n..]);
+                            matrix[(t, t)] = 1.0 + slope * impulse * end[g];
+                            matrix[(t, g)] =
+                                slip * scene.friction_at(self.contact, &end[n..]) * impulse;
                         }
                     }
                 }
@@ -342,8 +343,16 @@ fn coupled_impact(
             let held = touching && impulse[g] > NO_IMPULSE * largest;
             let sticking = held && arrived[rows[t]] == law.slider_speed;
             (set[t], set[g]) = (sticking, held && law.restitution == 0.0);
-            let friction = law.friction * impulse[t].signum();
-            held.then_some(Impulse { sticking, friction, lost: [1.0, 1.0 + law.restitution] })
+            let direction = impulse[t].signum();
+            let friction = scene.friction_at(i, &end[n..]) * direction;
+            let slip = (end[rows[t]] - law.slider_speed).signum();
+            let faster = scene.friction_slope(i, &end[n..]) * slip * direction * impulse[g];
+            held.then_some(Impulse {
+                sticking,
+                friction,
+                faster,
+                lost: [1.0, 1.0 + law.restitution],
+            })
         })
         .collect();
     let velocity = response(w, &impulses);

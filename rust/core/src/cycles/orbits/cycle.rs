@@ -4,6 +4,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use crate::contact::event_kind::EventKind;
+use crate::cycles::linearization::event::EventValue;
 use crate::cycles::orbits::floquet::Multipliers;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
 use crate::error::Error;
@@ -146,8 +147,9 @@ impl Orbit {
             trajectory.phases.push(Phase { start, rest, basis: Some(basis) });
             let (q, u) = step.state.split_at(self.scene().size);
             trajectory.states.push(q, u, &[]);
-            // The period of the loads is no event.
-            if k > 0 && self.steps[k - 1].kind != EventKind::Load {
+            // The period of the loads is no event, nor is the cut of an orbit without any.
+            let cut = |kind| matches!(kind, EventKind::Load | EventKind::Turn);
+            if k > 0 && !cut(self.steps[k - 1].kind) {
                 let ended = &self.steps[k - 1];
                 let time = times[k].seconds;
                 trajectory.events.extend(ended.events().into_iter().map(|(contact, kind)| Event {
@@ -237,7 +239,6 @@ impl Orbit {
 
     /// The margins of all event functions over their phases, except those that end them.
     pub fn margins(&self) -> Result<Vec<Margin>, Error> {
-        let n = self.scene().size;
         let mut margins = Vec::new();
         let times = self.times();
         for (index, (step, flow)) in self.steps.iter().zip(self.flows()?).enumerate() {
@@ -250,11 +251,11 @@ impl Orbit {
             };
             let samples: Vec<_> = (0..=count).map(|i| at(width * i as f64)).collect();
             for function in &flow.basis.functions {
-                let functional = &function.functional;
-                let value = |state: &[f64]| functional.value(&state[..n], &state[n..]);
-                let slope = |field: &[f64]| {
-                    functional.value(&field[..n], &field[n..]) - functional.constant
-                };
+                let kind = (function.contact, function.trigger);
+                let functional = function.functional.clone();
+                let event = EventValue::new(self.scene(), &step.combination, kind, functional);
+                let value = |state: &[f64]| event.value(&flow, state).0;
+                let slope = |state: &[f64], field: &[f64]| event.rate(&flow, state, field);
                 let passage = &step.passage;
                 let ends = match passage.is_joint() {
                     false => {
@@ -268,7 +269,7 @@ impl Orbit {
                                 || passage.series.contains(&function.contact))
                     }
                 };
-                let slopes: Vec<f64> = samples.iter().map(|sample| slope(&sample.1)).collect();
+                let slopes: Vec<f64> = samples.iter().map(|at| slope(&at.0, &at.1)).collect();
                 let mut lowest: Option<(f64, f64, bool)> = None;
                 let mut include = |value: f64, time: f64, interior: bool| {
                     if lowest.is_none_or(|low| value < low.0) {
@@ -276,19 +277,17 @@ impl Orbit {
                     }
                 };
                 // A function that leaves from zero does so with a slope of its own, or of rounding.
-                let (start_value, scale) = (
-                    value(&step.state).abs(),
-                    functional.magnitude(&step.state[..n], &step.state[n..]),
-                );
-                let first = usize::from(start_value <= LEAVING * scale);
+                let (start_value, scale) = event.value(&flow, &step.state);
+                let first = usize::from(start_value.abs() <= LEAVING * scale);
                 for i in first..count {
                     if slopes[i] < 0.0 && slopes[i + 1] >= 0.0 {
                         let bracket =
                             Bracket { low: width * i as f64, high: width * (i + 1) as f64 };
                         let resolution = 4.0 * f64::EPSILON * step.duration;
                         let time = bracket.root([slopes[i], slopes[i + 1]], resolution, |time| {
-                            let field = at(time).1;
-                            (slope(&field), slope(&flow.linear_field(&field)))
+                            let (state, field) = at(time);
+                            let rate = flow.field_rate(&state, &field);
+                            (slope(&state, &field), slope(&state, &rate))
                         });
                         include(value(&at(time).0), time, true);
                     }

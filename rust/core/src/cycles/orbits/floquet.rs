@@ -127,7 +127,8 @@ impl Orbit {
         (0..count).filter(|&k| !self.lasts(k) && !self.is_within_series(k)).find_map(|k| {
             let (first, second) =
                 (&self.steps[(k + count - 1) % count].passage, &self.steps[k].passage);
-            let timed = |passage: &Passage| passage.trigger == EventKind::Load;
+            let timed =
+                |passage: &Passage| matches!(passage.trigger, EventKind::Load | EventKind::Turn);
             if timed(first) || timed(second) {
                 return None;
             }

@@ -48,19 +48,26 @@ impl Orbit {
         let mut sums = vec![Complex64::default(); (count + 1) * n];
         let mut time = 0.0;
         for (index, (step, flow)) in self.steps.iter().zip(&flows).enumerate() {
-            let modes = Modes::new(scene.bare(), flow.combination())?;
+            let bare = scene.bare();
+            let modes = match flow.panel() {
+                None => Some(Modes::new(bare, flow.combination())?),
+                Some(_) => None,
+            };
             let loads = if self.load_periods > 0 { scene.fastest_load() } else { 0.0 };
-            let fastest = modes.eigenvalues.iter().map(|l| l.norm()).fold(loads, f64::max);
-            let kept = &modes.reduced.reduction.kept;
-            let exact = self.load_periods == 0
-                && scene.dependents.is_empty()
-                && modes.condition.iter().all(|&condition| condition < CONDITION);
+            let rates = modes.iter().flat_map(|modes| &modes.eigenvalues);
+            let fastest = rates.map(|l| l.norm()).fold(loads, f64::max);
+            let exact = modes.as_ref().filter(|modes| {
+                self.load_periods == 0
+                    && scene.dependents.is_empty()
+                    && modes.condition.iter().all(|&condition| condition < CONDITION)
+            });
             integrate(step, flow, fastest, |state, weight, _| {
                 let (q, u) = state.split_at(coordinates);
                 let (q, _) = scene.at_rest(q, u);
                 (0..n).for_each(|k| sums[k] += weight * q[k]);
             });
-            if exact {
+            if let Some(modes) = exact {
+                let kept = &modes.reduced.reduction.kept;
                 let field = flow.field(&step.state);
                 let m = kept.len();
                 let rate: Vec<f64> = kept
@@ -134,15 +141,21 @@ impl Orbit {
     }
 }
 
-/// Calls `add(state, weight, time)` at the nodes of Gauss's rule over the phase.
+/// Calls `add(state, weight, time)` at the nodes of Gauss's rule over the phase; under a law of friction each series by
+/// itself, which is shorter than the fastest mode needs.
 fn integrate(step: &Step, flow: &Flow<'_>, rate: f64, mut add: impl FnMut(&[f64], f64, f64)) {
-    let pieces = (rate * step.duration / PIECE).ceil().max(1.0) as usize;
-    let width = step.duration / pieces as f64;
     let rule = gauss_rule();
-    for piece in 0..pieces {
-        for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
-            let time = width * (piece as f64 + node);
-            add(&flow.end(&step.state, time), width * weight, time);
+    let mut from = 0.0;
+    while from < step.duration {
+        let to = flow.smooth_until(&step.state, from).unwrap_or(step.duration).min(step.duration);
+        let pieces = (rate * (to - from) / PIECE).ceil().max(1.0) as usize;
+        let width = (to - from) / pieces as f64;
+        for piece in 0..pieces {
+            for (node, weight) in rule.nodes.iter().zip(&rule.weights) {
+                let time = from + width * (piece as f64 + node);
+                add(&flow.end(&step.state, time), width * weight, time);
+            }
         }
+        from = to;
     }
 }

@@ -86,6 +86,9 @@ pub enum OrbitFailure {
     /// Newton's method has no unique step, because a second multiplier is 1 (a fold, or a family of orbits).
     #[error("the return map has a multiplier 1 besides the one of its phase")]
     Singular,
+    /// Newton's method shrank the guess to a state that does not move.
+    #[error("the orbit shrank to a steady state")]
+    Vanished,
     /// The motion along the guess can't be computed.
     #[error(transparent)]
     Failed(#[from] RunFailure),
@@ -181,9 +184,10 @@ impl Orbit {
     }
 
     pub(crate) fn scales(&self) -> Scales {
-        let flows = if self.load_periods > 0 { self.flows().ok() } else { None };
+        let whole = self.load_periods > 0 || self.steps.iter().any(|s| s.kind == EventKind::Turn);
+        let flows = if whole { self.flows().ok() } else { None };
         match flows {
-            // Between two events under loads in time there may be a whole period.
+            // Under loads in time and without events there may be a whole period between two states.
             Some(flows) => {
                 let at = |(step, flow): (&Step, &Flow<'_>), part: usize| {
                     flow.end(&step.state, step.duration * part as f64 / PARTS as f64)

@@ -29,6 +29,8 @@ const STEPS: usize = 25;
 const LARGEST_STEP: f64 = 3.0;
 /// A relative step below which the orbit is as good as rounding allows.
 const ROUNDING: f64 = 1e-13;
+/// Part of its first speeds below which an orbit is a steady state.
+const STILL: f64 = 1e-6;
 /// A relative step that may be the last one if the next is no smaller.
 const NEARLY: f64 = 1e-9;
 
@@ -161,6 +163,7 @@ impl Orbit {
         orbit.transfer();
         let flows = flows(propagators, method, &orbit.steps)?;
         orbit.keep_time()?;
+        let begun = orbit.scales().speed;
         let mut last = f64::INFINITY;
         for count in 1..=STEPS {
             let pass = orbit.pass(&flows)?;
@@ -171,6 +174,9 @@ impl Orbit {
             let change = orbit.moved(&flows, scales, shooting.changes(&section));
             if !(change <= LARGEST_STEP) {
                 return Err(OrbitFailure::Diverged { steps: count, change });
+            }
+            if scales.speed <= STILL * begun {
+                return Err(OrbitFailure::Vanished);
             }
             if change <= ROUNDING || (last <= NEARLY && change >= 0.5 * last) {
                 let pass = orbit.pass(&flows)?;
@@ -191,7 +197,7 @@ impl Orbit {
             step.passage.jump(self.scene(), &step.combination, &mut arrived)?;
             let (q, u) = arrived.split_at_mut(n);
             flows[(k + 1) % flows.len()].basis.complete(q, u);
-            let transition = flow.transition(step.duration);
+            let transition = flow.transition(&step.state, step.duration);
             pass.linearised.push(step.passage.linearised(
                 self.scene(),
                 flow,

@@ -173,12 +173,43 @@ impl LawSeries {
         }
     }
 
+    /// `mu'(S)` along the panel.
+    pub fn slopes(&self, law: &FrictionLaw) -> [f64; COEFFICIENTS] {
+        let constant = |k: usize, value: f64| if k == 0 { value } else { 0.0 };
+        let Self { slip, inner, piece, .. } = self;
+        match law {
+            FrictionLaw::Linear { slope, .. } => std::array::from_fn(|k| constant(k, *slope)),
+            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+                let factor = -(at_rest - kinetic) / speed;
+                std::array::from_fn(|k| constant(k, *viscous) + factor * inner[k])
+            }
+            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+                let factor = -(at_rest - kinetic) / speed;
+                product(inner, inner).map(|c| factor * c)
+            }
+            FrictionLaw::Tabulated(table) => {
+                let [_, b, c, d] = table.pieces[*piece];
+                let mut from_knot = *slip;
+                from_knot[0] -= table.speeds[*piece];
+                let square = product(&from_knot, &from_knot);
+                std::array::from_fn(|k| {
+                    constant(k, b) + 2.0 * c * from_knot[k] + 3.0 * d * square[k]
+                })
+            }
+        }
+    }
+
     /// The same series for a panel shorter by `factor`.
     pub fn shorten(&mut self, factor: f64) {
         for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
             scale(all, factor);
         }
     }
+}
+
+/// The coefficients of a product.
+pub(super) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
+    std::array::from_fn(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
 }
 
 /// Coefficients for a panel shorter by `factor`.

@@ -3,6 +3,7 @@
 mod bound;
 pub(crate) mod law_series;
 pub(crate) mod motion;
+mod neighbours;
 pub(crate) mod operator;
 mod panel_end;
 #[cfg(test)]

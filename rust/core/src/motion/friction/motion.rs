@@ -3,7 +3,7 @@
 //! Order by order the slip speed S and the normal force N of every contact that slides by its law are known from the
 //! orders before, and with them `y = (mu(S) - mu(0)) N`, which loads the next order of the linear series.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::contact::event_function::EventFunction;
 use crate::motion::friction::law_series::{LawSeries, UNIT, scale};
@@ -45,6 +45,20 @@ pub(super) struct Coupling {
     pub(super) inverse: DMatrix<f64>,
     /// Largest row sums of this inverse, and of H.
     pub(super) norms: [f64; 2],
+}
+
+impl Coupling {
+    /// N, from what it is without the forces of laws and what these are without the order sought.
+    pub(super) fn solve(
+        &self,
+        response: &DMatrix<f64>,
+        normals: &[f64],
+        forces: &[f64],
+    ) -> Vec<f64> {
+        let forces = DVector::from_column_slice(forces);
+        let loaded = DVector::from_column_slice(normals) + response * forces;
+        (&self.inverse * loaded).as_slice().to_vec()
+    }
 }
 
 /// One phase by Taylor series of the nonlinear equation of motion.
@@ -197,9 +211,7 @@ impl LawMotion {
                 operator.contacts.iter().zip(contacts)
             {
                 force[k] += series.excess[0] * normal[k];
-                for &(row, weight) in &one.direction {
-                    taylor.force[row] += one.sign * weight * force[k];
-                }
+                one.push(force[k], &mut taylor.force);
             }
             if k < DEGREE {
                 taylor.order(scene, &operator.taylor, k, true);
@@ -230,16 +242,10 @@ impl LawMotion {
             };
             coupling.norms = [norm(&coupling.inverse), norm(response)];
         }
-        let loaded: Vec<f64> = (0..count)
-            .map(|i| {
-                let by_others =
-                    contacts.iter().enumerate().map(|(j, one)| response[(i, j)] * one.force[k]);
-                contacts[i].normal[k] + by_others.sum::<f64>()
-            })
-            .collect();
-        for (i, one) in contacts.iter_mut().enumerate() {
-            one.normal[k] = coupling.inverse.row(i).iter().zip(&loaded).map(|(a, b)| a * b).sum();
-        }
+        let normals: Vec<f64> = contacts.iter().map(|one| one.normal[k]).collect();
+        let forces: Vec<f64> = contacts.iter().map(|one| one.force[k]).collect();
+        let coupled = coupling.solve(response, &normals, &forces);
+        contacts.iter_mut().zip(coupled).for_each(|(one, normal)| one.normal[k] = normal);
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {
@@ -304,6 +310,19 @@ impl LawMotion {
             self.contacts[place].series.piece = piece;
         }
         self.fill(scene, operator);
+    }
+
+    /// Moves on to the panel that holds a local time; false where the motion grows beyond the range of numbers before, as
+    /// one does that is followed past the end of slip.
+    pub fn reach(&mut self, scene: &Scene, operator: &LawOperator, time: f64) -> bool {
+        while time > self.end() {
+            let before = self.end();
+            self.advance(scene, operator);
+            if !(self.end() > before) {
+                return false;
+            }
+        }
+        true
     }
 
     pub fn state(&self, operator: &LawOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {

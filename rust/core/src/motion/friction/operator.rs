@@ -3,14 +3,14 @@
 //! Friction at rest is a part of the linear equation of motion, `q'' = A(q, q')`; what the law adds to it is a force along
 //! the contact, `+-(mu(|s|) - mu(0)) N`. N is affine in the state, and where contacts are coupled, in these forces.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::contact::event_function::{
-    EventFunction, Functional, contact_forces, friction_response, reaction, slip_velocity,
-    undetermined,
+    EventFunction, Functional, contact_forces, friction_response, reaction, response_of_event,
+    slip_velocity, undetermined,
 };
-use crate::contact::event_kind::EventKind;
 use crate::error::Error;
+use crate::linalg::dense::solve;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
@@ -37,9 +37,28 @@ pub(super) struct LawContact {
     pub force_norm: f64,
 }
 
+impl LawContact {
+    /// |s|
+    fn speed(&self, q: &[f64], u: &[f64]) -> f64 {
+        (-self.sign * self.slip.value(q, u)).max(0.0)
+    }
+
+    /// `mu(|s|) - mu(0)`
+    fn excess(&self, q: &[f64], u: &[f64]) -> f64 {
+        self.law.value(self.speed(q, u)) - self.law.value(0.0)
+    }
+
+    /// Adds what a force of its law is to a residual.
+    pub fn push(&self, force: f64, residual: &mut [f64]) {
+        for &(row, weight) in &self.direction {
+            residual[row] += self.sign * weight * force;
+        }
+    }
+}
+
 #[derive(Debug)]
 pub(crate) struct LawOperator {
-    pub(super) taylor: TaylorOperator,
+    pub(crate) taylor: TaylorOperator,
     pub(super) contacts: Vec<LawContact>,
     /// What the force that the law of each adds, along its slip, adds to the normal forces of all of them and to the event
     /// functions; none where contacts are not coupled.
@@ -55,16 +74,6 @@ pub(super) struct Response {
 }
 
 impl LawOperator {
-    /// The contacts of a combination that slide by a law.
-    pub fn sliding<'a>(
-        scene: &'a Scene,
-        combination: &'a Combination,
-    ) -> impl Iterator<Item = (usize, &'a FrictionLaw)> {
-        let statuses = combination.statuses().iter().enumerate();
-        let sliding = statuses.filter(|(_, status)| status.is_sliding());
-        sliding.filter_map(|(contact, _)| Some((contact, scene.friction_law(contact)?)))
-    }
-
     pub fn new(
         scene: &Scene,
         combination: &Combination,
@@ -82,7 +91,7 @@ impl LawOperator {
             false => functional.substituted(own),
         };
         let reduction = &taylor.equation.reduction;
-        let contacts = Self::sliding(scene, combination).map(|(contact, law)| {
+        let contacts = scene.sliding_by_law(combination).map(|(contact, law)| {
             let mut along = vec![0.0; own.size];
             let tangential = scene.contacts[contact].tangential;
             own.terms_of(tangential).iter().for_each(|&(k, weight)| along[k] = weight);
@@ -115,20 +124,66 @@ impl LawOperator {
             }),
             functions: DMatrix::from_fn(functions.len(), contacts.len(), |i, j| {
                 let EventFunction { contact, trigger, .. } = functions[i];
-                let force = |row: usize| all[(2 * contact + row, contacts[j].contact)];
-                let limit = scene.contacts[contact].static_friction;
-                match trigger {
-                    EventKind::Release => force(1),
-                    EventKind::SlipPositive => limit * force(1) - force(0),
-                    EventKind::SlipNegative => limit * force(1) + force(0),
-                    _ => 0.0,
-                }
+                response_of_event(scene, &all, (contact, trigger), contacts[j].contact)
             }),
         });
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
         Ok(Self { taylor, contacts, response, terms })
+    }
+
+    /// Adds forces of the laws to a residual.
+    pub fn push(&self, forces: &[f64], residual: &mut [f64]) {
+        self.contacts.iter().zip(forces).for_each(|(one, force)| one.push(*force, residual));
+    }
+
+    /// Forces of the laws in a state, over the coordinates of the equation.
+    pub fn forces(&self, q: &[f64], u: &[f64]) -> Vec<f64> {
+        let excess: Vec<f64> = self.contacts.iter().map(|one| one.excess(q, u)).collect();
+        let normals = self.normals(&excess, q, u);
+        excess.iter().zip(normals).map(|(excess, normal)| excess * normal).collect()
+    }
+
+    /// N of the contacts that slide by a law.
+    fn normals(&self, excess: &[f64], q: &[f64], u: &[f64]) -> Vec<f64> {
+        let given: Vec<f64> = self.contacts.iter().map(|one| one.normal.value(q, u)).collect();
+        self.coupled(excess, given)
+    }
+
+    /// `(1 - H e) N = given`
+    fn coupled(&self, excess: &[f64], given: Vec<f64>) -> Vec<f64> {
+        let Some(Response { normal, .. }) = &self.response else { return given };
+        let matrix = DMatrix::from_fn(excess.len(), excess.len(), |i, j| {
+            f64::from(u8::from(i == j)) - normal[(i, j)] * excess[j]
+        });
+        solve(matrix, &given)
+    }
+
+    /// How these forces change along a direction (dq, dq').
+    pub fn force_rates(&self, [q, u]: [&[f64]; 2], [dq, du]: [&[f64]; 2]) -> Vec<f64> {
+        let excess: Vec<f64> = self.contacts.iter().map(|one| one.excess(q, u)).collect();
+        let normals = self.normals(&excess, q, u);
+        let by_slip: Vec<f64> = self
+            .contacts
+            .iter()
+            .zip(&normals)
+            .map(|(one, normal)| {
+                let faster = -one.sign * one.slip.rate(dq, du);
+                one.law.slope(one.speed(q, u)) * faster * normal
+            })
+            .collect();
+        let given = self.contacts.iter().map(|one| one.normal.rate(dq, du));
+        let given: Vec<f64> = match &self.response {
+            Some(Response { normal, .. }) => {
+                let pressed = normal * DVector::from_column_slice(&by_slip);
+                given.zip(&pressed).map(|(a, b)| a + b).collect()
+            }
+            None => given.collect(),
+        };
+        let pressed = self.coupled(&excess, given);
+        let terms = by_slip.iter().zip(excess.iter().zip(&pressed));
+        terms.map(|(by_slip, (excess, dn))| by_slip + excess * dn).collect()
     }
 
     /// About how many numbers it holds.

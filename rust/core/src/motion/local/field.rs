@@ -213,7 +213,7 @@ fn set(region: &mut Region, member: usize, place: f64, rest: f64, speed: f64) {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use proptest::prelude::*;
 
     use super::*;
@@ -223,7 +223,7 @@ mod tests {
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 
     /// Cells of a tangential and a normal dof on a slider, tied in a chain, a grid or a star.
-    fn cells(kind: usize, count: usize, numbers: &[f64], beta: Option<f64>) -> Arc<Scene> {
+    pub fn cells(kind: usize, count: usize, numbers: &[f64], beta: Option<f64>) -> Arc<Scene> {
         let mut numbers = numbers.iter().cycle().copied();
         let mut stiffness = nalgebra::DMatrix::zeros(2 * count, 2 * count);
         let mut tie = |i: usize, j: Option<usize>, k: f64| {

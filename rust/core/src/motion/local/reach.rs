@@ -192,16 +192,22 @@ impl Met {
     }
 }
 
+/// Of the coefficients in the rows of the contact itself.
+fn own_bounds(locality: &Locality) -> [f64; ORDERS + 2] {
+    let mut own = [0.0; ORDERS + 2];
+    let mut factorial = 1.0;
+    for (k, own) in own.iter_mut().enumerate().skip(1) {
+        factorial *= k as f64;
+        let power = WIDTH.powi(k as i32 - 2).max(1.0);
+        *own = (1.0 + WIDTH.exp()) * locality.omega * locality.width() * power / factorial;
+    }
+    own
+}
+
 impl Bounds {
     fn new(locality: &Locality, seeds: [usize; 2]) -> Self {
         let growth = WIDTH.exp();
-        let mut own = [0.0; ORDERS + 2];
-        let mut factorial = 1.0;
-        for (k, own) in own.iter_mut().enumerate().skip(1) {
-            factorial *= k as f64;
-            let power = WIDTH.powi(k as i32 - 2).max(1.0);
-            *own = (1.0 + growth) * locality.omega * locality.width() * power / factorial;
-        }
+        let own = own_bounds(locality);
         let mut met = Met::default();
         let mut bounds: Vec<[f64; ORDERS + 2]> = Vec::new();
         for seed in seeds.into_iter().filter(|&k| locality.weight[k] > 0.0) {
@@ -240,5 +246,102 @@ impl Bounds {
         let left_out = 1e-28
             + dropped * growth * WIDTH.powi(4) * (1.0 + 1.0 / (locality.omega * locality.width()));
         Self { coordinates: met.coordinates, bounds, left_out }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::motion::local::field::tests::cells;
+    use crate::motion::local::locality::Course;
+    use crate::scene::status::Status;
+
+    /// Coefficients of the difference that a contact makes, every one of its own as large as its bound and of a sign of its
+    /// own: what the others follow is known to its last digit, however small.
+    fn influence(
+        scene: &Scene,
+        locality: &Locality,
+        seeds: [usize; 2],
+        statuses: &[Status],
+        signs: &[bool],
+    ) -> Vec<[f64; ORDERS + 2]> {
+        let h = locality.width();
+        let own = own_bounds(locality);
+        let mut found = vec![[0.0; ORDERS + 2]; scene.size];
+        for (place, &seed) in seeds.iter().enumerate() {
+            for k in 0..ORDERS + 2 {
+                let sign = if signs[(2 * k + place) % signs.len()] { 1.0 } else { -1.0 };
+                found[seed][k] = sign * own[k];
+            }
+        }
+        for k in 0..ORDERS {
+            for i in (0..scene.size).filter(|i| !seeds.contains(i)) {
+                let Course::Free(rubbed) = locality.course(scene, statuses, i) else { continue };
+                let rows = rubbed.into_iter().chain([(i, 1.0)]);
+                let force: f64 = rows
+                    .map(|(row, factor)| {
+                        let of = |matrix: &crate::linalg::SparseMatrix, order: usize| -> f64 {
+                            let moved =
+                                matrix.row(row).filter(|entry| locality.weight[entry.0] > 0.0);
+                            moved.map(|(j, a)| a * found[j][order] / locality.weight[j]).sum()
+                        };
+                        let springs = h * h * of(&scene.stiffness, k);
+                        factor * (springs + h * (k + 1) as f64 * of(&scene.damping, k + 1))
+                    })
+                    .sum();
+                found[i][k + 2] = -force / locality.weight[i] / ((k + 1) * (k + 2)) as f64;
+            }
+        }
+        found
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(64))]
+
+        /// Down to a millionth of an ulp: no coordinate out of reach is moved by more than a reach leaves out, and no bound
+        /// of a coefficient lies below it.
+        #[test]
+        fn no_influence_exceeds_its_bound(
+            kind in 0usize..3,
+            count in 9usize..60,
+            numbers in proptest::collection::vec(0.0..1.0f64, 240),
+            beta in prop_oneof![Just(None), (0.0..3e-4f64).prop_map(Some)],
+            statuses in proptest::collection::vec(0usize..4, 60),
+            signs in proptest::collection::vec(any::<bool>(), 30),
+        ) {
+            let scene = cells(kind, count, &numbers, beta);
+            let locality = Locality::new(&scene).expect("lumped");
+            let all = [Status::Positive, Status::Negative, Status::Sticking, Status::Detached];
+            let statuses: Vec<Status> = statuses[..count].iter().map(|&s| all[s]).collect();
+            let contact = count / 2;
+            let law = &scene.contacts[contact];
+            let seeds = [law.tangential, law.normal];
+            let found = influence(&scene, &locality, seeds, &statuses, &signs);
+            let Bounds { coordinates, bounds, left_out } = Bounds::new(&locality, seeds);
+            for (i, found) in found.iter().enumerate() {
+                let bound = coordinates.iter().position(|&k| k == i).map(|at| &bounds[at]);
+                for (k, value) in found.iter().enumerate() {
+                    let bound = bound.map_or(0.0, |bound| bound[k]);
+                    prop_assert!(value.abs() <= bound * (1.0 + 1e-12) + left_out, "{i}, {k}");
+                }
+            }
+            let scale = (locality.omega * locality.width()).min(1.0).powi(2);
+            for neglected in [1e-3, 1e-9, NEGLECTED] {
+                let reach = Reach::new(&scene, &locality, contact, neglected);
+                for level in 1..=LEVELS {
+                    let part = level as f64 / LEVELS as f64;
+                    let within: Vec<usize> = reach.within(part).collect();
+                    for i in (0..scene.size).filter(|i| !within.contains(i)) {
+                        // The acceleration at the end, in which place and speed are bounded.
+                        let sum = (2..ORDERS + 2)
+                            .rev()
+                            .fold(0.0, |sum, k| sum * part + (k * (k - 1)) as f64 * found[i][k]);
+                        prop_assert!(sum.abs() / scale <= neglected, "{i}: {sum:e}");
+                    }
+                }
+            }
+        }
     }
 }

@@ -106,6 +106,11 @@ impl TaylorOperator {
         }
     }
 
+    /// omega of the norm.
+    pub fn omega(&self) -> f64 {
+        self.omega
+    }
+
     /// Width of a panel before it is shortened to what the series leaves out.
     pub fn width(&self) -> f64 {
         self.width

@@ -115,6 +115,31 @@ impl FrictionLaw {
         }
     }
 
+    /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.
+    pub(crate) fn steepness(&self, speed: f64) -> [f64; 2] {
+        match self {
+            Self::Linear { slope, .. } => [slope.abs(), 0.0],
+            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
+                let falling = (at_rest - kinetic).abs() / scale * (-speed / scale).exp();
+                [viscous + falling, falling / scale]
+            }
+            Self::Rational { at_rest, kinetic, speed: scale } => {
+                let falling = (at_rest - kinetic).abs() / scale;
+                let ratio = 1.0 + speed / scale;
+                [falling / ratio.powi(2), 2.0 * falling / scale / ratio.powi(3)]
+            }
+            Self::Tabulated(table) => {
+                let mut widths = table.speeds.windows(2).map(|pair| pair[1] - pair[0]);
+                let pieces = table.pieces.iter().map(|[_, b, c, d]| {
+                    let width = widths.next().unwrap_or(0.0);
+                    let curved = 2.0 * c.abs() + 6.0 * d.abs() * width;
+                    [b.abs() + width * curved, curved]
+                });
+                pieces.fold([0.0; 2], |[a, b], [slope, curvature]| [a.max(slope), b.max(curvature)])
+            }
+        }
+    }
+
     /// d mu / d |s| at a slip speed >= 0, s/m.
     pub fn slope(&self, speed: f64) -> f64 {
         match self {

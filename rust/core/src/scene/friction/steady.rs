@@ -45,11 +45,28 @@ impl Scene {
         self.laws.as_ref()?[contact].as_ref()
     }
 
+    /// The contacts of a combination that slide by a law.
+    pub(crate) fn sliding_by_law<'a>(
+        &'a self,
+        combination: &'a Combination,
+    ) -> impl Iterator<Item = (usize, &'a FrictionLaw)> {
+        let statuses = combination.statuses().iter().enumerate();
+        let sliding = statuses.filter(|(_, status)| status.is_sliding());
+        sliding.filter_map(|(contact, _)| Some((contact, self.friction_law(contact)?)))
+    }
+
     /// The coefficient of kinetic friction of a contact at its slip velocity in a state.
     pub(crate) fn friction_at(&self, contact: usize, u: &[f64]) -> f64 {
         let own = &self.contacts[contact];
         let of_law = |law: &FrictionLaw| law.value((u[own.tangential] - own.slider_speed).abs());
         self.friction_law(contact).map_or(own.friction, of_law)
+    }
+
+    /// Its slope over the slip speed there, s/m.
+    pub(crate) fn friction_slope(&self, contact: usize, u: &[f64]) -> f64 {
+        let own = &self.contacts[contact];
+        let speed = (u[own.tangential] - own.slider_speed).abs();
+        self.friction_law(contact).map_or(0.0, |law| law.slope(speed))
     }
 
     /// The same scene with the constant friction that its laws have somewhere.
@@ -77,30 +94,41 @@ impl Scene {
 
     /// Small motions about steady sliding of a combination; the scene itself where no contact slides by a law.
     pub(crate) fn linearised(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
-        let Some(laws) = &self.laws else { return Ok(Cow::Borrowed(self)) };
-        let steady = self.at_steady_sliding().into_owned();
-        let sliding = |contact: &usize| combination.statuses()[*contact].is_sliding();
-        let sliding: Vec<usize> =
-            (0..laws.len()).filter(sliding).filter(|&contact| laws[contact].is_some()).collect();
-        if sliding.is_empty() {
-            return Ok(Cow::Owned(steady));
+        if self.laws.is_none() {
+            return Ok(Cow::Borrowed(self));
         }
+        let steady = self.at_steady_sliding();
+        let mut sliding = self.sliding_by_law(combination).map(|(contact, _)| contact);
+        let Some(first) = sliding.next() else { return Ok(steady) };
         if let Some(stuck) = combination.statuses().iter().position(|&s| s == Status::Sticking) {
             let combination = combination.to_string();
-            return Err(Error::NoSteadyState { contact: sliding[0], stuck, combination });
+            return Err(Error::NoSteadyState { contact: first, stuck, combination });
         }
-        let margins = steady.steady(combination)?.margins;
+        let pressed = steady.steady(combination)?.margins;
+        if sliding.chain([first]).any(|contact| pressed[contact].is_nan()) {
+            let combination = combination.to_string();
+            return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
+        }
+        Ok(self.about(combination, &pressed))
+    }
+
+    /// Small motions about a steady state of a combination with given normal forces of its contacts.
+    pub(crate) fn about(&self, combination: &Combination, pressed: &[f64]) -> Cow<'_, Self> {
+        let steady = self.at_steady_sliding();
+        let sliding: Vec<(usize, f64)> = self
+            .sliding_by_law(combination)
+            .map(|(contact, law)| (contact, law.slope(self.contacts[contact].slider_speed.abs())))
+            .collect();
+        if sliding.is_empty() {
+            return steady;
+        }
         let mut rows = vec![Vec::new(); self.size];
-        for contact in sliding {
-            let (law, normal_force) = (&self.contacts[contact], margins[contact]);
-            if normal_force.is_nan() {
-                let combination = combination.to_string();
-                return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
-            }
-            let slope = laws[contact].as_ref().map_or(0.0, |l| l.slope(law.slider_speed.abs()));
+        for (contact, slope) in sliding {
+            let law = &self.contacts[contact];
             let terms = self.terms_of(law.tangential);
             for &(k, a) in &terms {
-                rows[k].extend(terms.iter().map(|&(j, b)| (j, normal_force * slope * a * b)));
+                let entry = |&(j, b): &(usize, f64)| (j, pressed[contact] * slope * a * b);
+                rows[k].extend(terms.iter().map(entry));
             }
         }
         let added = SparseMatrix::from_rows(self.size, |k, entries| {
@@ -112,10 +140,10 @@ impl Scene {
                 }
             }
         });
-        Ok(Cow::Owned(Self {
+        Cow::Owned(Self {
             damping: self.damping.combined(1.0, &added, 1.0),
             proportional: None,
-            ..steady
-        }))
+            ..steady.into_owned()
+        })
     }
 }

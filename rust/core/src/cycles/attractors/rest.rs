@@ -1,0 +1,231 @@
+//! Whether a motion comes to rest: nothing is proved by waiting, but by what its end can still do.
+//!
+//! With modal deviations z from the equilibrium of the last combination, an event function never falls below its value there
+//! less `sum |h_r| |z_r|`. Linear modes that decay keep `|z_r|` below its first value. A law of friction drives them by what
+//! its force is beyond the linear part: with S and P bounds of how much slip speed and normal force deviate, at most
+//!
+//! ```text
+//! |rest| <= 1/2 max|mu''| S^2 N_0 + max|mu'| S P
+//! ```
+//!
+//! A box `|z_r| <= rho_r` in which this feeds no mode faster than it decays is never left, and neither is any smaller one like
+//! it: the motion comes to the equilibrium.
+
+use nalgebra::DMatrix;
+use num_complex::Complex64;
+
+use crate::contact::event_function::{
+    Functional, contact_forces, contact_forces_in, event_functions, friction_response, reaction,
+    slip_velocity,
+};
+use crate::linalg::dense::solve;
+use crate::modes::complex_modes::Modes;
+use crate::scene::friction::law::FrictionLaw;
+use crate::scene::model::Scene;
+use crate::scene::reduction::reduced_system::Reduced;
+use crate::scene::status::{Combination, Status};
+use crate::transient::trajectory::{Cursor, Trajectory};
+
+/// Times that a box is made larger.
+const TRIALS: usize = 20;
+
+/// Whether loads oscillate.
+pub(super) fn is_forced(run: &Trajectory) -> bool {
+    run.scene().drive.as_ref().is_some_and(|drive| !drive.oscillators.is_empty())
+}
+
+/// Whether no event can follow.
+pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
+    let moving = run.scene();
+    // Loads that oscillate go on, and those that are yet to be switched come.
+    let load_time = run.load_time();
+    if is_forced(run) || moving.next_switch(load_time + run.end).is_some() {
+        return false;
+    }
+    let Some(last) = run.phases.len().checked_sub(1) else { return false };
+    let Ok(basis) = run.basis_of(last) else { return false };
+    let combination = &basis.combination;
+    let carried = moving
+        .contacts
+        .iter()
+        .zip(combination.statuses())
+        .any(|(law, &status)| status == Status::Sticking && law.slider_speed != 0.0);
+    if carried {
+        return false;
+    }
+    let scene = &*moving.at_steady_sliding();
+    let Ok(reduced) = Reduced::new(scene, combination) else { return false };
+    let mut cursor = Cursor::new(run);
+    if cursor.seek("time", run.end).is_err() {
+        return false;
+    }
+    let (q, u) = (cursor.q, cursor.u);
+    let mut force = reduced.force_constant.clone();
+    for (loads, &(k, _)) in reduced.sticking_loads.iter().zip(&reduced.reduction.sticking) {
+        force.iter_mut().zip(loads).for_each(|(f, load)| *f += load * q[k]);
+    }
+    let mut rest = q.clone();
+    let solved = solve(reduced.stiffness.clone(), &force);
+    let kept = &reduced.reduction.kept;
+    kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
+    let still = vec![0.0; scene.size];
+    let pressed: Vec<f64> = match moving.has_friction_laws() {
+        true => contact_forces_in(scene, combination, &rest, &still),
+        false => Vec::new(),
+    }
+    .iter()
+    .map(|force| force.0)
+    .collect();
+    let Ok(modes) = Modes::new(&moving.bare().about(combination, &pressed), combination) else {
+        return false;
+    };
+    if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
+        return false;
+    }
+    let deviation: Vec<f64> =
+        kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
+    let z: Vec<f64> = modes.coordinates(&deviation).iter().map(|z| z.norm()).collect();
+    let laws = Laws::new(moving, scene, combination, &reduced, &modes, &pressed);
+    let Some((z, beyond)) = laws.kept_within(&modes, z) else { return false };
+    let functions = match laws.contacts.is_empty() {
+        true => Ok(basis.functions.clone()),
+        false => event_functions(&moving.about(combination, &pressed), combination),
+    };
+    functions.is_ok_and(|functions| {
+        functions.iter().all(|function| {
+            let functional = match &basis.fitted {
+                Some(fitted) => function.functional.substituted(fitted),
+                None => function.functional.clone(),
+            };
+            let limit = 1.0 + scene.contacts[function.contact].static_friction;
+            functional.value(&rest, &still)
+                > reach(&functional, &reduced, &modes, &z) + limit * beyond
+        })
+    })
+}
+
+/// The largest change of a functional within a box.
+fn reach(functional: &Functional, reduced: &Reduced, modes: &Modes, z: &[f64]) -> f64 {
+    z.iter()
+        .zip(modes.right.chunks_exact(reduced.size().max(1)))
+        .zip(&modes.eigenvalues)
+        .map(|((z, right), lambda)| {
+            let part = |terms: &[(usize, f64)]| -> Complex64 {
+                let place = |k| reduced.reduction.place(k);
+                terms.iter().filter_map(|&(k, weight)| Some(weight * right[place(k)?])).sum()
+            };
+            (part(&functional.position) + lambda * part(&functional.velocity)).norm() * z
+        })
+        .sum()
+}
+
+/// The contacts that slide by a law about the equilibrium.
+struct Laws<'a> {
+    contacts: Vec<Law<'a>>,
+    reduced: &'a Reduced,
+    /// Largest sum of what friction adds to a normal force, per newton against each slip.
+    response: f64,
+}
+
+struct Law<'a> {
+    law: &'a FrictionLaw,
+    speed: f64,
+    pressed: f64,
+    slip: Functional,
+    normal: Functional,
+    /// How fast a newton along the slip drives each mode.
+    drive: Vec<f64>,
+}
+
+impl<'a> Laws<'a> {
+    fn new(
+        moving: &'a Scene,
+        steady: &Scene,
+        combination: &'a Combination,
+        reduced: &'a Reduced,
+        modes: &Modes,
+        pressed: &[f64],
+    ) -> Self {
+        let forces = || steady.contacts_coupled().then(|| contact_forces(steady, combination));
+        let own = reduced.scene(steady);
+        let contacts = moving.sliding_by_law(combination).map(|(contact, law)| {
+            let sliding = &steady.contacts[contact];
+            let mut along = vec![0.0; steady.size];
+            own.terms_of(sliding.tangential).iter().for_each(|&(k, weight)| along[k] = weight);
+            let along = reduced.reduction.force(&along);
+            let drive = (0..modes.eigenvalues.len()).map(|r| {
+                let left = &modes.left[along.len() * r..along.len() * (r + 1)];
+                let sum: Complex64 = left.iter().zip(&along).map(|(l, f)| l * f).sum();
+                (sum / modes.a[r]).norm()
+            });
+            let normal = match forces() {
+                Some(mut forces) => forces.swap_remove(contact).1,
+                None => reaction(steady, sliding.normal),
+            };
+            Law {
+                law,
+                speed: sliding.slider_speed.abs(),
+                pressed: pressed[contact].abs(),
+                slip: slip_velocity(steady, contact).substituted(own),
+                normal: normal.substituted(own),
+                drive: drive.collect(),
+            }
+        });
+        let contacts: Vec<Law<'a>> = contacts.collect();
+        let sum = |all: DMatrix<f64>| {
+            all.row_iter().map(|row| row.iter().map(|x| x.abs()).sum()).fold(0.0, f64::max)
+        };
+        let response = match contacts.is_empty() {
+            true => 0.0,
+            false => friction_response(steady, combination).map_or(0.0, sum),
+        };
+        Self { contacts, reduced, response }
+    }
+
+    /// A box around the modal deviations that is never left, and how far forces are beyond their linear part in it.
+    fn kept_within(&self, modes: &Modes, z: Vec<f64>) -> Option<(Vec<f64>, f64)> {
+        if self.contacts.is_empty() {
+            return Some((z, 0.0));
+        }
+        let mut within = z;
+        for _ in 0..TRIALS {
+            let rests = self.rests(modes, &within)?;
+            let fed = |r: usize| -> f64 {
+                self.contacts.iter().zip(&rests).map(|(one, rest)| one.drive[r] * rest).sum()
+            };
+            let needed: Vec<f64> =
+                modes.eigenvalues.iter().enumerate().map(|(r, l)| fed(r) / -l.re).collect();
+            if within.iter().zip(&needed).all(|(size, needed)| needed <= size) {
+                return Some((within, self.response * rests.iter().sum::<f64>()));
+            }
+            within
+                .iter_mut()
+                .zip(&needed)
+                .for_each(|(size, needed)| *size = size.max(2.0 * needed));
+        }
+        None
+    }
+
+    /// Bounds of the forces beyond their linear part.
+    fn rests(&self, modes: &Modes, z: &[f64]) -> Option<Vec<f64>> {
+        let slips: Vec<f64> =
+            self.contacts.iter().map(|one| reach(&one.slip, self.reduced, modes, z)).collect();
+        let steepness: Vec<[f64; 2]> = self
+            .contacts
+            .iter()
+            .zip(&slips)
+            .map(|(one, &slip)| (slip < one.speed).then(|| one.law.steepness(one.speed - slip)))
+            .collect::<Option<_>>()?;
+        let pushed = self.contacts.iter().zip(slips.iter().zip(&steepness));
+        let pushed: f64 = pushed.map(|(one, (slip, [slope, _]))| slope * slip * one.pressed).sum();
+        let moved = slips.iter().zip(&steepness).map(|(slip, [slope, _])| slope * slip);
+        let gain = 1.0 - self.response * moved.sum::<f64>();
+        let all = self.contacts.iter().zip(slips.iter().zip(&steepness));
+        let rests = all.map(|(one, (slip, [slope, curvature]))| {
+            let given = reach(&one.normal, self.reduced, modes, z);
+            let pressed = (given + self.response * pushed) / gain;
+            0.5 * curvature * slip * slip * one.pressed + slope * slip * pressed
+        });
+        (gain > 0.0).then(|| rests.collect())
+    }
+}

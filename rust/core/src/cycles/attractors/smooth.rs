@@ -1,0 +1,153 @@
+//! Cycles without events: contacts that slide all the time, under friction that falls and rises with slip speed.
+//!
+//! Such a cycle has no event at which it could begin. It is cut where the place of a contact that slides by its law turns back
+//! along the slider: `t . x'` passes zero downwards, as it does in every periodic motion that moves this contact.
+
+use crate::contact::event_kind::EventKind;
+use crate::cycles::attractors::recurrence::{
+    NEAR_RECURRENCE, Recurrence, condensed, judged, labels, steps,
+};
+use crate::cycles::attractors::search::Search;
+use crate::cycles::linearization::flow::Flow;
+use crate::cycles::linearization::saltation::Passage;
+use crate::cycles::orbits::cycle::Cycle;
+use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step};
+use crate::motion::method::Method;
+use crate::numerics::bracket::Bracket;
+use crate::transient::trajectory::{Cursor, Trajectory};
+
+/// Instants of a series at which a turn is looked for, and of a period by which its range is judged.
+const PARTS: usize = 4;
+const RANGE: usize = 16;
+/// Instants in all.
+const MOST: usize = 1 << 20;
+/// Periods in turns that are tried, and rounds that each must make.
+const LONGEST: usize = 8;
+const ROUNDS: usize = 3;
+
+/// The turns of the contact that moves most in a phase.
+struct Turns<'a> {
+    run: &'a Trajectory,
+    flow: Flow<'a>,
+    method: Method,
+    contact: usize,
+    /// Local time, and the state, of the last instant before each turn.
+    found: Vec<(f64, Vec<f64>)>,
+    width: f64,
+}
+
+impl<'a> Turns<'a> {
+    fn new(run: &'a Trajectory, phase: usize, method: Method) -> Option<Self> {
+        let scene = run.scene();
+        let combination = run.combination_of(phase);
+        let contacts: Vec<usize> =
+            scene.sliding_by_law(&combination).map(|(contact, _)| contact).collect();
+        let flow = Flow::new(&run.propagators, &combination, method).ok()?;
+        let duration = run.phase_duration(phase);
+        let count = (PARTS as f64 * duration / flow.panel()?).ceil();
+        if !(count <= MOST as f64) {
+            return None;
+        }
+        let width = duration / count;
+        let mut cursor = Cursor::new(run);
+        let mut found: Vec<Vec<(f64, Vec<f64>)>> = vec![Vec::new(); contacts.len()];
+        let mut fastest = vec![0.0f64; contacts.len()];
+        let mut before: Option<(f64, Vec<f64>)> = None;
+        for part in 0..=count as usize {
+            let time = (part as f64 * width).min(duration);
+            cursor.seek_local(phase, time);
+            if let Some((earlier, state)) = before.take() {
+                for (j, &contact) in contacts.iter().enumerate() {
+                    let k = scene.contacts[contact].tangential;
+                    if state[scene.size + k] > 0.0 && cursor.u[k] <= 0.0 {
+                        found[j].push((earlier, state.clone()));
+                    }
+                    if 2 * part > count as usize {
+                        fastest[j] = fastest[j].max(cursor.u[k].abs());
+                    }
+                }
+            }
+            before = Some((time, [&cursor.q[..], &cursor.u].concat()));
+        }
+        let best = (0..contacts.len()).max_by(|&a, &b| fastest[a].total_cmp(&fastest[b]))?;
+        let found = found.swap_remove(best);
+        Some(Self { run, flow, method, contact: contacts[best], found, width })
+    }
+
+    /// Local time and state of a turn.
+    fn at(&self, turn: usize) -> (f64, Vec<f64>) {
+        let scene = self.run.scene();
+        let k = scene.size + scene.contacts[self.contact].tangential;
+        let (time, before) = &self.found[turn];
+        let rates = |after: f64| {
+            let state = self.flow.end(before, after);
+            (state[k], self.flow.field(&state)[k])
+        };
+        let bracket = Bracket { low: 0.0, high: self.width };
+        let ends = [before[k], rates(self.width).0.min(-f64::MIN_POSITIVE)];
+        let after = bracket.root(ends, 4.0 * f64::EPSILON * self.width, rates);
+        (time + after, self.flow.end(before, after))
+    }
+
+    /// The orbit that closes the motion between two turns.
+    fn orbit(&self, turns: [usize; 2]) -> Result<Orbit, OrbitFailure> {
+        let [(from, state), (to, _)] = turns.map(|turn| self.at(turn));
+        let (scene, combination) = (self.run.scene(), self.flow.combination().clone());
+        let kind = EventKind::Turn;
+        let passage = Passage::new(scene, &combination, self.contact, kind);
+        let step = Step { combination, state, duration: to - from, passage, kind };
+        Orbit::solve(&self.run.propagators, self.method, vec![step], 0)
+    }
+
+    /// The cycle that the last turns are on or approach after `period` of them.
+    fn candidate(&self, period: usize) -> Option<Recurrence> {
+        let last = self.found.len() - 1;
+        let rounds = last / period;
+        let [(until, now), (from, before)] = [last, last - period].map(|turn| self.at(turn));
+        let at = |part: usize| self.flow.end(&before, (until - from) * part as f64 / RANGE as f64);
+        let scales = Scales::of(
+            self.run.scene(),
+            (0..RANGE).map(at).collect::<Vec<_>>().iter().map(Vec::as_slice),
+        );
+        if !(scales.distance(&now, &before) < NEAR_RECURRENCE) {
+            return None;
+        }
+        let orbit = self.orbit([last - period, last]).ok()?;
+        let distance = |state: &[f64]| scales.distance(state, &orbit.steps[0].state);
+        let (now, first) = (distance(&now), distance(&self.at(last - rounds * period).1));
+        if !(now < NEAR_RECURRENCE) {
+            return None;
+        }
+        judged(orbit, now, first, rounds)
+    }
+}
+
+/// The shortest cycle without events that the end of the run is on or approaches.
+pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<Recurrence> {
+    let turns = Turns::new(run, run.phases.len().checked_sub(1)?, search.method)?;
+    let last = turns.found.len().checked_sub(1)?;
+    (1..=LONGEST.min(last / ROUNDS))
+        .take_while(|_| !search.is_over())
+        .find_map(|period| turns.candidate(period))
+        // A stable orbit that the run does not yet approach is waited for.
+        .filter(|found| found.approached)
+}
+
+/// The cycle that Newton's method finds from the end of a run as a guess, stable or not: from the last event to the one before
+/// that is like it, or between the last two turns of a run that ends without events.
+pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFailure> {
+    let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, method));
+    if let Some(turns) = smooth.filter(|turns| turns.found.len() > 1) {
+        let last = turns.found.len() - 1;
+        return Cycle::new(turns.orbit([last - 1, last])?).map(Some);
+    }
+    let labels = labels(run);
+    let sequence = condensed(&labels);
+    let Some(last) = sequence.last() else { return Ok(None) };
+    let like = sequence.iter().rev().skip(1).find(|entry| entry.label == last.label);
+    let Some(before) = like else { return Ok(None) };
+    let Some(steps) = steps(run, method, &labels, before.phase..last.phase) else {
+        return Ok(None);
+    };
+    Cycle::new(Orbit::solve(&run.propagators, method, steps, 0)?).map(Some)
+}

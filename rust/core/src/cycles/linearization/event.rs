@@ -1,0 +1,58 @@
+//! The value of an event function along a motion, and its change: affine in the state but for what laws of friction over
+//! slip speed add where mass couples contacts.
+
+use crate::contact::event_function::{Functional, friction_response, response_of_event};
+use crate::contact::event_kind::EventKind;
+use crate::cycles::linearization::flow::Flow;
+use crate::scene::model::Scene;
+use crate::scene::status::Combination;
+
+/// `h(y)` in one combination.
+#[derive(Debug, Clone)]
+pub(crate) struct EventValue {
+    pub functional: Functional,
+    /// What each newton of the laws of friction adds, by contact that slides by its law; empty where they add nothing.
+    friction: Vec<f64>,
+}
+
+impl EventValue {
+    pub fn new(
+        scene: &Scene,
+        combination: &Combination,
+        (contact, trigger): (usize, EventKind),
+        functional: Functional,
+    ) -> Self {
+        let mut sliding = scene.sliding_by_law(combination).map(|(source, _)| source);
+        let mut friction = Vec::new();
+        if sliding.next().is_some()
+            && let Some(response) = friction_response(scene, combination)
+        {
+            let of =
+                |source: usize| response_of_event(scene, &response, (contact, trigger), source);
+            friction.extend(scene.sliding_by_law(combination).map(|(source, _)| of(source)));
+        }
+        Self { functional, friction }
+    }
+
+    /// Its value in a state, and the scale of its terms.
+    pub fn value(&self, flow: &Flow<'_>, state: &[f64]) -> (f64, f64) {
+        let (q, u) = state.split_at(state.len() / 2);
+        let linear = (self.functional.value(q, u), self.functional.magnitude(q, u));
+        if self.friction.is_empty() {
+            return linear;
+        }
+        let terms = self.friction.iter().zip(flow.friction(state)).map(|(a, y)| a * y);
+        terms.fold(linear, |(value, scale), term| (value + term, scale + term.abs()))
+    }
+
+    /// How it changes there along a direction (dq, dq').
+    pub fn rate(&self, flow: &Flow<'_>, state: &[f64], direction: &[f64]) -> f64 {
+        let (dq, du) = direction.split_at(direction.len() / 2);
+        let linear = self.functional.rate(dq, du);
+        if self.friction.is_empty() {
+            return linear;
+        }
+        let rates = flow.friction_rates(state, direction);
+        self.friction.iter().zip(rates).fold(linear, |sum, (a, dy)| sum + a * dy)
+    }
+}

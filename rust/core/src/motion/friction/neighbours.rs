@@ -1,0 +1,164 @@
+//! Infinitesimal neighbours of a motion under a law of friction, by the Taylor series of their linear equation.
+//!
+//! With `a = mu'(S) N` and `b = mu(S) - mu(0)` along the motion, a neighbour changes the force of the law by
+//! `dy = a dS + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
+//! of the motion with known coefficients. Its panels end where its own series, beyond that of the motion, would leave out more
+//! than rounding by its last two terms.
+
+use crate::motion::friction::law_series::product;
+use crate::motion::friction::motion::LawMotion;
+use crate::motion::friction::operator::LawOperator;
+use crate::motion::taylor::motion::TRUNCATION;
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::scene::model::Scene;
+
+/// Panels are not made shorter than this part of what they are at a time.
+const SHORTEST: f64 = 0.1;
+
+/// `a` and `b` of a contact along a panel.
+struct Slopes {
+    by_slip: [f64; COEFFICIENTS],
+    by_normal: [f64; COEFFICIENTS],
+}
+
+/// The series of a neighbour: `dQ_0 .. dQ_{DEGREE + 1}`, of all coordinates one after the other.
+struct Series {
+    terms: Vec<f64>,
+}
+
+/// The larger one, or what is no number.
+fn worse(a: f64, b: f64) -> f64 {
+    if a.is_nan() || a > b { a } else { b }
+}
+
+impl LawMotion {
+    /// Carries neighbours (dq, dq') of the motion from its start over `duration`.
+    pub fn carry(
+        &mut self,
+        scene: &Scene,
+        operator: &LawOperator,
+        duration: f64,
+        neighbours: &mut [Vec<f64>],
+    ) {
+        let mut before = f64::NEG_INFINITY;
+        loop {
+            let slopes: Vec<Slopes> = operator
+                .contacts
+                .iter()
+                .zip(&self.contacts)
+                .map(|(one, sliding)| Slopes {
+                    by_slip: product(&sliding.series.slopes(&one.law), &sliding.normal),
+                    by_normal: sliding.series.excess,
+                })
+                .collect();
+            let of = |dy: &Vec<f64>| self.neighbour(scene, operator, &slopes, dy);
+            let all: Vec<Series> = neighbours.iter().map(of).collect();
+            let width = self.taylor.width;
+            let left_out = |one: &Series| one.left_out(scene.size, width, operator);
+            let worst = all.iter().map(left_out).fold(0.0, worse);
+            if !worst.is_finite() || !(self.end() > before) {
+                // Beyond the range of numbers.
+                neighbours.iter_mut().for_each(|dy| dy.fill(f64::NAN));
+                return;
+            }
+            let factor = (TRUNCATION / worst).powf(1.0 / DEGREE as f64).clamp(SHORTEST, 1.0);
+            let (start, end) = (self.start(), self.start() + factor * width);
+            let last = !(end < duration);
+            before = end;
+            let offset = if last { duration - start } else { factor * width };
+            for (dy, series) in neighbours.iter_mut().zip(&all) {
+                series.at(offset / width, width, dy);
+            }
+            if last {
+                return;
+            }
+            if factor < 1.0 {
+                self.shorten(factor);
+                // The law ends no shorter panel.
+                (self.next, self.ends) = (None, None);
+            }
+            self.advance(scene, operator);
+        }
+    }
+
+    fn neighbour(
+        &self,
+        scene: &Scene,
+        operator: &LawOperator,
+        slopes: &[Slopes],
+        dy: &[f64],
+    ) -> Series {
+        let equation = &operator.taylor.equation;
+        let own = equation.scene(scene);
+        let (n, h) = (own.size, self.taylor.width);
+        let mut terms = vec![0.0; n * (DEGREE + 2)];
+        for k in equation.moving() {
+            terms[k] = dy[k];
+        }
+        for &k in &equation.reduction.kept {
+            terms[n + k] = h * dy[n + k];
+        }
+        let count = slopes.len();
+        let mut slips = vec![[0.0; COEFFICIENTS]; count];
+        let mut normals = vec![[0.0; COEFFICIENTS]; count];
+        let mut acceleration = vec![0.0; n];
+        for k in 0..DEGREE {
+            let rate = (k + 1) as f64 / h;
+            let q = &terms[k * n..(k + 1) * n];
+            let u: Vec<f64> = terms[(k + 1) * n..(k + 2) * n].iter().map(|q| rate * q).collect();
+            for (j, one) in operator.contacts.iter().enumerate() {
+                slips[j][k] = -one.sign * one.slip.rate(q, &u);
+                normals[j][k] = one.normal.rate(q, &u);
+            }
+            let lower = |j: usize, normals: &[[f64; COEFFICIENTS]]| -> f64 {
+                let Slopes { by_slip, by_normal } = &slopes[j];
+                let of_slip = (0..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
+                of_slip + (1..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>()
+            };
+            let mut forces: Vec<f64> = (0..count).map(|j| lower(j, &normals)).collect();
+            if let Some(response) = &operator.response {
+                let linear: Vec<f64> = normals.iter().map(|normal| normal[k]).collect();
+                let coupled = self.coupling.solve(&response.normal, &linear, &forces);
+                normals.iter_mut().zip(coupled).for_each(|(normal, dn)| normal[k] = dn);
+            }
+            for (j, force) in forces.iter_mut().enumerate() {
+                *force += slopes[j].by_normal[0] * normals[j][k];
+            }
+            let mut residual = own.residual(0.0, q, &u);
+            operator.push(&forces, &mut residual);
+            equation.accelerate(&mut residual, &mut acceleration);
+            let factor = h * h / ((k + 1) * (k + 2)) as f64;
+            for &i in &equation.reduction.kept {
+                terms[(k + 2) * n + i] = factor * acceleration[i];
+            }
+        }
+        Series { terms }
+    }
+}
+
+impl Series {
+    /// The larger one of the last two terms, relative to the largest.
+    fn left_out(&self, n: usize, width: f64, operator: &LawOperator) -> f64 {
+        let size = |terms: &[f64]| terms.iter().map(|x| x.abs()).fold(0.0, worse);
+        let of = |k: usize| {
+            let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
+            worse(operator.taylor.omega() * size(q), (k + 1) as f64 / width * size(dq))
+        };
+        let largest = (0..COEFFICIENTS).map(of).fold(0.0, worse);
+        if largest == 0.0 { 0.0 } else { worse(of(DEGREE - 1), of(DEGREE)) / largest }
+    }
+
+    /// Writes (dq, dq') at s of the panel.
+    fn at(&self, s: f64, width: f64, dy: &mut [f64]) {
+        let n = dy.len() / 2;
+        dy.fill(0.0);
+        let (q, u) = dy.split_at_mut(n);
+        for terms in self.terms.chunks_exact(n).rev() {
+            for ((q, u), term) in q.iter_mut().zip(u.iter_mut()).zip(terms) {
+                *u = *u * s + *q;
+                *q = *q * s + term;
+            }
+        }
+        u.iter_mut().for_each(|u| *u /= width);
+    }
+}
