@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-roots verify lint format bench docs pages gallery examples wheel film clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots verify lint format bench docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -42,6 +42,14 @@ SEED ?= 1
 fuzz: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 against each other; EXTRAS="unsymmetric stops" with more in them; resumable
 	$(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) --store $(OUT)/fuzz.jsonl \
 		$(addprefix --,$(EXTRAS))
+
+# Four streams of what EXTRAS means, in one store.
+fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of four kinds: stops, springs of contacts, loads, unsymmetric terms
+	@status=0; for kinds in "--stops" "--forced --compliant" "--stops --compliant" \
+		"--unsymmetric --forced --stops --compliant"; do \
+		echo "fuzz $$kinds"; $(BIN)/python tests/support/fuzz_campaign.py --scenes $(N) --seed $(SEED) \
+			--store $(OUT)/fuzz.jsonl $$kinds || status=1; \
+	done; exit $$status
 
 # A failure is reduced to its smallest polynomial and kept in rust/core/proptest-regressions, where every later run of
 # the core's tests meets it again.

@@ -16,6 +16,9 @@ from fuzz_scenes import contact_directions, fastest, forces, matrices, plain, sl
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
+#: s; where contact directions depend on each other, events that follow each other faster, at more instants
+#: than so many, are a series.
+IN_TURN, SERIES = 1e-12, 4
 #: Relative change of the states of nudged runs, entry by entry: some thousand ulp. The condition of the modes
 #: lets rounding be some hundred.
 NUDGE = 1e-12
@@ -83,6 +86,12 @@ class EventList:
                 final = after[stops[contact[stops] == i][-1]][i]
                 for j in range(min(k, stops[0]), max(k, stops[-1]) + 1):
                     after[j] = after[j][:i] + final + after[j][i + 1 :]
+        if run.scene.core.dependent:
+            # Slips and impacts in turn, without an accumulation: their limit is one event.
+            for group in np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > IN_TURN) + 1):
+                if np.unique(time[group]).size > SERIES and not (kind[group] == "accumulation").any():
+                    keep[group[:-1]] = False
+                    contact[group[-1]], kind[group[-1]] = -2, "limit"
         keep &= time < until
         return cls(time[keep], contact[keep], kind[keep], after[keep])
 

@@ -57,6 +57,38 @@ def test_jenkins_element() -> None:
     np.testing.assert_allclose(loop.events.time, [2.0 * slip], rtol=1e-7)
 
 
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_node_at_its_limit_on_a_body_that_sticks(method: str, side: float) -> None:
+    """Friction holds a body, and a node on it that has its largest force on one side or on the other.
+
+    The spring of the body is stretched until both forces are overcome. Stretched further, the node slips with
+    its body in the same instant; else it sticks, and slips once its own spring is stretched the other way.
+    """
+    spring, speed, given, rubbed, limit = 1e4, 0.01, 20.0, 8.0, 3.0
+    contacts = [
+        ss.Contact(tangential=0, friction=force / given, normal_force=given, slider_speed=speed, **spring_of)
+        for force, spring_of in ((rubbed, {}), (limit, {"tangential_stiffness": 5e3}))
+    ]
+    scene = ss.Scene([1.0], [[spring]], contacts=contacts)
+    start = ss.State([0.0], [speed], "ss", friction_force=[0.0, side * limit])
+    run = ss.simulate(scene, start, 0.3, method=method)
+    onset = (rubbed + side * limit) / (spring * speed)
+    np.testing.assert_allclose(run.events.time[0], onset, rtol=1e-13)
+    together = int(np.sum(run.events.time == run.events.time[0]))
+    if side > 0.0:
+        assert list(run.events.kind[:2]) == ["slip+", "slip+"]
+        assert together == 2
+    else:
+        assert list(run.events.kind[:1]) == ["slip+"]
+        assert together == 1
+        second = next(k for k in range(len(run.events)) if run.events.contact[k] == 1)
+        assert run.events.kind[second] == "slip+"
+        moved = run.state(run.events.time[second]).position[0] - run.state(onset).position[0]
+        drift = speed * (run.events.time[second] - onset) - moved
+        np.testing.assert_allclose(drift, 2.0 * limit / 5e3, rtol=1e-11)
+
+
 @pytest.mark.parametrize("excess", [1.0, 1.4])
 @pytest.mark.parametrize("ratio", [0.999, 1.001])
 @pytest.mark.parametrize("sign", [-1.0, 1.0])

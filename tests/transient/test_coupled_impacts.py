@@ -187,3 +187,25 @@ def test_a_tolerance_cuts_impacts_that_lift_each_other():
         one, other = full.state(5e-4), cut.state(5e-4)
         change = np.abs(one.position - other.position).max()
         assert change <= tolerance * np.abs(full.state(5e-4).velocity).max()
+
+
+def test_contacts_that_hold_all_of_a_scene_come_to_rest():
+    """Two masses that mass couples, and a third stop along their sum: at rest every displacement is zero.
+
+    Their gaps vanish beside the deflection under the constant load, not beside displacements that vanish with
+    them.
+    """
+    bounces = ((0, 0.8), (1, 0.8), ([1.0, 1.0], 0.0))
+    stops = [ss.Contact(normal=normal, restitution=restitution) for normal, restitution in bounces]
+    scene = ss.Scene(
+        [[1.0, -0.5], [-0.5, 1.0]],
+        [[100.0, 0.0], [0.0, 100.0]],
+        force=[-10.0, -7.0],
+        contacts=stops,
+        impact_friction=True,
+    )
+    run = ss.simulate(scene, ss.State([1e-3, 2e-3], [0.0, 0.0], "ddd"), 0.5, max_events=3000)
+    assert run.stop_reason == "duration"
+    assert run.state(0.5).combination == "+++"
+    assert run.events.time[-1] < 0.2
+    assert np.abs(run.state(0.5).position).max() == 0.0

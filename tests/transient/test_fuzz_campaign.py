@@ -83,6 +83,28 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
     assert outcome.time_difference < 1e-12
 
 
+@pytest.mark.parametrize(
+    ("seed", "index", "extras"),
+    [
+        # Two friction elements on one dof, and more closed contacts than are enumerated.
+        (2, 196, ["stops"]),
+        # Nodes that come to rest at their friction limit with a body that sticks.
+        (3, 16, ["stops", "compliant"]),
+        (3, 25, ["stops", "compliant"]),
+        # One that slips in the instant in which its body does.
+        (11, 56, ["stops", "compliant"]),
+        # Friction on a dof that a vibrating slider carries along: its slip passes zero as the sum of others.
+        (12, 30, ["unsymmetric", "forced", "stops", "compliant"]),
+        # A slider carries a mass off a stop by static friction, and could not by kinetic friction.
+        (12, 18, ["unsymmetric", "forced", "stops", "compliant"]),
+    ],
+)
+def test_friction_that_others_hold(seed, index, extras):
+    outcome = fuzz_campaign.run_scene(seed, extras, index)
+    assert outcome.verdict == "ok", outcome
+    assert outcome.compared == outcome.distinct > 50
+
+
 def recorded(outcomes):
     """Comparable: a residual that is too costly is nan."""
     return [json.dumps(asdict(outcome)) for outcome in outcomes]

@@ -81,9 +81,9 @@ class Trajectory(Motion):
     def closed_cycle(self, method: Literal["auto", "modal", "taylor", "local"] = "auto") -> Cycle:
         """Return the periodic orbit that Newton's method finds from the end of the motion, stable or not.
 
-        The guess is the motion between its last event and the one before that is like it. Where contacts
-        slide without events by a law of friction, it is the motion between the last two turns of the one that
-        moves most. `limit_cycle` returns what the motion itself settles to.
+        The guess is the motion between its last event and the last earlier event that is like it. If contacts
+        slide without events by a law of friction, the guess is the motion between the last two turns of the
+        contact that moves most. `limit_cycle` returns the orbit to which the motion itself settles.
 
         Parameters
         ----------

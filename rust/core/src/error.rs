@@ -501,7 +501,7 @@ pub enum RunFailure {
     },
     /// The quasi-static contact problem of contacts without mass has no solution, or several.
     #[error(
-        "contacts {contacts:?} at t = {time} s: the quasi-static contact problem of their {level} has {count}; friction is too large for the stiffness that ties them, give them a normal_stiffness and a tangential_stiffness or less friction"
+        "contacts {contacts:?} at t = {time} s: the quasi-static contact problem of their {level} {reason}"
     )]
     QuasiStatic {
         /// Indices of the contacts of the problem.
@@ -510,8 +510,8 @@ pub enum RunFailure {
         time: f64,
         /// "forces" or "rates".
         level: &'static str,
-        /// "no solution" or "several solutions".
-        count: &'static str,
+        /// What happened, and the remedy.
+        reason: &'static str,
     },
     /// Why a motion read back from its record could not be continued, in the words of then.
     #[error("{0}")]

@@ -27,6 +27,9 @@ CLOSE = 1e-7
 #: the distance.
 NEAR_ONE = 0.3
 
+#: Part of its amplitude to which an orbit without events shrinks within a step as it ends.
+SHRUNK = 0.1
+
 
 def branch_points(
     cycle: Cycle,
@@ -194,6 +197,9 @@ def _branch_end(name: str, before: Placed, beyond: float, scene_at: SceneAt) -> 
         except OrbitError:
             outside = middle
     value, cycle = places[-1]
+    if not len(cycle.run.events) and float(cycle.amplitude.max()) < SHRUNK * float(before[1].amplitude.max()):
+        # To a steady state, at a Hopf point, which critical_points finds.
+        return
     if np.abs(cycle.transverse_multipliers - 1.0).min(initial=np.inf) <= NEAR_ONE:
         fold = fold_near(name, (value, cycle), np.sign(beyond - before[0]), abs(beyond - before[0]), scene_at)
         if fold is not None:

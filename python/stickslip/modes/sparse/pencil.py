@@ -39,6 +39,10 @@ class SparsePencil:
     stiffness: Any
     scaling: Real
     order: Any
+    #: Where any of the matrices or their transposes has an entry; its data: where the transpose has it.
+    pattern: Any
+    #: Entries of M, C and K there, (3, nnz)
+    entries: Real
 
     @classmethod
     def of(cls, scene: Scene, combination: str) -> SparsePencil:
@@ -51,15 +55,25 @@ class SparsePencil:
         inertia = np.abs(mass.diagonal())
         scaling = 1.0 / np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
         pattern = abs(mass) + abs(damping) + abs(stiffness)
+        pattern = pattern + pattern.T
         # Only the pattern counts; a dominant diagonal keeps the pivots where they are.
-        shifted = pattern + scipy.sparse.diags_array(1.0 + pattern.sum(axis=0) + pattern.sum(axis=1))
+        shifted = pattern + scipy.sparse.diags_array(1.0 + pattern.sum(axis=0))
         order = np.argsort(_factors(scipy.sparse.csc_array(shifted), "MMD_AT_PLUS_A").perm_c)
         scale = scipy.sparse.diags_array(scaling)
 
         def prepared(matrix: Any) -> Any:
             return scipy.sparse.csc_array((scale @ matrix @ scale).tocsc()[order][:, order])
 
-        return cls(prepared(mass), prepared(damping), prepared(stiffness), scaling, order)
+        mass, damping, stiffness = matrices = [prepared(matrix) for matrix in (mass, damping, stiffness)]
+        pattern = scipy.sparse.csc_array(shifted[order][:, order])
+        pattern.sort_indices()
+        pattern.data = np.arange(pattern.nnz)
+        places = _places(pattern)
+        entries = np.zeros((3, pattern.nnz))
+        for row, matrix in zip(entries, matrices, strict=True):
+            row[np.searchsorted(places, _places(matrix))] = matrix.data
+        pattern.data = scipy.sparse.csc_array(pattern.T).data
+        return cls(mass, damping, stiffness, scaling, order, pattern, entries)
 
     @property
     def size(self) -> int:
@@ -71,14 +85,17 @@ class SparsePencil:
         """A frequency of the problem, 1/s: the root of mean stiffness over mass."""
         return float(np.sqrt(np.abs(self.stiffness.diagonal()).mean())) or 1.0
 
-    def at(self, value: complex) -> Any:
-        """Return ``P(value)``."""
-        return scipy.sparse.csc_array(value * (value * self.mass + self.damping) + self.stiffness)
+    def at(self, value: complex, side: str = "N") -> Any:
+        """Return ``P(value)``, or its transpose: side "T"."""
+        mass, damping, stiffness = self.entries
+        data = value * (value * mass + damping) + stiffness
+        pattern = self.pattern
+        data = data if side == "N" else data[pattern.data]
+        return scipy.sparse.csc_array((data, pattern.indices, pattern.indptr), shape=pattern.shape)
 
     def factors(self, value: complex, side: str = "N") -> Any:
         """Return the sparse LU of ``P(value)``, or of its transpose: side "T"."""
-        matrix = self.at(value)
-        return _factors(matrix if side == "N" else scipy.sparse.csc_array(matrix.T), "NATURAL")
+        return _factors(self.at(value, side), "NATURAL")
 
     def log_determinant(self, value: complex) -> complex:
         """Return ``log det P(value)``, its imaginary part up to a multiple of 2 pi."""
@@ -116,6 +133,12 @@ def _factors(matrix: Any, order: str) -> Any:
     return scipy.sparse.linalg.splu(
         matrix, permc_spec=order, diag_pivot_thresh=_PIVOT, options={"SymmetricMode": True}
     )
+
+
+def _places(matrix: Any) -> Any:
+    """Return a number for the place of each entry of a matrix by columns, ascending."""
+    size = matrix.shape[0]
+    return np.repeat(np.arange(size) * size, np.diff(matrix.indptr)) + matrix.indices
 
 
 def _is_odd(permutation: Any) -> bool:

@@ -19,8 +19,8 @@ import numpy as np
 import scipy.linalg
 import scipy.sparse
 import scipy.sparse.csgraph
-from scipy.linalg.blas import zgemm
 
+from stickslip.modes.sparse.orthonormal import Orthonormal
 from stickslip.modes.sparse.pencil import SparsePencil
 from stickslip.scene.checks import Complex
 
@@ -31,15 +31,13 @@ _CONVERGED = 1e-10
 _SAME = 1e-6
 #: Relative distance up to which eigenvalues are a cluster, whose vectors are told apart together.
 _CLUSTER = 1e-4
-#: Share of its length that a vector keeps, from which it is orthogonal to the space without a second round.
-_KEPT = 0.7
-#: What is left of a vector, relative to before, below which it lies in the space already.
-_DEPENDENT = 1e-12
 #: Distance of an eigenvalue, in units of the shift, at which P is singular within rounding, so that no other
 #: one is found; and to where the shift is moved then: what is nearest to it stays so.
 _SINGULAR, _ASIDE = 1e-8, 1e-5
 #: Vectors of a block, dimensions of the largest Krylov space per wanted pair, and dimensions added at least.
 _BLOCK, _DIMENSIONS, _ROUND = 2, 12, 24
+#: Share of the dimensions for right vectors from which on left ones may have converged.
+_SOONER = 0.75
 
 
 @dataclass(frozen=True)
@@ -111,8 +109,10 @@ def search_near(
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
     del krylov
+    # Left vectors are near right ones where little is unsymmetric: their space is then smaller.
+    start = states @ random.standard_normal((values.size, block))
     others, duals, *_ = _Krylov(pencil, shift, unit, "T").nearest(
-        start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), dimensions
+        start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), _SOONER * dimensions
     )
     pairs = _matched(values, others, unit)
     lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])
@@ -143,7 +143,7 @@ class _Krylov:
         self.factors = pencil.factors(shift, side)
 
     def nearest(
-        self, start: Complex, count: int, radius: float, begin: int = 0
+        self, start: Complex, count: int, radius: float, begin: float = 0
     ) -> tuple[Complex, Complex, float, int]:
         """Return eigenvalues, companion vectors (2m, k), the radius that holds no others, and dimensions.
 
@@ -154,15 +154,16 @@ class _Krylov:
         """
         size, block = self.size, start.shape[1]
         limit = min(2 * size, _DIMENSIONS * count + 10 * _ROUND)
-        space = _Orthonormal(size, 2 * count + 2 * _ROUND)
+        space = Orthonormal(size, 2 * count + 2 * _ROUND)
         # Coordinates of upper and lower halves in turns: of a longer space, both follow.
-        krylov = _Orthonormal(2 * min(size, limit + 2 * block), limit + block)
+        krylov = Orthonormal(2 * min(size, limit + 2 * block), limit + block)
         projected = np.zeros((limit + block + 1, limit), dtype=complex)
 
         def put(upper: Complex, lower: Complex) -> Complex:
             coordinates = np.empty((2 * len(upper), upper.shape[1]), dtype=complex, order="F")
             coordinates[::2], coordinates[1::2] = upper, lower
-            return krylov.append(coordinates)
+            components: Complex = krylov.append(coordinates)
+            return components
 
         both = space.append(np.concatenate([start[:size], start[size:]], axis=1))
         put(both[:, :block], both[:, block:])
@@ -171,13 +172,15 @@ class _Krylov:
             stop = min(krylov.count, done + block, limit)
             if stop > done:
                 rows = 2 * space.count
-                upper, lower = (krylov.columns[half:rows:2, done:stop] for half in (0, 1))
-                states = np.concatenate([space.columns @ upper, space.columns @ lower])
+                last = krylov.columns[:rows, done:stop]
+                # One state a row, its upper before its lower half: the space is read once for all of them.
+                halves = last.reshape(space.count, 2, -1).transpose(2, 1, 0).reshape(-1, space.count)
+                states = (halves @ space.columns.T).reshape(-1, 2 * size)
                 # By columns: scipy's product with several at once takes three times as long.
-                moved = np.stack([self.moved @ state for state in states.T], axis=1)
+                moved = np.stack([self.moved @ state for state in states], axis=1)
                 added = space.append(self.factors.solve(moved))
                 follows = self.shift / self.unit * added
-                follows[: len(upper)] += upper
+                follows[: len(last) // 2] += last[::2]
                 parts = put(added, follows)
                 projected[: len(parts), done:stop] = parts
             # Nothing new: the space is invariant, and no more is to be had from this start.
@@ -215,55 +218,6 @@ class _Krylov:
         if whole and kept == theta.size:
             reach = np.inf
         return theta[:kept], shapes[:, :kept], reach, settled
-
-
-class _Orthonormal:
-    """Orthonormal columns, and room for more."""
-
-    def __init__(self, rows: int, room: int) -> None:
-        self.rows, self.count = rows, 0
-        self._store = np.zeros((rows, room), dtype=complex, order="F")
-
-    @property
-    def columns(self) -> Complex:
-        """The columns so far, (rows, count)."""
-        return self._store[:, : self.count]
-
-    def append(self, vectors: Complex) -> Complex:
-        """Append what is new in some vectors; return their components along all columns, (count, k).
-
-        Columns and vectors may be shorter than all rows: the rest is zero.
-        """
-        vectors = np.asfortranarray(vectors)
-        before, (rows, width) = self.count, vectors.shape
-        if before + width > self._store.shape[1]:
-            wider = np.zeros((self.rows, 2 * (before + width)), dtype=complex, order="F")
-            wider[:, :before] = self.columns
-            self._store = wider
-        columns = self._store[:rows, :before]
-        components = np.zeros((before + width, width), dtype=complex)
-        lengths = left = np.linalg.norm(vectors, axis=0)
-        for _ in range(2):
-            # Without a copy of the columns for their conjugate.
-            parts = zgemm(1.0, columns, vectors, trans_a=2)
-            vectors = zgemm(-1.0, columns, parts, beta=1.0, c=vectors, overwrite_c=True)
-            components[:before] += parts
-            kept = np.linalg.norm(vectors, axis=0)
-            if (kept > _KEPT * left).all():
-                break
-            left = kept
-        for k in range(width):
-            vector, fresh = vectors[:, k], self._store[:rows, before : self.count]
-            for _ in range(2):
-                parts = fresh.conj().T @ vector
-                vector = vector - fresh @ parts
-                components[before : self.count, k] += parts
-            length = np.linalg.norm(vector)
-            if self.count < self.rows and length > _DEPENDENT * lengths[k]:
-                self._store[:rows, self.count] = vector / length
-                components[self.count, k] = length
-                self.count += 1
-        return components[: self.count]
 
 
 def _matched(values: Complex, others: Complex, unit: float) -> list[tuple[int, int]]:

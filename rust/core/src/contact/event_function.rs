@@ -264,7 +264,7 @@ pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Opt
     }))
 }
 
-/// What a newton that the friction of contact `source` is more changes of an event function, from [`friction_response`].
+/// The change of an event function per newton of additional friction of contact `source`, from [`friction_response`].
 pub(crate) fn response_of_event(
     scene: &Scene,
     response: &DMatrix<f64>,

@@ -8,8 +8,12 @@ use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
 };
 use crate::error::RunFailure;
+use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
+
+/// Part of a friction limit within which a force is at it: a node comes to rest with the rounding of its slip.
+const AT_LIMIT: f64 = 1e-11;
 
 /// Settles all contacts at an event in state (q, q'), which is brought to the exact zeros that the event
 /// stands for: g = 0 at an impact, slip velocity zero at the end of a slide.
@@ -98,8 +102,52 @@ pub(crate) fn settle(
             settlement.record(contact, trigger, after, departure);
         }
     }
+    if !scene.massless.is_empty() {
+        take_along(scene, among.clone(), settlement, q, u);
+    }
     settlement.depart(scene, among, q, u);
     Ok(())
+}
+
+/// What begins to slip takes the nodes along that it has held at their friction limit: a node under a given normal force
+/// that came to rest with its body stays there until the body slips. Either its spring is stretched further, and it slips
+/// with the body in the same instant; or it sticks, and its force leaves the limit one order of time later than the slip of
+/// the body leaves zero.
+fn take_along(
+    scene: &Scene,
+    among: impl Iterator<Item = usize> + Clone,
+    settlement: &mut Settlement,
+    q: &[f64],
+    u: &[f64],
+) {
+    for body in among.clone().filter(|&i| scene.contacts[i].tangential_has_mass()) {
+        let Departure::Slip(order) = settlement.departures[body] else { continue };
+        let slips = settlement.statuses[body].friction_sign();
+        for node in among.clone() {
+            let law = &scene.contacts[node];
+            let tie = scene.stiffness.get(law.tangential, scene.contacts[body].tangential);
+            let held = law.directions == Directions::Tangential
+                && law.static_friction == law.friction
+                && settlement.statuses[node] == Status::Sticking;
+            if law.tangential_has_mass() || !held || tie == 0.0 {
+                continue;
+            }
+            let force = scene.reaction_value(law.tangential, q, u);
+            let limit = law.static_friction * scene.reaction_value(law.normal, q, u);
+            if limit - force.abs() > AT_LIMIT * limit {
+                continue;
+            }
+            let (bound, kind) = match force > 0.0 {
+                true => (Status::Positive, EventKind::SlipPositive),
+                false => (Status::Negative, EventKind::SlipNegative),
+            };
+            if bound.friction_sign() * tie * slips < 0.0 {
+                settlement.record(node, Some(kind), bound, Departure::Slip(order));
+            } else {
+                settlement.departures[node] = Departure::Bound(bound, order + 1);
+            }
+        }
+    }
 }
 
 /// `g'+ = -e g'-`, and with `impact_friction` the Coulomb impulse of at most `mu p_n` that drives slip

@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::contact::event_function::EventFunction;
-use crate::contact::event_function::event_functions;
+use crate::contact::event_function::{EventFunction, Functional, event_functions};
 use crate::error::Error;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
@@ -18,7 +17,7 @@ use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::partition::Block;
 use crate::scene::reduction::reduced_system::Reduced;
-use crate::scene::status::Combination;
+use crate::scene::status::{Combination, Status};
 
 /// The method by which a combination is propagated, with its data.
 #[derive(Debug)]
@@ -59,6 +58,9 @@ impl CombinationBasis {
             for function in &mut functions {
                 function.functional = function.functional.substituted(fitted);
             }
+        }
+        if condensed.is_some() || fitted.is_some() {
+            functions.retain(|function| !keeps(scene, combination, &function.functional));
         }
         let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let series = || {
@@ -155,4 +157,24 @@ impl CombinationBasis {
             Propagator::Blocks(parts) => parts.iter().all(|(_, basis)| basis.is_modal()),
         }
     }
+}
+
+/// Whether a combination keeps the value of a functional, so that it ends nothing: all that the functional tells of is held,
+/// on sliders that move alike. A node on a dof that another contact holds is at its friction limit for as long.
+fn keeps(scene: &Scene, combination: &Combination, functional: &Functional) -> bool {
+    let speed = |k: usize| {
+        let mut laws = scene.contacts.iter().zip(combination.statuses());
+        laws.find_map(|(law, &status)| match k {
+            _ if status.is_closed() && k == law.normal => Some(0.0),
+            _ if status == Status::Sticking && k == law.tangential => Some(law.slider_speed),
+            _ => None,
+        })
+    };
+    let moved = functional.position.iter().map(|&(k, weight)| Some(weight * speed(k)?));
+    let moved: Option<Vec<f64>> = moved.collect();
+    let held = functional.velocity.iter().all(|&(k, _)| speed(k).is_some());
+    moved.filter(|_| held).is_some_and(|moved| {
+        let size = moved.iter().map(|part| part.abs()).sum::<f64>();
+        moved.iter().sum::<f64>().abs() <= 8.0 * f64::EPSILON * size
+    })
 }

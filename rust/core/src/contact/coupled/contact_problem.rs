@@ -84,10 +84,29 @@ impl ContactProblem {
             .filter(|&unit| unit > 0.0)
             .find_map(|unit| self.verified(&self.lemke_statuses(unit)?));
         match lemke.or_else(|| self.gauss_seidel()) {
-            Some(solution) => Ok(solution),
+            Some(solution) => Ok(self.at_rest(solution)),
             None if count <= EXHAUSTED => self.enumerate(),
             None => Err(Unsolved::None),
         }
+    }
+
+    /// The same motion with the name that enumeration tries first: contacts that others hold stick. Friction elements on one
+    /// direction share its force in any way within their limits, and one of them alone at its limit is no slip.
+    fn at_rest(&self, solution: Solution) -> Solution {
+        if !self.dependent {
+            return solution;
+        }
+        let rests = |i: usize| {
+            let (acceleration, size) = self.terms(2 * i, &solution.forces);
+            acceleration.abs() <= ROUNDING * size
+        };
+        let named = self.contacts.iter().zip(&solution.statuses).enumerate();
+        let named = named.map(|(i, (contact, &status))| {
+            let free = contact.sliding.is_none() && contact.static_friction > 0.0;
+            if free && status.is_sliding() && rests(i) { Status::Sticking } else { status }
+        });
+        let other = self.verified(&named.collect::<Vec<_>>());
+        other.filter(|other| self.same_motion(other, &solution)).unwrap_or(solution)
     }
 
     /// The statuses to which projected Gauss-Seidel iteration settles: contact by contact, the forces that meet the
@@ -389,8 +408,8 @@ pub(crate) fn held_rows(
 /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
 /// smaller force. It slips only if static friction cannot hold it, so a solution is dropped if in another one the same
 /// contacts stick, and more of them.
-fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
-    let excess: Vec<bool> = contacts.iter().map(|c| c.static_friction > c.friction).collect();
+fn only(laws: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
+    let excess: Vec<bool> = laws.iter().map(|c| c.static_friction > c.friction).collect();
     let sticks =
         |solution: &Solution, i: usize| excess[i] && solution.statuses[i] == Status::Sticking;
     let closed = |solution: &Solution, i: usize| solution.statuses[i].is_closed();
@@ -398,7 +417,9 @@ fn only(contacts: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsol
         let mut contacts = 0..one.statuses.len();
         contacts.clone().any(|i| sticks(other, i) && !sticks(one, i))
             && contacts.all(|i| {
-                closed(one, i) == closed(other, i) && (sticks(other, i) || !sticks(one, i))
+                // What static friction carries along may leave a stop.
+                (closed(one, i) == closed(other, i) || laws[i].static_friction == 0.0)
+                    && (sticks(other, i) || !sticks(one, i))
             })
     };
     let remains: Vec<usize> = (0..found.len())

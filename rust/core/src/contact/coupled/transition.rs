@@ -56,6 +56,8 @@ pub(crate) fn settle_coupled(
         } else if touching && outcome[i].0.is_closed() || arrived {
             let sliding = match settled {
                 Some((status, _)) => Some(status),
+                // Zero, though as a sum of other velocities it is rounded.
+                None if trigger == Some(EventKind::Velocity) && struck.is_empty() => None,
                 None => sliding_status(u[law.tangential] - law.slider_speed),
             };
             problem.push((i, sliding.map(Status::friction_sign)));

@@ -19,7 +19,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Unsolved};
+use crate::contact::coupled::contact_problem::{Closed, ContactProblem};
 use crate::scene::status::Status;
 
 /// Choices of statuses up to which all are tried.
@@ -28,6 +28,8 @@ const ENUMERATED: usize = 4096;
 const CHANGES: usize = 1000;
 /// Violation of an inequality, relative to its terms, that counts as rounding.
 const ROUNDING: f64 = 1e-11;
+/// Rate, relative to its terms, that is rounding of the root at which a slip has come to its end.
+const AT_REST: f64 = 1e-8;
 
 /// The statuses that a contact can have, as far as they are known beforehand.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +76,39 @@ pub(crate) struct Answer {
     pub forces: DVector<f64>,
     /// How close each sticking contact is to the bound in whose direction it slid, relative to its terms; 0 at it.
     pub margins: Vec<f64>,
+}
+
+/// Why there is no answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Unsolved {
+    /// No choice of statuses is one.
+    None,
+    /// None of those tried is one, and not all were tried.
+    NotFound,
+    /// Several are.
+    Several,
+    /// Several are, which differ in contacts that static friction holds.
+    Held,
+}
+
+impl Unsolved {
+    /// What happened, and the remedy, as the end of a sentence about the problem.
+    pub const fn told(self) -> &'static str {
+        match self {
+            Self::None => {
+                "has no solution: friction is too large for the stiffness that ties them; give them a normal_stiffness and a tangential_stiffness, or less friction"
+            }
+            Self::NotFound => {
+                "has too many combinations of statuses to try all, and those tried are no solution; tie fewer contacts without mass to each other, or give them a normal_stiffness and a tangential_stiffness"
+            }
+            Self::Several => {
+                "has several solutions: friction is too large for the stiffness that ties them; give them a normal_stiffness and a tangential_stiffness, or less friction"
+            }
+            Self::Held => {
+                "has several solutions: static friction above the kinetic one can hold some of them or others; give them static_friction = friction, or a load that tells them apart"
+            }
+        }
+    }
 }
 
 impl Problem {
@@ -129,8 +164,19 @@ impl Problem {
         let mut best = found.into_iter().filter(|answer| rank(answer) == best);
         match (best.next(), best.next()) {
             (Some(answer), None) => Ok(answer),
-            _ => Err(Unsolved::Several),
+            (Some(one), Some(other)) => Err(self.ambiguity(&one, &other)),
+            (None, _) => Err(Unsolved::None),
         }
+    }
+
+    fn ambiguity(&self, one: &Answer, other: &Answer) -> Unsolved {
+        let held = |(k, node): (usize, &Node)| {
+            let statuses = [one.statuses[k], other.statuses[k]];
+            node.static_friction > node.friction
+                && statuses[0] != statuses[1]
+                && statuses.contains(&Status::Sticking)
+        };
+        if self.nodes.iter().enumerate().any(held) { Unsolved::Held } else { Unsolved::Several }
     }
 
     /// Changes the status that is most wrong until none is.
@@ -140,11 +186,11 @@ impl Problem {
             let statuses = at.iter().zip(choices).map(|(&k, own)| own[k]).collect();
             let wrong = match self.verified(statuses) {
                 Ok(answer) => return Ok(answer),
-                Err(wrong) => wrong.ok_or(Unsolved::None)?,
+                Err(wrong) => wrong.ok_or(Unsolved::NotFound)?,
             };
             at[wrong] = (at[wrong] + 1) % choices[wrong].len();
         }
-        Err(Unsolved::None)
+        Err(Unsolved::NotFound)
     }
 
     /// Whether two answers are the same motion: statuses at a boundary have two names.
@@ -193,15 +239,16 @@ impl Problem {
             match (node.case, status) {
                 (Case::Settled(_), _) => {}
                 (_, Status::Detached) => conditions.push(motion(n)),
-                (Case::Slipping { towards, at_bound, .. }, Status::Sticking) => {
+                (Case::Slipping { towards, at_bound, ends }, Status::Sticking) => {
                     let bound = held(towards.friction_sign(), node.friction);
                     margins[i] = if bound.1 > 0.0 { (bound.0 / bound.1).max(0.0) } else { 0.0 };
-                    conditions.extend(at_bound.then_some(bound));
+                    let rest = if ends { AT_REST * bound.1 } else { 0.0 };
+                    conditions.extend(at_bound.then_some((bound.0 + rest, bound.1)));
                 }
                 // A contact that has come to rest slips again only if a force moves it.
-                (Case::Slipping { at_bound: false, ends: true, .. }, _) => {
+                (Case::Slipping { ends: true, .. }, _) => {
                     let (value, size) = slip();
-                    conditions.push((value - 1e3 * ROUNDING * size, size));
+                    conditions.push((value - AT_REST * size, size));
                 }
                 (Case::Slipping { .. }, _) => conditions.push(slip()),
                 (_, Status::Sticking) => {
@@ -230,7 +277,7 @@ impl Problem {
 impl Answer {
     /// Whether the friction force of a sticking contact is at its limit to rounding, so that it leaves it at second order.
     pub fn is_at_bound(&self, contact: usize) -> bool {
-        self.margins[contact] <= 1e3 * ROUNDING
+        self.margins[contact] <= AT_REST
     }
 }
 

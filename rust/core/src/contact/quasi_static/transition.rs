@@ -6,7 +6,6 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::Unsolved;
 use crate::contact::event_kind::EventKind;
 use crate::contact::quasi_static::problem::{Answer, Case, Node, Problem};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
@@ -192,10 +191,7 @@ impl GroupEvent<'_> {
             contacts: self.group.contacts.clone(),
             time: self.time,
             level,
-            count: match unsolved {
-                Unsolved::None => "no solution",
-                Unsolved::Several => "several solutions",
-            },
+            reason: unsolved.told(),
         })
     }
 

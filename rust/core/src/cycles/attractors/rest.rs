@@ -1,15 +1,15 @@
-//! Whether a motion comes to rest: nothing is proved by waiting, but by what its end can still do.
+//! Whether a motion comes to rest: the proof is not to wait, but to bound the motion that can follow its end.
 //!
 //! With modal deviations z from the equilibrium of the last combination, an event function never falls below its value there
-//! less `sum |h_r| |z_r|`. Linear modes that decay keep `|z_r|` below its first value. A law of friction drives them by what
-//! its force is beyond the linear part: with S and P bounds of how much slip speed and normal force deviate, at most
+//! less `sum |h_r| |z_r|`. Linear modes that decay keep `|z_r|` below its first value. A law of friction drives the modes by
+//! the nonlinear part of its force. With S and P bounds of the deviations of slip speed and normal force, this is at most
 //!
 //! ```text
 //! |rest| <= 1/2 max|mu''| S^2 N_0 + max|mu'| S P
 //! ```
 //!
-//! A box `|z_r| <= rho_r` in which this feeds no mode faster than it decays is never left, and neither is any smaller one like
-//! it: the motion comes to the equilibrium.
+//! A motion never leaves a box `|z_r| <= rho_r` in which this force feeds no mode faster than the mode decays. The same holds
+//! for every smaller box of this shape, so the motion comes to the equilibrium.
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -26,7 +26,7 @@ use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::{Combination, Status};
 use crate::transient::trajectory::{Cursor, Trajectory};
 
-/// Times that a box is made larger.
+/// Number of times that a box is made larger.
 const TRIALS: usize = 20;
 
 /// Whether loads oscillate.
@@ -123,7 +123,7 @@ fn reach(functional: &Functional, reduced: &Reduced, modes: &Modes, z: &[f64]) -
 struct Laws<'a> {
     contacts: Vec<Law<'a>>,
     reduced: &'a Reduced,
-    /// Largest sum of what friction adds to a normal force, per newton against each slip.
+    /// Largest sum of the changes of a normal force by friction, per newton against each slip.
     response: f64,
 }
 
@@ -182,7 +182,7 @@ impl<'a> Laws<'a> {
         Self { contacts, reduced, response }
     }
 
-    /// A box around the modal deviations that is never left, and how far forces are beyond their linear part in it.
+    /// A box around the modal deviations that the motion never leaves, and bounds of the nonlinear parts of forces in it.
     fn kept_within(&self, modes: &Modes, z: Vec<f64>) -> Option<(Vec<f64>, f64)> {
         if self.contacts.is_empty() {
             return Some((z, 0.0));
@@ -206,7 +206,7 @@ impl<'a> Laws<'a> {
         None
     }
 
-    /// Bounds of the forces beyond their linear part.
+    /// Bounds of the nonlinear parts of the forces.
     fn rests(&self, modes: &Modes, z: &[f64]) -> Option<Vec<f64>> {
         let slips: Vec<f64> =
             self.contacts.iter().map(|one| reach(&one.slip, self.reduced, modes, z)).collect();

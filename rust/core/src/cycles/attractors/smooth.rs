@@ -16,12 +16,12 @@ use crate::motion::method::Method;
 use crate::numerics::bracket::Bracket;
 use crate::transient::trajectory::{Cursor, Trajectory};
 
-/// Instants of a series at which a turn is looked for, and of a period by which its range is judged.
+/// Number of instants of a series at which a turn is looked for, and of a period from which its range is taken.
 const PARTS: usize = 4;
 const RANGE: usize = 16;
-/// Instants in all.
+/// Largest number of instants in all.
 const MOST: usize = 1 << 20;
-/// Periods in turns that are tried, and rounds that each must make.
+/// Longest period that is tried, in turns, and number of rounds that a period must repeat.
 const LONGEST: usize = 8;
 const ROUNDS: usize = 3;
 
@@ -133,8 +133,8 @@ pub(super) fn smooth_recurrence(run: &Trajectory, search: Search<'_>) -> Option<
         .filter(|found| found.approached)
 }
 
-/// The cycle that Newton's method finds from the end of a run as a guess, stable or not: from the last event to the one before
-/// that is like it, or between the last two turns of a run that ends without events.
+/// The cycle that Newton's method finds from the end of a run, stable or not. The guess is the motion from the last earlier
+/// event that is like the last one to the last one, or between the last two turns of a run that ends without events.
 pub fn closed(run: &Trajectory, method: Method) -> Result<Option<Cycle>, OrbitFailure> {
     let smooth = run.phases.len().checked_sub(1).and_then(|last| Turns::new(run, last, method));
     if let Some(turns) = smooth.filter(|turns| turns.found.len() > 1) {

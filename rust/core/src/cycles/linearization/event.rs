@@ -1,5 +1,5 @@
-//! The value of an event function along a motion, and its change: affine in the state but for what laws of friction over
-//! slip speed add where mass couples contacts.
+//! The value of an event function along a motion, and its change. It is affine in the state, except for the terms that laws
+//! of friction over slip speed add if mass couples contacts.
 
 use crate::contact::event_function::{Functional, friction_response, response_of_event};
 use crate::contact::event_kind::EventKind;
@@ -11,7 +11,7 @@ use crate::scene::status::Combination;
 #[derive(Debug, Clone)]
 pub(crate) struct EventValue {
     pub functional: Functional,
-    /// What each newton of the laws of friction adds, by contact that slides by its law; empty where they add nothing.
+    /// The change per newton of each law of friction, by contact that slides by its law; empty if the laws add nothing.
     friction: Vec<f64>,
 }
 

@@ -2,8 +2,7 @@
 //!
 //! With `a = mu'(S) N` and `b = mu(S) - mu(0)` along the motion, a neighbour changes the force of the law by
 //! `dy = a dS + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
-//! of the motion with known coefficients. Its panels end where its own series, beyond that of the motion, would leave out more
-//! than rounding by its last two terms.
+//! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
 use crate::motion::friction::law_series::product;
 use crate::motion::friction::motion::LawMotion;
@@ -12,7 +11,7 @@ use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 
-/// Panels are not made shorter than this part of what they are at a time.
+/// A panel is shortened to no less than this part of its width at a time.
 const SHORTEST: f64 = 0.1;
 
 /// `a` and `b` of a contact along a panel.
@@ -26,7 +25,7 @@ struct Series {
     terms: Vec<f64>,
 }
 
-/// The larger one, or what is no number.
+/// The larger of two numbers, or NaN if one of them is no number.
 fn worse(a: f64, b: f64) -> f64 {
     if a.is_nan() || a > b { a } else { b }
 }
