@@ -177,13 +177,17 @@ fn put_together(
         let bases = blocks
             .iter()
             .zip(&current)
-            .filter_map(|((_, run), &index)| run.phases[index].basis.as_ref());
+            .map(|((_, run), &index)| &run.bases[run.phases[index].basis]);
         let basis = if bases.clone().all(|basis| basis.is_modal()) {
             propagators.basis(&combination, method.for_repeated_use())?.0
         } else {
             Arc::new(propagators.of_parts(combination, bases.cloned())?)
         };
-        whole.phases.push(Phase { start: time, rest, basis: Some(basis) });
+        let place = whole.bases.iter().position(|known| Arc::ptr_eq(known, &basis));
+        whole.phases.push(Phase { start: time, rest, basis: place.unwrap_or(whole.bases.len()) });
+        if place.is_none() {
+            whole.bases.push(basis);
+        }
         whole.states.push(&q, &u, &[]);
         let mut events: Vec<(Event, Option<Accumulation>)> = Vec::new();
         for &(b, index) in &begun {

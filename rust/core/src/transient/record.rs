@@ -158,11 +158,12 @@ impl StopReason {
 impl Trajectory {
     /// What [`Trajectory::from_record`] takes.
     pub fn record(&self) -> TrajectoryRecord {
-        let (mut bases, mut phase_basis) = (Vec::new(), Vec::new());
+        let known = self.bases.iter();
+        let mut bases: Vec<_> =
+            known.map(|basis| (basis.combination.to_string(), basis.methods())).collect();
         let (local, states) = match &self.local {
             Some(motion) => {
                 bases.push((motion.start().to_string(), vec![Method::Local]));
-                phase_basis.resize(self.phases.len(), 0);
                 let (record, states) = motion.record();
                 (Some(record), states)
             }
@@ -170,19 +171,9 @@ impl Trajectory {
                 (None, (0..self.phases.len()).flat_map(|k| self.phase_state(k).to_vec()).collect())
             }
         };
-        let mut seen: Vec<(&CombinationBasis, usize)> = Vec::new();
-        let met = self.phases.iter().filter_map(|phase| phase.basis.as_deref());
-        phase_basis.extend(met.map(|basis| {
-            if let Some(&(_, index)) = seen.iter().find(|(known, _)| std::ptr::eq(*known, basis)) {
-                return index;
-            }
-            bases.push((basis.combination.to_string(), basis.methods()));
-            seen.push((basis, bases.len() - 1));
-            bases.len() - 1
-        }));
         TrajectoryRecord {
             bases,
-            phase_basis,
+            phase_basis: self.phases.iter().map(|phase| phase.basis).collect(),
             phase_start: self.phases.iter().map(|phase| phase.start).collect(),
             phase_rest: self.phases.iter().map(|phase| phase.rest).collect(),
             states,
@@ -229,19 +220,23 @@ impl Trajectory {
             }
             None => (None, KeptStates::all(scene.size, record.states)),
         };
-        let bases = record.bases.iter().map(|(name, methods)| match local {
-            Some(_) => Ok(None),
-            None => recorded_basis(propagators, name, methods).map(Some),
-        });
-        let bases = bases.collect::<Result<Vec<_>, Error>>()?;
+        if record.phase_basis.iter().any(|&basis| basis >= record.bases.len()) {
+            return Err(refused("phases without a basis"));
+        }
+        let bases = match local {
+            Some(_) => Vec::new(),
+            None => {
+                let known = record.bases.iter();
+                known
+                    .map(|(name, methods)| recorded_basis(propagators, name, methods))
+                    .collect::<Result<_, Error>>()?
+            }
+        };
         let numbers = record.phase_start.into_iter().zip(record.phase_rest);
         let phases = numbers
             .zip(record.phase_basis)
-            .map(|((start, rest), index)| {
-                let basis = bases.get(index).ok_or_else(|| refused("phases without a basis"))?;
-                Ok(Phase { start, rest, basis: basis.clone() })
-            })
-            .collect::<Result<Vec<_>, Error>>()?;
+            .map(|((start, rest), basis)| Phase { start, rest, basis })
+            .collect();
         let events = (0..events)
             .map(|k| Event {
                 time: record.event_time[k],
@@ -253,6 +248,7 @@ impl Trajectory {
         Ok(Self {
             propagators: Arc::clone(propagators),
             phases,
+            bases,
             states,
             repetition: None,
             local,

@@ -9,7 +9,6 @@ use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
 use crate::error::{Error, RunFailure};
-use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::{AT_ONCE, Cost, Novelty, Rental};
 use crate::motion::phase_motion::Motion;
@@ -39,7 +38,8 @@ const COMPARED: usize = 24;
 
 /// A combination that a run has met.
 struct Known {
-    basis: Arc<CombinationBasis>,
+    /// Place of its basis in those of the trajectory.
+    basis: usize,
     rental: Option<Rental>,
 }
 
@@ -58,7 +58,6 @@ pub(crate) struct Run<'a> {
 pub(crate) struct Progress {
     /// Place of the combination among those known.
     current: usize,
-    basis: Arc<CombinationBasis>,
     settlement: Settlement,
     motion: Motion,
     search: PhaseSearch,
@@ -107,7 +106,7 @@ impl<'a> Run<'a> {
 
     pub fn begin(&mut self, combination: &Combination) -> Result<Progress, Error> {
         let current = self.meet(combination.statuses())?;
-        let basis = Arc::clone(&self.known[current].basis);
+        let basis = &self.state.trajectory.bases[self.known[current].basis];
         Ok(Progress {
             current,
             settlement: Settlement {
@@ -121,21 +120,20 @@ impl<'a> Run<'a> {
                 events: Vec::new(),
                 rest: None,
             },
-            motion: Motion::new(self.state.scene, &basis, &self.state.q, &self.state.u),
+            motion: Motion::new(self.state.scene, basis, &self.state.q, &self.state.u),
             search: PhaseSearch::default(),
             at_this_instant: 0,
-            basis,
         })
     }
 
     /// Follows one phase and settles the event that ends it; the reason if the motion ends before.
     pub fn step(&mut self, progress: &mut Progress) -> Result<Option<StopReason>, Error> {
-        let Progress { current, basis, settlement, motion, search, at_this_instant } = progress;
+        let Progress { current, settlement, motion, search, at_this_instant } = progress;
         let departing = settlement.departures.iter().any(|&d| d != Departure::None);
         self.state.trajectory.phases.push(Phase {
             start: self.state.time.seconds,
             rest: self.state.time.rest,
-            basis: Some(Arc::clone(basis)),
+            basis: self.known[*current].basis,
         });
         self.state.trajectory.states.push(&self.state.q, &self.state.u, &settlement.departures);
         self.state.trajectory.end = self.state.time.seconds;
@@ -158,7 +156,8 @@ impl<'a> Run<'a> {
             if let Some(rental) = &mut self.known[*current].rental {
                 rental.add(self.state.trajectory.counters.panels - panels);
             }
-            let taylor = usize::from(!basis.is_modal());
+            let Trajectory { bases, .. } = &self.state.trajectory;
+            let taylor = usize::from(!bases[self.known[*current].basis].is_modal());
             match end {
                 PhaseEnd::Event { after } => {
                     self.state.trajectory.counters.taylor_phases += taylor;
@@ -174,17 +173,16 @@ impl<'a> Run<'a> {
                 }
                 // The phase is computed once more from its start, by modes.
                 PhaseEnd::TooLong => {
-                    *basis = match self.meet(&settlement.statuses) {
-                        Ok(place) => Arc::clone(&self.known[place].basis),
-                        Err(error) => {
-                            return Ok(Some(StopReason::Failed(RunFailure::Input(error))));
-                        }
-                    };
-                    if let Some(phase) = self.state.trajectory.phases.last_mut() {
-                        phase.basis = Some(Arc::clone(basis));
+                    if let Err(error) = self.meet(&settlement.statuses) {
+                        return Ok(Some(StopReason::Failed(RunFailure::Input(error))));
                     }
-                    self.state.trajectory.grazings.truncate(grazings);
-                    motion.restart(basis, &self.state.q, &self.state.u);
+                    let RunState { trajectory, q, u, .. } = &mut self.state;
+                    let basis = self.known[*current].basis;
+                    if let Some(phase) = trajectory.phases.last_mut() {
+                        phase.basis = basis;
+                    }
+                    trajectory.grazings.truncate(grazings);
+                    motion.restart(&trajectory.bases[basis], q, u);
                 }
             }
         };
@@ -201,7 +199,8 @@ impl<'a> Run<'a> {
             return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
         }
         // An event is part of the motion once the phase that it begins can be propagated.
-        let returns = settlement.statuses == basis.combination.statuses();
+        let left = &self.state.trajectory.bases[self.known[*current].basis];
+        let returns = settlement.statuses == left.combination.statuses();
         let novelty = self.novelty;
         if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over(novelty)) {
             *current = match self.meet(&settlement.statuses) {
@@ -211,7 +210,6 @@ impl<'a> Run<'a> {
                     return Ok(Some(self.ended_at_event(failure)));
                 }
             };
-            *basis = Arc::clone(&self.known[*current].basis);
         }
         let phase = self.state.trajectory.phases.len();
         let time = self.state.time.seconds;
@@ -219,8 +217,10 @@ impl<'a> Run<'a> {
         self.state.trajectory.events.extend(
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
-        basis.complete(&mut self.state.q, &mut self.state.u);
-        motion.restart(basis, &self.state.q, &self.state.u);
+        let RunState { trajectory, q, u, .. } = &mut self.state;
+        let basis = &trajectory.bases[self.known[*current].basis];
+        basis.complete(q, u);
+        motion.restart(basis, q, u);
         Ok(None)
     }
 
@@ -277,9 +277,8 @@ impl<'a> Run<'a> {
             Method::Auto,
             controls,
         );
-        let Phase { start, rest, basis: Some(basis) } = &trajectory.phases[first] else {
-            return Vec::new();
-        };
+        let Phase { start, rest, basis } = &trajectory.phases[first];
+        let basis = &trajectory.bases[*basis];
         run.state.time = Clock { seconds: *start, rest: *rest };
         let switches = trajectory.events.iter().filter(|event| event.kind == EventKind::Load);
         for _ in switches.take_while(|event| event.phase <= first) {
@@ -312,7 +311,7 @@ impl<'a> Run<'a> {
             let (_, settled) = run.settle(&search, &mut settlement);
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
-            let Some(basis) = &trajectory.phases[phase].basis else { return states };
+            let basis = &trajectory.bases[trajectory.phases[phase].basis];
             basis.complete(&mut run.state.q, &mut run.state.u);
             motion.restart(basis, &run.state.q, &run.state.u);
             states.extend_from_slice(&run.state.q);
@@ -409,9 +408,10 @@ impl<'a> Run<'a> {
 
     /// The place of a combination among those known, with the basis that the phase to come is to have.
     fn meet(&mut self, statuses: &[Status]) -> Result<usize, Error> {
+        let bases = &self.state.trajectory.bases;
         let compared = self.known.iter().take(COMPARED);
         let place = compared
-            .map(|known| known.basis.combination.statuses())
+            .map(|known| bases[known.basis].combination.statuses())
             .position(|known| known == statuses)
             .or_else(|| match self.places.is_empty() {
                 true => None,
@@ -420,7 +420,7 @@ impl<'a> Run<'a> {
         self.novelty.count(place.is_none());
         if let Some(place) = place {
             if self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty)) {
-                let combination = self.known[place].basis.combination.clone();
+                let combination = bases[self.known[place].basis].combination.clone();
                 let basis = self.find(&combination, Wanted::SoundModes)?;
                 self.known[place] = Known { basis, rental: None };
             }
@@ -440,13 +440,12 @@ impl<'a> Run<'a> {
         Ok(place)
     }
 
-    fn find(
-        &mut self,
-        combination: &Combination,
-        wanted: Wanted,
-    ) -> Result<Arc<CombinationBasis>, Error> {
+    /// The place of a basis among those of the trajectory.
+    fn find(&mut self, combination: &Combination, wanted: Wanted) -> Result<usize, Error> {
         let (basis, computed) = self.propagators.basis(combination, wanted)?;
-        self.state.trajectory.counters.combinations += usize::from(computed);
-        Ok(basis)
+        let Trajectory { counters, bases, .. } = &mut self.state.trajectory;
+        counters.combinations += usize::from(computed);
+        bases.push(basis);
+        Ok(bases.len() - 1)
     }
 }

@@ -138,8 +138,8 @@ pub(crate) struct Phase {
     pub start: f64,
     /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,
-    /// None in a local march, where no phase is propagated as a whole.
-    pub basis: Option<Arc<CombinationBasis>>,
+    /// Place in [`Trajectory::bases`]; in a local march, where no phase is propagated as a whole, 0.
+    pub basis: usize,
 }
 
 /// The data by which a run is repeated from one of its states.
@@ -160,6 +160,8 @@ pub(crate) struct Repetition {
 pub struct Trajectory {
     pub(crate) propagators: Arc<Propagators>,
     pub(crate) phases: Vec<Phase>,
+    /// What the phases are propagated by.
+    pub(crate) bases: Vec<Arc<CombinationBasis>>,
     /// (q, q') at the start of the phases.
     pub(crate) states: KeptStates,
     /// How the run is repeated between kept states.
@@ -204,6 +206,7 @@ impl Trajectory {
         Self {
             propagators: Arc::clone(propagators),
             phases: Vec::new(),
+            bases: Vec::new(),
             states: KeptStates::new(propagators.scene.size, 0, usize::MAX),
             repetition: None,
             local: None,
@@ -228,21 +231,17 @@ impl Trajectory {
 
     /// The combination of a phase.
     pub(crate) fn combination_of(&self, phase: usize) -> Cow<'_, Combination> {
-        match (&self.phases[phase].basis, &self.local) {
-            (Some(basis), _) => Cow::Borrowed(&basis.combination),
-            (None, Some(local)) => Cow::Owned(local.combination(phase)),
-            (None, None) => unreachable!("a phase has a basis, or its motion is local"),
+        match &self.local {
+            Some(local) => Cow::Owned(local.combination(phase)),
+            None => Cow::Borrowed(&self.bases[self.phases[phase].basis].combination),
         }
     }
 
     /// The basis of the combination of a phase.
     pub(crate) fn basis_of(&self, phase: usize) -> Result<Arc<CombinationBasis>, Error> {
-        match &self.phases[phase].basis {
-            Some(basis) => Ok(Arc::clone(basis)),
-            None => {
-                let combination = self.combination_of(phase);
-                Ok(self.propagators.basis(&combination, Wanted::Series)?.0)
-            }
+        match &self.local {
+            Some(local) => Ok(self.propagators.basis(&local.combination(phase), Wanted::Series)?.0),
+            None => Ok(Arc::clone(&self.bases[self.phases[phase].basis])),
         }
     }
 
@@ -257,10 +256,7 @@ impl Trajectory {
 
     /// How many different combinations the phases have.
     pub(crate) fn combinations_met(&self) -> usize {
-        let mut seen = HashSet::new();
-        let bases = self.phases.iter().filter_map(|phase| phase.basis.as_ref());
-        let distinct = bases.filter(|basis| seen.insert(Arc::as_ptr(basis)));
-        distinct.map(|basis| &basis.combination).collect::<HashSet<_>>().len()
+        self.bases.iter().map(|basis| &basis.combination).collect::<HashSet<_>>().len()
     }
 
     /// (q, q') at the start of a phase, contact coordinates.
@@ -493,7 +489,8 @@ impl<'a> Cursor<'a> {
         if local == 0.0 {
             return;
         }
-        if !usable && let Some(basis) = &trajectory.phases[phase].basis {
+        if !usable {
+            let basis = &trajectory.bases[trajectory.phases[phase].basis];
             match &mut self.motion {
                 Some(motion) => motion.restart(basis, q, u),
                 None => self.motion = Some(Motion::new(trajectory.scene(), basis, q, u)),

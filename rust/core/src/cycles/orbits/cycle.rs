@@ -138,13 +138,13 @@ impl Orbit {
         let times = self.times();
         let flows = self.flows()?;
         let mut trajectory = Trajectory::new(&self.propagators);
+        trajectory.bases = flows.iter().map(|flow| Arc::clone(&flow.basis)).collect();
         let count = self.steps.len();
         trajectory.end = times[count].seconds;
         for k in 0..=count {
             let step = &self.steps[k % count];
-            let basis = Arc::clone(&flows[k % count].basis);
             let Clock { seconds: start, rest } = times[k];
-            trajectory.phases.push(Phase { start, rest, basis: Some(basis) });
+            trajectory.phases.push(Phase { start, rest, basis: k % count });
             let (q, u) = step.state.split_at(self.scene().size);
             trajectory.states.push(q, u, &[]);
             // The period of the loads is no event, nor is the cut of an orbit without any.

@@ -125,19 +125,18 @@ fn lone_root<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Option<f
     let mut s = hermite_root(c0, c1 * end, at_end, slope_at_end * end) * end;
     for _ in 0..20 {
         let (v, v1, v2) = derivatives(simd, p, s);
-        let step = v / v1;
-        // One step of third order more, and what it leaves is below rounding.
-        if step.abs() <= 1e-6 * s {
-            let root = s - step * (1.0 + 0.5 * step * v2 / v1);
-            return is_first(simd, p, error, s, [v, v1, v2]).then_some(root);
+        let newton = v / v1;
+        // Chebyshev's step, of third order.
+        let next = s - newton * (1.0 + 0.5 * newton * v2 / v1);
+        if newton.abs() <= 1e-6 * s {
+            return is_first(simd, p, error, s, [v, v1, v2]).then_some(next);
         }
         if v > 0.0 {
             low = s;
         } else {
             high = s;
         }
-        let newton = s - step;
-        s = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+        s = if next >= low && next <= high { next } else { 0.5 * (low + high) };
     }
     None
 }
@@ -150,16 +149,17 @@ fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
     let c3 = 2.0 * (a - b) + da + db;
     let (mut low, mut high) = (0.0, 1.0);
     let mut s = a / (a - b);
-    for _ in 0..3 {
+    for _ in 0..2 {
         let value = ((c3 * s + c2) * s + da) * s + a;
-        let slope = (3.0 * c3 * s + 2.0 * c2) * s + da;
+        let inverse = 1.0 / ((3.0 * c3 * s + 2.0 * c2) * s + da);
+        let newton = value * inverse;
         if value > 0.0 {
             low = s;
         } else {
             high = s;
         }
-        let newton = s - value / slope;
-        s = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+        let next = s - newton * (1.0 + newton * (3.0 * c3 * s + c2) * inverse);
+        s = if next >= low && next <= high { next } else { 0.5 * (low + high) };
     }
     s
 }

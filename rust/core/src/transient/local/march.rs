@@ -119,7 +119,7 @@ pub(crate) fn simulate(
     let statuses = combination.statuses();
     let contacts = statuses.len();
     let mut trajectory = Trajectory::new(propagators);
-    trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: None });
+    trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: 0 });
     let mut march = March {
         scene: Arc::clone(scene),
         controls,
@@ -484,7 +484,7 @@ impl March<'_> {
                 trajectory.accumulations.push(Accumulation { event: first + k, bounces, error });
             }
         }
-        trajectory.phases.push(Phase { start: seconds, rest: time.rest, basis: None });
+        trajectory.phases.push(Phase { start: seconds, rest: time.rest, basis: 0 });
         let panel = self.motion.panels.len() - usize::from(!begins);
         let statuses = changed.iter().map(|&contact| (contact, settlement.statuses[contact]));
         let at = if begins { 0.0 } else { at };
