@@ -19,7 +19,6 @@ from stickslip.scene.laws.friction import Law, law_of
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
-    from stickslip.scene.loads.in_time import Harmonic
 
 #: Entries by dof: a vector, or a mapping from indices or names of dofs.
 EntriesLike: TypeAlias = "ArrayLike | Mapping[str, float] | Mapping[int, float]"
@@ -87,7 +86,8 @@ class Contact:
     tangential_stiffness: float | None = None
     normal_force: float | None = None
     name: str | None = None
-    slider_vibration: Harmonic | None = None
+    #: A `Harmonic`; its file imports this one.
+    slider_vibration: Any = None
 
     def __post_init__(self) -> None:
         if self.friction is None:

@@ -96,7 +96,7 @@ SWITCHED = ("times", "values")
 
 def vibration_name(contacts: Sequence[Contact], place: int) -> str:
     """Return the name of the vibration of a contact's slider, as parameters have it."""
-    vibration = contacts[place].slider_vibration
+    vibration: Harmonic | None = contacts[place].slider_vibration
     if vibration is None or vibration.name is None:
         return f"slider_vibration_{contact_labels(contacts)[place]}"
     return vibration.name
