@@ -1,7 +1,7 @@
 # Every verb sets up what it needs: a virtual environment, the compiled core in release mode, the package.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots verify lint format bench docs pages gallery examples wheel film clean
+.PHONY: help reproduce test test-core test-quick test-slow test-browser fuzz fuzz-kinds fuzz-roots fuzz-panels verify lint format bench docs pages gallery examples wheel film clean
 
 PYTHON ?= python3
 VENV := .venv
@@ -56,6 +56,9 @@ fuzz-kinds: $(INSTALLED) ## Run N=1000 random scenes of SEED=1 of each of four k
 fuzz-roots: ## Draw N=1000 random problems of the certified root search, of SEED=1
 	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib first_root::fuzz
 
+fuzz-panels: ## Draw N=1000 random motions under friction laws: errors of their panels against the bounds
+	PROPTEST_CASES=$(N) PROPTEST_RNG_SEED=$(SEED) cargo test --release --locked --package stickslip-core --lib true_errors -- --nocapture
+
 # Python finds the cases in tests/verification; the tests compare the page with what they compute.
 verify: $(INSTALLED) ## Compute the published models and closed forms, and write docs/verification.md
 	PYTHONPATH=tests:tests/support $(BIN)/python -m verification.manual
@@ -90,11 +93,13 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
+	$(BIN)/python benchmarks/dense_scenes.py
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/large_scenes.py
 	$(BIN)/python benchmarks/band_modes.py --sizes 5000 10000 50000 $(INTO:%=--into %)
 	$(BIN)/python benchmarks/bifurcation_diagram.py
 	$(BIN)/python benchmarks/missed_events.py
+	$(BIN)/python benchmarks/friction_laws.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/instructions.py $(INTO:%=--into %)
 
 docs: $(VENV)/.extra-docs ## Run every snippet, redraw the figures, write the pages to docs/_build/html

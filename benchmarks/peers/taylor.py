@@ -3,7 +3,7 @@
 One integrator per combination, each with the right side and the event functions of that combination alone and
 their zero coefficients left out. The compiler's options that could matter (`fast_math`, `slp_vectorize`,
 `compact_mode`) and leaving the constrained dofs out of the state gain nothing here. State and time are
-written through views, and a phase costs one call.
+written through views, and a phase costs one call. Friction over slip speed may follow Stribeck's law.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import heyoka
 import numpy as np
 from numpy.typing import NDArray
 
+import stickslip as ss
 from peer_integrator import Mechanics, Motion
 from peers.restart import MOST_EVENTS, Vector, leave
 
@@ -25,7 +26,9 @@ ROUNDING = 1e-13
 class Phase:
     """The integrator of one combination."""
 
-    def __init__(self, mechanics: Mechanics, combination: str, tolerance: float) -> None:
+    def __init__(
+        self, mechanics: Mechanics, combination: str, tolerance: float, laws: dict[int, ss.friction.Stribeck]
+    ) -> None:
         n = mechanics.size
         variables = heyoka.make_vars(*(f"x{i}" for i in range(n)), *(f"u{i}" for i in range(n)))
 
@@ -40,9 +43,22 @@ class Phase:
                 still.add(contact.normal)
             if status == "s":
                 still.add(contact.tangential)
+        # What laws of friction push with, beside a linear part without them: +-mu(|s|) N.
+        pushes: dict[int, Any] = {}
+        for i, law in laws.items():
+            contact = mechanics.contacts[i]
+            if combination[i] in "+-":
+                sign = 1.0 if combination[i] == "+" else -1.0
+                row, constant = self.forces[i][0]
+                slip = -sign * (variables[n + contact.tangential] - float(contact.slider_speed))
+                mass = float(mechanics.mass[contact.tangential, contact.tangential])
+                pushes[contact.tangential] = (
+                    sign / mass * coefficient(law, slip) * affine(cleared(row), constant)
+                )
         rates = list(variables[n:])
         for i, (row, constant) in enumerate(zip(generator[n:], offset[n:], strict=True)):
-            rates.append(heyoka.expression(0.0) if i in still else affine(cleared(row), constant))
+            rate = heyoka.expression(0.0) if i in still else affine(cleared(row), constant)
+            rates.append(rate + pushes[i] if i in pushes else rate)
         functions = mechanics.event_functions(combination)
         self.labels = [(contact, kind) for contact, kind, _, _ in functions]
         self.integrator = heyoka.taylor_adaptive(
@@ -57,6 +73,11 @@ class Phase:
         self.state: Vector = self.integrator.state
 
 
+def coefficient(law: ss.friction.Stribeck, slip: Any) -> Any:
+    """Return mu over an expression."""
+    return law.kinetic + (law.static - law.kinetic) * heyoka.exp(-slip / law.speed) + law.viscous * slip
+
+
 def cleared(row: Vector) -> Vector:
     """Return the row with the rounding of its zeros set to zero."""
     return np.where(np.abs(row) < ROUNDING * np.abs(row).max(), 0.0, row)
@@ -64,19 +85,26 @@ def cleared(row: Vector) -> Vector:
 
 def prepare(scene: Any, start: Any, duration: float, tolerance: float) -> Callable[[], Motion]:
     """Return the run; tolerance 0 stands for an ulp. A combination is compiled when it first comes."""
-    mechanics = Mechanics(scene)
+    laws = {
+        i: contact.friction
+        for i, contact in enumerate(scene.contacts)
+        if isinstance(contact.friction, ss.friction.Law)
+    }
+    frictions = [0.0 if i in laws else contact.friction for i, contact in enumerate(scene.contacts)]
+    mechanics = Mechanics(scene.replace(friction=frictions, static_friction=None))
+    mechanics.static = [contact.holding for contact in scene.contacts]
     initial = np.concatenate([start.position, start.velocity])
     known: dict[str, Phase] = {}
-    n, laws = mechanics.size, mechanics.contacts
+    n, contacts = mechanics.size, mechanics.contacts
 
     def phase(combination: str) -> Phase:
         if combination not in known:
-            known[combination] = Phase(mechanics, combination, tolerance)
+            known[combination] = Phase(mechanics, combination, tolerance, laws)
         return known[combination]
 
     def settled(combination: str, state: Vector, contact: int, kind: str) -> str:
         """What `Mechanics.after` does, in place and for directions that are dofs."""
-        before, behind, law = combination[:contact], combination[contact + 1 :], laws[contact]
+        before, behind, law = combination[:contact], combination[contact + 1 :], contacts[contact]
         if kind == "velocity":
             state[n + law.tangential] = law.slider_speed
             (normal, normal0), (friction, friction0) = phase(before + "s" + behind).forces[contact]

@@ -486,10 +486,13 @@ def coupled_impact_law(sampled: Sampled) -> str:
     slack = 2.0 * np.spacing(time)[:, None] * (load @ inverse) + rounding[:, None]
     impulse, push = (after - before) @ mass, slack @ np.abs(mass)
     restitution = np.array([contact.restitution for contact in contacts])
-    friction = coefficients(contacts, before[:, 2::4] - slider_speeds(scene, time))
-    normal, tangential = impulse[:, 3::4], impulse[:, 2::4]
     # Impacts at one instant press on each other: a rebound then is one of more than the approach before.
     alone = np.array([np.count_nonzero((events.time == t) & (events.kind == "impact")) == 1 for t in time])
+    # They strike in turn, each with the slip velocity that those before leave.
+    reach = np.where(alone, 0.0, np.abs(after - before).max(axis=1, initial=0.0))[:, None]
+    slip = before[:, 2::4] - slider_speeds(scene, time)
+    friction = np.max([coefficients(contacts, slip + s * reach) for s in np.linspace(-1.0, 1.0, 65)], axis=0)
+    normal, tangential = impulse[:, 3::4], impulse[:, 2::4]
     struck = (normal > push[:, 3::4]) & alone[:, None]
     rebound = after[:, 3::4] + restitution * np.minimum(before[:, 3::4], 0.0)
     checks = {

@@ -110,7 +110,7 @@ def phases_by_integrator(run: ss.Trajectory) -> str:
         y = np.concatenate([first.position, first.velocity])
         largest = np.repeat([np.abs(y[:size]).max(), np.abs(y[size:]).max()], size)
         rate = PhaseEquations(scene, letters[k]).rate
-        path = solve_ivp(rate, (begin, end), y, method="DOP853", rtol=1e-11, atol=1e-13 * largest)
+        path = solve_ivp(rate, (begin, end), y, method="DOP853", rtol=1e-13, atol=1e-14 * largest)
         off = np.abs(path.y[:, -1] - np.concatenate([last.position, last.velocity])) / largest
         if not off.max() < FOLLOWED_ALIKE:
             dof = int(np.argmax(off))

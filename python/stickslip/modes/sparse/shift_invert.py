@@ -36,8 +36,6 @@ _CLUSTER = 1e-4
 _SINGULAR, _ASIDE = 1e-8, 1e-5
 #: Vectors of a block, dimensions of the largest Krylov space per wanted pair, and dimensions added at least.
 _BLOCK, _DIMENSIONS, _ROUND = 2, 12, 24
-#: Share of the dimensions for right vectors from which on left ones may have converged.
-_SOONER = 0.75
 
 
 @dataclass(frozen=True)
@@ -109,10 +107,8 @@ def search_near(
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
     del krylov
-    # Left vectors are near right ones where little is unsymmetric: their space is then smaller.
-    start = states @ random.standard_normal((values.size, block))
     others, duals, *_ = _Krylov(pencil, shift, unit, "T").nearest(
-        start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), _SOONER * dimensions
+        start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), dimensions
     )
     pairs = _matched(values, others, unit)
     lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])
@@ -143,7 +139,7 @@ class _Krylov:
         self.factors = pencil.factors(shift, side)
 
     def nearest(
-        self, start: Complex, count: int, radius: float, begin: float = 0
+        self, start: Complex, count: int, radius: float, begin: int = 0
     ) -> tuple[Complex, Complex, float, int]:
         """Return eigenvalues, companion vectors (2m, k), the radius that holds no others, and dimensions.
 

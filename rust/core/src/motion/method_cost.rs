@@ -11,6 +11,7 @@
 //! that lead to a new combination, the larger is the part for which the rule waits.
 
 use crate::modes::spectrum::REFINED_SIZE;
+use crate::motion::taylor::bordered::border_of;
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::model::Scene;
@@ -28,17 +29,19 @@ const MEMORY: f64 = 64.0;
 
 /// Work on an entry of dense rows relative to an entry of a sparse product: the vector unit takes eight at a time.
 const DENSE_ENTRY: f64 = 0.125;
+/// The same of a row of a border, which is used twice.
+const BORDER_ENTRY: f64 = 0.2;
 /// Number of free coordinates up to which modes are considered: nothing interrupts an eigenproblem, and a larger one
 /// would delay Ctrl-C by more than a tenth of a second. If mass couples coordinates, series cost more, and a longer delay
 /// is accepted.
 pub(crate) fn largest(scene: &Scene) -> usize {
-    if scene.coupled_mass.is_none() { 200 } else { 500 }
+    if scene.mass.is_diagonal() { 200 } else { 500 }
 }
 
 /// Whether a run of the scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
 /// and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
 pub(crate) fn marches_locally(scene: &Scene) -> bool {
-    scene.size > largest(scene) && !DenseRows::are_quicker(scene)
+    scene.size > largest(scene) && !DenseRows::are_quicker(scene) && border_of(scene).is_none()
 }
 
 /// Work on one combination, in multiplications of a sparse product.
@@ -64,7 +67,9 @@ impl Cost {
         } else {
             f64::INFINITY
         };
-        let order = if DenseRows::are_quicker(scene) {
+        let order = if let Some(border) = border_of(scene) {
+            BORDER_ENTRY * (border.coordinates.len() + 4) as f64 * scene.size as f64
+        } else if DenseRows::are_quicker(scene) {
             DENSE_ENTRY * m * scene.size as f64
         } else {
             let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };

@@ -69,7 +69,7 @@ impl EquationOfMotion {
         reduction: &Reduction,
         combination: &Combination,
     ) -> Result<InverseMass, Error> {
-        let Some(mass) = &scene.coupled_mass else {
+        let Some(mass) = scene.coupled_mass.as_ref().filter(|_| !scene.mass.is_diagonal()) else {
             let inverse = reduction.kept.iter().map(|&k| 1.0 / scene.mass.get(k, k));
             let inverse = InverseMass::Diagonal(inverse.collect());
             return Ok(inverse);
@@ -111,20 +111,28 @@ impl EquationOfMotion {
         kept.iter().copied().chain(sticking.iter().map(|stick| stick.0))
     }
 
-    /// Where mass couples coordinates: the largest ratio of an acceleration in the norm of M and of the force on the
-    /// contact-free structure that causes it in the dual norm. Above 1 by the friction that normal forces bring along.
-    pub fn amplification(&self) -> f64 {
-        let InverseMass::Coupled { mass, contact, inverse } = &self.inverse else { return 1.0 };
-        let size = mass.contacts();
-        let places: Vec<usize> = contact.iter().filter_map(|&k| mass.contact_place(k)).collect();
-        let mut map = DMatrix::zeros(size, size);
-        for (j, &k) in contact.iter().enumerate() {
-            let sources = self.reduction.place(k).map(|position| self.reduction.sources(position));
+    /// In the norm of M: the largest ratio of an acceleration and of the force on the contact-free structure that causes
+    /// it in the dual norm. Above 1 by the friction that normal forces bring along.
+    pub fn amplification(&self, mass: &CoupledMass) -> f64 {
+        let mut map = DMatrix::zeros(mass.contacts(), mass.contacts());
+        let mut add = |of: usize, from: usize, entry: f64| {
+            let sources = self.reduction.place(from).map(|place| self.reduction.sources(place));
             for (source, factor) in sources.into_iter().flatten() {
                 // The load of a given normal force does not depend on the motion.
-                let Some(column) = mass.contact_place(source) else { continue };
-                for (i, &row) in places.iter().enumerate() {
-                    map[(row, column)] += inverse[(i, j)] * factor;
+                let places = [of, source].map(|k| mass.contact_place(k));
+                if let [Some(row), Some(column)] = places {
+                    map[(row, column)] += entry * factor;
+                }
+            }
+        };
+        match &self.inverse {
+            InverseMass::Diagonal(inverse) => {
+                let kept = self.reduction.kept.iter().zip(inverse);
+                kept.for_each(|(&k, &entry)| add(k, k, entry));
+            }
+            InverseMass::Coupled { contact, inverse, .. } => {
+                for (i, &row) in contact.iter().enumerate() {
+                    (0..contact.len()).for_each(|j| add(row, contact[j], inverse[(i, j)]));
                 }
             }
         }
@@ -133,23 +141,31 @@ impl EquationOfMotion {
 
     /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
     pub fn accelerate(&self, residual: &mut [f64], acceleration: &mut [f64]) {
+        self.accelerate_some(&self.reduction.kept, residual, acceleration);
+        if let InverseMass::Coupled { mass, .. } = &self.inverse {
+            mass.accelerate_free(residual, acceleration);
+        }
+    }
+
+    /// The same of some kept coordinates, where mass couples no others with them.
+    pub fn accelerate_some(&self, some: &[usize], residual: &mut [f64], acceleration: &mut [f64]) {
         let Reduction { kept, merges, .. } = &self.reduction;
         for merge in merges {
             residual[kept[merge.position]] += merge.factor * residual[merge.normal];
         }
         match &self.inverse {
             InverseMass::Diagonal(inverse) => {
-                for (&k, inverse) in kept.iter().zip(inverse) {
-                    acceleration[k] = inverse * residual[k];
+                for &k in some {
+                    let place = self.reduction.place(k);
+                    acceleration[k] = place.map_or(0.0, |place| inverse[place] * residual[k]);
                 }
             }
-            InverseMass::Coupled { mass, contact, inverse } => {
+            InverseMass::Coupled { contact, inverse, .. } => {
                 for (i, &k) in contact.iter().enumerate() {
                     let row = inverse.row(i);
                     acceleration[k] =
                         contact.iter().zip(&row).map(|(&j, entry)| entry * residual[j]).sum();
                 }
-                mass.accelerate_free(residual, acceleration);
             }
         }
     }

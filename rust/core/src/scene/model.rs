@@ -174,7 +174,8 @@ impl Scene {
                 "a mass that couples dofs".into(),
             ));
         }
-        let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &coordinates.slots)?;
+        let coupled_mass =
+            coupled_mass(&mass, &damping, &stiffness, proportional, &coordinates.slots)?;
         let dependents = dependents_of(&coordinates, &contacts);
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);

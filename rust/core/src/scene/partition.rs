@@ -117,7 +117,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let dependents: Vec<Dependent> = dependents.collect();
     let [mass, damping, stiffness] = [&scene.mass, &scene.damping, &scene.stiffness].map(matrix);
     let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
-    let coupled_mass = coupled_mass(&mass, &damping, &stiffness, &slots)
+    let coupled_mass = coupled_mass(&mass, &damping, &stiffness, scene.proportional, &slots)
         .expect("a block of a positive definite mass");
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);

@@ -53,7 +53,7 @@ impl Locality {
     /// Of a scene with lumped masses in which no direction depends on others.
     pub fn new(scene: &Scene) -> Result<Self, Error> {
         let refused = |reason| Err(Error::NotLocal { reason });
-        if scene.coupled_mass.is_some() || scene.contacts_coupled() {
+        if !scene.mass.is_diagonal() || scene.contacts_coupled() {
             return refused("mass couples coordinates");
         }
         if !scene.dependents.is_empty() {

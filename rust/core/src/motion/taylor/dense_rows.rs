@@ -35,7 +35,6 @@ pub(crate) struct DenseRows {
 
 /// One order of the series: q'' from its coefficients.
 pub(crate) struct Order<'a> {
-    pub rows: &'a DenseRows,
     /// Coefficients of q of this order and of the next.
     pub q: &'a [f64],
     pub dq: &'a [f64],
@@ -46,10 +45,11 @@ pub(crate) struct Order<'a> {
     /// f of every coordinate, and whether it acts in this order.
     pub force: &'a [f64],
     pub forced: bool,
-    /// A buffer.
-    pub moved: &'a mut Vec<f64>,
     pub next: &'a mut [f64],
 }
+
+/// By dense rows, with a buffer.
+struct Advance<'a>(&'a DenseRows, Order<'a>, &'a mut Vec<f64>);
 
 impl DenseRows {
     /// Whether the rows of a scene are worth forming.
@@ -103,17 +103,17 @@ impl DenseRows {
     }
 
     /// Fills one order of the series.
-    pub fn advance(order: Order<'_>) {
-        order.rows.unit.run(order);
+    pub fn advance(&self, order: Order<'_>, moved: &mut Vec<f64>) {
+        self.unit.run(Advance(self, order, moved));
     }
 }
 
-impl Kernel for Order<'_> {
+impl Kernel for Advance<'_> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { rows, q, dq, rate, factor, force, forced, moved, next } = self;
+        let Self(rows, Order { q, dq, rate, factor, force, forced, next }, moved) = self;
         let count = rows.moving.len();
         moved.resize(2 * count, 0.0);
         let (x, slope) = moved.split_at_mut(count);
@@ -208,11 +208,10 @@ mod tests {
             let (rate, factor) = (1.5, 0.25);
             let by = |unit: VectorUnit| {
                 let (mut moved, mut next) = (Vec::new(), vec![f64::NAN; count]);
-                let rows = &operator(unit);
-                DenseRows::advance(Order {
-                    rows, q: &q, dq: &dq, rate, factor, force: &force, forced,
-                    moved: &mut moved, next: &mut next,
-                });
+                let order = Order {
+                    q: &q, dq: &dq, rate, factor, force: &force, forced, next: &mut next,
+                };
+                operator(unit).advance(order, &mut moved);
                 next
             };
             let found = by(VectorUnit::default());

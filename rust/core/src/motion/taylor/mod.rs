@@ -1,5 +1,6 @@
 //! A phase as Taylor series, from its equation of motion alone.
 
+pub(crate) mod bordered;
 pub(crate) mod dense_rows;
 pub(crate) mod motion;
 pub(crate) mod operator;

@@ -9,7 +9,8 @@
 
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::panel::Panel;
-use crate::motion::taylor::dense_rows::{DenseRows, Order};
+use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow};
+use crate::motion::taylor::dense_rows::Order;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -41,10 +42,20 @@ pub(crate) struct TaylorMotion {
     combined: Vec<f64>,
     /// Of the dense product.
     moved: Vec<f64>,
+    /// Of the product with a border.
+    buffers: Buffers,
     /// Absolute values of coefficients, of position and velocity: constant, linear, and the sum of the others.
     sizes: [[Vec<f64>; 2]; 3],
+    /// The same of `q + beta q'`.
+    together: [Vec<f64>; 3],
     /// Functions that the sizes alone can't exclude.
     open: Vec<usize>,
+}
+
+/// An event function that has a row.
+fn long_function(operator: &TaylorOperator, index: usize) -> Option<(&BorderedRows, &FunctionRow)> {
+    let rows = operator.bordered.as_ref()?;
+    Some((rows, rows.functions.get(index)?.as_ref()?))
 }
 
 impl TaylorMotion {
@@ -99,21 +110,26 @@ impl TaylorMotion {
 
     /// The force at the origin, and the norm of the origin.
     fn balance(&mut self, scene: &Scene, operator: &TaylorOperator) {
-        let Self { origin, force, .. } = self;
-        let of_row = |row: usize| {
-            let terms =
-                scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, origin[k]));
-            terms.fold(Doubled::from(scene.force[row]), Doubled::add)
-        };
+        let Self { origin, force, buffers, .. } = self;
         force.clear();
         force.resize(origin.len(), 0.0);
-        let reduction = &operator.equation.reduction;
-        reduction.kept.iter().for_each(|&k| force[k] = of_row(k).value());
-        for merges in reduction.merges.chunk_by(|a, b| a.position == b.position) {
-            let k = reduction.kept[merges[0].position];
-            let merged =
-                |sum: Doubled, merge: &RowMerge| sum.add(of_row(merge.normal).times(merge.factor));
-            force[k] = merges.iter().fold(of_row(k), merged).value();
+        if let Some(rows) = &operator.bordered {
+            rows.balance(scene, &operator.equation, origin, force, buffers);
+        } else {
+            let of_row = |row: usize| {
+                let terms =
+                    scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, origin[k]));
+                terms.fold(Doubled::from(scene.force[row]), Doubled::add)
+            };
+            let reduction = &operator.equation.reduction;
+            reduction.kept.iter().for_each(|&k| force[k] = of_row(k).value());
+            for merges in reduction.merges.chunk_by(|a, b| a.position == b.position) {
+                let k = reduction.kept[merges[0].position];
+                let merged = |sum: Doubled, merge: &RowMerge| {
+                    sum.add(of_row(merge.normal).times(merge.factor))
+                };
+                force[k] = merges.iter().fold(of_row(k), merged).value();
+            }
         }
         let sizes =
             operator.equation.reduction.kept.iter().map(|&k| operator.weight[k] * origin[k].abs());
@@ -162,20 +178,14 @@ impl TaylorMotion {
             let next = &mut next[..n];
             let rate = (k + 1) as f64 / h;
             let factor = h * h / ((k + 1) * (k + 2)) as f64;
+            let force = &self.force;
             if let Some(rows) = &operator.dense {
-                let moved = &mut self.moved;
-                DenseRows::advance(Order {
-                    rows,
-                    q,
-                    dq,
-                    rate,
-                    factor,
-                    force: &self.force,
-                    forced,
-                    moved,
-                    next,
-                });
-                return;
+                let order = Order { q, dq, rate, factor, force, forced, next };
+                return rows.advance(order, &mut self.moved);
+            }
+            if let Some(rows) = &operator.bordered {
+                let order = Order { q, dq, rate, factor, force, forced, next };
+                return rows.advance(scene, &operator.equation, order, &mut self.buffers);
             }
             let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
             if forced {
@@ -254,8 +264,12 @@ impl TaylorMotion {
         }
         let rate = (k + 1) as f64 / self.width;
         let norm = |terms: &[f64]| {
-            let sum: f64 =
-                terms.iter().enumerate().map(|(k, x)| x * scene.mass.row_dot(k, terms)).sum();
+            let sum: f64 = match operator.lumped {
+                true => terms.iter().zip(&operator.weight).map(|(x, w)| (w * x) * (w * x)).sum(),
+                false => {
+                    terms.iter().enumerate().map(|(k, x)| x * scene.mass.row_dot(k, terms)).sum()
+                }
+            };
             // Beyond the range of numbers there is no bound.
             if sum.is_finite() { sum.max(0.0).sqrt() } else { f64::INFINITY }
         };
@@ -286,24 +300,42 @@ impl TaylorMotion {
         // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
         let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
         self.measure();
-        let [first, second, others] = &self.sizes;
-        let sum = |functional: &Functional, [of_q, of_u]: &[Vec<f64>; 2]| -> f64 {
+        if let Some(rows) = &operator.bordered {
+            for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
+                together.clear();
+                together.extend(of_q.iter().zip(of_u).map(|(q, u)| q + rows.beta * u));
+            }
+        }
+        let long = |index: usize| long_function(operator, index);
+        let sum = |index: usize, order: usize| -> f64 {
             let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
                 terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
             };
-            of(&functional.position, of_q) + of(&functional.velocity, of_u)
+            let [of_q, of_u] = &self.sizes[order];
+            match long(index) {
+                Some((rows, row)) => {
+                    rows.size(row, &self.together[order]) + of(&row.rest.velocity, of_u)
+                }
+                None => {
+                    let functional = &functions[index].functional;
+                    of(&functional.position, of_q) + of(&functional.velocity, of_u)
+                }
+            }
         };
         self.open.clear();
         for (index, function) in functions.iter().enumerate() {
-            let functional = &function.functional;
-            let (higher, linear) = (sum(functional, others), sum(functional, second));
+            let (higher, linear) = (sum(index, 2), sum(index, 1));
             let [at_origin, size] = self.constants[index];
-            let constant = size + sum(functional, first);
+            let constant = size + sum(index, 0);
             let curvature = rounding * higher + tail * operator.function_norms[index];
             let error = rounding * (constant + linear) + curvature;
             panel.error[index] = error;
             panel.curvature_error[index] = curvature;
-            let start = at_origin + self.coefficient(functional, 0);
+            let start = at_origin
+                + match long(index) {
+                    Some(row) => self.coefficient_of(row, 0, [0, 1].map(|k| self.dot(row, k))),
+                    None => self.coefficient(&function.functional, 0),
+                };
             panel.excluded[index] = start - linear - higher > error;
             if !panel.excluded[index] {
                 panel.row(index)[0] = start;
@@ -312,8 +344,16 @@ impl TaylorMotion {
         }
         // Order by order, so that the terms of one order stay in the cache for all functions.
         for k in 1..COEFFICIENTS {
-            for &index in &self.open {
+            for &index in self.open.iter().filter(|&&index| long(index).is_none()) {
                 panel.row(index)[k] = self.coefficient(&functions[index].functional, k);
+            }
+        }
+        for &index in &self.open {
+            let Some(row) = long(index) else { continue };
+            let mut dots = [0.0, self.dot(row, 1)];
+            for k in 1..COEFFICIENTS {
+                dots = [dots[1], self.dot(row, k + 1)];
+                panel.row(index)[k] = self.coefficient_of(row, k, dots);
             }
         }
         for &index in &self.open {
@@ -331,6 +371,22 @@ impl TaylorMotion {
         let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
         let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
         velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
+    }
+
+    /// The product of a long function with the coefficients of order k.
+    fn dot(&self, (rows, row): (&BorderedRows, &FunctionRow), k: usize) -> f64 {
+        rows.dot(row, &self.terms[k * self.size..(k + 1) * self.size])
+    }
+
+    /// Its coefficient of order k from the products of this order and of the next.
+    fn coefficient_of(
+        &self,
+        (rows, row): (&BorderedRows, &FunctionRow),
+        k: usize,
+        [of_q, of_dq]: [f64; 2],
+    ) -> f64 {
+        let rate = (k + 1) as f64 / self.width;
+        of_q + rows.beta * rate * of_dq + self.coefficient(&row.rest, k)
     }
 
     /// The coefficient of order k of the velocity of a coordinate.

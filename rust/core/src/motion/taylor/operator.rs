@@ -5,12 +5,13 @@
 //! `|X_D| rho / (1 - rho)` with `rho = sigma h / (D + 1)`.
 //!
 //! Where mass is diagonal, the norm is the largest entry, and that of a matrix its largest row sum. Where mass couples
-//! coordinates, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it are known for the scene as a whole, and a
+//! coordinates, or stiffness couples them through contacts alone, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it are known for the scene as a whole, and a
 //! combination multiplies them by what its friction adds.
 
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::motion::taylor::bordered::BorderedRows;
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::equation_of_motion::EquationOfMotion;
@@ -29,8 +30,12 @@ pub(crate) struct TaylorOperator {
     pub(crate) equation: EquationOfMotion,
     /// The same equation in a form that is quicker for small scenes.
     pub(super) dense: Option<DenseRows>,
+    /// In one that is quicker where stiffness couples coordinates through contacts alone.
+    pub(super) bordered: Option<BorderedRows>,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
     pub(super) weight: Vec<f64>,
+    /// Whether mass couples no coordinates.
+    pub(super) lumped: bool,
     /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
     pub(super) omega: f64,
     pub(super) width: f64,
@@ -43,7 +48,7 @@ pub(crate) struct TaylorOperator {
 impl TaylorOperator {
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        self.equation.numbers()
+        self.equation.numbers() + self.bordered.as_ref().map_or(0, BorderedRows::numbers)
     }
 
     pub fn new(
@@ -57,8 +62,10 @@ impl TaylorOperator {
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
         let dense = DenseRows::new(scene, &equation.reduction, equation.moving());
         let mut operator = Self {
+            bordered: BorderedRows::new(scene, &equation, functions),
             equation,
             dense,
+            lumped: scene.mass.is_diagonal(),
             weight,
             omega: 0.0,
             width: 0.0,
@@ -123,7 +130,7 @@ impl TaylorOperator {
     /// Norms of mass-weighted `M^-1 L' K` and `M^-1 L' C`.
     fn norms(&self, scene: &Scene) -> (f64, f64) {
         if let Some(mass) = &scene.coupled_mass {
-            let factor = self.equation.amplification();
+            let factor = self.equation.amplification(mass);
             return (factor * mass.stiffness_rate, factor * mass.damping_rate);
         }
         let reduction = &self.equation.reduction;

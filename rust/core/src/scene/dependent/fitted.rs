@@ -169,7 +169,8 @@ impl Scene {
             }
         };
         let slots = &self.coordinates.slots;
-        let coupled_mass = coupled_mass(&mass, &damping, &stiffness, slots)
+        // A border serves one combination here, and is not worth its norm.
+        let coupled_mass = coupled_mass(&mass, &damping, &stiffness, None, slots)
             .expect("the positive definite mass in other coordinates");
         Self {
             size,

@@ -1,6 +1,6 @@
-//! A mass that is not diagonal in contact coordinates.
+//! A mass that is not diagonal in contact coordinates, or beside a stiffness that couples through contacts alone.
 //!
-//! There it has two blocks: that of the contact coordinates, which statuses reduce, and that of the free ones, the same
+//! In these coordinates it has two blocks: that of the contact coordinates, which statuses reduce, and that of the free ones, the same
 //! in every status (see [`crate::scene::coordinates::contact_coordinates`]). The first is small. Of the second only factors are
 //! kept, so that a sparse mass stays sparse.
 
@@ -9,10 +9,11 @@ use std::sync::Arc;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 use crate::error::Error;
-use crate::linalg::dense::cholesky;
+use crate::linalg::dense::{cholesky, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
+use crate::scene::inertia::border::Border;
 use crate::scene::inertia::rates::rate;
 
 /// Number of entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
@@ -31,6 +32,8 @@ pub(crate) struct CoupledMass {
     /// Bounds of stiffness and damping in the norm of M, 1/s^2 and 1/s.
     pub stiffness_rate: f64,
     pub damping_rate: f64,
+    /// Where stiffness couples coordinates through contacts alone, and damping is proportional.
+    pub border: Option<Border>,
 }
 
 /// The inverse of the block of the free coordinates.
@@ -42,13 +45,14 @@ enum FreeInverse {
 
 impl CoupledMass {
     /// Of M, C + G and K + H in contact coordinates, M without couplings between contact coordinates and others; or the
-    /// coordinate where M is not positive definite.
-    pub fn new(
+    /// coordinate where M is not positive definite. None where M is diagonal and K has no border.
+    fn new(
         mass: &SparseMatrix,
         damping: &SparseMatrix,
         stiffness: &SparseMatrix,
+        is_proportional: bool,
         slots: &[(usize, usize)],
-    ) -> Result<Self, usize> {
+    ) -> Result<Option<Self>, usize> {
         let size = mass.size();
         let mut is_contact = vec![false; size];
         slots.iter().for_each(|&(t, n)| (is_contact[t], is_contact[n]) = (true, true));
@@ -56,6 +60,10 @@ impl CoupledMass {
         let massive: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) != 0.0).collect();
         let (contact, free): (Vec<usize>, Vec<usize>) =
             massive.iter().partition(|&&k| is_contact[k]);
+        let border = if is_proportional { Border::new(mass, stiffness, &contact) } else { None };
+        if mass.is_diagonal() && border.is_none() {
+            return Ok(None);
+        }
         let contact_mass = mass.restricted(&contact).to_dense();
         let contact_factor = cholesky(&contact_mass).map_err(|(k, _)| contact[k])?;
         let factor = SparseCholesky::new(&mass.restricted(&free)).map_err(|k| free[k])?;
@@ -66,7 +74,7 @@ impl CoupledMass {
         let [mass, damping, stiffness] =
             [mass, damping, stiffness].map(|matrix| matrix.restricted(&massive));
         let whole = SparseCholesky::new(&mass).map_err(|k| massive[k])?;
-        Ok(Self {
+        Ok(Some(Self {
             size,
             contact,
             free,
@@ -74,7 +82,8 @@ impl CoupledMass {
             inverse,
             stiffness_rate: rate(&mass, &whole, &stiffness),
             damping_rate: rate(&mass, &whole, &damping),
-        })
+            border,
+        }))
     }
 
     /// Work on one acceleration, in entries of a sparse product.
@@ -122,6 +131,14 @@ impl CoupledMass {
             return 1.0;
         }
         let lower = self.contact_factor.l_dirty().lower_triangle();
+        if is_diagonal(&lower) {
+            // |A|^2 <= |A|_1 |A|_inf: the rows and columns of each contact have a few entries.
+            let scaled = map.map_with_location(|i, j, entry| entry * lower[(i, i)] * lower[(j, j)]);
+            let largest = |of: &DMatrix<f64>| {
+                of.column_iter().map(|column| column.lp_norm(1)).fold(1.0, f64::max)
+            };
+            return (largest(&scaled) * largest(&scaled.transpose())).sqrt();
+        }
         (lower.tr_mul(map) * &lower).singular_values().iter().fold(1.0, |a: f64, b| a.max(*b))
     }
 
@@ -141,18 +158,17 @@ impl CoupledMass {
     }
 }
 
-/// What is known of a mass in contact coordinates that is not diagonal.
+/// What is known of a mass in contact coordinates that is not diagonal, or beside a stiffness with a border; `proportional`
+/// as in [`crate::scene::model::Scene`].
 pub(crate) fn coupled_mass(
     mass: &SparseMatrix,
     damping: &SparseMatrix,
     stiffness: &SparseMatrix,
+    proportional: Option<(f64, f64)>,
     slots: &[(usize, usize)],
 ) -> Result<Option<Arc<CoupledMass>>, Error> {
-    if mass.is_diagonal() {
-        return Ok(None);
-    }
-    let known = CoupledMass::new(mass, damping, stiffness, slots);
-    known.map(|known| Some(Arc::new(known))).map_err(|dof| Error::IndefiniteSparseMass { dof })
+    let known = CoupledMass::new(mass, damping, stiffness, proportional.is_some(), slots);
+    known.map(|known| known.map(Arc::new)).map_err(|dof| Error::IndefiniteSparseMass { dof })
 }
 
 /// The mass without the couplings that the coordinates make zero, and that are nonzero by rounding only.

@@ -58,9 +58,16 @@ impl Scene {
         let mass_matrix = extended(&scene.mass, |_| 0.0, &|_| mass);
         let damping = extended(&scene.damping, |coupling| coupling.damping, &|_| 0.0);
         let stiffness = extended(&scene.stiffness, |coupling| coupling.stiffness, &spring);
-        let coupled_mass =
-            coupled_mass(&mass_matrix, &damping, &stiffness, &scene.coordinates.slots)
-                .expect("a positive definite mass with more of its diagonal");
+        // Held coordinates have no velocity; oscillators are not damped.
+        let proportional = scene.proportional.filter(|_| drive.oscillators.is_empty());
+        let coupled_mass = coupled_mass(
+            &mass_matrix,
+            &damping,
+            &stiffness,
+            proportional,
+            &scene.coordinates.slots,
+        )
+        .expect("a positive definite mass with more of its diagonal");
         Arc::new(Self {
             size,
             dofs: scene.dofs,
@@ -75,8 +82,7 @@ impl Scene {
             mass: mass_matrix,
             coupled_mass,
             damping,
-            // Held coordinates have no velocity; oscillators are not damped.
-            proportional: scene.proportional.filter(|_| drive.oscillators.is_empty()),
+            proportional,
             stiffness,
             energy_parts: None,
             force: [&scene.force[..], &vec![0.0; carriers]].concat(),

@@ -1,0 +1,79 @@
+"""Reduced models: the methods beside each other over coordinates and contacts, on short and on long runs.
+
+The scenes are models of an elastic block on a belt (`quad_block.py` in `tests/support`) of 50 to 300
+coordinates with 4 to 40 contacts: masses lumped at the contacts, and modes of the block held there, which
+K couples with the contacts and C = beta K damps. *Dense rows* are the better of modes and of series of
+the same scene with two modes tied by a spring too weak to be seen: series then multiply with dense
+matrices, as for any other dense scene.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from pathlib import Path
+
+import numpy as np
+from method_choice import METHODS, seconds
+
+import stickslip as ss
+from report import Report, machine, versions
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
+from quad_block import reduced_block
+
+#: (coordinates, contacts)
+SIZES = tuple((n, c) for n in (50, 100, 200, 300) for c in (4, 10, 20, 40) if 2 * c < n)
+#: Elements along the belt, and between two contacts.
+MESHES = {4: (39, 13), 10: (36, 4), 20: (38, 2), 40: (39, 1)}
+EVENTS = (200, 2000)
+
+
+def scene_of(coordinates: int, contacts: int) -> tuple[ss.Scene, ss.State]:
+    """Return a reduced block and its steady sliding, disturbed."""
+    columns, every = MESHES[contacts]
+    scene = reduced_block(columns, 8, every, coordinates - 2 * contacts)
+    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
+
+
+def tied(scene: ss.Scene) -> ss.Scene:
+    """Return the scene with two modes tied by 1e-12 N/m."""
+    stiffness = np.array(scene.stiffness)
+    stiffness[-2, -1] = stiffness[-1, -2] = 1e-12
+    return scene.replace(stiffness=stiffness)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--quick", action="store_true", help="small scenes")
+    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
+    options = parser.parse_args()
+    report = Report("dense-scenes")
+    rows, gains, choices = [], [], []
+    for coordinates, contacts in SIZES[:4] if options.quick else SIZES:
+        scene, start = scene_of(coordinates, contacts)
+        for most in EVENTS:
+            took = [seconds(scene, start, method, 1.0, most) for method in METHODS]
+            before = min(took[0], seconds(tied(scene), start, "taylor", 1.0, most))
+            gains.append((coordinates / contacts, before / min(took)))
+            choices.append(took[2] / min(took[:2]))
+            cells = [f"{1e3 * t:.0f}" if math.isfinite(t) else "-" for t in (before, *took)]
+            size = [str(number) for number in (coordinates, contacts, most)]
+            rows.append([*size, *cells, f"{gains[-1][1]:.1f}", f"{choices[-1]:.2f}"])
+            print(*rows[-1], file=sys.stderr, flush=True)
+    times = [f"{method}, ms" for method in ("dense rows", *METHODS)]
+    report.table(("coordinates", "contacts", "events", *times, "gain", "auto / better"), rows)
+    wide = [gain for ratio, gain in gains if ratio >= 12.0]
+    narrow = [gain for ratio, gain in gains if ratio < 12.0]
+    report.text(
+        f"Gain with 12 coordinates a contact or more: {min(wide):.1f} to {max(wide):.1f},",
+        f"median {np.median(wide):.1f}; elsewhere {min(narrow):.1f} to {max(narrow):.1f}.",
+        f"auto over the better of modal and taylor: largest {max(choices):.2f}.",
+    )
+    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
+    report.into(options.into)
+
+
+if __name__ == "__main__":
+    main()

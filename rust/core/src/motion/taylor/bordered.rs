@@ -1,0 +1,405 @@
+//! The equation of motion of a scene whose stiffness couples coordinates through contacts alone, for the vector unit.
+//!
+//! With `y = q + beta q'` the force on each other coordinate is `-(D y)_i - sum_r K_ri y_r` over the border, and that on
+//! the border is `-sum_i K_ri y_i`: one row of K serves both, and an order of the series costs O(n c). A combination
+//! needs nothing but the choice of its rows, its merges and the inverse mass of its contact coordinates.
+
+use pulp::bytemuck::{cast_slice, cast_slice_mut};
+
+use crate::contact::event_function::{EventFunction, Functional};
+use crate::motion::taylor::dense_rows::Order;
+use crate::numerics::double_double::Doubled;
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group, in_groups};
+use crate::scene::equation_of_motion::EquationOfMotion;
+use crate::scene::inertia::border::Border;
+use crate::scene::model::Scene;
+
+/// Rows that are multiplied at once.
+const BLOCK: usize = 4;
+/// Terms of an event function from which it is worth a row.
+const LONG: usize = 16;
+
+/// One combination of a scene whose stiffness has a border.
+#[derive(Debug)]
+pub(crate) struct BorderedRows {
+    unit: VectorUnit,
+    /// Places in the border whose coordinate moves or whose force counts, in whole blocks.
+    active: Vec<Option<usize>>,
+    /// Kept coordinates of the border.
+    kept: Vec<usize>,
+    alpha: f64,
+    pub beta: f64,
+    /// The long ones among the event functions.
+    pub functions: Vec<Option<FunctionRow>>,
+}
+
+/// Buffers of the products.
+#[derive(Debug, Default)]
+pub(crate) struct Buffers {
+    moved: Vec<Group>,
+    sum: Vec<Group>,
+    low: Vec<Group>,
+    dots: Vec<f64>,
+    residual: Vec<f64>,
+    acceleration: Vec<f64>,
+}
+
+impl BorderedRows {
+    pub fn new(
+        scene: &Scene,
+        equation: &EquationOfMotion,
+        functions: &[EventFunction],
+    ) -> Option<Self> {
+        let border = border_of(scene)?;
+        let (alpha, beta) = scene.proportional?;
+        let reduction = &equation.reduction;
+        let mut counts = vec![false; scene.size];
+        equation.moving().for_each(|k| counts[k] = true);
+        reduction.merges.iter().for_each(|merge| counts[merge.normal] = true);
+        let places = border.coordinates.iter().enumerate().filter(|(_, k)| counts[**k]);
+        let mut active: Vec<Option<usize>> = places.map(|(place, _)| Some(place)).collect();
+        active.resize(active.len().next_multiple_of(BLOCK), None);
+        let kept = border.coordinates.iter().copied().filter(|&k| reduction.place(k).is_some());
+        let row = |of: &EventFunction| FunctionRow::new(scene.size, beta, &of.functional);
+        Some(Self {
+            unit: VectorUnit::default(),
+            active,
+            kept: kept.collect(),
+            alpha,
+            beta,
+            functions: functions.iter().map(row).collect(),
+        })
+    }
+
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        self.functions.iter().flatten().map(|row| GROUP * row.weights.len()).sum()
+    }
+
+    /// Fills one order of the series.
+    pub fn advance(
+        &self,
+        scene: &Scene,
+        equation: &EquationOfMotion,
+        order: Order<'_>,
+        buffers: &mut Buffers,
+    ) {
+        let Some(border) = border_of(scene) else { return };
+        let Order { q, dq, rate, factor, force, forced, next } = order;
+        let Buffers { moved, sum, dots, residual, acceleration, .. } = buffers;
+        moved.resize(border.groups, ZEROS);
+        sum.resize(border.groups, ZEROS);
+        dots.resize(self.active.len(), 0.0);
+        residual.resize(q.len(), 0.0);
+        acceleration.resize(q.len(), 0.0);
+        let beta = self.beta * rate;
+        for ((y, q), dq) in cast_slice_mut(moved).iter_mut().zip(q).zip(dq) {
+            *y = q + beta * dq;
+        }
+        let load = |k: usize| if forced { force[k] } else { 0.0 };
+        let drag = self.alpha * rate;
+        let rows = &self.active;
+        let loads = if forced { force } else { &[] };
+        let (sum, to) = (&mut *sum, &mut *next);
+        self.unit.run(Product {
+            border,
+            rows,
+            moved,
+            sum,
+            dots: &mut *dots,
+            loads,
+            dq,
+            drag,
+            factor,
+            next: to,
+        });
+        // The border follows; what is held stays at zero, even where the rest is beyond the range of numbers.
+        border.coordinates.iter().chain(&border.massless).for_each(|&k| next[k] = 0.0);
+        for (place, dot) in self.active.iter().zip(dots) {
+            let Some(place) = place else { continue };
+            let k = border.coordinates[*place];
+            residual[k] = load(k) - *dot;
+            if drag != 0.0 {
+                residual[k] -= drag * scene.mass.row_dot(k, dq);
+            }
+        }
+        equation.accelerate_some(&self.kept, residual, acceleration);
+        self.kept.iter().for_each(|&k| next[k] = factor * acceleration[k]);
+    }
+
+    /// `L' (F - K q)`, summed in doubled precision.
+    pub fn balance(
+        &self,
+        scene: &Scene,
+        equation: &EquationOfMotion,
+        q: &[f64],
+        force: &mut [f64],
+        buffers: &mut Buffers,
+    ) {
+        let Some(border) = border_of(scene) else { return };
+        let Buffers { moved, sum, low, .. } = buffers;
+        for (buffer, values) in [(&mut *moved, q), (&mut *sum, &scene.force[..])] {
+            buffer.clear();
+            buffer.resize(border.groups, ZEROS);
+            cast_slice_mut(buffer)[..q.len()].copy_from_slice(values);
+        }
+        low.clear();
+        low.resize(border.groups, ZEROS);
+        let mut rows = vec![Doubled::default(); scene.size];
+        for place in self.active.iter().flatten() {
+            let sum = &mut *sum;
+            let dot = self.unit.run(Balance { border, place: *place, moved, sum, low });
+            let [high, low]: [[f64; GROUP]; 2] = dot.map(pulp::cast);
+            let k = border.coordinates[*place];
+            rows[k] = (0..GROUP).fold(Doubled::from(scene.force[k]), |total, lane| {
+                total.add(Doubled { high: high[lane], low: low[lane] })
+            });
+        }
+        let inverse: &[f64] = cast_slice(&border.inverse_mass);
+        let diagonal: &[f64] = cast_slice(&border.diagonal);
+        let (high, low): (&[f64], &[f64]) = (cast_slice(sum), cast_slice(low));
+        for (i, force) in force.iter_mut().enumerate().filter(|(i, _)| inverse[*i] != 0.0) {
+            let others = Doubled { high: high[i], low: low[i] };
+            *force = others.add(Doubled::product(-diagonal[i], q[i])).value();
+        }
+        let kept = &equation.reduction.kept;
+        for merge in &equation.reduction.merges {
+            let merged = rows[merge.normal].times(merge.factor);
+            rows[kept[merge.position]] = rows[kept[merge.position]].add(merged);
+        }
+        self.kept.iter().for_each(|&k| force[k] = rows[k].value());
+    }
+
+    /// `|weights|` of a function times the sizes of `q + beta q'`.
+    pub fn size(&self, row: &FunctionRow, sizes: &[f64]) -> f64 {
+        self.unit.run(Dot { weights: &row.weights, x: sizes, absolute: true })
+    }
+
+    /// The row of a function times the coefficient of order k of the displacements.
+    pub fn dot(&self, row: &FunctionRow, terms: &[f64]) -> f64 {
+        self.unit.run(Dot { weights: &row.weights, x: terms, absolute: false })
+    }
+}
+
+/// The border of the stiffness of a scene.
+pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {
+    scene.coupled_mass.as_deref()?.border.as_ref()
+}
+
+/// An event function `weights . (q + beta q') + rest`.
+#[derive(Debug)]
+pub(crate) struct FunctionRow {
+    weights: Vec<Group>,
+    pub rest: Functional,
+}
+
+impl FunctionRow {
+    /// None of a function of few coordinates, or whose velocities are not those of proportional damping.
+    fn new(size: usize, beta: f64, functional: &Functional) -> Option<Self> {
+        if functional.position.len() < LONG {
+            return None;
+        }
+        let mut weights = vec![0.0; size];
+        functional.position.iter().for_each(|&(k, weight)| weights[k] = weight);
+        let mut velocity: Vec<f64> = weights.iter().map(|weight| -beta * weight).collect();
+        functional.velocity.iter().for_each(|&(k, weight)| velocity[k] += weight);
+        let beyond =
+            |(k, rest): &(usize, f64)| rest.abs() > 4.0 * f64::EPSILON * (beta * weights[*k]).abs();
+        let velocity: Vec<(usize, f64)> = velocity.into_iter().enumerate().filter(beyond).collect();
+        let rest = Functional { position: Vec::new(), velocity, constant: 0.0 };
+        (2 * rest.velocity.len() < size).then(|| Self { weights: in_groups(&weights), rest })
+    }
+}
+
+/// `D y` and the active rows: their products with y, and what their coordinates add to the others.
+struct Product<'a> {
+    border: &'a Border,
+    rows: &'a [Option<usize>],
+    moved: &'a [Group],
+    sum: &'a mut [Group],
+    dots: &'a mut [f64],
+    /// Loads of the coordinates, if they act in this order.
+    loads: &'a [f64],
+    dq: &'a [f64],
+    drag: f64,
+    factor: f64,
+    next: &'a mut [f64],
+}
+
+impl Kernel for Product<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        let Self { border, rows, moved, sum, dots, loads, dq, drag, factor, next } = self;
+        let groups = border.groups;
+        let (moved, sum, diagonal) =
+            (&moved[..groups], &mut sum[..groups], &border.diagonal[..groups]);
+        for g in 0..groups {
+            sum[g] = simd.mul_f64s(diagonal[g], moved[g]);
+        }
+        let y: &[f64] = cast_slice(moved);
+        for (places, dots) in rows.chunks_exact(BLOCK).zip(dots.chunks_exact_mut(BLOCK)) {
+            let mut of = [&border.rows[..0]; BLOCK];
+            let mut x = [ZEROS; BLOCK];
+            for r in 0..BLOCK {
+                of[r] = &border.row(places[r])[..groups];
+                if let Some(place) = places[r] {
+                    x[r] = group([y[border.coordinates[place]]; GROUP]);
+                }
+            }
+            let mut products = [ZEROS; BLOCK];
+            for g in 0..groups {
+                let mut total = sum[g];
+                for r in 0..BLOCK {
+                    products[r] = simd.mul_add_f64s(of[r][g], moved[g], products[r]);
+                    total = simd.mul_add_f64s(of[r][g], x[r], total);
+                }
+                sum[g] = total;
+            }
+            for r in 0..BLOCK {
+                dots[r] = simd.reduce_sum_f64s(products[r]);
+            }
+        }
+        let (sum, inverse): (&[f64], &[f64]) = (cast_slice(sum), cast_slice(&border.inverse_mass));
+        let n = next.len();
+        let (sum, inverse, dq) = (&sum[..n], &inverse[..n], &dq[..n]);
+        for i in 0..n {
+            next[i] = -factor * (inverse[i] * sum[i] + drag * dq[i]);
+        }
+        for (i, load) in loads.iter().enumerate() {
+            next[i] += factor * (inverse[i] * load);
+        }
+    }
+}
+
+/// The same of one row, subtracted in doubled precision; the product of the row lane by lane.
+struct Balance<'a> {
+    border: &'a Border,
+    place: usize,
+    moved: &'a [Group],
+    sum: &'a mut [Group],
+    low: &'a mut [Group],
+}
+
+impl Kernel for Balance<'_> {
+    type Output = [Group; 2];
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
+        let Self { border, place, moved, sum, low } = self;
+        let y: &[f64] = cast_slice(moved);
+        let x = group([y[border.coordinates[place]]; GROUP]);
+        let mut dot = [ZEROS; 2];
+        let groups = border.groups;
+        let (row, moved) = (&border.row(Some(place))[..groups], &moved[..groups]);
+        let (sum, low) = (&mut sum[..groups], &mut low[..groups]);
+        for g in 0..groups {
+            [sum[g], low[g]] = less_product(simd, [sum[g], low[g]], row[g], x);
+            dot = less_product(simd, dot, row[g], moved[g]);
+        }
+        dot
+    }
+}
+
+/// `sum - a b`, with what rounding loses added to the second part.
+#[inline(always)]
+fn less_product<S: Lanes>(simd: S, [sum, low]: [Group; 2], a: Group, b: Group) -> [Group; 2] {
+    let product = simd.mul_f64s(a, b);
+    // `product - a b`
+    let lost = simd.negate_mul_add_f64s(a, b, product);
+    let total = simd.sub_f64s(sum, product);
+    let part = simd.sub_f64s(total, sum);
+    let of_sum = simd.sub_f64s(sum, simd.sub_f64s(total, part));
+    let of_product = simd.add_f64s(product, part);
+    let lost = simd.add_f64s(simd.sub_f64s(of_sum, of_product), lost);
+    [total, simd.add_f64s(low, lost)]
+}
+
+/// `sum weights x`, or with the absolute values of the weights.
+struct Dot<'a> {
+    weights: &'a [Group],
+    x: &'a [f64],
+    absolute: bool,
+}
+
+impl Kernel for Dot<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> f64 {
+        let Self { weights, x, absolute } = self;
+        let (x, rest) = x.as_chunks::<GROUP>();
+        let weights = &weights[..x.len() + usize::from(!rest.is_empty())];
+        let mut sums = [ZEROS; BLOCK];
+        for g in 0..x.len() {
+            let weight = if absolute { simd.abs_f64s(weights[g]) } else { weights[g] };
+            sums[g % BLOCK] = simd.mul_add_f64s(weight, group(x[g]), sums[g % BLOCK]);
+        }
+        let sum = simd.add_f64s(simd.add_f64s(sums[0], sums[1]), simd.add_f64s(sums[2], sums[3]));
+        let weights: &[f64] = cast_slice(&weights[x.len()..]);
+        let mut last = simd.reduce_sum_f64s(sum);
+        for i in 0..rest.len() {
+            last += rest[i] * if absolute { weights[i].abs() } else { weights[i] };
+        }
+        last
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    /// `sum - a b`, of four numbers each.
+    struct Less([[f64; GROUP]; 4]);
+
+    impl Kernel for Less {
+        type Output = [Group; 2];
+
+        #[inline(always)]
+        fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
+            let [sum, low, a, b] = self.0.map(group);
+            less_product(simd, [sum, low], a, b)
+        }
+    }
+
+    proptest! {
+        /// A product is subtracted as doubled numbers are, and the same on every vector unit.
+        #[test]
+        fn products_are_subtracted_in_doubled_precision(
+            parts in proptest::array::uniform4(proptest::array::uniform4(-1.0..1.0f64)),
+        ) {
+            let [sum, low, a, b] = parts;
+            let low = low.map(|part| 1e-17 * part);
+            let by = |unit: VectorUnit| -> [[f64; GROUP]; 2] {
+                unit.run(Less([sum, low, a, b])).map(pulp::cast)
+            };
+            let [high, rest] = by(VectorUnit::default());
+            prop_assert_eq!([high, rest], by(VectorUnit::Portable));
+            for lane in 0..GROUP {
+                let before = Doubled { high: sum[lane], low: low[lane] };
+                let expected = before.add(Doubled::product(-a[lane], b[lane]));
+                let found = Doubled::from(high[lane]).add(Doubled::from(rest[lane]));
+                let error = (found.high - expected.high) + (found.low - expected.low);
+                prop_assert!(error.abs() <= 1e-31, "{found:?} of {expected:?}");
+            }
+        }
+
+        /// Products with rows of any length are the sums that they stand for.
+        #[test]
+        fn dots_are_scalar_sums(
+            pairs in proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 1..40),
+            absolute in any::<bool>(),
+        ) {
+            let (weights, x): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
+            let groups = in_groups(&weights);
+            let found = VectorUnit::default().run(Dot { weights: &groups, x: &x, absolute });
+            let terms = weights.iter().zip(&x).map(|(w, x)| if absolute { w.abs() * x } else { w * x });
+            let sum: f64 = terms.clone().sum();
+            let size: f64 = terms.map(f64::abs).sum();
+            prop_assert!((found - sum).abs() <= 20.0 * f64::EPSILON * size);
+        }
+    }
+}

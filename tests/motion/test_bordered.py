@@ -1,0 +1,79 @@
+"""Series of scenes whose stiffness couples coordinates through contacts alone, beside other ways."""
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+from quad_block import reduced_block
+
+#: Of the damping, 1/s and s.
+ALPHA, BETA = 40.0, 1e-7
+
+
+def kicked(scene):
+    return ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
+
+
+def lumped():
+    return reduced_block(20, 8, 5, 40)
+
+
+def coupled():
+    """Return a model whose contacts mass couples, with its modes apart."""
+    scene = lumped()
+    mass = np.diag(np.asarray(scene.mass, dtype=float))
+    contacts = len(scene.contacts)
+    for part in (slice(0, contacts), slice(contacts, 2 * contacts)):
+        mass[part, part] += 0.1 * mass[0, 0]
+    return scene.replace(mass=mass, impact_friction=True)
+
+
+def with_laws(scene):
+    return scene.replace(static_friction=0.5, restitution=[0.3 * (k % 2) for k in range(len(scene.contacts))])
+
+
+SCENES = {
+    "lumped": lumped,
+    "coupled": coupled,
+    "static friction and restitution": lambda: with_laws(lumped()),
+    "coupled, with static friction and restitution": lambda: with_laws(coupled()),
+}
+
+
+def in_matrices(scene):
+    """Return the scene with its damping as a matrix, which no border serves."""
+    mass = np.asarray(scene.mass, dtype=float)
+    mass = np.diag(mass) if mass.ndim == 1 else mass
+    return scene.replace(damping=ALPHA * mass + BETA * np.asarray(scene.stiffness, dtype=float))
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_same_events_as_without_the_border(name):
+    scene = SCENES[name]().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    start = kicked(scene)
+    runs = [
+        ss.simulate(which, start, 1.0, method, max_events=100)
+        for which, method in [(scene, "taylor"), (in_matrices(scene), "taylor"), (scene, "modal")]
+    ]
+    first, *others = ([(event.contact, str(event.kind)) for event in run.events] for run in runs)
+    assert len(first) == 100
+    for run, other in zip(runs[1:], others, strict=True):
+        assert other == first
+        times = [[event.time for event in one.events] for one in (runs[0], run)]
+        np.testing.assert_allclose(times[0], times[1], rtol=1e-11)
+    instants = np.linspace(0.0, min(run.events[-1].time for run in runs), 200, endpoint=False)
+    samples = [run.sample(instants) for run in runs]
+    for sample in samples[1:]:
+        for quantity in ("position", "velocity", "normal_force"):
+            found, expected = samples[0][quantity].to_numpy(), sample[quantity].to_numpy()
+            near = np.isclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
+            # A sample within rounding of an event may lie on either side of it.
+            assert np.mean(near.all(axis=1)) > 0.99
+
+
+def test_panels_are_not_shorter_than_without_the_border():
+    """The norm of M is nearer to the fastest mode than row sums are."""
+    scene = lumped().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    runs = [ss.simulate(which, kicked(scene), 2e-3, "taylor") for which in (scene, in_matrices(scene))]
+    assert runs[0].counters["panels"] <= runs[1].counters["panels"]
+    assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
