@@ -3,6 +3,7 @@
 from stickslip.faults import (
     InputError,
     NoSteadySlidingError,
+    NoSteadyStateError,
     OrbitError,
     SearchInterrupted,
     StickslipError,
@@ -15,6 +16,7 @@ from stickslip.motion.errors import NotPeriodicError, RunError, RunInterrupted
 __all__ = [
     "InputError",
     "NoSteadySlidingError",
+    "NoSteadyStateError",
     "NotPeriodicError",
     "OrbitError",
     "RunError",

@@ -24,6 +24,13 @@ class NoSteadySlidingError(InputError):
     """
 
 
+class NoSteadyStateError(InputError):
+    """A combination has no steady state about which motions are linear, and so no modes.
+
+    One contact slides by a law of friction over slip speed while another one sticks.
+    """
+
+
 class SearchInterrupted(KeyboardInterrupt):
     """A search over many motions that the user interrupted.
 

@@ -129,3 +129,46 @@ def test_calls_over_many_scenes_take_laws():
     for cycle, speed in zip(found.cycles, (0.15, 0.2), strict=True):
         assert cycle is not None
         assert cycle.period == pytest.approx(stick_slip(speed).period, rel=1e-11)
+
+
+def test_basins_and_bifurcations_tell_sliding_from_stick_slip():
+    scene = block(0.4)
+    sliding = ss.sliding_equilibrium(scene)
+    found = ss.basins(scene, sliding, velocity={"x": [0.1, 0.39]}, position={"x": [0.0, 0.01]})
+    assert found.map.values.tolist() == [[0, 1], [0, 1]]
+    assert found.attractors[0] == "equilibrium"
+    assert "".join(found.attractors[1].combinations) == "+s"
+    diagram = ss.bifurcation(
+        scene,
+        slider_speed=[0.2, 0.4, 0.8],
+        start=lambda scene: ss.State([0.0], [scene.contacts[0].slider_speed], "s", dofs=scene.dofs),
+    )
+    assert diagram.to_dataset().kind.values.tolist() == ["cycle", "cycle", "equilibrium"]
+
+
+def test_studies_answer_what_single_calls_do():
+    outputs = ["growth_rate", "period", "stability", "energy_per_cycle"]
+    study = ss.Study(
+        block(0.2), {"slider_speed": [0.2, 0.4]}, outputs=outputs, duration=20.0, velocity={"x": 0.1}
+    )
+    found = study.run()
+    start = ss.sliding_equilibrium(block(0.2)).perturbed(velocity={"x": 0.1})
+    cycle = ss.simulate(block(0.2), start, 20.0).limit_cycle()
+    assert found.stability.values.tolist() == ["stable", ""]
+    assert found.period.values[0] == pytest.approx(cycle.period, rel=1e-12)
+    assert found.energy_per_cycle.values[0] == pytest.approx(cycle.balance().damping, rel=1e-9)
+    growth = ss.complex_modes(block(0.4)).eigenvalues.real.max()
+    assert found.growth_rate.values[1] == pytest.approx(growth, rel=1e-12)
+
+
+def test_a_cycle_through_sticking_and_a_law_shows_the_modes_that_there_are():
+    law = Stribeck(1.5, 1.2, 0.1)
+    scene = ss.models.two_subsystems(friction=law, slider_speed=0.025, preload_displacement=1e-3)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+    cycle = ss.simulate(scene, start, 0.6).limit_cycle()
+    assert "s+" in cycle.combinations
+    assert "s+" not in cycle.modes
+    assert "++" in cycle.modes
+    frequency = cycle.table().frequency[cycle.combinations.index("s+")]
+    assert np.isnan(frequency).all()
+    assert str(cycle.summary())

@@ -133,3 +133,23 @@ def test_the_energy_of_all_modes_is_that_of_the_deviation_from_sliding(drawn, st
     np.testing.assert_allclose(
         modes.total.values[kept], expected[kept], rtol=1e-8, atol=1e-9 * float(flow.elastic.max())
     )
+
+
+def test_under_a_given_normal_force_the_deviation_is_from_sliding():
+    belt = ss.Contact(tangential="x", normal_force=10.0, friction=0.3, slider_speed=0.4)
+    scene = ss.Scene([1.0], [[100.0]], damping=[[1.0]], contacts=[belt], dofs=["x"])
+    sliding = ss.sliding_equilibrium(scene)
+    run = ss.simulate(scene, sliding.perturbed(velocity={"x": 0.2}), 3.0)
+    times = np.linspace(0.0, 3.0, 20)
+    modes, sample = ss.modal_energy(run, times), run.sample(times)
+    deviation = sample.position.values[:, 0] - 0.3 * 10.0 / 100.0
+    expected = 0.5 * sample.velocity.values[:, 0] ** 2 + 50.0 * deviation**2
+    np.testing.assert_allclose(modes.total, expected, rtol=1e-12)
+
+
+def test_a_motion_under_a_law_of_friction_is_no_sum_of_modes():
+    law = ss.friction.Stribeck(0.5, 0.3, 0.1)
+    scene = ss.models.two_subsystems(friction=law, slider_speed=0.2, preload_displacement=1e-3)
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.01)
+    with pytest.raises(ss.InputError, match="no sum of modes"):
+        ss.modal_energy(run, [0.005])

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 import stickslip as ss
 from stickslip.scene.laws.friction import Constant, Law, Linear, Rational, Stribeck, Tabulated
@@ -79,6 +80,36 @@ def test_falling_friction_gives_a_hopf_point_in_closed_form():
     # (static - kinetic) / speed (1 + v / speed)^-2 N = c
     (point,) = ss.hopf_points(block(Rational(0.5, 0.3, 0.1)), slider_speed=(0.05, 1.0))
     assert point.value == pytest.approx(0.1 * (np.sqrt(2.0 * 10.0 / 0.7) - 1.0), rel=1e-12)
+
+
+def test_a_hopf_point_over_every_number_of_the_law():
+    """``(static - kinetic) / speed exp(-v / speed) - viscous = c / N`` at v = 0.2 m/s, c / N = 0.07 s/m."""
+    falling = np.exp(-2.0) / 0.1
+    expected = {
+        "friction_static": 0.3 + 0.07 / falling,
+        "friction_kinetic": 0.5 - 0.07 / falling,
+        "friction_viscous": 0.2 * falling - 0.07,
+        "friction_speed": brentq(lambda v: 0.2 / v * np.exp(-0.2 / v) - 0.07, 0.02, 0.1, xtol=1e-16),
+    }
+    around = {
+        "friction_static": (0.31, 0.9),
+        "friction_kinetic": (0.1, 0.5),
+        "friction_viscous": (0.0, 0.5),
+        "friction_speed": (0.02, 0.1),
+    }
+    for name, value in expected.items():
+        (point,) = ss.critical_points(block(STRIBECK), over={name: around[name]})
+        assert (point.kind, point.cause) == ("hopf", "falling friction")
+        assert point.value == pytest.approx(value, rel=1e-12)
+
+
+def test_where_one_slides_by_a_law_and_another_sticks_there_are_no_modes():
+    scene = ss.models.two_subsystems(friction=STRIBECK, slider_speed=0.2, preload_displacement=1e-3)
+    with pytest.raises(ss.errors.NoSteadyStateError, match="contact 0 sticks"):
+        ss.complex_modes(scene, "s+")
+    table = ss.status_table(scene, ["++", "s+", "ss"]).data
+    assert np.isnan(table.frequency.sel(combination="s+")).all()
+    assert np.isfinite(table.frequency.sel(combination="ss", pair=0))
 
 
 def test_mode_coupling_is_told_apart():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -12,6 +13,7 @@ import xarray as xr
 from stickslip import _core
 from stickslip.cycles.harmonics import fourier_series, harmonic_energy
 from stickslip.cycles.phases import CyclePhase, Margin, phases_of
+from stickslip.faults import NoSteadyStateError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.motion.energy import Balance
@@ -220,8 +222,15 @@ class Cycle(Shown):
 
     @cached_property
     def modes(self) -> dict[str, Modes]:
-        """The complex modes of every combination of the cycle."""
-        return {name: complex_modes(self.scene, name) for name in dict.fromkeys(self.combinations)}
+        """The complex modes of every combination of the cycle in which small motions are linear.
+
+        They are not where one contact slides by a law of friction while another one sticks.
+        """
+        found = {}
+        for name in dict.fromkeys(self.combinations):
+            with contextlib.suppress(NoSteadyStateError):
+                found[name] = complex_modes(self.scene, name)
+        return found
 
     def table(self) -> xr.Dataset:
         """Return combinations, durations and the frequencies of their modes, as the paper's Table 2.
@@ -234,10 +243,11 @@ class Cycle(Shown):
             (phase).
         """
         upper = {name: modes.eigenvalues[modes.eigenvalues.imag >= 0.0] for name, modes in self.modes.items()}
-        width = max(values.size for values in upper.values())
+        width = max((values.size for values in upper.values()), default=0)
         rows = np.full((len(self.combinations), width), complex(np.nan, np.nan))
         for row, name in zip(rows, self.combinations, strict=True):
-            row[: upper[name].size] = upper[name]
+            values = upper.get(name, ())
+            row[: len(values)] = values
         return xr.Dataset(
             {
                 "duration": ("phase", self.durations, {"units": "s"}),
@@ -403,8 +413,8 @@ class Cycle(Shown):
         rows = []
         for phase in self.phases:
             if phase.duration > 0.0:
-                modes = self.modes[phase.combination]
-                lines = modes.frequencies[modes.eigenvalues.imag >= 0.0]
+                modes = self.modes.get(phase.combination)
+                lines = () if modes is None else modes.frequencies[modes.eigenvalues.imag >= 0.0]
                 shown = " ".join(f"{line:.2f}" for line in lines[:LINES]) + (
                     " ..." if len(lines) > LINES else ""
                 )

@@ -15,9 +15,11 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
+from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
-from stickslip.modes.shape import mode_friction
+from stickslip.modes.shape import FRICTION_SIGN, mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
+from stickslip.scene.laws.friction import Constant, Law
 from stickslip.scene.reduction import reduce
 from stickslip.scene.scene import Scene
 from stickslip.scene.structure import Structure
@@ -53,10 +55,16 @@ def modal_energy(run: Motion, times: ArrayLike) -> xr.Dataset:
     Raises
     ------
     InputError
-        If a time lies outside the motion.
+        If a time lies outside the motion, or friction depends on slip speed.
     """
     at = np.atleast_1d(real_array("times", times, 0, 1))
     scene = run.scene
+    laws = [contact.friction for contact in scene.contacts if isinstance(contact.friction, Law)]
+    if not all(isinstance(law, Constant) for law in laws):
+        raise InputError(
+            "modal_energy: friction depends on slip speed, so a finite motion is no sum of modes;"
+            " Trajectory.energy and Trajectory.balance have its energy"
+        )
     sample = run.sample(at)
     combinations = np.array(["".join(row) for row in sample.status.to_numpy()], dtype=np.str_)
     parts = {name: Deviations.of(scene, str(name)) for name in np.unique(combinations)}
@@ -128,7 +136,8 @@ class Deviations:
             load = left[:, :free] @ reduced.left_basis.T
             # The load on the free coordinates: F - C x_p' - K x_p, which changes as -K x_p'.
             change = -load @ structure.stiffness @ velocity
-            constant = load @ (structure.force - structure.damping @ velocity)
+            force = structure.force + structure.directions[:, ::2] @ _given_friction(scene, combination)
+            constant = load @ (force - structure.damping @ velocity)
             return cls(
                 scene,
                 structure,
@@ -173,6 +182,19 @@ class Deviations:
             np.broadcast_to(self.rates.real, (count, self.rates.size)),
         )
         return terms, shares.sum(axis=1)
+
+
+def _given_friction(scene: Scene, combination: str) -> Real:
+    """T of the contacts that slide under given normal forces, N."""
+    slides = zip(combination, scene.contacts, strict=True)
+    return np.array(
+        [
+            FRICTION_SIGN[status] * contact.coefficient() * contact.normal_force
+            if contact.normal_force is not None
+            else 0.0
+            for status, contact in slides
+        ]
+    )
 
 
 def _prescribed(scene: Scene, structure: Structure, combination: str) -> tuple[Real, Real]:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import xarray as xr
 
-from stickslip.faults import InputError
+from stickslip.faults import InputError, NoSteadyStateError
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.scene.contact import letters_of
 from stickslip.scene.scene import Scene, checked
@@ -32,7 +32,8 @@ class StatusTable(Shown):
     ----------
     data
         Over ``combination`` and ``pair``, one of each conjugate pair, ascending in frequency, nan beyond the
-        last: ``eigenvalue`` (1/s), ``frequency`` (Hz), ``damping_ratio``, ``unstable``.
+        last and in combinations without modes: ``eigenvalue`` (1/s), ``frequency`` (Hz), ``damping_ratio``,
+        ``unstable``.
     """
 
     data: xr.Dataset
@@ -122,7 +123,11 @@ def status_table(scene: Scene, combinations: Sequence[str] | None = None) -> Sta
             raise InputError(f"combinations: expected a sequence of them, got {combinations!r}")
     upper = []
     for combination in chosen:
-        modes = complex_modes(scene, combination)
+        try:
+            modes = complex_modes(scene, combination)
+        except NoSteadyStateError:
+            upper.append((np.zeros(0, dtype=complex), np.zeros(0, dtype=bool)))
+            continue
         listed = modes.eigenvalues.imag >= 0.0
         upper.append((modes.eigenvalues[listed], modes.unstable[listed]))
     eigenvalue = np.full((len(chosen), max(len(values) for values, _ in upper)), complex(np.nan, np.nan))

@@ -8,6 +8,7 @@ use stickslip_core::{Error, RunFailure};
 pub fn raise(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error {
         Error::NoSteadySliding { .. } => "NoSteadySlidingError",
+        Error::NoSteadyState { .. } => "NoSteadyStateError",
         _ => "InputError",
     };
     named(py, class, &error.to_string())

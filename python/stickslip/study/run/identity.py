@@ -14,6 +14,7 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
+from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Load
 from stickslip.scene.scene import Proportional, Scene
 from stickslip.study.sample.fingerprint import described_function, fingerprints
@@ -119,7 +120,9 @@ def _load(load: Load) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """Return an index, number, name or direction of a contact as a file keeps it."""
+    """Return an index, number, name, direction or law of friction of a contact as a file keeps it."""
+    if isinstance(value, Law):
+        return value.table()
     if isinstance(value, Mapping):
         return {str(name): float(weight) for name, weight in value.items()}
     vector = isinstance(value, np.ndarray | np.generic | list | tuple)
