@@ -93,7 +93,7 @@ bench: $(VENV)/.bench ## Time, accuracy, throughput and size, beside other progr
 	$(BIN)/python benchmarks/studies.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/study_survival.py $(if $(INTO),--into docs/certification.md)
 	$(BIN)/python benchmarks/method_choice.py $(INTO:%=--into %)
-	$(BIN)/python benchmarks/dense_scenes.py
+	$(BIN)/python benchmarks/dense_scenes.py $(INTO:%=--into %)
 	$(BIN)/python benchmarks/eigenvalues.py
 	$(BIN)/python benchmarks/large_scenes.py
 	$(BIN)/python benchmarks/band_modes.py --sizes 5000 10000 50000 $(INTO:%=--into %)

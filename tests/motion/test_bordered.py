@@ -28,15 +28,15 @@ def coupled():
     return scene.replace(mass=mass, impact_friction=True)
 
 
-def with_laws(scene):
+def with_static_friction(scene):
     return scene.replace(static_friction=0.5, restitution=[0.3 * (k % 2) for k in range(len(scene.contacts))])
 
 
 SCENES = {
     "lumped": lumped,
     "coupled": coupled,
-    "static friction and restitution": lambda: with_laws(lumped()),
-    "coupled, with static friction and restitution": lambda: with_laws(coupled()),
+    "static friction and restitution": lambda: with_static_friction(lumped()),
+    "coupled, with static friction and restitution": lambda: with_static_friction(coupled()),
 }
 
 

@@ -402,6 +402,10 @@ pub enum Error {
     },
 }
 
+pub(crate) fn refused(reason: &'static str) -> Error {
+    Error::Record { reason }
+}
+
 /// How to divide an unsymmetric matrix between an argument that must be symmetric and its skew counterpart.
 fn split(argument: &str) -> &'static str {
     match argument {

@@ -402,8 +402,8 @@ pub(crate) fn functions_of_contact(
 }
 
 /// The event function by which `trigger` ends the status of one contact; for a sticking contact whose friction cone closes
-/// it is that of the normal force. An orbit under loads in time ends with their period,
-/// one without events where a contact turns.
+/// it is that of the normal force. An orbit under loads in time ends with their period, and an orbit without events ends
+/// where a contact turns.
 pub(crate) fn ending(
     scene: &Scene,
     combination: &Combination,

@@ -141,14 +141,19 @@ impl EquationOfMotion {
 
     /// q'' of the kept coordinates from the residual `F - K q - C q'`, which is overwritten.
     pub fn accelerate(&self, residual: &mut [f64], acceleration: &mut [f64]) {
-        self.accelerate_some(&self.reduction.kept, residual, acceleration);
+        self.accelerate_contacts(&self.reduction.kept, residual, acceleration);
         if let InverseMass::Coupled { mass, .. } = &self.inverse {
             mass.accelerate_free(residual, acceleration);
         }
     }
 
-    /// The same of some kept coordinates, where mass couples no others with them.
-    pub fn accelerate_some(&self, some: &[usize], residual: &mut [f64], acceleration: &mut [f64]) {
+    /// The same of the coordinates that contacts couple by mass; where mass is diagonal, of those in `some`.
+    pub fn accelerate_contacts(
+        &self,
+        some: &[usize],
+        residual: &mut [f64],
+        acceleration: &mut [f64],
+    ) {
         let Reduction { kept, merges, .. } = &self.reduction;
         for merge in merges {
             residual[kept[merge.position]] += merge.factor * residual[merge.normal];

@@ -44,7 +44,7 @@ pub struct Scene {
     pub(crate) coordinates: Coordinates,
     /// M in contact coordinates.
     pub(crate) mass: SparseMatrix,
-    /// What is known of that M, unless it is diagonal.
+    /// What is known of that M, unless it is diagonal; also of a diagonal one where contacts are the border of the stiffness.
     pub(crate) coupled_mass: Option<Arc<CoupledMass>>,
     /// C + G.
     pub(crate) damping: SparseMatrix,

@@ -5,7 +5,7 @@
 use std::sync::Arc;
 
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
-use crate::error::{Error, RunFailure};
+use crate::error::{Error, RunFailure, refused};
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
@@ -105,10 +105,6 @@ impl TrajectoryRecord {
             _ => Ok(()),
         }
     }
-}
-
-pub(crate) fn refused(reason: &'static str) -> Error {
-    Error::Record { reason }
 }
 
 fn recorded_basis(

@@ -146,7 +146,7 @@ impl<'a> Laws<'a> {
         modes: &Modes,
         pressed: &[f64],
     ) -> Self {
-        let forces = || steady.contacts_coupled().then(|| contact_forces(steady, combination));
+        let forces = steady.contacts_coupled().then(|| contact_forces(steady, combination));
         let own = reduced.scene(steady);
         let contacts = moving.sliding_by_law(combination).map(|(contact, law)| {
             let sliding = &steady.contacts[contact];
@@ -158,8 +158,8 @@ impl<'a> Laws<'a> {
                 let sum: Complex64 = left.iter().zip(&along).map(|(l, f)| l * f).sum();
                 (sum / modes.a[r]).norm()
             });
-            let normal = match forces() {
-                Some(mut forces) => forces.swap_remove(contact).1,
+            let normal = match &forces {
+                Some(forces) => forces[contact].1.clone(),
                 None => reaction(steady, sliding.normal),
             };
             Law {

@@ -42,6 +42,9 @@ impl<'a> Turns<'a> {
         let combination = run.combination_of(phase);
         let contacts: Vec<usize> =
             scene.sliding_by_law(&combination).map(|(contact, _)| contact).collect();
+        if contacts.is_empty() {
+            return None;
+        }
         let flow = Flow::new(&run.propagators, &combination, method).ok()?;
         let duration = run.phase_duration(phase);
         let count = (PARTS as f64 * duration / flow.panel()?).ceil();

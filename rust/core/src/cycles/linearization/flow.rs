@@ -237,8 +237,8 @@ impl<'a> Flow<'a> {
         self.rate(field, 0.0, &self.friction_rates(state, field))
     }
 
-    /// The same with all loads, forces and speeds of sticking contacts, times `load`: 0 leaves the linear part. `friction` is
-    /// what laws add.
+    /// `(q', q'')` of a state, with forces, loads and speeds of sticking contacts times `load` (0 leaves the linear part), and
+    /// with the forces `friction` that laws add.
     fn rate(&self, state: &[f64], load: f64, friction: &[f64]) -> Vec<f64> {
         let scene = self.equation.scene(self.basis.scene(self.scene));
         let n = scene.size;

@@ -8,12 +8,11 @@ use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, Step};
-use crate::error::Error;
+use crate::error::{Error, refused};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
-use crate::transient::record::refused;
 
 /// A [`Cycle`] without its scene.
 #[derive(Debug, Clone, PartialEq)]

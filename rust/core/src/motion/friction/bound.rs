@@ -16,9 +16,9 @@ use crate::motion::friction::operator::LawOperator;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 
-/// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state, and to the
-/// change of slip speed over which a law changes.
+/// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
 const TUBE: f64 = 1e-6;
+/// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
 
 impl LawMotion {

@@ -123,7 +123,7 @@ impl BorderedRows {
                 residual[k] -= drag * scene.mass.row_dot(k, dq);
             }
         }
-        equation.accelerate_some(&self.kept, residual, acceleration);
+        equation.accelerate_contacts(&self.kept, residual, acceleration);
         self.kept.iter().for_each(|&k| next[k] = factor * acceleration[k]);
     }
 

@@ -182,12 +182,9 @@ impl March<'_> {
                     self.trajectory.end = until;
                     self.clock = Clock { seconds: until, rest: 0.0 };
                     if until >= duration {
-                        if self
-                            .motion
-                            .steps
-                            .last()
-                            .is_some_and(|step| step.panel == self.motion.panels.len())
-                        {
+                        let last = self.motion.steps.last();
+                        // The last event begins a panel that there is not yet.
+                        if last.is_some_and(|step| step.panel == self.motion.panels.len()) {
                             self.begin_panel();
                         }
                         return StopReason::Duration;

@@ -1,6 +1,6 @@
 //! The motion of a local march as plain numbers, which give it again to the last bit.
 
-use crate::error::Error;
+use crate::error::{Error, refused};
 use crate::motion::local::field::Reset;
 use crate::motion::propagators::Propagators;
 use crate::scene::status::{Combination, Status};
@@ -42,10 +42,6 @@ pub struct LocalRecord {
     pub reset_coordinate: Vec<usize>,
     /// Place and speed of each.
     pub reset_state: Vec<f64>,
-}
-
-fn refused(reason: &'static str) -> Error {
-    Error::Record { reason }
 }
 
 impl LocalMotion {
