@@ -13,27 +13,10 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import stickslip as ss
+from law_blocks import HOPF, STEPS, block, small_cycle
 from return_map import assert_multipliers
 from stickslip.errors import NotPeriodicError
 from stickslip.scene.laws.friction import Stribeck
-
-#: Steps of differences, m and m/s, for motions of centimetres.
-STEPS = (1e-7, 1e-6)
-#: ``N (static - kinetic) / speed exp(-v / speed) = c``
-HOPF = 0.1 * np.log(10.0 * 0.2 / 0.1 / 1.0)
-
-
-def block(speed: float) -> ss.Scene:
-    law = Stribeck(0.5, 0.3, 0.1)
-    belt = ss.Contact(tangential="x", normal_force=10.0, friction=law, slider_speed=speed)
-    return ss.Scene([1.0], [[100.0]], damping=[[1.0]], contacts=[belt], dofs=["x"])
-
-
-def small_cycle(speed: float, guess: float = 0.05) -> ss.Cycle:
-    """Return the cycle without events near the Hopf point, from a guess of its largest speed."""
-    scene = block(speed)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x": guess})
-    return ss.simulate(scene, start, 1.5).closed_cycle()
 
 
 def stick_slip(speed: float) -> ss.Cycle:

@@ -1,0 +1,25 @@
+"""A block on a belt under friction over slip speed, and the cycle that is born at its Hopf point."""
+
+import numpy as np
+
+import stickslip as ss
+from stickslip.scene.laws.friction import Law, Stribeck
+
+STRIBECK = Stribeck(0.5, 0.3, 0.1)
+#: Steps of differences, m and m/s, for motions of centimetres.
+STEPS = (1e-7, 1e-6)
+#: Speed of the belt, m/s: ``N (static - kinetic) / speed exp(-v / speed) = c``.
+HOPF = 0.1 * np.log(10.0 * 0.2 / 0.1 / 1.0)
+
+
+def block(speed: float, law: Law = STRIBECK, damping: float = 1.0, **given) -> ss.Scene:
+    """Return a block of 1 kg, pressed with 10 N on a belt."""
+    belt = ss.Contact(tangential="x", normal_force=10.0, friction=law, slider_speed=speed)
+    return ss.Scene([1.0], [[100.0]], damping=[[damping]], contacts=[belt], dofs=["x"], **given)
+
+
+def small_cycle(speed: float, guess: float = 0.05) -> ss.Cycle:
+    """Return the cycle without events near the Hopf point, from a guess of its largest speed."""
+    scene = block(speed)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x": guess})
+    return ss.simulate(scene, start, 1.5).closed_cycle()
