@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
 from stickslip.modes.complex_modes import complex_modes
-from stickslip.modes.shape import FRICTION_SIGN, mode_friction
+from stickslip.modes.shape import friction_factors, mode_friction
 from stickslip.scene.checks import Complex, Real, real_array
 from stickslip.scene.laws.friction import Constant, Law
 from stickslip.scene.reduction import reduce
@@ -136,7 +136,9 @@ class Deviations:
             load = left[:, :free] @ reduced.left_basis.T
             # The load on the free coordinates: F - C x_p' - K x_p, which changes as -K x_p'.
             change = -load @ structure.stiffness @ velocity
-            force = structure.force + structure.directions[:, ::2] @ _given_friction(scene, combination)
+            given = np.array([contact.normal_force or 0.0 for contact in scene.contacts])
+            friction = friction_factors(scene, combination) * given
+            force = structure.force + structure.directions[:, ::2] @ friction
             constant = load @ (force - structure.damping @ velocity)
             return cls(
                 scene,
@@ -182,19 +184,6 @@ class Deviations:
             np.broadcast_to(self.rates.real, (count, self.rates.size)),
         )
         return terms, shares.sum(axis=1)
-
-
-def _given_friction(scene: Scene, combination: str) -> Real:
-    """T of the contacts that slide under given normal forces, N."""
-    slides = zip(combination, scene.contacts, strict=True)
-    return np.array(
-        [
-            FRICTION_SIGN[status] * contact.coefficient() * contact.normal_force
-            if contact.normal_force is not None
-            else 0.0
-            for status, contact in slides
-        ]
-    )
 
 
 def _prescribed(scene: Scene, structure: Structure, combination: str) -> tuple[Real, Real]:

@@ -186,12 +186,16 @@ def mode_friction(structure: Structure, scene: Scene, modes: Modes) -> Complex:
     return _friction(structure, scene, modes, unbalanced)
 
 
+def friction_factors(scene: Scene, combination: str) -> Real:
+    """Return T / N of every contact in steady sliding; 0 where it sticks or is detached."""
+    pairs = zip(combination, scene.contacts, strict=True)
+    return np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
+
+
 def _friction(structure: Structure, scene: Scene, modes: Modes, unbalanced: Complex) -> Complex:
     """Return the friction forces of modes from the loads that contact forces balance, (n, m)."""
     normal = times(structure.impulse_response[:, 1::2].T, unbalanced)
-    pairs = zip(modes.combination, scene.contacts, strict=True)
-    factor = np.array([FRICTION_SIGN[status] * contact.coefficient() for status, contact in pairs])
-    phasors: Complex = factor[:, None] * normal
+    phasors: Complex = friction_factors(scene, modes.combination)[:, None] * normal
     for i, (status, contact) in enumerate(zip(modes.combination, scene.contacts, strict=True)):
         if isinstance(contact.friction, Law) and status in "+-":
             # Beside mu N it changes with slip speed: what is left of the load along the contact.
