@@ -79,7 +79,7 @@ pub(crate) struct ModalMotion {
     /// of the panel.
     pub(super) parts: Vec<Group>,
     /// (q, q') of the kept coordinates at local time 0, from the reference.
-    gathered: Vec<[f64; 2]>,
+    pub(super) gathered: Vec<[f64; 2]>,
     /// q at local time 0 of the coordinates that stick, in the order of the basis.
     pub(super) stuck: Vec<f64>,
 }

@@ -15,7 +15,7 @@ use crate::numerics::first_root::polynomial::DEGREE;
 use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part};
 
 /// Quiet panels before a leap is tried.
-const QUIET: u32 = 4;
+const QUIET: u32 = 3;
 /// Number of leaps after which a panel is filled in any case. At a panel a run looks whether it is to stop; in a settled
 /// motion nothing else ends a series of leaps before the end of the run.
 const LEAPS: u32 = 1000;

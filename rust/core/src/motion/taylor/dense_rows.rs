@@ -312,7 +312,7 @@ mod tests {
                     size: count,
                     width,
                     orders: k..k + 1,
-                    force: forced.then_some(&force),
+                    force: forced.then_some(&force[..]),
                 };
                 operator(unit).advance(orders, &mut Vec::new());
                 terms.clone()
