@@ -212,7 +212,7 @@ impl Kernel for Advance<'_> {
         let Self(rows, orders, moved) = self;
         match orders.size {
             ..=GROUP => rows.fill_groups::<1, S>(simd, orders),
-            ..=ROWS => rows.fill_groups::<{ ROWS / GROUP }, S>(simd, orders),
+            size if size <= ROWS => rows.fill_groups::<{ ROWS / GROUP }, S>(simd, orders),
             _ => rows.fill(simd, orders, moved),
         }
     }
