@@ -1,6 +1,7 @@
 """Friction over slip speed: a block on a Stribeck belt, and a mass with Stribeck friction between stops.
 
-Both are ``x'' = a0 + ax x + av x' + b exp(g x')`` while they slide. With ``e = exp(g v)`` the powers of time follow from
+Both are ``x'' = a0 + ax x + av x' + b exp(g x')`` while they slide. With ``e = exp(g v)`` the powers of time
+follow from
 
     (k + 1) x_(k+1) = v_k,   (k + 1) v_(k+1) = a0 [k = 0] + ax x_k + av v_k + b e_k,
     (k + 1) e_(k+1) = g sum_(j = 1)^(k + 1) j v_j e_(k + 1 - j),
@@ -87,7 +88,7 @@ def fold():
 
 
 def closed(speed, guess):
-    """Return the place at which the cycle turns back, its period, and its multiplier."""
+    """Return the period and the multiplier of the cycle that turns back near a place."""
 
     def turned(x):
         slide = on_belt(speed, x, mp.mpf(0))
@@ -99,7 +100,7 @@ def closed(speed, guess):
 
     place = mp.findroot(excess, (guess, guess * (1 + mp.mpf(10) ** -6)), solver="secant", tol=1e-50)
     end = turned(place)
-    return place, end.time, mp.exp(end.divergence)
+    return end.time, mp.exp(end.divergence)
 
 
 def belt():
@@ -120,7 +121,7 @@ def belt():
     for speed, guess in ((0.33, 0.17),):
         cycle = small_cycle(speed, guess)
         largest = ss.sliding_equilibrium(cycle.scene).position[0] + cycle.amplitude[0]
-        place, period, multiplier = closed(decimal(speed), decimal(float(largest)))
+        period, multiplier = closed(decimal(speed), decimal(float(largest)))
         computed = max(abs(m) for m in cycle.multipliers)
         named = f"of the cycle at {speed} m/s"
         rows += [
@@ -202,15 +203,16 @@ CASES = [
     Case(
         title="Block on a Stribeck belt",
         source=(
-            "Negative damping by falling friction. Hopf speed in closed form; the branch that is born there by the "
-            "equation of motion in 40 digits."
+            "Negative damping by falling friction. Hopf speed in closed form; the branch that is born there"
+            " by the equation of motion in 40 digits."
         ),
         model=(
-            "`m x'' + c x' + k x = N mu(v - x')`, `mu(s) = 0.3 + 0.2 exp(-s / 0.1)`; m = 1 kg, c = 1 N s/m, k = 100 "
-            "N/m, N = 10 N. Steady sliding loses stability where `c + N mu'(v) = 0`, v = 0.1 log 20. The unstable "
-            "cycles born there end where they touch the speed of the belt: there the slide from the end of sticking, "
-            "`k x + c v = N mu(0)`, comes back to it. Their multiplier is the exponential of the integral of `-c - N "
-            "mu'` over a period. Computed by `critical_points`, `closed_cycle` and `branch_points`."
+            "`m x'' + c x' + k x = N mu(v - x')`, `mu(s) = 0.3 + 0.2 exp(-s / 0.1)`; m = 1 kg, c = 1 N s/m,"
+            " k = 100 N/m, N = 10 N. Steady sliding loses stability where `c + N mu'(v) = 0`, v = 0.1 log "
+            "20. The unstable cycles born there end where they touch the speed of the belt: there the slide"
+            " from the end of sticking, `k x + c v = N mu(0)`, comes back to it. Their multiplier is the "
+            "exponential of the integral of `-c - N mu'` over a period. Computed by `critical_points`, "
+            "`closed_cycle` and `branch_points`."
         ),
         tolerance="Closed form and 40 digits: 1e-12.",
         quantities=belt,
@@ -218,14 +220,14 @@ CASES = [
     Case(
         title="Stribeck friction between stops",
         source=(
-            "Modelica Standard Library, Mechanics.Translational.Examples.Friction with stops; evaluated from its "
-            "equations in 40 digits."
+            "Modelica Standard Library, Mechanics.Translational.Examples.Friction with stops; evaluated "
+            "from its equations in 40 digits."
         ),
         model=(
-            "`x'' + 500 (x + 0.25) = -x' - sign(x') (3 + 5 exp(-2 |x'|))`, static friction 8 N, m = 1 kg, from x = 0 "
-            "with x' = -5 m/s, between plastic stops at x = -0.4 and 0.4 m. The mass strikes the lower stop, swings "
-            "and sticks. Friction `viscous = 1`, `speed = 0.5` under a normal force of 1 N; three contacts along one "
-            "dof."
+            "`x'' + 500 (x + 0.25) = -x' - sign(x') (3 + 5 exp(-2 |x'|))`, static friction 8 N, m = 1 kg, "
+            "from x = 0 with x' = -5 m/s, between plastic stops at x = -0.4 and 0.4 m. The mass strikes the"
+            " lower stop, swings and sticks. Friction `viscous = 1`, `speed = 0.5` under a normal force of "
+            "1 N; three contacts along one dof."
         ),
         tolerance="40 digits: 1e-12.",
         quantities=between_stops,
