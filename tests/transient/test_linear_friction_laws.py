@@ -8,7 +8,6 @@ import stickslip as ss
 from stickslip.scene.laws.friction import Linear, Rational, Stribeck, Tabulated
 
 
-
 def table(law: Linear) -> Tabulated:
     """Return the same law as measured values: its phases go by the series of the nonlinear equations.
 
@@ -41,7 +40,9 @@ def pressed_block(law) -> tuple[ss.Scene, ss.State]:
     """Return a block that a weight presses, on springs that its slip does not load."""
     contact = ss.Contact(tangential=0, normal=1, friction=law, slider_speed=0.2)
     stiffness = np.diag([100.0, 500.0])
-    scene = ss.Scene([1.0, 1.0], stiffness, damping=np.diag([0.7, 0.1]), force=[0.0, -10.0], contacts=[contact])
+    scene = ss.Scene(
+        [1.0, 1.0], stiffness, damping=np.diag([0.7, 0.1]), force=[0.0, -10.0], contacts=[contact]
+    )
     return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.05})
 
 
@@ -161,7 +162,7 @@ def test_a_normal_force_that_moves_is_refused_by_modes():
 def test_friction_that_falls_to_zero_stops_the_run(method):
     law = Linear(0.4, -1.0)
     scene, start = block(law)
-    with pytest.raises(ss.RunError, match="contact 0 at t = .* its friction reaches 0") as stopped:
+    with pytest.raises(ss.RunError, match=r"contact 0 at t = .* its friction reaches 0") as stopped:
         ss.simulate(scene, start, duration=50.0, method=method)
     partial = stopped.value.partial
     assert 0.2 - partial.state(partial.duration).velocity[0] == pytest.approx(0.4, abs=1e-12)
