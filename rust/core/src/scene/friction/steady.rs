@@ -20,16 +20,8 @@ impl Scene {
         for (contact, law) in laws.iter().enumerate() {
             let Some(law) = law else { continue };
             law.validate(contact)?;
-            let refused = |expected: &str, got: &str| Error::Shape {
-                argument: format!("contact {contact}: friction"),
-                expected: format!("a constant one {expected}"),
-                got: got.to_owned(),
-            };
-            if !self.massless.is_empty() {
-                return Err(refused(
-                    "in a scene with dofs without mass or compliant contacts",
-                    "a law over slip speed",
-                ));
+            if !self.contacts[contact].tangential_has_mass() {
+                return Err(Error::LawWithoutMass { contact, falls: law.falls() });
             }
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
