@@ -583,7 +583,12 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
 
 
 def fastest_of_modes(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same by the reduced matrices of the program."""
+    """Return the same by the reduced matrices of the program, without the slopes of laws."""
+    constant = [
+        dataclasses.replace(contact, friction=contact.coefficient(), static_friction=None)
+        for contact in scene.contacts
+    ]
+    scene = scene.replace(contacts=constant)
     fades = np.full((len(combinations), 2 * scene.size), np.inf)
     rates = np.full((len(combinations), 2 * scene.size), load_rate(scene))
     for k, combination in enumerate(combinations):
