@@ -53,10 +53,10 @@ class Slide:
     def until(self, event, after=0):
         """Go on to where a function of the state falls through zero, later than a time."""
         while True:
-            rows = [list(reversed(row)) for row in self.series()]
+            rows = self.series()
 
             def at(time, rows=rows):
-                return [mp.polyval(row, time) for row in rows]
+                return [evaluated(row, time) for row in rows]
 
             begin, end = event(*self.state), event(*at(STEP)[:2])
             found = STEP
@@ -68,6 +68,14 @@ class Slide:
             self.time += found
             if found is not STEP:
                 return self
+
+
+def evaluated(coefficients, time):
+    """Return the value of a polynomial, by Horner's scheme."""
+    value = mp.mpf(0)
+    for c in reversed(coefficients):
+        value = value * time + c
+    return value
 
 
 def on_belt(speed, x, v):
