@@ -266,6 +266,21 @@ pub enum Error {
         /// A contact whose forces are not determined.
         contact: usize,
     },
+    /// Friction depends on slip speed where slip has no mass.
+    #[error(
+        "contact {contact}: friction: a law over slip speed needs mass in the tangential direction: {}; leave tangential_stiffness out, give the dofs mass, or state constant friction",
+        if *falls {
+            "without it, no quasi-static motion follows from friction that falls with slip speed"
+        } else {
+            "without it, only motions under constant friction are computed"
+        }
+    )]
+    LawWithoutMass {
+        /// Index of the contact.
+        contact: usize,
+        /// Whether its friction falls with slip speed somewhere.
+        falls: bool,
+    },
     /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration {
@@ -487,7 +502,7 @@ pub enum RunFailure {
     },
     /// The joint contact problem of coupled contacts has no solution, or several.
     #[error(
-        "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count} (Painleve); state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
+        "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count}; state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
     )]
     ContactProblem {
         /// Indices of the contacts of the problem.
@@ -496,7 +511,7 @@ pub enum RunFailure {
         time: f64,
         /// Whether forces or impulses are unknown.
         level: Level,
-        /// "no solution" or "several solutions".
+        /// "no solution" or "several solutions", and why.
         count: &'static str,
         /// Slip velocity after the event of every contact of the block of the scene that moves with them, m/s.
         slip: Vec<f64>,
