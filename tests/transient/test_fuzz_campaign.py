@@ -103,6 +103,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (31, 287, ["unsymmetric", "forced", "stops", "compliant"]),
         # A mass between two others, on floors, one of which rubs: it may press on either of them.
         (41, 376, ["stops"]),
+        # The eigenvalues of one combination converge after more than sixty sweeps.
+        (41, 290, ["forced", "compliant"]),
     ],
 )
 def test_friction_that_others_hold(seed, index, extras):
