@@ -11,13 +11,14 @@ use crate::contact::event_function::{
 };
 use crate::error::Error;
 use crate::linalg::dense::solve;
+use crate::motion::friction::rows::LawRows;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// Part of the panels of linear phases: the bound of rounding grows by e^(sigma h) over a panel.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.7;
 
 /// A contact that slides by its law.
 #[derive(Debug)]
@@ -63,6 +64,8 @@ pub(crate) struct LawOperator {
     /// What the force that the law of each adds, along its slip, adds to the normal forces of all of them and to the event
     /// functions; none where contacts are not coupled.
     pub(super) response: Option<Response>,
+    /// A small combination in a form that is quicker.
+    pub(super) rows: Option<LawRows>,
     /// Terms of the longest sum in one row of the equation.
     pub(super) terms: usize,
 }
@@ -130,7 +133,8 @@ impl LawOperator {
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
-        Ok(Self { taylor, contacts, response, terms })
+        let rows = LawRows::new(own, reduction, &contacts, functions);
+        Ok(Self { taylor, contacts, response, rows, terms })
     }
 
     /// Adds forces of the laws to a residual.

@@ -7,6 +7,8 @@
 //! The series is that of the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
 //! precision: rounding is then relative to the motion and not to the static displacement.
 
+use pulp::cast;
+
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::panel::Panel;
 use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow};
@@ -14,6 +16,7 @@ use crate::motion::taylor::dense_rows::Order;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::{GROUP, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
@@ -50,6 +53,49 @@ pub(crate) struct TaylorMotion {
     together: [Vec<f64>; 3],
     /// Functions that the sizes alone can't exclude.
     open: Vec<usize>,
+    unit: VectorUnit,
+}
+
+/// All coordinates and their slopes over the panel at s, by Horner's rule.
+struct Horner<'a> {
+    terms: &'a [f64],
+    s: f64,
+    q: &'a mut [f64],
+    u: &'a mut [f64],
+}
+
+impl Kernel for Horner<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        let Self { terms, s, q, u } = self;
+        let n = q.len();
+        let (of_q, last_q) = q.as_chunks_mut::<GROUP>();
+        let (of_u, last_u) = u.as_chunks_mut::<GROUP>();
+        let whole = of_q.len() * GROUP;
+        let lanes = simd.splat_f64s(s);
+        for g in 0..of_q.len() {
+            let (mut value, mut slope) = (ZEROS, ZEROS);
+            for k in (0..terms.len() / n).rev() {
+                let terms = terms[k * n + g * GROUP..].first_chunk().map_or(ZEROS, |c| group(*c));
+                slope = simd.mul_add_f64s(slope, lanes, value);
+                value = simd.mul_add_f64s(value, lanes, terms);
+            }
+            (of_q[g], of_u[g]) = (cast(value), cast(slope));
+        }
+        last_q.fill(0.0);
+        last_u.fill(0.0);
+        if last_q.is_empty() {
+            return;
+        }
+        for terms in terms.chunks_exact(n).rev() {
+            for ((q, u), term) in last_q.iter_mut().zip(&mut *last_u).zip(&terms[whole..]) {
+                *u = *u * s + *q;
+                *q = *q * s + term;
+            }
+        }
+    }
 }
 
 /// An event function that has a row.
@@ -214,6 +260,22 @@ impl TaylorMotion {
         }
     }
 
+    /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other.
+    pub(crate) fn terms(&self) -> &[f64] {
+        &self.terms
+    }
+
+    /// Coefficients of q of order k and of the next.
+    pub(crate) fn orders(&self, k: usize) -> [&[f64]; 2] {
+        let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);
+        [q, dq]
+    }
+
+    /// Those two orders up.
+    pub(crate) fn next_order(&mut self, k: usize) -> &mut [f64] {
+        &mut self.terms[(k + 2) * self.size..(k + 3) * self.size]
+    }
+
     /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
@@ -223,8 +285,9 @@ impl TaylorMotion {
     pub(crate) fn shorten(&mut self, factor: f64) {
         self.width *= factor;
         let mut power = 1.0;
-        for terms in self.terms.chunks_exact_mut(self.size) {
-            terms.iter_mut().for_each(|term| *term *= power);
+        let n = self.size;
+        for k in 0..self.terms.len() / n {
+            self.terms[k * n..(k + 1) * n].iter_mut().for_each(|term| *term *= power);
             power *= factor;
         }
     }
@@ -297,8 +360,7 @@ impl TaylorMotion {
         tail: f64,
     ) {
         panel.reset(self.width, functions.len());
-        // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
-        let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
+        let rounding = self.rounding();
         self.measure();
         if let Some(rows) = &operator.bordered {
             for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
@@ -389,31 +451,21 @@ impl TaylorMotion {
         of_q + rows.beta * rate * of_dq + self.coefficient(&row.rest, k)
     }
 
-    /// The coefficient of order k of the velocity of a coordinate.
-    fn velocity(&self, coordinate: usize, k: usize) -> f64 {
-        (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
+    /// An event function at the origin at rest, and the sum of the absolute values of its terms.
+    pub(crate) fn constant(&self, index: usize) -> [f64; 2] {
+        self.constants[index]
     }
 
-    /// The value of an event function at the origin at rest.
-    pub(crate) fn at_origin(&self, index: usize) -> f64 {
-        self.constants[index][0]
+    /// Rounding of an event function, relative to the sum of its terms: sparse dot products and Horner's rule over the
+    /// degree, and the sums of the panels before.
+    pub(crate) fn rounding(&self) -> f64 {
+        0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64
     }
 
     /// The coefficient of order k of the displacements in a functional.
     pub(crate) fn displacement(&self, functional: &Functional, k: usize) -> f64 {
         let q = &self.terms[k * self.size..];
         functional.position.iter().map(|&(i, weight)| weight * q[i]).sum()
-    }
-
-    /// Sum of the absolute values of all terms of a functional on the panel.
-    pub(crate) fn size_of(&self, functional: &Functional) -> f64 {
-        let at_origin = functional.position.iter().map(|&(i, weight)| weight * self.origin[i]);
-        let terms = (0..COEFFICIENTS).flat_map(|k| {
-            let of_q = move |&(i, weight): &(usize, f64)| weight * self.terms[k * self.size + i];
-            let of_u = move |&(i, weight): &(usize, f64)| weight * self.velocity(i, k);
-            functional.position.iter().map(of_q).chain(functional.velocity.iter().map(of_u))
-        });
-        functional.constant.abs() + at_origin.chain(terms).map(f64::abs).sum::<f64>()
     }
 
     /// Norm of the force at the origin.
@@ -452,6 +504,8 @@ impl TaylorMotion {
         let n = self.size;
         let (mut q, mut u) =
             (std::mem::take(&mut self.residual), std::mem::take(&mut self.combined));
+        q.resize(n, 0.0);
+        u.resize(n, 0.0);
         self.horner(1.0, &mut q, &mut u);
         for i in operator.equation.moving() {
             self.terms[i] = q[i];
@@ -467,15 +521,7 @@ impl TaylorMotion {
 
     /// All coordinates and velocities at s of the panel.
     fn horner(&self, s: f64, q: &mut [f64], u: &mut [f64]) {
-        let n = self.size;
-        q.fill(0.0);
-        u.fill(0.0);
-        for terms in self.terms.chunks_exact(n).rev() {
-            for ((q, u), term) in q.iter_mut().zip(u.iter_mut()).zip(terms) {
-                *u = *u * s + *q;
-                *q = *q * s + term;
-            }
-        }
+        self.unit.run(Horner { terms: &self.terms, s, q, u });
         u.iter_mut().for_each(|u| *u /= self.width);
     }
 
