@@ -29,9 +29,10 @@ from .report import write_report
 from .scene import models
 from .scene.contact import Contact
 from .scene.laws import friction
+from .scene.laws.damping import Proportional
 from .scene.loads.in_time import Harmonic, Steps
 from .scene.reduction import reduce
-from .scene.scene import Proportional, Scene
+from .scene.scene import Scene
 from .scene.state import State, sliding_equilibrium
 from .study import Study
 from .transient.batch import simulate_many

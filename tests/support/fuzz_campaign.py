@@ -133,9 +133,12 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
     try:
         modal = by(by_modes)(start, duration)
     except ss.StickslipError as error:
-        if "its friction reaches 0" in str(error) and isinstance(error, ss.RunError) and error.partial:
+        partial = error.partial if isinstance(error, ss.RunError) else None
+        if partial and within_range(partial) < partial.duration:
+            duration = within_range(partial)
+        elif "its friction reaches 0" in str(error) and partial:
             # The law holds no longer; both runs are compared up to there.
-            duration = (1.0 - 1e-9) * error.partial.duration
+            duration = (1.0 - 1e-9) * partial.duration
         elif "modes are defective" in str(error):
             outcome.defective, by_modes = True, "auto"
         else:

@@ -97,6 +97,10 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (12, 30, ["unsymmetric", "forced", "stops", "compliant"]),
         # A slider carries a mass off a stop by static friction, and could not by kinetic friction.
         (12, 18, ["unsymmetric", "forced", "stops", "compliant"]),
+        # A node comes to rest at its friction limit, but for rounding, as its body strikes a stop.
+        (22, 57, ["unsymmetric", "forced", "stops", "compliant"]),
+        # Displacements of 3e9 m, in whose rounding the way between a floor and a ceiling is lost.
+        (31, 287, ["unsymmetric", "forced", "stops", "compliant"]),
     ],
 )
 def test_friction_that_others_hold(seed, index, extras):

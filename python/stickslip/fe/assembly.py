@@ -14,7 +14,8 @@ from stickslip.fe.body import Body
 from stickslip.fe.pairs import Pairs
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import Contact, nearest
-from stickslip.scene.scene import DampingLike, Proportional, Scene
+from stickslip.scene.laws.damping import DampingLike, Proportional
+from stickslip.scene.scene import Scene
 from stickslip.show.mesh import Mesh
 
 #: Forces by the names of dofs, several of them, or one per dof; N.

@@ -14,7 +14,7 @@ from stickslip.faults import InputError
 from stickslip.fe.surface import Surface
 from stickslip.scene.checks import MatrixLike, Real, described, real_array, real_matrix
 from stickslip.scene.contact import nearest
-from stickslip.scene.scene import DampingLike, Proportional
+from stickslip.scene.laws.damping import DampingLike, Proportional
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary
 

@@ -25,9 +25,10 @@ from stickslip.files.matrix_file import read_matrix, write_matrix
 from stickslip.files.toml_text import Inline
 from stickslip.scene import models
 from stickslip.scene.contact import Contact, nearest
+from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Harmonic, Load, Steps
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.scene import Scene
 
 #: Numbers of a matrix up to which it is written into the scene file itself.
 INLINE = 600

@@ -18,9 +18,10 @@ import scipy.fft
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real
-from stickslip.scene.contact import concerns, law_entry
 from stickslip.scene.family import Family
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.of_contacts import concerns, law_entry
+from stickslip.scene.scene import Scene
 
 #: Numbers of Chebyshev points tried on one interval, each twice as fine as the one before.
 _POINTS = (3, 5, 9, 17, 33)

@@ -30,9 +30,10 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import Complex, Real, real_number
 from stickslip.scene.family import Family, Model
+from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.reduction import reduce
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.scene import Scene
 
 #: Largest relative error of a derivative, condition^2 times rounding, up to which it counts as defined.
 _DEFINED = 1e-6

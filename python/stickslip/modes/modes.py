@@ -11,9 +11,9 @@ import numpy as np
 import scipy.sparse
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Complex, Flags, Real, real_array
+from stickslip.scene.checks import Complex, Flags, Matrix, Real, real_array
 from stickslip.scene.known import Column
-from stickslip.scene.scene import Matrix, Scene, checked
+from stickslip.scene.scene import Scene, checked
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 

@@ -21,8 +21,9 @@ from stickslip.faults import InputError
 from stickslip.modes.sparse.pencil import sparse_array
 from stickslip.scene.checks import described
 from stickslip.scene.contact import entries_of
+from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.scene import Scene
 
 
 def with_transverse_friction(scene: Scene, combination: str, transverse: Sequence[Any]) -> Scene:

@@ -11,8 +11,8 @@ from stickslip.modes.modes import Modes
 from stickslip.modes.shape import power_of
 from stickslip.report import mode_motion
 from stickslip.report.findings import Findings
+from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.scene import Proportional
 from stickslip.scene.structure import Structure
 from stickslip.show import svg as drawing
 from stickslip.show.html import details, facts, figure, note, number, paragraph, section, table, template

@@ -25,6 +25,8 @@ Complex = NDArray[np.complex128]
 Index = NDArray[np.int64]
 Names = NDArray[np.str_]
 Flags = NDArray[np.bool_]
+#: A matrix as a scene keeps it: read-only, dense or in compressed rows.
+Matrix: TypeAlias = Real | scipy.sparse.csr_array
 #: A matrix as a user gives it, dense or sparse.
 MatrixLike: TypeAlias = "ArrayLike | scipy.sparse.sparray | scipy.sparse.spmatrix"
 #: Letters of a value that an error message shows.

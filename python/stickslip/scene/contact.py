@@ -134,43 +134,6 @@ class Contact:
 SPRINGS = ("normal_stiffness", "tangential_stiffness")
 #: Fields of a contact that `Scene.replace` takes as a scalar or as one value per contact.
 LAW = ("friction", "static_friction", "slider_speed", "restitution", "gap", "normal_force", *SPRINGS)
-#: How the parameters of a law of friction begin, such as ``friction_kinetic``.
-OF_LAW = "friction_"
-
-
-def concerns(field: str, contact: Contact) -> bool:
-    """Return whether a field of the law is about a contact: it has the directions that the field needs."""
-    if field == "normal_force":
-        return contact.normal is None
-    if field in SPRINGS:
-        return getattr(contact, field) is not None
-    if field.startswith(OF_LAW):
-        return has_parameter(contact, field)
-    direction = contact.normal if field in ("restitution", "gap") else contact.tangential
-    return direction is not None
-
-
-def has_parameter(contact: Contact, field: str) -> bool:
-    """Return whether the friction of a contact is a law with such a parameter."""
-    law = contact.friction
-    return isinstance(law, Law) and field.removeprefix(OF_LAW) in law.parameters()
-
-
-def law_number(contact: Contact, field: str) -> Any:
-    """Return a field of the contact law, or a parameter of its law of friction."""
-    if field in LAW or not field.startswith(OF_LAW):
-        return getattr(contact, field)
-    return getattr(contact.friction, field.removeprefix(OF_LAW), None)
-
-
-def with_law_number(contact: Contact, field: str, value: Any) -> Contact:
-    """Return the contact with another value of it."""
-    if field in LAW or not field.startswith(OF_LAW):
-        return dataclasses.replace(contact, **{field: value})
-    if not isinstance(contact.friction, Law) or not has_parameter(contact, field):
-        return contact
-    law = dataclasses.replace(contact.friction, **{field.removeprefix(OF_LAW): value})
-    return dataclasses.replace(contact, friction=law)
 
 
 def letters_of(contact: Contact) -> str:
@@ -185,35 +148,6 @@ def contact_labels(contacts: Sequence[Contact]) -> list[int] | list[str]:
     if all(contact.name is None for contact in contacts):
         return list(range(len(contacts)))
     return [str(i) if contact.name is None else contact.name for i, contact in enumerate(contacts)]
-
-
-def law_entry(contacts: Sequence[Contact], name: str) -> tuple[str, int | None]:
-    """Return the field of the contact law that a name stands for, and whose it is; None: of all contacts.
-
-    Raises
-    ------
-    InputError
-        If it is no field of the contact law, with or without the index or the name of a contact.
-    """
-    laws = [one.friction for one in contacts if isinstance(one.friction, Law)]
-    of_laws = list(dict.fromkeys(f"{OF_LAW}{parameter}" for law in laws for parameter in law.parameters()))
-    if name in LAW or name in of_laws:
-        return name, None
-    # A contact whose name is a number goes before the contact of that index.
-    labels = [(str(i), i) for i in range(len(contacts))]
-    labels += [(str(label), i) for i, label in enumerate(contact_labels(contacts))]
-    known = {
-        f"{field}_{label}": (field, i)
-        for field in (*of_laws, *LAW)
-        for label, i in labels
-        if concerns(field, contacts[i]) or field in LAW
-    }
-    if name in known:
-        return known[name]
-    raise InputError(
-        f"{name}: a scene has no such parameter{nearest(name, [*LAW, *of_laws, *known])}; for others pass a"
-        " function from parameters to a Scene"
-    )
 
 
 def core_contact(contact: Contact, position: int, dofs: Sequence[str]) -> _ContactData:
@@ -268,29 +202,6 @@ def dof_index(argument: str, value: int | str, dofs: Sequence[str]) -> int:
     if not 0 <= index < len(dofs):
         raise InputError(f"{argument}: dof index {index} is outside 0..{len(dofs) - 1}")
     return index
-
-
-def per_contact(argument: str, value: Any, count: int) -> list[Any]:
-    """Return a scalar, or a sequence of one value per contact, as a list of one value per contact.
-
-    Raises
-    ------
-    InputError
-        If the number of values is not `count`.
-    """
-    if isinstance(value, str):
-        raise InputError(f"{argument}: expected a number, or one per contact, got {value!r}")
-    if isinstance(value, Mapping):  # the table of a law
-        return [value] * count
-    try:
-        values = list(value)
-    except TypeError:
-        return [value] * count
-    if len(values) != count:
-        raise InputError(
-            f"{argument}: expected a scalar or one value per contact ({count}), got {len(values)}: {value!r}"
-        )
-    return values
 
 
 def nearest(word: str, known: Sequence[str]) -> str:

@@ -29,18 +29,9 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene import models
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import (
-    LAW,
-    OF_LAW,
-    SPRINGS,
-    concerns,
-    core_contact,
-    law_entry,
-    law_number,
-    nearest,
-    per_contact,
-)
+from stickslip.scene.contact import LAW, SPRINGS, core_contact, nearest
 from stickslip.scene.laws.friction import Law
+from stickslip.scene.laws.of_contacts import OF_LAW, concerns, law_entry, law_number, law_numbers, per_contact
 from stickslip.scene.loads.of_scene import NUMBERS, SWITCHED, core_place, load_number, load_parameters
 from stickslip.scene.models import Link, Subsystem
 from stickslip.scene.scene import Scene
@@ -326,7 +317,7 @@ class Family:
         The value is None where it follows another, as static friction does unless it is told.
         """
         if isinstance(self.model, Scene):
-            return _law_numbers(self.model, LAW)
+            return law_numbers(self.model.contacts, LAW)
         if self.is_chain:
             singles = {
                 name: slot for name, slot in self._parts.items() if (slot.place is None) == (slot.places == 1)
@@ -340,7 +331,7 @@ class Family:
             elif np.ndim(value) == 1 and len(value) and all(map(_is_number, value)):
                 found |= {f"{keyword}_{k}": float(one) for k, one in enumerate(value)}
         if all(one.kind is not inspect.Parameter.VAR_KEYWORD for one in self.keywords.values()):
-            found |= _law_numbers(self.scene({}), [name for name in LAW if name not in self.keywords])
+            found |= law_numbers(self.scene({}).contacts, [name for name in LAW if name not in self.keywords])
         return found
 
     def _chain_number(self, entry: str, place: int | None) -> float | None:
@@ -389,18 +380,3 @@ def _scene(function: Callable[..., Scene], arguments: dict[str, Any], law: dict[
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, int | float | np.number) and not isinstance(value, bool)
-
-
-def _law_numbers(scene: Scene, fields: Iterable[str]) -> dict[str, float | None]:
-    """Return fields of the law of every contact by the names of single parameters."""
-    several = len(scene.contacts) > 1
-    found: dict[str, float | None] = {}
-    for name in fields:
-        for k, contact in enumerate(scene.contacts):
-            if name in SPRINGS and not concerns(name, contact):
-                continue
-            law = contact.friction if name == "friction" else None
-            names = [f"{OF_LAW}{one}" for one in law.parameters()] if isinstance(law, Law) else [name]
-            for one in names:
-                found[f"{one}_{k}" if several else one] = law_number(contact, one)
-    return found

@@ -20,8 +20,10 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import Real, described, real_number
-from stickslip.scene.contact import Contact, per_contact
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.contact import Contact
+from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.laws.of_contacts import per_contact
+from stickslip.scene.scene import Scene
 
 #: A number for all, or one per subsystem or contact.
 PerContact = float | Sequence[float] | Real

@@ -8,15 +8,15 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.sparse
 from numpy.typing import ArrayLike
 
 from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.scene.checks import (
+    Matrix,
     MatrixLike,
     Real,
     core_matrix,
@@ -25,34 +25,25 @@ from stickslip.scene.checks import (
     mass_array,
     real_array,
     real_matrix,
-    real_number,
 )
-from stickslip.scene.contact import (
-    LAW,
-    Contact,
-    concerns,
-    contact_labels,
-    core_contact,
-    described_direction,
-    law_entry,
-    law_number,
-    nearest,
-    per_contact,
-    with_law_number,
+from stickslip.scene.contact import Contact, contact_labels, core_contact, described_direction
+from stickslip.scene.laws.damping import (
+    DampingLike,
+    Proportional,
+    checked_damping,
+    core_damping,
+    described_damping,
 )
 from stickslip.scene.laws.friction import Law
-from stickslip.scene.loads.in_time import Harmonic, Load
-from stickslip.scene.loads.of_scene import checked_loads, core_loads, load_names, load_parameters, replaced
+from stickslip.scene.laws.of_contacts import changed_laws, with_law_number
+from stickslip.scene.loads.in_time import Load
+from stickslip.scene.loads.of_scene import checked_loads, core_loads, described_loads, with_load_numbers
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary, Table
 
 if TYPE_CHECKING:
     from stickslip._core import _ContactData
 
-#: A matrix as a scene keeps it: read-only, dense or in compressed rows.
-Matrix: TypeAlias = Real | scipy.sparse.csr_array
-#: Damping as a user gives it.
-DampingLike: TypeAlias = "Proportional | MatrixLike"
 #: Fields of a scene that are no arguments of it.
 HIDDEN = ("core", "model")
 #: Columns of the table of contacts.
@@ -66,23 +57,6 @@ HEADINGS = (
     "restitution",
     "gap, m",
 )
-
-
-@dataclass(frozen=True)
-class Proportional:
-    """Damping ``C = mass M + stiffness K``; mass in 1/s, stiffness in s, neither negative."""
-
-    mass: float = 0.0
-    stiffness: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in ("mass", "stiffness"):
-            value = real_number(f"damping.{name}", getattr(self, name))
-            if not np.isfinite(value):
-                raise InputError(f"damping.{name}: must be finite, got {value}")
-            if value < 0.0:
-                raise InputError(f"damping.{name}: must be >= 0, got {value:g}")
-            object.__setattr__(self, name, value)
 
 
 @dataclass(frozen=True, init=False, eq=False, repr=False)
@@ -163,7 +137,7 @@ class Scene(Shown):
         if m.ndim == 2 and m.shape[1] != size:
             raise InputError(f"mass: expected shape (n,) or (n, n), got {m.shape}")
         k = real_matrix("stiffness", stiffness)
-        c = _damping(damping)
+        c = checked_damping(damping)
         g = None if gyroscopic is None else real_matrix("gyroscopic", gyroscopic)
         h = None if circulatory is None else real_matrix("circulatory", circulatory)
         f = real_array("force", np.zeros(size) if force is None else force, 1)
@@ -180,7 +154,7 @@ class Scene(Shown):
         core = _core.Scene(
             core_matrix(m),
             (core_matrix(k), None if h is None else core_matrix(h)),
-            (_core_damping(c), None if g is None else core_matrix(g)),
+            (core_damping(c), None if g is None else core_matrix(g)),
             (f, core_loads(listed_loads, listed, names)),
             given,
             bool(impact_friction),
@@ -233,10 +207,14 @@ class Scene(Shown):
             If a name is unknown, two set the same number, the number of values is not the number of contacts,
             or the new scene is ill-posed.
         """
-        arguments = {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in HIDDEN}
+        arguments = self._arguments()
         contacts = tuple(changes.get("contacts", self.contacts))
-        contacts, changes = _with_loads(contacts, changes.get("loads", self.loads), changes)
-        law = _law(contacts, {name: value for name, value in changes.items() if name not in arguments})
+        contacts, changes = with_load_numbers(contacts, changes.get("loads", self.loads), changes)
+        law = changed_laws(
+            contacts,
+            {name: value for name, value in changes.items() if name not in arguments},
+            list(arguments),
+        )
         changes = {name: value for name, value in changes.items() if name in arguments}
         model = self._model_with(law) if changes.keys().isdisjoint(("contacts", "loads")) else None
         changes.pop("contacts", None)
@@ -284,28 +262,21 @@ class Scene(Shown):
             direction[dof] = entry
         return direction
 
+    def _arguments(self) -> dict[str, Any]:
+        """Return what the scene was made of, by the names of its arguments."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in HIDDEN}
+
     def __reduce__(self) -> tuple[Any, ...]:
-        arguments = (
-            self.mass,
-            self.stiffness,
-            self.damping,
-            self.force,
-            self.contacts,
-            self.dofs,
-            self.impact_friction,
-            self.gyroscopic,
-            self.circulatory,
-            self.loads,
-            self.mesh,
-        )
-        return _restored, (arguments, self.model)
+        return _restored, (tuple(self._arguments().values()), self.model)
 
     def __repr__(self) -> str:
         lines = [f"Scene({self.size} dofs, {len(self.contacts)} contacts)"]
         lines.append(f"  dofs: {', '.join(shortened(self.dofs))}")
         lines.append(f"  damping: {described_damping(self.damping)}")
         lines += [f"  {name}: matrix" for name in self.unsymmetric]
-        lines += [f"  load {name}: {text}" for name, text in self._described_loads()]
+        lines += [
+            f"  load {name}: {text}" for name, text in described_loads(self.loads, self.contacts, self.dofs)
+        ]
         for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
             law = (
                 f"friction {contact.friction!r}"
@@ -324,22 +295,6 @@ class Scene(Shown):
             )
             lines.append(f"  contact {label} ({place}): {law}")
         return "\n".join(lines)
-
-    def _described_loads(self) -> list[tuple[str, str]]:
-        """Return names and words of the loads in time, sliders that vibrate among them."""
-        rows = []
-        for name, load in zip(load_names(self.loads), self.loads, strict=True):
-            direction = described_direction(load.amplitude, self.dofs)
-            what = (
-                f"{load.frequency:g} Hz"
-                if isinstance(load, Harmonic)
-                else f"switched at {', '.join(f'{time:g}' for time in load.times)} s"
-            )
-            rows.append((name, f"{direction} N, {what}"))
-        for label, contact in zip(self.contact_labels(), self.contacts, strict=True):
-            if (wave := contact.slider_vibration) is not None:
-                rows.append((f"of slider {label}", f"{wave.amplitude:g} m/s, {wave.frequency:g} Hz"))
-        return rows
 
     def summary(self) -> Summary:
         """Return the size of the scene and a table of its contacts."""
@@ -367,7 +322,7 @@ class Scene(Shown):
             ("mass", f"{'lumped' if self.mass.ndim == 1 else 'coupled'}, {shown} kg"),
             ("damping", described_damping(self.damping)),
             *((name, "matrix") for name in self.unsymmetric),
-            *((f"load {name}", text) for name, text in self._described_loads()),
+            *((f"load {name}", text) for name, text in described_loads(self.loads, self.contacts, self.dofs)),
         ]
         return Summary(facts, [Table("Contacts of the scene", headings, rows)])
 
@@ -413,69 +368,10 @@ def shortened(names: Sequence[str]) -> list[str]:
     return list(names) if len(names) <= 12 else [*names[:4], "...", names[-1]]
 
 
-def described_damping(damping: Proportional | Matrix | None) -> str:
-    """Return damping in words."""
-    if damping is None:
-        return "none"
-    if isinstance(damping, Proportional):
-        parts = [(damping.mass, "1/s times mass"), (damping.stiffness, "s times stiffness")]
-        return " + ".join(f"{factor:g} {what}" for factor, what in parts if factor) or "none"
-    return "matrix"
-
-
 def _restored(arguments: tuple[Any, ...], model: partial[Scene] | None) -> Scene:
     scene = Scene(*arguments)
     scene._set(model=model)
     return scene
-
-
-def _with_loads(
-    contacts: tuple[Contact, ...], loads: Any, changes: dict[str, Any]
-) -> tuple[tuple[Contact, ...], dict[str, Any]]:
-    """Return contacts and changes where numbers of loads in time are set."""
-    # A broken sequence is refused where the scene is made.
-    known = load_parameters(checked_loads(loads, contacts), contacts) if changes else {}
-    named = {name: known[name] for name in changes if name in known}
-    if not named:
-        return contacts, changes
-    waves, others = list(contacts), list(loads)
-    for name, (whose, place, field) in named.items():
-        if whose == "load":
-            others[place] = replaced(others[place], name, field, changes[name])
-        else:
-            wave = replaced(waves[place].slider_vibration, name, field, changes[name])
-            waves[place] = dataclasses.replace(waves[place], slider_vibration=wave)
-    rest = {name: value for name, value in changes.items() if name not in named}
-    moved = [
-        key for key, old, new in (("loads", loads, others), ("contacts", contacts, waves)) if list(old) != new
-    ]
-    rest |= {key: tuple(others if key == "loads" else waves) for key in moved}
-    return tuple(waves), rest
-
-
-def _law(contacts: Sequence[Contact], changes: dict[str, Any]) -> dict[str, list[Any]]:
-    """Return the changed fields of the contact law, one value per contact each."""
-    law: dict[str, list[Any]] = {}
-    setting: dict[tuple[str, int], str] = {}
-    for name, value in changes.items():
-        try:
-            field, place = law_entry(contacts, name)
-        except InputError:
-            others = [field.name for field in dataclasses.fields(Scene) if field.name not in HIDDEN]
-            raise InputError(f"replace: unknown field {name!r}{nearest(name, [*others, *LAW])}") from None
-        values = law.setdefault(field, [law_number(contact, field) for contact in contacts])
-        given = per_contact(name, value, len(contacts) if place is None else 1)
-        places = range(len(contacts)) if place is None else [place]
-        if place is None and np.ndim(value) == 0:
-            places = [k for k in places if concerns(field, contacts[k])]
-        if len(contacts) and not places:
-            raise InputError(f"replace: no contact of the scene takes {name!r}")
-        for k in places:
-            if (field, k) in setting:
-                raise InputError(f"replace: {name!r} and {setting[field, k]!r} set the same number")
-            setting[field, k] = name
-            values[k] = given[k if place is None else 0]
-    return law
 
 
 def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_ContactData]:
@@ -491,22 +387,3 @@ def _core_contacts(contacts: Sequence[Contact], dofs: Sequence[str]) -> list[_Co
         if uses > 1:
             raise InputError(f"contacts: {label!r} names more than one contact")
     return taken
-
-
-def _damping(damping: Any) -> Proportional | Matrix | None:
-    if damping is None or isinstance(damping, Proportional):
-        return damping
-    if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
-        raise InputError(
-            f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K "
-            "pass Proportional(stiffness=beta)"
-        )
-    return real_matrix("damping", damping)
-
-
-def _core_damping(damping: Proportional | Matrix | None) -> Any:
-    if damping is None:
-        return (0.0, 0.0)
-    if isinstance(damping, Proportional):
-        return (damping.mass, damping.stiffness)
-    return core_matrix(damping)

@@ -25,7 +25,7 @@ from stickslip.fe.formats.entries import (
 from stickslip.fe.formats.harwell_boeing import read_harwell_boeing
 from stickslip.scene.checks import described, package
 from stickslip.scene.contact import nearest
-from stickslip.scene.scene import Proportional
+from stickslip.scene.laws.damping import Proportional
 
 #: What a file holds by the end of its name: CalculiX, and Abaqus with the number of the step.
 CALCULIX = {".sti": "stiffness", ".mas": "mass"}

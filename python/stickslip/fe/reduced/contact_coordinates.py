@@ -18,7 +18,8 @@ from scipy.sparse.csgraph import connected_components
 
 from stickslip.faults import InputError
 from stickslip.scene.contact import core_contact
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.scene import Scene
 
 #: Directions whose smallest part that is independent of the others is below this are dependent.
 INDEPENDENT = 1e-10

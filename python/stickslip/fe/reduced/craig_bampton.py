@@ -17,7 +17,8 @@ from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_matrice
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Boundary, Model, dual, projected
 from stickslip.scene.checks import Real
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.scene import Scene
 
 #: A mode whose stiffness is below this part of the largest one, by mass, is a free motion.
 STIFFLESS = 1e-13

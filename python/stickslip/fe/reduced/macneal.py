@@ -28,7 +28,8 @@ from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_directi
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Model, dual, projected
 from stickslip.scene.checks import Real
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.laws.damping import Proportional
+from stickslip.scene.scene import Scene
 
 #: The shift that makes K regular where the structure moves freely, of the highest frequency wanted: the
 #: correction for it shrinks by this number squared, over that of the first mode left out, in every step.

@@ -24,8 +24,9 @@ from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
 from stickslip.scene.checks import Complex, Real, real_array, real_number, whole_number
 from stickslip.scene.contact import entries_of
+from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.loads.of_scene import load_names
-from stickslip.scene.scene import Proportional, Scene, checked, checked_combination
+from stickslip.scene.scene import Scene, checked, checked_combination
 from stickslip.scene.state import State
 from stickslip.show.summary import Shown, Summary, Table
 

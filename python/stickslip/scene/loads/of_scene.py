@@ -10,7 +10,7 @@ import numpy as np
 
 from stickslip.faults import InputError
 from stickslip.scene.checks import described, real_array, real_number
-from stickslip.scene.contact import Contact, contact_labels, entries_of
+from stickslip.scene.contact import Contact, contact_labels, described_direction, entries_of
 from stickslip.scene.loads.in_time import Harmonic, Load, Steps
 
 if TYPE_CHECKING:
@@ -211,3 +211,49 @@ def _check_steps(place: str, times: list[float], values: list[float]) -> None:
     for before, time in zip([0.0, *times], times, strict=False):
         if not time > before:
             raise InputError(f"{place}: times: must be positive and ascending, got {time:g} after {before:g}")
+
+
+def with_load_numbers(
+    contacts: tuple[Contact, ...], loads: Any, changes: dict[str, Any]
+) -> tuple[tuple[Contact, ...], dict[str, Any]]:
+    """Return contacts and changes with numbers of loads in time set.
+
+    Numbers of sliders that vibrate are set in the contacts, and those of loads in the change of ``loads``.
+    """
+    # A broken sequence is refused where the scene is made.
+    known = load_parameters(checked_loads(loads, contacts), contacts) if changes else {}
+    named = {name: known[name] for name in changes if name in known}
+    if not named:
+        return contacts, changes
+    waves, others = list(contacts), list(loads)
+    for name, (whose, place, field) in named.items():
+        if whose == "load":
+            others[place] = replaced(others[place], name, field, changes[name])
+        else:
+            wave = replaced(waves[place].slider_vibration, name, field, changes[name])
+            waves[place] = dataclasses.replace(waves[place], slider_vibration=wave)
+    rest = {name: value for name, value in changes.items() if name not in named}
+    moved = [
+        key for key, old, new in (("loads", loads, others), ("contacts", contacts, waves)) if list(old) != new
+    ]
+    rest |= {key: tuple(others if key == "loads" else waves) for key in moved}
+    return tuple(waves), rest
+
+
+def described_loads(
+    loads: Sequence[Load], contacts: Sequence[Contact], dofs: Sequence[str]
+) -> list[tuple[str, str]]:
+    """Return names and words of the loads in time, sliders that vibrate among them."""
+    rows = []
+    for name, load in zip(load_names(loads), loads, strict=True):
+        direction = described_direction(load.amplitude, dofs)
+        what = (
+            f"{load.frequency:g} Hz"
+            if isinstance(load, Harmonic)
+            else f"switched at {', '.join(f'{time:g}' for time in load.times)} s"
+        )
+        rows.append((name, f"{direction} N, {what}"))
+    for label, contact in zip(contact_labels(contacts), contacts, strict=True):
+        if (wave := contact.slider_vibration) is not None:
+            rows.append((f"of slider {label}", f"{wave.amplitude:g} m/s, {wave.frequency:g} Hz"))
+    return rows

@@ -14,9 +14,10 @@ import scipy.sparse
 from stickslip import _core
 from stickslip.scene.checks import Real
 from stickslip.scene.contact import Contact
+from stickslip.scene.laws.damping import Proportional
 from stickslip.scene.laws.friction import Law
 from stickslip.scene.loads.in_time import Load
-from stickslip.scene.scene import Proportional, Scene
+from stickslip.scene.scene import Scene
 from stickslip.study.sample.fingerprint import described_function, fingerprints
 
 #: Packages on whose numbers a study depends.

@@ -66,8 +66,7 @@ impl PanelSearch {
         let mut first = end;
         self.touches.clear();
         for (index, function) in functions.iter().enumerate() {
-            if self.panel.excluded[index] && self.multiplicity[index] == 0 || skipped == Some(index)
-            {
+            if self.panel.excluded[index] || skipped == Some(index) {
                 if self.waiting {
                     self.touches.extend(self.pending[index].take());
                 }
@@ -162,7 +161,7 @@ impl PanelSearch {
     /// Whether an event function is within its error of zero, and falling, at `s` of the panel.
     pub fn vanishes(&self, function: usize, trigger: EventKind, s: f64) -> bool {
         let multiplicity = self.multiplicity[function];
-        if self.panel.excluded[function] && multiplicity == 0 {
+        if self.panel.excluded[function] {
             return false;
         }
         let p = self.panel.polynomial(function, multiplicity);
@@ -196,7 +195,8 @@ impl PanelSearch {
     ) -> Option<Limit> {
         let mut nearest: Option<Limit> = None;
         for (function, event) in functions.iter().enumerate() {
-            if self.multiplicity[function] != 1 || event.trigger != EventKind::Impact {
+            let bounces = self.multiplicity[function] == 1 && event.trigger == EventKind::Impact;
+            if self.panel.excluded[function] || !bounces {
                 continue;
             }
             let law = &scene.contacts[event.contact];
@@ -223,5 +223,30 @@ impl PanelSearch {
             }
         }
         nearest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::event_function::Functional;
+
+    /// The coefficients of a function that is excluded are those of an earlier panel.
+    #[test]
+    fn what_an_envelope_excludes_has_no_coefficients_that_count() {
+        let trigger = EventKind::SlipPositive;
+        let functions = [EventFunction { contact: 0, trigger, functional: Functional::default() }];
+        let mut search = PanelSearch::default();
+        search.panel.excluded = vec![true];
+        search.panel.coefficients = [vec![1.0, -2.0], vec![0.0; ROW - 2]].concat();
+        search.panel.error = vec![1e-12];
+        search.panel.curvature_error = vec![1e-12];
+        for multiplicity in 0..3 {
+            search.begin(std::iter::once(multiplicity));
+            let mut counters = Counters::default();
+            let found = search.first_crossing(&mut counters, 0.0, &functions, 1.0, None);
+            assert_eq!((found, counters.refinements), (None, 0));
+            assert!(!search.vanishes(0, trigger, 1.0));
+        }
     }
 }

@@ -1,0 +1,69 @@
+"""Damping of a scene: proportional to mass and stiffness, or a matrix."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+import scipy.sparse
+
+from stickslip.faults import InputError
+from stickslip.scene.checks import Matrix, MatrixLike, core_matrix, described, real_matrix, real_number
+
+#: Damping as a user gives it.
+DampingLike: TypeAlias = "Proportional | MatrixLike"
+
+
+@dataclass(frozen=True)
+class Proportional:
+    """Damping ``C = mass M + stiffness K``; mass in 1/s, stiffness in s, neither negative."""
+
+    mass: float = 0.0
+    stiffness: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "stiffness"):
+            value = real_number(f"damping.{name}", getattr(self, name))
+            if not np.isfinite(value):
+                raise InputError(f"damping.{name}: must be finite, got {value}")
+            if value < 0.0:
+                raise InputError(f"damping.{name}: must be >= 0, got {value:g}")
+            object.__setattr__(self, name, value)
+
+
+def described_damping(damping: Proportional | Matrix | None) -> str:
+    """Return damping in words."""
+    if damping is None:
+        return "none"
+    if isinstance(damping, Proportional):
+        parts = [(damping.mass, "1/s times mass"), (damping.stiffness, "s times stiffness")]
+        return " + ".join(f"{factor:g} {what}" for factor, what in parts if factor) or "none"
+    return "matrix"
+
+
+def checked_damping(damping: Any) -> Proportional | Matrix | None:
+    """Return damping as a scene keeps it.
+
+    Raises
+    ------
+    InputError
+        If it is neither `Proportional` nor a matrix of real numbers.
+    """
+    if damping is None or isinstance(damping, Proportional):
+        return damping
+    if np.ndim(damping) == 0 and not scipy.sparse.issparse(damping):
+        raise InputError(
+            f"damping: expected a matrix, Proportional or None, got {described(damping)}; for C = beta K "
+            "pass Proportional(stiffness=beta)"
+        )
+    return real_matrix("damping", damping)
+
+
+def core_damping(damping: Proportional | Matrix | None) -> Any:
+    """Return damping as the core takes it: two coefficients, or a matrix."""
+    if damping is None:
+        return (0.0, 0.0)
+    if isinstance(damping, Proportional):
+        return (damping.mass, damping.stiffness)
+    return core_matrix(damping)
