@@ -27,7 +27,12 @@ class Phase:
     """The integrator of one combination."""
 
     def __init__(
-        self, mechanics: Mechanics, combination: str, tolerance: float, laws: dict[int, ss.friction.Stribeck]
+        self,
+        mechanics: Mechanics,
+        combination: str,
+        tolerance: float,
+        laws: dict[int, ss.friction.Stribeck],
+        compact: bool,
     ) -> None:
         n = mechanics.size
         variables = heyoka.make_vars(*(f"x{i}" for i in range(n)), *(f"u{i}" for i in range(n)))
@@ -65,6 +70,7 @@ class Phase:
             list(zip(variables, rates, strict=True)),
             np.zeros(2 * n),
             tol=tolerance,
+            compact_mode=compact,
             t_events=[
                 heyoka.t_event(affine(cleared(row), constant), direction=heyoka.event_direction.negative)
                 for _, _, row, constant in functions
@@ -83,8 +89,13 @@ def cleared(row: Vector) -> Vector:
     return np.where(np.abs(row) < ROUNDING * np.abs(row).max(), 0.0, row)
 
 
-def prepare(scene: Any, start: Any, duration: float, tolerance: float) -> Callable[[], Motion]:
-    """Return the run; tolerance 0 stands for an ulp. A combination is compiled when it first comes."""
+def prepare(
+    scene: Any, start: Any, duration: float, tolerance: float, *, compact: bool = False
+) -> Callable[[], Motion]:
+    """Return the run; tolerance 0 stands for an ulp. A combination is compiled when it first comes.
+
+    In `compact` mode compiling takes less and running more.
+    """
     laws = {
         i: contact.friction
         for i, contact in enumerate(scene.contacts)
@@ -99,7 +110,7 @@ def prepare(scene: Any, start: Any, duration: float, tolerance: float) -> Callab
 
     def phase(combination: str) -> Phase:
         if combination not in known:
-            known[combination] = Phase(mechanics, combination, tolerance, laws)
+            known[combination] = Phase(mechanics, combination, tolerance, laws, compact)
         return known[combination]
 
     def settled(combination: str, state: Vector, contact: int, kind: str) -> str:

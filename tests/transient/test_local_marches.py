@@ -239,6 +239,33 @@ def test_uncoupled_parts_are_no_special_case():
     assert_same(local, whole)
 
 
+@pytest.mark.parametrize(("duration", "marches"), [(0.5, True), (5.0, False)])
+def test_uncoupled_parts_are_marched_if_they_have_fewer_panels_than_parts(duration, marches):
+    """A march expands quiet parts panel by panel; parts by themselves ask each other at every event."""
+    count = 110
+    block = np.array([[3e4, -1.2e4], [-1.2e4, 5e4]])
+    scene = ss.Scene(
+        np.ones(2 * count),
+        sp.block_diag([block * (1.0 + 1e-3 * k) for k in range(count)], format="csr"),
+        ss.Proportional(stiffness=1e-5),
+        np.tile([0.0, -20.0], count),
+        [
+            ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=0.5, slider_speed=0.1)
+            for k in range(count)
+        ],
+    )
+    start = ss.sliding_equilibrium(scene).perturbed(velocity=np.tile([0.01, 0.0], count))
+    runs = {
+        method: ss.simulate(scene, start, duration, method=method) for method in ("local", "auto", "modal")
+    }
+    panels = runs["local"].counters["panels"]
+    assert (panels < 0.5 * count) if marches else (panels > 2 * count)
+    same = runs["local" if marches else "modal"]
+    assert runs["auto"].counters == same.counters
+    assert np.array_equal(runs["auto"].state(duration).position, same.state(duration).position)
+    assert_same(runs["local"], runs["modal"])
+
+
 def test_what_cannot_be_marched_locally_is_refused():
     mass = sp.csr_array([[1.0, 0.1], [0.1, 1.0]])
     stiffness = 1e4 * np.eye(2)

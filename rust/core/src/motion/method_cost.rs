@@ -3,8 +3,9 @@
 //! Modes must be computed before they are used, and nobody knows how often a combination will return. So Taylor series,
 //! which need no preparation, begin. When their additional work, compared with modal phases, reaches a given part of the
 //! cost of the modes, the modes are computed (the ski rental rule). If this part is one half, the work is at most 1.5 times
-//! that of modes from the start where modes are better, and 3 times that of Taylor series if the run ends just then. Work
-//! is counted and not measured, so a run is the same on every machine.
+//! that of modes from the start where modes are better, and 3 times that of Taylor series if the run ends just then; if it
+//! is one, the work is at most twice that of either. Work is counted and not measured, so a run is the same on every
+//! machine.
 //!
 //! A combination that has come often need not come again. If nearly every event leads to a new combination, as between many
 //! contacts, modes are computed only for combinations that return more often than others: the larger the share of changes
@@ -22,6 +23,8 @@ pub(crate) const AT_ONCE: usize = 8;
 /// Change to modes once the extra work of series reaches this fraction of their price. Smaller favours long runs, larger
 /// short ones.
 const SHARE: f64 = 0.5;
+/// The same of a scene whose stiffness has a border: its modes cost thousands of panels, and runs that end sooner are common.
+const BORDER_SHARE: f64 = 1.0;
 /// Factor by which the part is larger if every combination is new.
 const CAUTION: f64 = 16.0;
 /// Number of changes of combination over which the share of new ones is averaged.
@@ -29,8 +32,14 @@ const MEMORY: f64 = 64.0;
 
 /// Work on an entry of dense rows relative to an entry of a sparse product: the vector unit takes eight at a time.
 const DENSE_ENTRY: f64 = 0.125;
-/// The same of a row of a border, which is used twice.
-const BORDER_ENTRY: f64 = 0.2;
+/// Work on one order of a series where the stiffness has a border: at least, and for each coordinate of the border, with the
+/// event functions of its contact.
+const BORDER_ORDER: f64 = 55.0;
+const BORDER_ROW: f64 = 6.0;
+/// Work on an entry of a row of the border, which is used twice.
+const BORDER_ENTRY: f64 = 0.04;
+/// Rows whose work is that on the coordinates beside the border.
+const OTHER_ROWS: f64 = 14.0;
 /// Number of free coordinates up to which modes are considered: nothing interrupts an eigenproblem, and a larger one
 /// would delay Ctrl-C by more than a tenth of a second. If mass couples coordinates, series cost more, and a longer delay
 /// is accepted.
@@ -40,8 +49,24 @@ pub(crate) fn largest(scene: &Scene) -> usize {
 
 /// Whether a run of the scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
 /// and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
-pub(crate) fn marches_locally(scene: &Scene) -> bool {
-    scene.size > largest(scene) && !DenseRows::are_quicker(scene) && border_of(scene).is_none()
+///
+/// If nothing couples its parts and each is small enough for modes, two things are not known before the run. Where parts are
+/// quiet, their modes pass over what a local march expands panel by panel; where events are many, each asks all other parts
+/// for their states. The first costs a march some part of its `panels` times the work of the parts, the second costs the
+/// parts some part of their number times the work of a march: a run is a march if it has fewer panels than parts.
+pub(crate) fn marches_locally<'a>(
+    scene: &Scene,
+    mut parts: impl ExactSizeIterator<Item = &'a Scene>,
+    panels: impl Fn() -> Option<f64>,
+) -> bool {
+    let is_sparse = || !DenseRows::are_quicker(scene) && border_of(scene).is_none();
+    if scene.size <= largest(scene) || !is_sparse() {
+        return false;
+    }
+    let count = parts.len();
+    let by_modes = count > 0 && parts.all(|part| part.size <= largest(part));
+    let most = if by_modes { count as f64 } else { f64::INFINITY };
+    panels().is_some_and(|panels| panels <= most)
 }
 
 /// Work on one combination, in multiplications of a sparse product.
@@ -53,11 +78,15 @@ pub(crate) struct Cost {
     panel: f64,
     /// A phase by modes. They pass over quiet stretches as a whole, so it depends little on its length.
     phase: f64,
+    /// Part of the work on modes that series may take beyond theirs, if no combination is new.
+    share: f64,
 }
 
 impl Cost {
     /// The work on a combination with `free` coordinates. The factors were measured with chains of 1 to 80 subsystems,
-    /// and with dense stiffness and coupled masses of 46 to 104 free coordinates.
+    /// and with dense stiffness and coupled masses of 46 to 104 free coordinates. Those of a border are a fit within 10 % to
+    /// the instructions of a panel of reduced models with 50 to 200 coordinates and 4 to 20 contacts, by vectors of four,
+    /// relative to those of their modes; the part by vectors counts half of it, as with vectors of eight.
     pub fn new(scene: &Scene, free: usize) -> Self {
         let m = free as f64;
         let modes = if free <= REFINED_SIZE {
@@ -67,8 +96,11 @@ impl Cost {
         } else {
             f64::INFINITY
         };
-        let order = if let Some(border) = border_of(scene) {
-            BORDER_ENTRY * (border.coordinates.len() + 4) as f64 * scene.size as f64
+        let border = border_of(scene);
+        let order = if let Some(border) = border {
+            let rows = border.coordinates.len() as f64;
+            let entries = (rows + OTHER_ROWS) * scene.size as f64;
+            BORDER_ORDER + BORDER_ROW * rows + BORDER_ENTRY * entries
         } else if DenseRows::are_quicker(scene) {
             DENSE_ENTRY * m * scene.size as f64
         } else {
@@ -76,7 +108,8 @@ impl Cost {
             let inverse = scene.coupled_mass.as_ref().map_or(0.0, |mass| mass.work());
             (scene.stiffness.entries() + damping) as f64 + inverse
         };
-        Self { modes, panel: COEFFICIENTS as f64 * order, phase: 7.0 * m.powi(2) }
+        let share = if border.is_some() { BORDER_SHARE } else { SHARE };
+        Self { modes, panel: COEFFICIENTS as f64 * order, phase: 7.0 * m.powi(2), share }
     }
 }
 
@@ -89,9 +122,9 @@ impl Novelty {
         self.0 += (f64::from(u8::from(is_new)) - self.0) / MEMORY;
     }
 
-    /// The part of the work on modes that series may take beyond theirs.
-    fn share(self) -> f64 {
-        SHARE * (1.0 + CAUTION * self.0)
+    /// The factor by which modes wait longer.
+    fn caution(self) -> f64 {
+        1.0 + CAUTION * self.0
     }
 }
 
@@ -115,14 +148,19 @@ impl Rental {
 
     /// Whether modes are worth their cost by now.
     pub fn is_over(&self, novelty: Novelty) -> bool {
-        self.excess >= novelty.share() * self.cost.modes
+        self.excess >= self.allowed(novelty)
     }
 
     /// Number of panels of one phase after which modes are worth their cost.
     pub fn panels(&self, novelty: Novelty) -> usize {
-        let left = novelty.share() * self.cost.modes - self.excess + self.cost.phase;
+        let left = self.allowed(novelty) - self.excess + self.cost.phase;
         // Large numbers are cut off at the largest integer.
         ((left / self.cost.panel).ceil() as usize).max(1)
+    }
+
+    /// The work that series may take beyond that of modes.
+    fn allowed(&self, novelty: Novelty) -> f64 {
+        self.cost.share * novelty.caution() * self.cost.modes
     }
 }
 
@@ -131,16 +169,22 @@ mod tests {
     use super::*;
 
     fn rental() -> Rental {
-        Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0 })
+        sharing(SHARE)
+    }
+
+    fn sharing(share: f64) -> Rental {
+        Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0, share })
     }
 
     /// Whatever the number of phases after which the combination is left for ever.
     #[test]
     fn work_stays_within_the_bounds_of_the_rule() {
-        let Cost { modes, panel, phase } = rental().cost;
-        for panels in 2..300 {
+        let lengths =
+            (2..300).flat_map(|panels| [SHARE, BORDER_SHARE].map(|share| (panels, share)));
+        for (panels, share) in lengths {
+            let mut rental = sharing(share);
+            let Cost { modes, panel, phase, .. } = rental.cost;
             let by_series = panels as f64 * panel;
-            let mut rental = rental();
             let mut work = 0.0;
             for phases in 1..2000 {
                 if rental.is_over(Novelty::default()) {
@@ -156,8 +200,8 @@ mod tests {
                 let (by_modes, by_series) =
                     (modes + f64::from(phases) * phase, f64::from(phases) * by_series);
                 // A panel is not cut.
-                assert!(work <= (1.0 + SHARE) * by_modes + panel + phase);
-                assert!(work <= (1.0 + 1.0 / SHARE) * by_series + phase);
+                assert!(work <= (1.0 + share) * by_modes + panel + phase);
+                assert!(work <= (1.0 + 1.0 / share) * by_series + phase);
             }
         }
     }
@@ -177,7 +221,8 @@ mod tests {
 
     #[test]
     fn what_modes_do_quicker_than_a_panel_never_pays() {
-        let mut rental = Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0 });
+        let mut rental =
+            Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0, share: SHARE });
         (0..100_000).for_each(|_| rental.add(1));
         assert!(!rental.is_over(Novelty::default()));
     }

@@ -37,7 +37,9 @@ pub fn simulate(
     }
     controls.validate()?;
     let (q, u) = coordinates_at(scene, start, controls.load_time)?;
-    let pays = || marches_locally(scene) && propagators.locality().is_ok();
+    let panels = || propagators.locality().ok().map(|locality| duration / locality.width());
+    let parts = || propagators.parts().iter().map(|part| &*part.block.scene);
+    let pays = || marches_locally(scene, parts(), panels);
     if method == Method::Local || method == Method::Auto && pays() {
         return march::simulate(propagators, (q, u), &start.combination, duration, controls);
     }

@@ -100,35 +100,35 @@ impl Reach {
         let seeds = [law.tangential, law.normal];
         let Bounds { coordinates, bounds, left_out } = Bounds::new(locality, seeds);
         let scale = (locality.omega * locality.width()).min(1.0).powi(2);
+        // Of the acceleration, which bounds place and speed, too.
+        let factors: [f64; ORDERS + 2] = std::array::from_fn(|k| (k * k.saturating_sub(1)) as f64);
+        let all: [usize; LEVELS] = std::array::from_fn(|level| level);
         let first_level = |bound: &[f64; ORDERS + 2]| {
+            let terms: [f64; ORDERS + 2] = std::array::from_fn(|k| factors[k] * bound[k]);
             let exceeds = |level: usize| {
                 let rest = (level + 1) as f64 / LEVELS as f64;
-                // Of the acceleration, which bounds place and speed, too.
-                let sum = (2..ORDERS + 2)
-                    .rev()
-                    .fold(0.0, |sum, k| sum * rest + (k * (k - 1)) as f64 * bound[k]);
+                let sum = terms[2..].iter().rev().fold(0.0, |sum, term| sum * rest + term);
                 (sum + left_out) / scale > neglected
             };
-            (0..LEVELS).find(|&level| exceeds(level)).unwrap_or(LEVELS)
+            // No term is negative: what exceeds does so at every further level.
+            all.partition_point(|&level| !exceeds(level))
         };
-        let mut levels: HashMap<usize, usize> =
-            coordinates.iter().copied().zip(bounds.iter().map(first_level)).collect();
-        levels.extend(seeds.map(|seed| (seed, 0)));
-        // A contact is reached as a whole.
-        for &k in &coordinates {
-            if let Kind::Tangential(other) | Kind::Normal(other) = locality.kinds[k] {
-                let law = &scene.contacts[other];
-                let pair = [law.tangential, law.normal];
-                let level = |k: &usize| levels.get(k).copied().unwrap_or(LEVELS);
-                let first = pair.iter().map(level).min().unwrap_or(LEVELS);
-                levels.extend(pair.map(|k| (k, first)));
+        let levels = bounds.iter().map(first_level);
+        let mut order: Vec<(usize, usize)> = Vec::with_capacity(coordinates.len());
+        for (level, &k) in levels.zip(&coordinates).filter(|entry| entry.0 < LEVELS) {
+            match locality.kinds[k] {
+                // A contact is reached as a whole.
+                Kind::Tangential(other) | Kind::Normal(other) => {
+                    let law = &scene.contacts[other];
+                    order.extend([law.tangential, law.normal].map(|k| (level, k)));
+                }
+                _ => order.push((level, k)),
             }
         }
-        let mut order: Vec<(usize, usize)> = levels
-            .into_iter()
-            .filter(|entry| entry.1 < LEVELS)
-            .map(|(k, level)| (level, k))
-            .collect();
+        order.extend(seeds.map(|seed| (0, seed)));
+        // Of each the first.
+        order.sort_unstable_by_key(|&(level, k)| (k, level));
+        order.dedup_by_key(|entry| entry.1);
         order.sort_unstable();
         let count = |level: usize| order.partition_point(|entry| entry.0 <= level) as u32;
         Self {
