@@ -12,10 +12,11 @@
 //! (Gronwall, and `s <= e^(s - 1)`), as long as this is within the neighbourhood in which l_i holds. On a part f of the width,
 //! t falls with f^DEGREE, and nothing else grows.
 
-use crate::motion::friction::law_series::{LawBounds, UNIT, size};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::rows::{Measure, Sizes};
+use crate::motion::friction::series::law_series::{UNIT, size};
+use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
+use crate::motion::friction::series::rows::{Measure, Sizes};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 
@@ -23,58 +24,6 @@ use crate::scene::model::Scene;
 const TUBE: f64 = 1e-6;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
-/// Largest L for which truncation is bounded.
-const LARGEST: f64 = 0.5 * DEGREE as f64;
-
-/// What the error of the state is made of on a panel, in the norm of the operator.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct PanelBound {
-    /// h t, h r, and the order beyond the polynomials of the event functions.
-    truncated: f64,
-    rounded: f64,
-    beyond: f64,
-    /// L
-    pub exponent: f64,
-    /// Whether the error is within the neighbourhood.
-    pub holds: bool,
-}
-
-impl PanelBound {
-    /// Error of the state by truncation alone.
-    pub fn truncation(&self) -> f64 {
-        self.truncated / (DEGREE as f64 - self.exponent.min(LARGEST)) + self.beyond
-    }
-
-    /// A bound of the error on a part of the width.
-    pub fn of_shorter(&self, factor: f64) -> f64 {
-        let exponent = factor * self.exponent;
-        let growth = if exponent > 0.0 { exponent.exp_m1() / exponent } else { 1.0 };
-        factor.powi(COEFFICIENTS as i32) * self.truncation() + growth * factor * self.rounded
-    }
-}
-
-/// What the bound needs of one contact, and what it says of its force.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct ContactBounds {
-    law: LawBounds,
-    /// `|mu(S) - mu(0)|` and |N|, as sums over their series.
-    excess: f64,
-    pressed: f64,
-    /// The orders of their product from DEGREE and beyond.
-    products: f64,
-    /// Errors of y by truncation and by rounding, and its change per error of the state.
-    cut: f64,
-    round: f64,
-    gain: f64,
-}
-
-impl ContactBounds {
-    /// A bound of the error of y on a part of the width, where the state is off by `error`.
-    pub fn of_shorter(&self, factor: f64, error: f64) -> f64 {
-        self.cut * factor.powi(DEGREE as i32) + self.round + self.gain * error
-    }
-}
-
 impl LawMotion {
     /// Bounds of the error of the state and of the forces of laws.
     pub(super) fn bound(

@@ -6,12 +6,11 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::contact::event_function::{EventFunction, Functional};
-use crate::motion::friction::bound::ContactBounds;
-use crate::motion::friction::convolutions::{Convolutions, SHARING};
-use crate::motion::friction::law_series::{LawSeries, UNIT, powers, scale, size};
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::recurrences::Recurrences;
-use crate::motion::friction::rows::{ROWS, Sizes};
+use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
+use crate::motion::friction::series::law_series::{LawSeries, UNIT, powers, scale, size};
+use crate::motion::friction::series::panel_bound::ContactBounds;
+use crate::motion::friction::series::rows::{ROWS, Sizes};
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -212,15 +211,6 @@ impl LawMotion {
         }
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);
-    }
-
-    /// The recurrences of state, slip speed, normal force and law.
-    fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
-        let unit = self.unit;
-        unit.run(Recurrences { motion: self, scene, operator });
-        for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
-            sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
-        }
     }
 
     /// The normal forces of order k, each of which the friction of the others moves.

@@ -1,16 +1,16 @@
 //! The recurrences of a panel, order by order: slip speeds and normal forces, laws, forces, and the next order of the state.
 
-use crate::motion::friction::convolutions::SHARING;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::convolutions::SHARING;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Kernel, Lanes, group};
 use crate::scene::model::Scene;
 
-pub(super) struct Recurrences<'a> {
-    pub motion: &'a mut LawMotion,
-    pub scene: &'a Scene,
-    pub operator: &'a LawOperator,
+struct Recurrences<'a> {
+    motion: &'a mut LawMotion,
+    scene: &'a Scene,
+    operator: &'a LawOperator,
 }
 
 impl Kernel for Recurrences<'_> {
@@ -37,6 +37,15 @@ impl Kernel for Recurrences<'_> {
 }
 
 impl LawMotion {
+    /// The recurrences of state, slip speed, normal force and law.
+    pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
+        let unit = self.unit;
+        unit.run(Recurrences { motion: self, scene, operator });
+        for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
+            sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
+        }
+    }
+
     /// Slip speeds and normal forces, without the forces of laws; of small combinations the event functions too.
     #[inline(always)]
     fn outputs<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {

@@ -13,11 +13,11 @@ const BELOW: usize = GROUP - 1;
 const NONE: [Group; GROUP] = [ZEROS; GROUP];
 
 /// Two contacts share it.
-pub(super) const SHARING: usize = GROUP / 2;
+pub(crate) const SHARING: usize = GROUP / 2;
 
 /// Both factors of four products, by order.
 #[derive(Debug, Clone)]
-pub(super) struct Convolutions {
+pub(crate) struct Convolutions {
     left: [Group; COEFFICIENTS + GROUP],
     right: [Group; COEFFICIENTS + BELOW],
 }

@@ -7,14 +7,14 @@ use pulp::cast;
 
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::linalg::sparse::SparseMatrix;
-use crate::motion::friction::operator::LawContact;
+use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 
 /// Two groups: with the sums over q and q' four chains of additions, enough to hide their latency.
-pub(super) const ROWS: usize = 2 * GROUP;
+pub(crate) const ROWS: usize = 2 * GROUP;
 
 /// Columns that are added without a loop.
 const UNROLLED: usize = 4;
@@ -23,7 +23,7 @@ const UNROLLED: usize = 4;
 type Column = [Group; 2];
 
 #[derive(Debug)]
-pub(super) struct LawRows {
+pub(crate) struct LawRows {
     /// Columns over q and over q'.
     columns: Vec<[Column; 2]>,
     /// Number of columns, of groups of rows of q'' and of the others, and of laws.
@@ -202,7 +202,7 @@ fn add_column<S: Lanes>(
 
 /// Sums of absolute values of the coefficients of every coordinate and velocity, of all orders and of those from 2 on.
 #[derive(Debug, Default)]
-pub(super) struct Sizes {
+pub(crate) struct Sizes {
     /// Over q and over q'.
     pub all: [Vec<f64>; 2],
     pub higher: [Vec<f64>; 2],
@@ -219,7 +219,7 @@ impl Sizes {
 }
 
 /// Fills them in from the terms of a panel of this width, one order after the other.
-pub(super) struct Measure<'a> {
+pub(crate) struct Measure<'a> {
     pub sizes: &'a mut Sizes,
     pub terms: &'a [f64],
     pub size: usize,

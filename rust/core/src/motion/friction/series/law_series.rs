@@ -16,7 +16,7 @@ use crate::numerics::simd::GROUP;
 use crate::scene::friction::law::FrictionLaw;
 
 /// One unit of rounding.
-pub(super) const UNIT: f64 = 0.5 * f64::EPSILON;
+pub(crate) const UNIT: f64 = 0.5 * f64::EPSILON;
 
 /// 1 / k
 const INVERSE: [f64; COEFFICIENTS] = {
@@ -34,7 +34,7 @@ const FAR: f64 = 600.0;
 
 /// `mu(S) - mu(0)` along a panel.
 #[derive(Debug, Clone, Default)]
-pub(super) struct LawSeries {
+pub(crate) struct LawSeries {
     /// S
     pub slip: [f64; COEFFICIENTS],
     /// e, g, or the quotient of the cubic of a table by its distance.
@@ -47,7 +47,7 @@ pub(super) struct LawSeries {
 
 /// Bounds of `mu(S) - mu(0)` and its series on [0, 1].
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct LawBounds {
+pub(crate) struct LawBounds {
     /// Largest difference from its polynomial, by truncation and by rounding.
     pub truncation: f64,
     pub rounding: f64,
@@ -227,7 +227,7 @@ impl LawSeries {
 }
 
 /// Sum of absolute values, in sums that do not wait for each other.
-pub(super) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
+pub(crate) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
     let mut sums = [0.0; GROUP];
     let mut k = 0;
     while k + GROUP <= COEFFICIENTS {
@@ -244,19 +244,19 @@ pub(super) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
 }
 
 /// The coefficients of a product.
-pub(super) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
+pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
     std::array::from_fn(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
 }
 
 /// Coefficients for a shorter panel, from the powers of the factor.
-pub(super) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; COEFFICIENTS]) {
+pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; COEFFICIENTS]) {
     for k in 0..COEFFICIENTS {
         coefficients[k] *= powers[k];
     }
 }
 
 /// 1, factor, factor^2 ..
-pub(super) fn powers(factor: f64) -> [f64; COEFFICIENTS] {
+pub(crate) fn powers(factor: f64) -> [f64; COEFFICIENTS] {
     let mut powers = [1.0; COEFFICIENTS];
     for k in 1..COEFFICIENTS {
         powers[k] = factor * powers[k - 1];
