@@ -27,9 +27,19 @@ def test_an_example_runs_and_draws_its_figures(name, tmp_path, monkeypatch):
     for picture in drawn:
         assert np.ptp(matplotlib.image.imread(picture)[..., :3]) > 0.5
     if name == "squealing_disc.py":
-        assert found["scene"].size == 1492
+        assert found["scene"].size == 9964
         assert found["steady"].combination == "+" * 28
+        assert abs(found["reduced"].errors.missing) < 0.01
+        # One mode grows, and the reduced model has its growth within some per cent of 35 1/s.
+        full, small = found["full"], found["small"]
+        assert [(values.real > 0.0).sum() for values in (full, small)] == [1, 1]
+        assert small.real.max() == pytest.approx(full.real.max(), rel=0.05)
+        cycle = found["cycle"]
+        assert cycle.stable
+        assert cycle.frequency == pytest.approx(3209.36, rel=1e-4)
+        # On a limit cycle nothing is stored.
+        assert abs(cycle.balance().residual) < 1e-9
         # The energy balance closes to rounding of the stored energy, some joule.
         assert abs(found["run"].balance().residual) < 1e-9
-        assert len(list(tmp_path.glob("squeal/motion_*.vtu"))) == 120
+        assert len(list(tmp_path.glob("squeal/cycle_*.vtu"))) == 48
         assert len(list(tmp_path.glob("squeal/mode_*.vtu"))) == 24

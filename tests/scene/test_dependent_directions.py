@@ -294,6 +294,25 @@ def test_where_the_motion_depends_on_the_split_it_says_so():
     assert len(ss.simulate(scene, stuck, 1.0).events) == 0
 
 
+def test_a_mass_that_may_press_on_either_of_two_others_says_so():
+    """It lifts them by any split of its force, and friction under one of them feels the split."""
+    contacts = [
+        ss.Contact(normal=0),
+        ss.Contact(tangential=2, normal=1, friction=0.5, slider_speed=1.0),
+        ss.Contact(normal={0: 1.0, 3: -1.0}, gap=1e-3),
+        ss.Contact(normal={1: 1.0, 3: -1.0}, gap=1e-3),
+    ]
+    mass, force = [1.0, 1.0, 1.0, 1e-3], [-200.0, -200.0, 0.0, 1.0]
+    scene = ss.Scene(mass, np.eye(4), force=force, contacts=contacts, impact_friction=True)
+    start = ss.State(np.zeros(4), [0.0, 0.0, 0.0, 0.2], "++dd")
+    with pytest.raises(ss.RunError, match=r"several solutions \(.* depends on how their forces are split"):
+        ss.simulate(scene, start, 0.1)
+    # Without friction the motion does not depend on it.
+    smooth = [replace(contact, tangential=None, friction=0.0, slider_speed=0.0) for contact in contacts]
+    run = ss.simulate(scene.replace(contacts=smooth), start, 0.1)
+    assert run.stop_reason == "duration"
+
+
 def test_modes_and_cycles_of_a_pad_are_those_of_one_contact():
     assert ss.complex_modes(pad(), "++").eigenvalues == pytest.approx(
         ss.complex_modes(single(), "+").eigenvalues

@@ -12,7 +12,7 @@ import stickslip as ss
 from fuzz_scenes import contact_directions, fastest, forces, matrices, plain, slider_speeds
 
 #: What may come of a scene; near ties are counted, since they are where a difference could hide. *Several* is
-#: a run that ends where contacts could stick in more than one way: static friction exceeds the kinetic one.
+#: a run that ends where its contact problem has several solutions for a reason that holds (`undecided`).
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
@@ -22,8 +22,8 @@ IN_TURN, SERIES = 1e-12, 4
 #: Relative change of the states of nudged runs, entry by entry: some thousand ulp. The condition of the modes
 #: lets rounding be some hundred.
 NUDGE = 1e-12
-#: Change besides, of the largest entry: superposition leaves some ulp of it in every one, and a gap may be
-#: 1e-9 of the displacements.
+#: Change besides, of the largest entry or of the displacements at which the loads would be held: a
+#: superposition about these leaves some ulp of them in every entry, and a gap may be 1e-9 of them.
 NOISE = 1e-15
 #: Nudged runs besides the one from the start.
 RESTARTS = 8
@@ -122,19 +122,22 @@ def nearby(scene: ss.Scene, state: ss.State, direction: int = 0) -> ss.State:
     closed = [dof for i, letter in status if letter != "d" for dof in np.flatnonzero(normal[i])]
     sticking = [dof for i, letter in status if letter == "s" for dof in np.flatnonzero(tangential[i])]
 
-    def moved(entries: np.ndarray, pattern: np.ndarray, held: list[int]) -> np.ndarray:
-        result = entries + (NUDGE * entries + NOISE * np.abs(entries).max()) * pattern
+    def moved(entries: np.ndarray, size: float, pattern: np.ndarray, held: list[int]) -> np.ndarray:
+        result = entries + (NUDGE * entries + NOISE * size) * pattern
         result[held] = entries[held]
         return result
 
-    position = moved(state.position, pattern, closed)
+    loads = np.abs(forces(scene, np.linspace(0.0, 0.1, 64))).max(axis=0)
+    size = max(np.abs(state.position).max(), (np.abs(np.linalg.inv(matrices(scene)[2])) @ loads).max())
+    position = moved(state.position, size, pattern, closed)
     # What flies stays off its slider by what is nudged: a state on it and closing is no start.
     for (i, letter), contact in zip(status, scene.contacts, strict=True):
         if np.count_nonzero(normal[i]) == 1 and (letter == "d" or contact.normal_stiffness is None):
             (dof,) = np.flatnonzero(normal[i])
-            least = NOISE * np.abs(state.position).max() if letter == "d" else 0.0
+            least = NOISE * size if letter == "d" else 0.0
             position[dof] += max(least - normal[i, dof] * position[dof] - contact.gap, 0.0) / normal[i, dof]
-    velocity = moved(state.velocity, pattern[::-1], closed + sticking)
+    speed = np.abs(state.velocity).max()
+    velocity = moved(state.velocity, speed, pattern[::-1], closed + sticking)
     return ss.State(position, velocity, state.combination, friction_force=state.friction_force)
 
 

@@ -101,6 +101,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (22, 57, ["unsymmetric", "forced", "stops", "compliant"]),
         # Displacements of 3e9 m, in whose rounding the way between a floor and a ceiling is lost.
         (31, 287, ["unsymmetric", "forced", "stops", "compliant"]),
+        # A mass between two others, on floors, one of which rubs: it may press on either of them.
+        (41, 376, ["stops"]),
     ],
 )
 def test_friction_that_others_hold(seed, index, extras):

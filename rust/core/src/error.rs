@@ -487,7 +487,7 @@ pub enum RunFailure {
     },
     /// The joint contact problem of coupled contacts has no solution, or several.
     #[error(
-        "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count} (Painleve); state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
+        "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count}; state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
     )]
     ContactProblem {
         /// Indices of the contacts of the problem.
@@ -496,7 +496,7 @@ pub enum RunFailure {
         time: f64,
         /// Whether forces or impulses are unknown.
         level: Level,
-        /// "no solution" or "several solutions".
+        /// "no solution" or "several solutions", and why.
         count: &'static str,
         /// Slip velocity after the event of every contact of the block of the scene that moves with them, m/s.
         slip: Vec<f64>,

@@ -56,6 +56,26 @@ pub(crate) struct Solution {
 pub(crate) enum Unsolved {
     None,
     Several,
+    /// Several are, which differ in contacts that static friction holds.
+    Held,
+    /// Several are, which differ by normal forces in balance with each other, and so in the friction that these bring.
+    Split,
+}
+
+impl Unsolved {
+    /// What the problem has, as the end of a sentence about it.
+    pub const fn told(self) -> &'static str {
+        match self {
+            Self::None => "no solution (Painleve)",
+            Self::Several => "several solutions (Painleve)",
+            Self::Held => {
+                "several solutions (static friction above the kinetic one can hold some of them or others)"
+            }
+            Self::Split => {
+                "several solutions (their directions depend on each other, and the motion depends on how their forces are split; give these contacts a stiffness, or a small mass of their own tied to the body by stiff springs)"
+            }
+        }
+    }
 }
 
 /// `a = a0 + W lambda` over (tangential, normal) of each closed contact.
@@ -144,6 +164,58 @@ impl ContactProblem {
         None
     }
 
+    /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
+    /// smaller force. It slips only if static friction cannot hold it, so a solution is dropped if in another one the same
+    /// contacts stick, and more of them.
+    fn only(&self, mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
+        let laws = &self.contacts;
+        let sticks = |solution: &Solution, i: usize| {
+            laws[i].static_friction > laws[i].friction && solution.statuses[i] == Status::Sticking
+        };
+        let closed = |solution: &Solution, i: usize| solution.statuses[i].is_closed();
+        let gives_way = |one: &Solution, other: &Solution| {
+            let mut contacts = 0..one.statuses.len();
+            contacts.clone().any(|i| sticks(other, i) && !sticks(one, i))
+                && contacts.all(|i| {
+                    // What static friction carries along may leave a stop.
+                    (closed(one, i) == closed(other, i) || laws[i].static_friction == 0.0)
+                        && (sticks(other, i) || !sticks(one, i))
+                })
+        };
+        let remains: Vec<usize> = (0..found.len())
+            .filter(|&k| !found.iter().any(|other| gives_way(&found[k], other)))
+            .collect();
+        let (first, others) = match remains[..] {
+            [] => return Err(Unsolved::None),
+            [k] => return Ok(found.swap_remove(k)),
+            [k, ref others @ ..] => (&found[k], others),
+        };
+        let held = |&k: &usize| (0..laws.len()).any(|i| sticks(first, i) != sticks(&found[k], i));
+        Err(if others.iter().all(|&k| self.differ_by_balance(first, &found[k])) {
+            Unsolved::Split
+        } else if others.iter().all(held) {
+            Unsolved::Held
+        } else {
+            Unsolved::Several
+        })
+    }
+
+    /// Whether the normal forces of two solutions differ, and by such as accelerate no gap.
+    fn differ_by_balance(&self, one: &Solution, other: &Solution) -> bool {
+        let normal = |i: usize| (one.forces[2 * i + 1], other.forces[2 * i + 1]);
+        let count = self.contacts.len();
+        let balanced = |i: usize| {
+            let terms = (0..count).map(|j| (self.w[(2 * i + 1, 2 * j + 1)], normal(j)));
+            let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), (w, (a, b))| {
+                (sum + w * (a - b), size + w.abs() * (a.abs() + b.abs()))
+            });
+            sum.abs() <= CONSISTENT * size
+        };
+        let largest = one.forces.amax().max(other.forces.amax());
+        let differs = |i: usize| (normal(i).0 - normal(i).1).abs() > CONSISTENT * largest;
+        (0..count).any(differs) && (0..count).all(balanced)
+    }
+
     fn enumerate(&self) -> Result<Solution, Unsolved> {
         let choices: Vec<&[Status]> = self.contacts.iter().map(choices).collect();
         let mut found: Vec<Solution> = Vec::new();
@@ -157,7 +229,7 @@ impl ContactProblem {
             }
             let Some(position) = (0..counter.len()).find(|&k| counter[k] + 1 < choices[k].len())
             else {
-                return only(&self.contacts, found);
+                return self.only(found);
             };
             counter[..position].fill(0);
             counter[position] += 1;
@@ -405,33 +477,6 @@ pub(crate) fn held_rows(
     (held, map)
 }
 
-/// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
-/// smaller force. It slips only if static friction cannot hold it, so a solution is dropped if in another one the same
-/// contacts stick, and more of them.
-fn only(laws: &[Closed], mut found: Vec<Solution>) -> Result<Solution, Unsolved> {
-    let excess: Vec<bool> = laws.iter().map(|c| c.static_friction > c.friction).collect();
-    let sticks =
-        |solution: &Solution, i: usize| excess[i] && solution.statuses[i] == Status::Sticking;
-    let closed = |solution: &Solution, i: usize| solution.statuses[i].is_closed();
-    let gives_way = |one: &Solution, other: &Solution| {
-        let mut contacts = 0..one.statuses.len();
-        contacts.clone().any(|i| sticks(other, i) && !sticks(one, i))
-            && contacts.all(|i| {
-                // What static friction carries along may leave a stop.
-                (closed(one, i) == closed(other, i) || laws[i].static_friction == 0.0)
-                    && (sticks(other, i) || !sticks(one, i))
-            })
-    };
-    let remains: Vec<usize> = (0..found.len())
-        .filter(|&k| !found.iter().any(|other| gives_way(&found[k], other)))
-        .collect();
-    match remains[..] {
-        [] => Err(Unsolved::None),
-        [k] => Ok(found.swap_remove(k)),
-        _ => Err(Unsolved::Several),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -556,6 +601,37 @@ mod tests {
                 a0: vec![0.0, load].into(),
             };
             assert_eq!(rod.enumerate().unwrap_err(), expected);
+        }
+    }
+
+    /// A mass between two others, which lie on floors: it lifts them by any split of the force that drives it. Friction under
+    /// one of them feels the split.
+    #[test]
+    fn a_split_that_moves_something_is_reported() {
+        let smooth = Closed { friction: 0.0, static_friction: 0.0, sliding: None, opens: true };
+        for friction in [0.0, 0.5] {
+            let rubbing =
+                Closed { friction, static_friction: friction, sliding: Some(1.0), opens: true };
+            let normal = [
+                [1.0, 0.0, 1.0, 0.0],
+                [0.0, 1.0, 0.0, 1.0],
+                [1.0, 0.0, 2.0, 1.0],
+                [0.0, 1.0, 1.0, 2.0],
+            ];
+            let w = DMatrix::from_fn(8, 8, |i, j| match (i % 2, j % 2) {
+                (1, 1) => normal[i / 2][j / 2],
+                _ => f64::from(u8::from(i == j)),
+            });
+            let problem = ContactProblem {
+                contacts: vec![smooth, rubbing, smooth, smooth],
+                w,
+                a0: vec![0.0, -1.0, 0.0, -1.0, 0.0, -1.5, 0.0, -1.5].into(),
+                dependent: true,
+            };
+            match friction {
+                0.0 => assert!(problem.solve().is_ok()),
+                _ => assert_eq!(problem.solve().unwrap_err(), Unsolved::Split),
+            }
         }
     }
 }

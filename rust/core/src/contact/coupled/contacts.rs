@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Solution, Unsolved};
+use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Solution};
 use crate::contact::settlement::sliding_status;
 use crate::error::{Level, RunFailure};
 use crate::scene::contact_law::Directions;
@@ -190,10 +190,7 @@ impl Coupled<'_> {
                 contacts: problem.iter().map(|entry| entry.0).collect(),
                 time: self.time,
                 level,
-                count: match unsolved {
-                    Unsolved::None => "no solution",
-                    Unsolved::Several => "several solutions",
-                },
+                count: unsolved.told(),
                 slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
                 reactions: self.reactions(q, u),
             }
