@@ -7,8 +7,6 @@
 //! The series is that of the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
 //! precision: rounding is then relative to the motion and not to the static displacement.
 
-use pulp::cast;
-
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::panel::Panel;
 use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow};
@@ -16,7 +14,6 @@ use crate::motion::taylor::dense_rows::Order;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
-use crate::numerics::simd::{GROUP, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
@@ -53,49 +50,6 @@ pub(crate) struct TaylorMotion {
     together: [Vec<f64>; 3],
     /// Functions that the sizes alone can't exclude.
     open: Vec<usize>,
-    unit: VectorUnit,
-}
-
-/// All coordinates and their slopes over the panel at s, by Horner's rule.
-struct Horner<'a> {
-    terms: &'a [f64],
-    s: f64,
-    q: &'a mut [f64],
-    u: &'a mut [f64],
-}
-
-impl Kernel for Horner<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
-        let Self { terms, s, q, u } = self;
-        let n = q.len();
-        let (of_q, last_q) = q.as_chunks_mut::<GROUP>();
-        let (of_u, last_u) = u.as_chunks_mut::<GROUP>();
-        let whole = of_q.len() * GROUP;
-        let lanes = simd.splat_f64s(s);
-        for g in 0..of_q.len() {
-            let (mut value, mut slope) = (ZEROS, ZEROS);
-            for k in (0..terms.len() / n).rev() {
-                let terms = terms[k * n + g * GROUP..].first_chunk().map_or(ZEROS, |c| group(*c));
-                slope = simd.mul_add_f64s(slope, lanes, value);
-                value = simd.mul_add_f64s(value, lanes, terms);
-            }
-            (of_q[g], of_u[g]) = (cast(value), cast(slope));
-        }
-        last_q.fill(0.0);
-        last_u.fill(0.0);
-        if last_q.is_empty() {
-            return;
-        }
-        for terms in terms.chunks_exact(n).rev() {
-            for ((q, u), term) in last_q.iter_mut().zip(&mut *last_u).zip(&terms[whole..]) {
-                *u = *u * s + *q;
-                *q = *q * s + term;
-            }
-        }
-    }
 }
 
 /// An event function that has a row.
@@ -521,7 +475,15 @@ impl TaylorMotion {
 
     /// All coordinates and velocities at s of the panel.
     fn horner(&self, s: f64, q: &mut [f64], u: &mut [f64]) {
-        self.unit.run(Horner { terms: &self.terms, s, q, u });
+        let n = self.size;
+        q.fill(0.0);
+        u.fill(0.0);
+        for terms in self.terms.chunks_exact(n).rev() {
+            for ((q, u), term) in q.iter_mut().zip(u.iter_mut()).zip(terms) {
+                *u = *u * s + *q;
+                *q = *q * s + term;
+            }
+        }
         u.iter_mut().for_each(|u| *u /= self.width);
     }
 
