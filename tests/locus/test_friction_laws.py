@@ -190,16 +190,3 @@ def test_tabulated_passes_through_its_values_monotonically():
 def test_ill_posed_laws_are_refused(make, message):
     with pytest.raises(ss.InputError, match=message):
         make()
-
-
-def test_contacts_without_mass_take_constant_friction():
-    contact = ss.Contact(
-        tangential=0,
-        normal=1,
-        friction=STRIBECK,
-        slider_speed=0.1,
-        normal_stiffness=1e5,
-        tangential_stiffness=1e5,
-    )
-    with pytest.raises(ss.InputError, match="a constant one in a scene with dofs without mass"):
-        ss.Scene([1.0, 1.0], np.diag([1e4, 1e4]), contacts=[contact])

@@ -134,6 +134,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
     """
     limits: dict[str, Any] = {"max_events": MAX_EVENTS, "time_limit": HANG}
     has_laws = any(isinstance(contact.friction, ss.friction.Law) for contact in scene.contacts)
+    has_springs = any(contact.normal_stiffness is not None for contact in scene.contacts)
     scenes = {"modal": scene, "auto": scene, "taylor": scene}
     by_modes: Literal["auto", "modal"] = "auto" if has_laws else "modal"
     other, duration = start, DURATION
@@ -205,7 +206,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         else f"residual of samples {sampled:.2e}"
         if sampled > ENERGY_OF_SAMPLES
         else "",
-        "equation of motion": phases_by_integrator(modal) if has_laws else "",
+        "equation of motion": phases_by_integrator(modal) if has_laws and not has_springs else "",
     }
     for verdict, detail in failures.items():
         if detail:

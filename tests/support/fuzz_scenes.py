@@ -22,7 +22,7 @@ EXTRAS = {
     "unsymmetric": "gyroscopic and circulatory terms",
     "forced": "loads in time",
     "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
-    "laws": "friction over slip speed; not with springs of contacts",
+    "laws": "friction over slip speed, where slip has mass",
     "compliant": "contacts with springs",
     "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
 }
@@ -102,7 +102,8 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
         if rng.random() < 0.8:
             if contact.normal is not None:
                 springs |= {"normal_stiffness": 10.0 ** rng.uniform(4.0, 7.0), "restitution": 0.0}
-            if contact.tangential is not None and rng.random() < 0.7:
+            by_law = isinstance(contact.friction, ss.friction.Law)
+            if contact.tangential is not None and not by_law and rng.random() < 0.7:
                 springs["tangential_stiffness"] = 10.0 ** rng.uniform(4.0, 7.0)
         contacts.append(dataclasses.replace(contact, **springs))
     mass = np.diag(scene.mass) if scene.mass.ndim == 2 else scene.mass
@@ -582,7 +583,12 @@ def fastest(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.nd
 
 
 def fastest_of_modes(scene: ss.Scene, combinations: list[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Return the same by the reduced matrices of the program."""
+    """Return the same by the reduced matrices of the program, without the slopes of laws."""
+    constant = [
+        dataclasses.replace(contact, friction=contact.coefficient(), static_friction=None)
+        for contact in scene.contacts
+    ]
+    scene = scene.replace(contacts=constant)
     fades = np.full((len(combinations), 2 * scene.size), np.inf)
     rates = np.full((len(combinations), 2 * scene.size), load_rate(scene))
     for k, combination in enumerate(combinations):

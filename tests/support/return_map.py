@@ -10,8 +10,18 @@ LENGTH, SPEED = 1e-10, 1e-7
 
 def admissible(scene, combination):
     """Directions, in columns, of displacements and of velocities that a combination leaves free."""
-    closed = [scene.normal_direction(i) for i, letter in enumerate(combination) if letter != "d"]
-    stuck = [scene.tangential_direction(i) for i, letter in enumerate(combination) if letter == "s"]
+    # The node of a spring is held, and not the body.
+    states = list(zip(scene.contacts, combination, strict=True))
+    closed = [
+        scene.normal_direction(i)
+        for i, (contact, letter) in enumerate(states)
+        if letter != "d" and contact.normal_stiffness is None
+    ]
+    stuck = [
+        scene.tangential_direction(i)
+        for i, (contact, letter) in enumerate(states)
+        if letter == "s" and contact.tangential_stiffness is None
+    ]
 
     def across(directions):
         # That of a stop along its slider, for example, is zero.

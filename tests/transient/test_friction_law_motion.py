@@ -33,6 +33,12 @@ def stop_and_friction() -> tuple[ss.Scene, ss.State]:
     return scene, ss.State([0.0], [-5.0], "+dd", dofs=scene.dofs)
 
 
+def two_subsystems(law: Law | list[Law]) -> tuple[ss.Scene, ss.State]:
+    """Return the reference model under a law at both contacts, or one at each."""
+    scene = ss.models.two_subsystems(friction=law, slider_speed=0.025, preload_displacement=1e-3)
+    return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
+
+
 def skew_block(law: Law) -> ss.Scene:
     """Return a mass on an inclined normal that is not orthogonal to the direction of slip: W couples them."""
     contact = ss.Contact(tangential=[1.0, 0.0], normal=[0.3, 1.0], friction=law, slider_speed=0.3)
@@ -72,9 +78,13 @@ def test_events_of_a_block_agree_with_45_digits(law):
 
 @pytest.mark.parametrize("law", [Stribeck(1.5, 1.2, 0.1), Rational(1.5, 1.2, 0.1)], ids=repr)
 def test_events_of_two_contacts_agree_with_45_digits(law):
-    scene = ss.models.two_subsystems(friction=law, slider_speed=0.025, preload_displacement=1e-3)
-    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
-    compare(scene, start, events=10, until=0.1)
+    compare(*two_subsystems(law), events=10, until=0.1)
+
+
+@pytest.mark.slow
+def test_a_hundred_events_of_two_contacts_agree_with_45_digits():
+    laws = [Stribeck(1.5, 1.2, 0.1), Rational(1.5, 1.2, 0.1)]
+    compare(*two_subsystems(laws), events=100, until=1.0)
 
 
 @pytest.mark.slow

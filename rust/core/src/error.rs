@@ -266,6 +266,21 @@ pub enum Error {
         /// A contact whose forces are not determined.
         contact: usize,
     },
+    /// Friction depends on slip speed where slip has no mass.
+    #[error(
+        "contact {contact}: friction: a law over slip speed needs mass in the tangential direction: {}; leave tangential_stiffness out, give the dofs mass, or state constant friction",
+        if *falls {
+            "without it, no quasi-static motion follows from friction that falls with slip speed"
+        } else {
+            "without it, only motions under constant friction are computed"
+        }
+    )]
+    LawWithoutMass {
+        /// Index of the contact.
+        contact: usize,
+        /// Whether its friction falls with slip speed somewhere.
+        falls: bool,
+    },
     /// In the position given a contact has a negative gap.
     #[error("position: contact {contact} penetrates, gap {} m", rounded(*gap))]
     Penetration {

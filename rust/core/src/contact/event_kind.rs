@@ -27,6 +27,8 @@ pub enum EventKind {
     Load,
     /// The place of a sliding contact turned back along its slider: where an orbit without events is cut. No run has one.
     Turn,
+    /// Friction that falls with slip speed reached zero: no motion follows.
+    Exhausted,
 }
 
 /// Stands for the contact of an event that belongs to no contact.
@@ -46,10 +48,11 @@ impl EventKind {
             EventKind::Jump => "jump",
             EventKind::Load => "load",
             EventKind::Turn => "turn",
+            EventKind::Exhausted => "exhausted",
         }
     }
 
-    const ALL: [EventKind; 10] = [
+    const ALL: [EventKind; 11] = [
         EventKind::Velocity,
         EventKind::SlipPositive,
         EventKind::SlipNegative,
@@ -60,12 +63,13 @@ impl EventKind {
         EventKind::Jump,
         EventKind::Load,
         EventKind::Turn,
+        EventKind::Exhausted,
     ];
 
     /// Whether a contact of this status can have such an event.
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
-            EventKind::Velocity | EventKind::Turn => status.is_sliding(),
+            EventKind::Velocity | EventKind::Turn | EventKind::Exhausted => status.is_sliding(),
             EventKind::SlipPositive | EventKind::SlipNegative | EventKind::Jump => {
                 matches!(status, Status::Sticking)
             }

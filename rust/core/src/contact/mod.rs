@@ -4,6 +4,7 @@ pub(crate) mod admissible_start;
 pub(crate) mod coupled;
 pub(crate) mod event_function;
 pub(crate) mod event_kind;
+pub(crate) mod linear_friction;
 pub(crate) mod quasi_static;
 pub(crate) mod settlement;
 pub(crate) mod transition;

@@ -58,7 +58,8 @@ pub(crate) fn settle(
             | EventKind::SlipNegative
             | EventKind::Jump
             | EventKind::Load
-            | EventKind::Turn => {}
+            | EventKind::Turn
+            | EventKind::Exhausted => {}
         }
     }
     let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);

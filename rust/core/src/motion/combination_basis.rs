@@ -1,8 +1,10 @@
 //! The basis of a status combination: its event functions, and its propagator.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use crate::contact::event_function::{EventFunction, Functional, event_functions};
+use crate::contact::linear_friction::{exhaustions, of_phase};
 use crate::error::Error;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
@@ -38,28 +40,38 @@ pub(crate) struct CombinationBasis {
     pub propagator: Propagator,
     /// The coordinates that move by themselves, if some coordinates of the scene have no mass.
     pub condensed: Option<Box<Condensed>>,
-    /// The scene in the coordinates of the combination, where directions depend on each other.
+    /// The scene in the coordinates of the combination, where directions depend on each other; with dampers in place of laws of
+    /// friction, where these leave the phase linear.
     pub fitted: Option<Arc<Scene>>,
 }
 
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
         scene.check_combination(combination)?;
+        let linear = of_phase(scene, combination);
+        let is_linear = matches!(linear, Cow::Owned(_));
+        let exhaustions = is_linear.then(|| exhaustions(scene, combination));
+        let scene = &*linear;
         let condensed = Condensed::new(scene, combination)?.map(Box::new);
         let mut functions = event_functions(scene, combination)?;
+        if let Some(exhaustions) = exhaustions {
+            functions.extend(exhaustions);
+            functions.sort_by_key(|function| function.contact);
+        }
         if let Some(condensed) = &condensed {
             for function in &mut functions {
                 function.functional = function.functional.condensed(condensed);
             }
         }
-        let fitted = (!scene.dependents.is_empty())
-            .then(|| Arc::new(scene.fitted(combination).into_owned()));
-        if let Some(fitted) = &fitted {
+        let dependent = !scene.dependents.is_empty();
+        let fitted =
+            (dependent || is_linear).then(|| Arc::new(scene.fitted(combination).into_owned()));
+        if let Some(fitted) = fitted.as_ref().filter(|_| dependent) {
             for function in &mut functions {
                 function.functional = function.functional.substituted(fitted);
             }
         }
-        if condensed.is_some() || fitted.is_some() {
+        if condensed.is_some() || dependent {
             functions.retain(|function| !keeps(scene, combination, &function.functional));
         }
         let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);

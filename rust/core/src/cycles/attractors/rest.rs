@@ -68,7 +68,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     let solved = solve(reduced.stiffness.clone(), &force);
     let kept = &reduced.reduction.kept;
     kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
-    let still = vec![0.0; scene.size];
+    let mut still = vec![0.0; scene.size];
+    basis.complete(&mut rest, &mut still);
     let pressed: Vec<f64> = match moving.has_friction_laws() {
         true => contact_forces_in(scene, combination, &rest, &still),
         false => Vec::new(),
@@ -85,7 +86,12 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     let deviation: Vec<f64> =
         kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
     let z: Vec<f64> = modes.coordinates(&deviation).iter().map(|z| z.norm()).collect();
-    let laws = Laws::new(moving, scene, combination, &reduced, &modes, &pressed);
+    let over_own = |functional: Functional| match (&basis.condensed, &basis.fitted) {
+        (Some(condensed), _) => functional.condensed(condensed),
+        (_, Some(fitted)) => functional.substituted(fitted),
+        _ => functional,
+    };
+    let laws = Laws::new(moving, scene, combination, &reduced, &modes, &pressed, &over_own);
     let Some((z, beyond)) = laws.kept_within(&modes, z) else { return false };
     let functions = match laws.contacts.is_empty() {
         true => Ok(basis.functions.clone()),
@@ -93,10 +99,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     };
     functions.is_ok_and(|functions| {
         functions.iter().all(|function| {
-            let functional = match &basis.fitted {
-                Some(fitted) => function.functional.substituted(fitted),
-                None => function.functional.clone(),
-            };
+            let functional = over_own(function.functional.clone());
             let limit = 1.0 + scene.contacts[function.contact].static_friction;
             functional.value(&rest, &still)
                 > reach(&functional, &reduced, &modes, &z) + limit * beyond
@@ -145,6 +148,7 @@ impl<'a> Laws<'a> {
         reduced: &'a Reduced,
         modes: &Modes,
         pressed: &[f64],
+        over_own: &dyn Fn(Functional) -> Functional,
     ) -> Self {
         let forces = steady.contacts_coupled().then(|| contact_forces(steady, combination));
         let own = reduced.scene(steady);
@@ -166,8 +170,8 @@ impl<'a> Laws<'a> {
                 law,
                 speed: sliding.slider_speed.abs(),
                 pressed: pressed[contact].abs(),
-                slip: slip_velocity(steady, contact).substituted(own),
-                normal: normal.substituted(own),
+                slip: over_own(slip_velocity(steady, contact)),
+                normal: over_own(normal),
                 drive: drive.collect(),
             }
         });

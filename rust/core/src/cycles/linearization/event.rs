@@ -3,6 +3,7 @@
 
 use crate::contact::event_function::{Functional, friction_response, response_of_event};
 use crate::contact::event_kind::EventKind;
+use crate::contact::linear_friction::friction_dampers;
 use crate::cycles::linearization::flow::Flow;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -22,9 +23,9 @@ impl EventValue {
         (contact, trigger): (usize, EventKind),
         functional: Functional,
     ) -> Self {
-        let mut sliding = scene.sliding_by_law(combination).map(|(source, _)| source);
         let mut friction = Vec::new();
-        if sliding.next().is_some()
+        if scene.sliding_by_law(combination).next().is_some()
+            && friction_dampers(scene, combination).is_none()
             && let Some(response) = friction_response(scene, combination)
         {
             let of =

@@ -16,6 +16,7 @@ use nalgebra::DMatrix;
 use std::cell::RefCell;
 use std::sync::Arc;
 
+use crate::contact::linear_friction::of_phase;
 use crate::error::Error;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::operator::LawOperator;
@@ -61,7 +62,8 @@ impl<'a> Flow<'a> {
     /// The flow of a combination that is propagated already.
     pub fn by(propagators: &'a Propagators, basis: Arc<CombinationBasis>) -> Result<Self, Error> {
         let scene = &propagators.scene;
-        let by_law = scene.sliding_by_law(&basis.combination).next().is_some();
+        let linear = of_phase(scene, &basis.combination);
+        let by_law = linear.sliding_by_law(&basis.combination).next().is_some();
         let basis = match &basis.propagator {
             // Neighbours are carried in one piece.
             Propagator::Blocks(_) if by_law => {
@@ -69,7 +71,7 @@ impl<'a> Flow<'a> {
             }
             _ => basis,
         };
-        let equation = EquationOfMotion::new(scene, &basis.combination)?;
+        let equation = EquationOfMotion::new(&linear, &basis.combination)?;
         let Reduction { kept, sticking, .. } = &equation.reduction;
         let mut free: Vec<usize> = kept
             .iter()
@@ -82,7 +84,7 @@ impl<'a> Flow<'a> {
         let still = vec![0.0; scene.size];
         let motion = Motion::new(scene, &basis, &still, &still);
         let running = RefCell::new((motion, vec![0.0; 2 * scene.size]));
-        let fastest = fastest(scene);
+        let fastest = fastest(&linear);
         Ok(Self { scene, basis, equation, free, section, fastest, running })
     }
 

@@ -18,6 +18,7 @@ use nalgebra::{DMatrix, DVector, RowDVector};
 
 use crate::contact::event_function::{EventFunction, Functional, ending, event_functions};
 use crate::contact::event_kind::EventKind;
+use crate::contact::linear_friction::of_phase;
 use crate::contact::transition;
 use crate::cycles::linearization::event::EventValue;
 use crate::cycles::linearization::flow::Flow;
@@ -62,8 +63,9 @@ pub(crate) struct Linearised {
 
 impl Passage {
     pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: EventKind) -> Self {
-        let event = ending(scene, before, contact, trigger);
-        let companions = companions(scene, before, contact, trigger, &event);
+        let linear = of_phase(scene, before);
+        let event = ending(&linear, before, contact, trigger);
+        let companions = companions(&linear, before, contact, trigger, &event);
         let event = EventValue::new(scene, before, (contact, trigger), event);
         Self { contact, trigger, event, series: Vec::new(), companions }
     }
@@ -142,7 +144,8 @@ impl Passage {
             | EventKind::SlipNegative
             | EventKind::Jump
             | EventKind::Load
-            | EventKind::Turn => {}
+            | EventKind::Turn
+            | EventKind::Exhausted => {}
         }
         Ok(())
     }
@@ -246,7 +249,8 @@ impl Passage {
             | EventKind::SlipNegative
             | EventKind::Jump
             | EventKind::Load
-            | EventKind::Turn => {}
+            | EventKind::Turn
+            | EventKind::Exhausted => {}
             EventKind::Closing => matrix[(law.normal, law.normal)] = 0.0,
             EventKind::Velocity => self.own().for_each(|contact| {
                 let t = n + scene.contacts[contact].tangential;

@@ -16,6 +16,7 @@
 
 use num_complex::Complex64;
 
+use crate::contact::linear_friction::of_phase;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::orbits::orbit::{Orbit, Step};
 use crate::error::Error;
@@ -50,7 +51,7 @@ impl Orbit {
         for (index, (step, flow)) in self.steps.iter().zip(&flows).enumerate() {
             let bare = scene.bare();
             let modes = match flow.panel() {
-                None => Some(Modes::new(bare, flow.combination())?),
+                None => Some(Modes::new(&of_phase(bare, flow.combination()), flow.combination())?),
                 Some(_) => None,
             };
             let loads = if self.load_periods > 0 { scene.fastest_load() } else { 0.0 };

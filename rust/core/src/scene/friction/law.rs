@@ -115,6 +115,29 @@ impl FrictionLaw {
         }
     }
 
+    /// Its slope, s/m, where it is the same at every slip speed.
+    pub(crate) fn linear(&self) -> Option<f64> {
+        match self {
+            Self::Linear { slope, .. } => Some(*slope),
+            Self::Stribeck { at_rest, kinetic, viscous, .. } => {
+                (at_rest == kinetic).then_some(*viscous)
+            }
+            Self::Rational { at_rest, kinetic, .. } => (at_rest == kinetic).then_some(0.0),
+            Self::Tabulated(_) => None,
+        }
+    }
+
+    /// Whether it falls with the slip speed somewhere.
+    pub(crate) fn falls(&self) -> bool {
+        match self {
+            Self::Linear { slope, .. } => *slope < 0.0,
+            // Its slope is least at rest if it is negative anywhere.
+            Self::Stribeck { .. } => self.slope(0.0) < 0.0,
+            Self::Rational { at_rest, kinetic, .. } => at_rest > kinetic,
+            Self::Tabulated(table) => table.pieces.windows(2).any(|pair| pair[1][0] < pair[0][0]),
+        }
+    }
+
     /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.
     pub(crate) fn steepness(&self, speed: f64) -> [f64; 2] {
         match self {

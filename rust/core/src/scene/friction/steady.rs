@@ -9,6 +9,7 @@ use std::borrow::Cow;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
@@ -19,16 +20,8 @@ impl Scene {
         for (contact, law) in laws.iter().enumerate() {
             let Some(law) = law else { continue };
             law.validate(contact)?;
-            let refused = |expected: &str, got: &str| Error::Shape {
-                argument: format!("contact {contact}: friction"),
-                expected: format!("a constant one {expected}"),
-                got: got.to_owned(),
-            };
-            if !self.massless.is_empty() {
-                return Err(refused(
-                    "in a scene with dofs without mass or compliant contacts",
-                    "a law over slip speed",
-                ));
+            if !self.contacts[contact].tangential_has_mass() {
+                return Err(Error::LawWithoutMass { contact, falls: law.falls() });
             }
         }
         self.laws = laws.iter().any(Option::is_some).then(|| laws.into());
@@ -115,20 +108,45 @@ impl Scene {
     /// Small motions about a steady state of a combination with given normal forces of its contacts.
     pub(crate) fn about(&self, combination: &Combination, pressed: &[f64]) -> Cow<'_, Self> {
         let steady = self.at_steady_sliding();
-        let sliding: Vec<(usize, f64)> = self
+        let dampers: Vec<(usize, f64)> = self
             .sliding_by_law(combination)
-            .map(|(contact, law)| (contact, law.slope(self.contacts[contact].slider_speed.abs())))
+            .map(|(contact, law)| {
+                let slope = law.slope(self.contacts[contact].slider_speed.abs());
+                (contact, pressed[contact] * slope)
+            })
             .collect();
-        if sliding.is_empty() {
+        if dampers.is_empty() {
             return steady;
         }
-        let mut rows = vec![Vec::new(); self.size];
-        for (contact, slope) in sliding {
+        let damping = self.damping_beside(&dampers);
+        Cow::Owned(Self { damping, proportional: None, ..steady.into_owned() })
+    }
+
+    /// The scene with dampers between bodies and sliders, by contact, N s/m, beside the friction of its laws at rest.
+    pub(crate) fn with_friction_dampers(&self, dampers: &[(usize, f64)]) -> Self {
+        let mut force = self.force.clone();
+        for &(contact, damper) in dampers {
             let law = &self.contacts[contact];
-            let terms = self.terms_of(law.tangential);
+            for (k, weight) in self.terms_of(law.tangential) {
+                force[k] += damper * law.slider_speed * weight;
+            }
+        }
+        let damping = self.damping_beside(dampers);
+        let Self { mass, stiffness, coordinates, .. } = self;
+        // Its bounds hold for this damping.
+        let coupled_mass = coupled_mass(mass, &damping, stiffness, None, &coordinates.slots)
+            .expect("the positive definite mass of the scene");
+        let proportional = None;
+        Self { laws: None, damping, proportional, coupled_mass, force, ..self.clone() }
+    }
+
+    /// C + G with dampers along the slip of contacts.
+    fn damping_beside(&self, dampers: &[(usize, f64)]) -> SparseMatrix {
+        let mut rows = vec![Vec::new(); self.size];
+        for &(contact, damper) in dampers {
+            let terms = self.terms_of(self.contacts[contact].tangential);
             for &(k, a) in &terms {
-                let entry = |&(j, b): &(usize, f64)| (j, pressed[contact] * slope * a * b);
-                rows[k].extend(terms.iter().map(entry));
+                rows[k].extend(terms.iter().map(|&(j, b)| (j, damper * a * b)));
             }
         }
         let added = SparseMatrix::from_rows(self.size, |k, entries| {
@@ -140,10 +158,6 @@ impl Scene {
                 }
             }
         });
-        Cow::Owned(Self {
-            damping: self.damping.combined(1.0, &added, 1.0),
-            proportional: None,
-            ..steady.into_owned()
-        })
+        self.damping.combined(1.0, &added, 1.0)
     }
 }

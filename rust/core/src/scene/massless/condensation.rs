@@ -59,10 +59,7 @@ impl Scene {
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
         if self.has_friction_laws() {
             let linear = self.linearised(combination)?.into_owned();
-            return Ok(match linear.fitted(combination) {
-                Cow::Owned(fitted) => Cow::Owned(fitted),
-                Cow::Borrowed(_) => Cow::Owned(linear),
-            });
+            return Ok(Cow::Owned(linear.moving(combination)?.into_owned()));
         }
         Ok(match Condensed::new(self, combination)? {
             Some(condensed) => Cow::Owned(condensed.scene),
@@ -145,7 +142,8 @@ impl Condensed {
             size: scene.size,
             dofs: scene.dofs,
             contacts: scene.contacts.clone(),
-            laws: None,
+            // Their contacts slip with mass.
+            laws: scene.laws.clone(),
             impact_friction: scene.impact_friction,
             coordinates: scene.coordinates.clone(),
             nodes: scene.nodes.clone(),

@@ -96,6 +96,12 @@ impl PhaseSearch {
                         self.triggers.push((function.contact, function.trigger));
                     }
                 }
+                let exhausted = |trigger: &&(usize, EventKind)| trigger.1 == EventKind::Exhausted;
+                if let Some(&(contact, _)) = self.triggers.iter().find(exhausted) {
+                    let time = run.time.after(motion.start() + at * width).seconds;
+                    let failure = RunFailure::NegativeFriction { contact, time };
+                    return stop(run, motion, at * width, StopReason::Failed(failure));
+                }
                 if run.scene.contacts_coupled() {
                     self.gaps.clear();
                     self.gaps.resize(run.scene.contacts.len(), 0.0);
