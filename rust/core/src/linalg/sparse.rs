@@ -134,6 +134,7 @@ impl SparseMatrix {
     }
 
     /// Nonzero entries of a row as (column, value).
+    #[inline]
     pub fn row(&self, row: usize) -> impl Iterator<Item = (usize, f64)> + '_ {
         let range = self.row_start[row]..self.row_start[row + 1];
         self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
@@ -149,6 +150,7 @@ impl SparseMatrix {
     }
 
     /// `row . x`
+    #[inline]
     pub fn row_dot(&self, row: usize, x: &[f64]) -> f64 {
         self.row(row).map(|(column, value)| value * x[column]).sum()
     }

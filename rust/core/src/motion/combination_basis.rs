@@ -129,6 +129,7 @@ impl CombinationBasis {
     }
 
     /// Places and velocities of coordinates without mass or that are sums of others, from those of the rest.
+    #[inline]
     pub fn complete(&self, q: &mut [f64], u: &mut [f64]) {
         if let Some(condensed) = &self.condensed {
             condensed.complete(q, u);

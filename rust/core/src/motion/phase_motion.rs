@@ -14,11 +14,17 @@ use crate::motion::taylor::motion::TaylorMotion;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::model::Scene;
 
+/// Number of bases that a motion remembers.
+const REMEMBERED: usize = 16;
+
 /// A phase in progress, with buffers that serve one phase after the other.
 #[derive(Debug)]
 pub(crate) struct Motion {
     scene: Arc<Scene>,
-    basis: Arc<CombinationBasis>,
+    /// The last ones met: a count of references that other threads share would cost each phase more than this search.
+    bases: Vec<Arc<CombinationBasis>>,
+    /// Place of the one in progress.
+    current: usize,
     modal: ModalMotion,
     taylor: TaylorMotion,
     /// The motion of a combination in which friction depends on slip speed.
@@ -53,7 +59,8 @@ impl Motion {
     pub fn new(scene: &Arc<Scene>, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) -> Self {
         let mut motion = Self {
             scene: Arc::clone(scene),
-            basis: Arc::clone(basis),
+            bases: Vec::new(),
+            current: 0,
             modal: ModalMotion::default(),
             taylor: TaylorMotion::default(),
             law: None,
@@ -65,9 +72,14 @@ impl Motion {
 
     /// Begins another phase.
     pub fn restart(&mut self, basis: &Arc<CombinationBasis>, q: &[f64], u: &[f64]) {
-        if !Arc::ptr_eq(&self.basis, basis) {
-            self.basis = Arc::clone(basis);
-        }
+        self.current =
+            self.bases.iter().position(|known| Arc::ptr_eq(known, basis)).unwrap_or_else(|| {
+                if self.bases.len() == REMEMBERED {
+                    self.bases.clear();
+                }
+                self.bases.push(Arc::clone(basis));
+                self.bases.len() - 1
+            });
         match &basis.propagator {
             Propagator::Modal(modal) => self.modal.restart(modal, q, u),
             Propagator::Taylor(operator) => {
@@ -100,7 +112,7 @@ impl Motion {
 
     /// Local time at which the next panel begins.
     pub fn start(&self) -> f64 {
-        match &self.basis.propagator {
+        match &self.bases[self.current].propagator {
             Propagator::Modal(_) => self.modal.start(),
             Propagator::Taylor(_) => self.taylor.start(),
             Propagator::Law(_) => self.law.as_ref().map_or(0.0, |law| law.start()),
@@ -112,19 +124,24 @@ impl Motion {
 
     /// The same motion as one in which events can be searched for; none of a scene in blocks.
     pub fn coupled(&mut self) -> Option<CoupledMotion<'_>> {
-        let kind = match &self.basis.propagator {
+        let kind = match &self.bases[self.current].propagator {
             Propagator::Modal(modal) => Kind::Modal(&mut self.modal, modal),
             Propagator::Taylor(operator) => Kind::Taylor(&mut self.taylor, operator),
             Propagator::Law(operator) => Kind::Law(self.law.as_mut()?, operator),
             Propagator::Blocks(_) => return None,
         };
-        let scene = self.basis.scene(&self.scene);
-        Some(CoupledMotion { functions: &self.basis.functions, basis: &self.basis, scene, kind })
+        let scene = self.bases[self.current].scene(&self.scene);
+        Some(CoupledMotion {
+            functions: &self.bases[self.current].functions,
+            basis: &self.bases[self.current],
+            scene,
+            kind,
+        })
     }
 
     /// (q, q') at local time `time`, from the start of the panel on.
     pub fn seek(&mut self, time: f64, q: &mut [f64], u: &mut [f64]) {
-        match &self.basis.propagator {
+        match &self.bases[self.current].propagator {
             // Modes reach any time in one step.
             Propagator::Modal(modal) => {
                 let offset = time - self.modal.start();
@@ -132,13 +149,13 @@ impl Motion {
             }
             Propagator::Taylor(operator) => {
                 while time > self.taylor.end() {
-                    self.taylor.advance(self.basis.scene(&self.scene), operator);
+                    self.taylor.advance(self.bases[self.current].scene(&self.scene), operator);
                 }
                 self.taylor.state(operator, time - self.taylor.start(), q, u);
             }
             Propagator::Law(operator) => {
                 let Some(law) = &mut self.law else { return };
-                if law.reach(self.basis.scene(&self.scene), operator, time) {
+                if law.reach(self.bases[self.current].scene(&self.scene), operator, time) {
                     law.state(operator, time - law.start(), q, u);
                 } else {
                     [q, u].into_iter().for_each(|half| half.fill(f64::NAN));
@@ -153,28 +170,31 @@ impl Motion {
                 }
             }
         }
-        self.basis.complete(q, u);
+        self.bases[self.current].complete(q, u);
     }
 
     /// Carries neighbours (dq, dq') of a phase under laws of friction from its start to local time `time`.
     pub fn carry(&mut self, time: f64, neighbours: &mut [Vec<f64>]) {
-        if let (Propagator::Law(operator), Some(law)) = (&self.basis.propagator, &mut self.law) {
-            law.carry(self.basis.scene(&self.scene), operator, time, neighbours);
+        if let (Propagator::Law(operator), Some(law)) =
+            (&self.bases[self.current].propagator, &mut self.law)
+        {
+            law.carry(self.bases[self.current].scene(&self.scene), operator, time, neighbours);
         }
     }
 
     /// Local time up to which the motion after `time` is one series, where it is not smooth everywhere.
     pub fn smooth_until(&mut self, time: f64) -> Option<f64> {
-        let Propagator::Law(operator) = &self.basis.propagator else { return None };
+        let Propagator::Law(operator) = &self.bases[self.current].propagator else { return None };
         let law = self.law.as_mut()?;
-        let reached = law.reach(self.basis.scene(&self.scene), operator, time.next_up());
+        let reached =
+            law.reach(self.bases[self.current].scene(&self.scene), operator, time.next_up());
         reached.then(|| law.end())
     }
 
     /// A bound of the growth of the state around a local time, `|X(t + z)| <= A e^{rate |z|}`; modes that have
     /// decayed below rounding of the velocity do not count. 1/s.
     pub fn growth_rate(&self, time: f64) -> f64 {
-        match &self.basis.propagator {
+        match &self.bases[self.current].propagator {
             Propagator::Modal(modal) => self.modal.growth_rate(modal, time - self.modal.start()),
             Propagator::Taylor(operator) => operator.norm(),
             Propagator::Law(operator) => self.law.as_ref().map_or(0.0, |law| law.rate(operator)),

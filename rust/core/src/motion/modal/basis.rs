@@ -22,6 +22,9 @@ pub(crate) struct ModalBasis {
     pub(super) structure: usize,
     pub(super) count: usize,
     pub(super) groups: usize,
+    /// Groups of kept coordinates, and groups of all parts of a reference.
+    pub(super) positions: usize,
+    pub(super) parts: usize,
     pub(super) lambda: ComplexVector,
     /// 1 / lambda, 0 where lambda is.
     pub(super) inverse: ComplexVector,
@@ -94,7 +97,7 @@ impl ModalBasis {
             .collect();
         let reduction = &reduced.reduction;
         let kept = |&(k, weight): &(usize, f64)| Some((reduction.place(k)?, weight));
-        let functions = functions
+        let function_weights = functions
             .iter()
             .map(|function| {
                 let functional = &function.functional;
@@ -131,7 +134,11 @@ impl ModalBasis {
             })
         });
         let lambda = ComplexVector::of(&lambda);
+        let positions = m.div_ceil(GROUP);
+        let function_groups = functions.len().div_ceil(GROUP);
         Self {
+            positions,
+            parts: positions + 2 * groups + function_groups,
             structure: reduction.kept.partition_point(|&k| k < scene.structure()),
             kept: reduction.kept.clone(),
             count,
@@ -142,7 +149,7 @@ impl ModalBasis {
                 .map(|(position, velocity)| Projection { position, velocity })
                 .collect(),
             sticking: reduction.sticking.clone(),
-            functions,
+            functions: function_weights,
             references,
             // Without modes every motion is prescribed and linear: the width grows to that of the phase.
             base_width: if fastest > 0.0 { REACH / fastest } else { 1e-12 },

@@ -18,9 +18,11 @@
 //! is used instead: a rounding error then moves and decays as the mode does, while a rounding error of z' in the first form
 //! would be integrated for the rest of the phase.
 
+use pulp::bytemuck::cast_slice;
+
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::{Level, Step};
-use crate::motion::modal::reference::{Reference, largest};
+use crate::motion::modal::reference::largest;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{ComplexGroup, Group, Kernel, Lanes, VectorUnit, ZEROS};
 
@@ -64,8 +66,6 @@ pub(crate) struct ModalMotion {
     pub(super) leap: usize,
     /// At the start of the panel.
     pub(super) modes: Vec<Modes>,
-    /// p at the start of the panel.
-    pub(super) force: Vec<ComplexGroup>,
     pub(super) middle: Vec<Modes>,
     pub(super) bounds: Vec<Bounds>,
     /// Weight times w of one event function.
@@ -75,10 +75,9 @@ pub(crate) struct ModalMotion {
     pub(super) at: Vec<[ComplexGroup; 2]>,
     /// Of the basis: the one about which the modes move.
     pub(super) reference: usize,
-    /// (q, q') of the kept coordinates along the reference at local time 0.
-    pub(super) about: Vec<[f64; 2]>,
-    /// Constant part of each event function at local time 0.
-    pub(super) constants: Vec<f64>,
+    /// The parts of the reference with the sticking contacts where they are: at local time 0, of the force p at the start
+    /// of the panel.
+    pub(super) parts: Vec<Group>,
     /// (q, q') of the kept coordinates at local time 0, from the reference.
     pub(super) gathered: Vec<[f64; 2]>,
     /// q at local time 0 of the coordinates that stick, in the order of the basis.
@@ -95,50 +94,72 @@ impl ModalMotion {
         self.leap = FIRST_LEAP;
         self.stuck.clear();
         self.stuck.extend(basis.sticking.iter().map(|&(k, _)| q[k]));
-        self.refer(basis, q, u);
-        let stuck = &self.stuck;
-        self.constants.clear();
-        self.constants.extend(basis.references[self.reference].functions.iter().map(|function| {
-            let stuck = function.sticking.iter().zip(stuck).map(|(weight, at)| weight * at);
-            function.constant + stuck.sum::<f64>()
-        }));
-        if self.modes.len() < basis.groups {
-            self.grow(basis.groups);
+        if self.modes.len() < basis.groups
+            || self.parts.len() < basis.parts
+            || self.gathered.len() < basis.kept.len()
+        {
+            self.grow(basis);
         }
         self.unit.run(Project { motion: self, basis, q, u });
     }
 
+    /// Positions of the reference at local time 0, of the kept coordinates in groups.
+    pub(super) fn about<'a>(&'a self, basis: &ModalBasis) -> &'a [Group] {
+        &self.parts[..basis.positions]
+    }
+
+    /// Constant part of each event function at local time 0.
+    pub(super) fn constants<'a>(&'a self, basis: &ModalBasis) -> &'a [f64] {
+        let first = basis.positions + 2 * basis.groups;
+        &cast_slice(&self.parts[first..])[..basis.functions.len()]
+    }
+
+    /// p at the start of the panel, of a group of modes.
+    #[inline(always)]
+    pub(super) fn force(&self, basis: &ModalBasis, g: usize) -> ComplexGroup {
+        let first = basis.positions + 2 * g;
+        ComplexGroup { re: self.parts[first], im: self.parts[first + 1] }
+    }
+
     /// Chooses the equilibrium as the reference, unless it is so far away that the difference would cost digits.
-    fn refer(&mut self, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        let size = [largest(q), largest(u)];
-        let is_near = |reference: &Reference| {
-            let stuck = reference.sticking.iter().zip(&self.stuck);
-            let position = stuck.fold(reference.size[0], |sum, (of, at)| sum + of.size * at.abs());
-            position <= FARTHEST * size[0] && reference.size[1] <= FARTHEST * size[1]
-        };
-        self.reference = basis.references.iter().rposition(is_near).unwrap_or(0);
-        let reference = &basis.references[self.reference];
-        self.about.clear();
-        self.about.extend_from_slice(&reference.at);
-        for (sticking, at) in reference.sticking.iter().zip(&self.stuck) {
-            for (about, of) in self.about.iter_mut().zip(&sticking.of) {
-                about[0] += of * at;
+    #[inline(always)]
+    fn refer<S: Lanes>(&mut self, simd: S, basis: &ModalBasis, q: &[f64], u: &[f64]) {
+        let allowed = [FARTHEST * largest(q), FARTHEST * largest(u)];
+        for (index, reference) in basis.references.iter().enumerate().rev() {
+            self.reference = index;
+            let parts = &mut self.parts[..basis.parts];
+            let (fixed, of_sticks) = reference.parts.split_at(parts.len());
+            parts.iter_mut().zip(fixed).for_each(|(part, fixed)| *part = *fixed);
+            for (stick, &at) in self.stuck.iter().enumerate() {
+                let at = simd.splat_f64s(at);
+                for (part, &of) in parts.iter_mut().zip(&of_sticks[stick * basis.parts..]) {
+                    *part = simd.mul_add_f64s(of, at, *part);
+                }
+            }
+            let mut size = ZEROS;
+            for &at in &parts[..basis.positions] {
+                size = simd.max_f64s(size, simd.abs_f64s(at));
+            }
+            if simd.reduce_max_f64s(size) <= allowed[0] && reference.speed <= allowed[1] {
+                return;
             }
         }
     }
 
     #[cold]
-    fn grow(&mut self, groups: usize) {
+    fn grow(&mut self, basis: &ModalBasis) {
+        let groups = basis.groups.max(self.modes.len());
         let zero = ComplexGroup::ZERO;
         let modes = Modes { z: zero, dz: zero, w: zero };
         self.modes.resize(groups, modes);
         self.middle.resize(groups, modes);
-        self.force.resize(groups, zero);
         let bounds = Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, fast: ZEROS };
         self.bounds.resize(groups, bounds);
         self.gains.resize(groups, zero);
         self.phi2.resize(groups, zero);
         self.at.resize(groups, [zero; 2]);
+        self.parts.resize(basis.parts.max(self.parts.len()), ZEROS);
+        self.gathered.resize(basis.kept.len().max(self.gathered.len()), [0.0; 2]);
     }
 
     #[inline(always)]
@@ -150,26 +171,30 @@ impl ModalMotion {
         q: &[f64],
         u: &[f64],
     ) {
-        let gathered = &mut self.gathered;
-        gathered.clear();
-        let kept = basis.kept.iter().zip(&self.about);
-        gathered.extend(kept.map(|(&k, about)| [q[k] - about[0], u[k] - about[1]]));
-        let forces = &basis.references[self.reference].force[..groups];
-        for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
-            let mut z = ComplexGroup::ZERO;
-            let rows = basis.projection[g..].iter().step_by(groups);
-            for (&[q, u], row) in gathered.iter().zip(rows) {
-                z = z.add_scaled(simd, simd.splat_f64s(q), row.position);
-                z = z.add_scaled(simd, simd.splat_f64s(u), row.velocity);
+        self.refer(simd, basis, q, u);
+        let reference = &basis.references[self.reference];
+        let gathered = &mut self.gathered[..basis.kept.len()];
+        let about: &[f64] = cast_slice(&self.parts[..basis.positions]);
+        let velocity: &[f64] = cast_slice(&reference.velocity);
+        let about = about.iter().zip(velocity);
+        for ((gathered, &k), (about, velocity)) in gathered.iter_mut().zip(&basis.kept).zip(about) {
+            *gathered = [q[k] - about, u[k] - velocity];
+        }
+        for g in 0..groups {
+            // Two sums, each half as long a chain of additions.
+            let (mut of_q, mut of_u) = (ComplexGroup::ZERO, ComplexGroup::ZERO);
+            let rows = basis.projection.chunks_exact(groups.max(1));
+            for (&[q, u], row) in self.gathered.iter().zip(rows) {
+                of_q = of_q.add_scaled(simd, simd.splat_f64s(q), row[g].position);
+                of_u = of_u.add_scaled(simd, simd.splat_f64s(u), row[g].velocity);
             }
-            let mut force = forces[g].constant;
-            for (&stick, &at) in forces[g].sticking.iter().zip(&self.stuck) {
-                force = force.add_scaled(simd, simd.splat_f64s(at), stick);
-            }
-            self.force[g] = force;
+            let z = ComplexGroup {
+                re: simd.add_f64s(of_q.re, of_u.re),
+                im: simd.add_f64s(of_q.im, of_u.im),
+            };
             let lambda = basis.lambda.0[g];
-            let dz = force.add_product(simd, lambda, z);
-            *modes = Modes { z, dz, w: forces[g].linear.add_product(simd, lambda, dz) };
+            let dz = self.force(basis, g).add_product(simd, lambda, z);
+            self.modes[g] = Modes { z, dz, w: reference.linear[g].add_product(simd, lambda, dz) };
         }
     }
 
@@ -187,22 +212,25 @@ impl ModalMotion {
     fn shift<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, level: &Level) {
         let width = simd.splat_f64s(level.width);
         let reference = &basis.references[self.reference];
-        for (g, modes) in self.modes[..groups].iter_mut().enumerate() {
+        for g in 0..groups {
             let Step { exponential, phi1, phi2 } = level.modes[g].whole;
-            let force = &mut self.force[g];
+            let force = self.force(basis, g);
+            let modes = self.modes[g];
             // A closure would not be compiled for the vector unit.
             let zero = ComplexGroup::ZERO;
             let mut z = zero.add_product(simd, exponential, modes.z);
             let mut dz = zero.add_product(simd, exponential, modes.dz);
             let w = zero.add_product(simd, exponential, modes.w);
-            z = z.add_product(simd, phi1, *force);
+            z = z.add_product(simd, phi1, force);
             if !reference.is_steady {
-                let linear = reference.force[g].linear;
+                let linear = reference.linear[g];
                 z = z.add_product(simd, phi2, linear);
                 dz = dz.add_product(simd, phi1, linear);
-                *force = force.add_scaled(simd, width, linear);
+                let force = force.add_scaled(simd, width, linear);
+                let first = basis.positions + 2 * g;
+                (self.parts[first], self.parts[first + 1]) = (force.re, force.im);
             }
-            *modes = Modes { z, dz, w };
+            self.modes[g] = Modes { z, dz, w };
         }
     }
 

@@ -4,6 +4,7 @@
 //! the second power on. Before a polynomial is formed, an envelope is tried: the quadratic part is compared with a bound of
 //! the terms that the modes can add to it. After some quiet panels the envelope of a much longer interval is tried first.
 
+use pulp::bytemuck::cast_slice;
 use pulp::cast;
 
 use crate::motion::modal::basis::ModalBasis;
@@ -11,10 +12,10 @@ use crate::motion::modal::level::{LEVELS, Level, LevelModes, TAIL_GROUPS};
 use crate::motion::modal::motion::{Bounds, FIRST_LEAP, ModalMotion, Modes, with_groups};
 use crate::motion::panel::Panel;
 use crate::numerics::first_root::polynomial::DEGREE;
-use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part};
+use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part};
 
 /// Quiet panels before a leap is tried.
-const QUIET: u32 = 2;
+const QUIET: u32 = 3;
 /// Number of leaps after which a panel is filled in any case. At a panel a run looks whether it is to stop; in a settled
 /// motion nothing else ends a series of leaps before the end of the run.
 const LEAPS: u32 = 1000;
@@ -28,7 +29,7 @@ const PANELS_PER_LEVEL: u32 = 4;
 impl ModalMotion {
     /// Whether every mode too fast for the polynomials of `level` has decayed below rounding.
     fn allows(&self, basis: &ModalBasis, level: &Level) -> bool {
-        basis.functions.iter().zip(&self.constants).all(|(weights, constant)| {
+        basis.functions.iter().zip(self.constants(basis)).all(|(weights, constant)| {
             let (mut bound, mut scale) = (0.0, constant.abs());
             for (g, weight) in weights.iter().enumerate() {
                 let magnitudes: [f64; GROUP] = cast(weight.magnitude);
@@ -97,9 +98,11 @@ impl ModalMotion {
             bounds[g].affine = simd.mul_add_f64s(dz.size(simd), width, z.size(simd));
             bounds[g].curvature = simd.mul_f64s(w.size(simd), at[g].envelope);
         }
-        let affine_parts = &basis.references[self.reference].functions;
-        let functions = basis.functions.iter().zip(affine_parts).zip(&self.constants);
-        for ((weights, function), constant) in functions {
+        let constants = cast_slice::<Group, f64>(&self.parts[basis.positions + 2 * basis.groups..]);
+        let slopes = &basis.references[self.reference].slopes;
+        for ((weights, function_slope), constant) in
+            basis.functions.iter().zip(slopes).zip(constants)
+        {
             let weights = &weights[..groups];
             let (mut value, mut slope, mut scale, mut reach) = (ZEROS, ZEROS, ZEROS, ZEROS);
             for g in 0..groups {
@@ -109,8 +112,8 @@ impl ModalMotion {
                 scale = simd.mul_add_f64s(weight.magnitude, bounds[g].affine, scale);
                 reach = simd.mul_add_f64s(weight.magnitude, bounds[g].curvature, reach);
             }
-            let offset = constant + function.slope * self.start.high;
-            let change = (simd.reduce_sum_f64s(slope) + function.slope) * level.width;
+            let offset = constant + function_slope * self.start.high;
+            let change = (simd.reduce_sum_f64s(slope) + function_slope) * level.width;
             let reach = simd.reduce_sum_f64s(reach);
             let lowest = offset + simd.reduce_sum_f64s(value) + change.min(0.0) - reach;
             if !(lowest > CLEAR * (offset.abs() + simd.reduce_sum_f64s(scale) + reach)) {
@@ -172,10 +175,11 @@ impl ModalMotion {
             };
             middle[g] = modes[g].after(simd, &at[g].half, half);
         }
-        let affine_parts = &basis.references[self.reference].functions;
-        for (index, (weights, function)) in basis.functions.iter().zip(affine_parts).enumerate() {
+        let constants = cast_slice::<Group, f64>(&self.parts[basis.positions + 2 * basis.groups..]);
+        let affine = basis.references[self.reference].slopes.iter().zip(constants);
+        let functions = basis.functions.iter().zip(affine);
+        for (index, (weights, (&slope, &constant))) in functions.enumerate() {
             let weights = &weights[..groups];
-            let (constant, slope) = (self.constants[index], function.slope);
             let offset = constant + slope * self.start.high;
             let of_offset = offset.abs().max(constant.abs()) + width * slope.abs();
             // Sums over the modes, in the lanes of a group.

@@ -7,51 +7,28 @@ use crate::contact::event_function::EventFunction;
 use crate::linalg::dense::{Factors, apply};
 use crate::modes::mode::Mode;
 use crate::numerics::double_double::Doubled;
-use crate::numerics::simd::{ComplexGroup, complex_groups};
+use crate::numerics::simd::{ComplexGroup, Group, complex_groups, in_groups};
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 
-/// `position + velocity t`, a motion of the whole scene, and the forces that act on the modes that move about it.
+/// `position + velocity t`, a motion of the whole scene, and the forces that act on the modes that move about it:
+/// `z' = lambda z + force + linear t`.
 #[derive(Debug)]
 pub(super) struct Reference {
-    /// Of the kept coordinates at local time 0 with every sticking contact at 0, and the velocity.
-    pub at: Vec<[f64; 2]>,
-    /// The largest entries of `at`, in modulus.
-    pub size: [f64; 2],
-    /// What each sticking contact adds to the position per unit of its own.
-    pub sticking: Vec<Sticking>,
-    /// For each group of modes.
-    pub force: Vec<ModalForce>,
+    /// At local time 0, in groups: positions of the kept coordinates, real and imaginary parts of the force on each group
+    /// of modes, and the constant parts of the event functions. First with every sticking contact at 0, then what each
+    /// sticking contact adds per unit of its own position.
+    pub parts: Vec<Group>,
+    /// Of the kept coordinates.
+    pub velocity: Vec<Group>,
+    /// The largest velocity, in modulus.
+    pub speed: f64,
     /// Whether it rests: then no force grows with time.
     pub is_steady: bool,
-    /// For each event function.
-    pub functions: Vec<AffineFunction>,
-}
-
-/// Kept coordinates per unit of a sticking one.
-#[derive(Debug)]
-pub(super) struct Sticking {
-    pub of: Vec<f64>,
-    /// The largest of them, in modulus.
-    pub size: f64,
-}
-
-/// `z' = lambda z + constant + linear t`: forces that do not hold the reference in balance.
-#[derive(Debug)]
-pub(super) struct ModalForce {
-    pub constant: ComplexGroup,
-    pub linear: ComplexGroup,
-    /// Added to the constant per unit of the position of each sticking contact.
-    pub sticking: Vec<ComplexGroup>,
-}
-
-/// An event function along the reference, `constant + slope t`; the modes add `Re sum_r weights_r z_r`.
-#[derive(Debug)]
-pub(super) struct AffineFunction {
-    pub constant: f64,
-    pub slope: f64,
-    /// Added to the constant per unit of the position of each sticking contact.
-    pub sticking: Vec<f64>,
+    /// For each group of modes.
+    pub linear: Vec<ComplexGroup>,
+    /// Of each event function, whose modes add `Re sum_r weights_r z_r`.
+    pub slopes: Vec<f64>,
 }
 
 /// The largest modulus. Phases ask for it: a comparison costs a third of `f64::max`, which looks for NaN.
@@ -141,33 +118,33 @@ impl At {
             };
             complex_groups(&modes.iter().map(of_mode).collect::<Vec<_>>()).collect()
         };
-        let constant = modal(&scene.force, &position, &velocity);
-        let linear = modal(&zeros, &velocity, &zeros);
-        let of_sticks: Vec<_> = sticking.iter().map(|q| modal(&zeros, q, &zeros)).collect();
-        let force = constant.into_iter().zip(linear).enumerate().map(|(g, (constant, linear))| {
-            ModalForce { constant, linear, sticking: of_sticks.iter().map(|of| of[g]).collect() }
-        });
-        let affine = |EventFunction { functional, .. }: &EventFunction| {
-            let of_position = |q: &[f64]| dot(&mut functional.position.iter().copied(), q);
-            let of_velocity = dot(&mut functional.velocity.iter().copied(), &velocity);
-            let constant = Doubled::from(functional.constant).add(of_position(&position));
-            AffineFunction {
-                constant: constant.add(of_velocity).value(),
-                slope: of_position(&velocity).value(),
-                sticking: sticking.iter().map(|q| of_position(q).value()).collect(),
-            }
+        let parts = |kept: &[f64], load: &[f64], q: &[f64], u: &[f64], constants: &[f64]| {
+            let forces = modal(load, q, u).into_iter().flat_map(|force| [force.re, force.im]);
+            let groups = in_groups(kept).into_iter().chain(forces).chain(in_groups(constants));
+            groups.collect::<Vec<Group>>()
         };
+        let along = |function: &EventFunction, q: &[f64]| {
+            dot(&mut function.functional.position.iter().copied(), q)
+        };
+        let constant = |function: &EventFunction| {
+            let functional = &function.functional;
+            let of_velocity = dot(&mut functional.velocity.iter().copied(), &velocity);
+            let constant = Doubled::from(functional.constant).add(along(function, &position));
+            constant.add(of_velocity).value()
+        };
+        let constants: Vec<f64> = functions.iter().map(constant).collect();
+        let fixed = parts(&self.position, &scene.force, &position, &velocity, &constants);
+        let of_sticks = self.sticking.iter().zip(&sticking).flat_map(|(kept, q)| {
+            let constants = functions.iter().map(|function| along(function, q).value());
+            parts(kept, &zeros, q, &zeros, &constants.collect::<Vec<f64>>())
+        });
         Reference {
-            force: force.collect(),
+            parts: fixed.into_iter().chain(of_sticks).collect(),
             is_steady: velocity.iter().all(|&speed| speed == 0.0),
-            functions: functions.iter().map(affine).collect(),
-            size: [largest(&self.position), largest(&self.velocity)],
-            at: self.position.into_iter().zip(self.velocity).map(|(q, u)| [q, u]).collect(),
-            sticking: self
-                .sticking
-                .into_iter()
-                .map(|of| Sticking { size: largest(&of), of })
-                .collect(),
+            linear: modal(&zeros, &velocity, &zeros),
+            slopes: functions.iter().map(|function| along(function, &velocity).value()).collect(),
+            speed: largest(&self.velocity),
+            velocity: in_groups(&self.velocity),
         }
     }
 }

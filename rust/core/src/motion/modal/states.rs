@@ -1,13 +1,16 @@
 //! The state of a modal phase at a time within its panel.
 
 use num_complex::Complex64;
+use pulp::bytemuck::cast_slice;
 use pulp::cast;
 
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::TAIL_GROUPS;
 use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
 use crate::numerics::phi::exponential_and_phi;
-use crate::numerics::simd::{ComplexGroup, GROUP, Kernel, Lanes, ZEROS, add_real_part, group};
+use crate::numerics::simd::{
+    ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part, group,
+};
 
 /// Largest square of the ratio of static to moving part at which a mode is computed from its rate, which loses three bits.
 const STATIC: f64 = 64.0;
@@ -71,8 +74,8 @@ impl ModalMotion {
         let lambda = basis.lambda.get(r);
         let Modes { z, dz, w } = self.modes[r / GROUP];
         let [z, dz, w] = [z, dz, w].map(|group| group.get(r % GROUP));
-        let force = self.force[r / GROUP].get(r % GROUP);
-        let linear = basis.references[self.reference].force[r / GROUP].linear.get(r % GROUP);
+        let force = self.force(basis, r / GROUP).get(r % GROUP);
+        let linear = basis.references[self.reference].linear[r / GROUP].get(r % GROUP);
         // Inverting z' = lambda z + p costs one exponential, and loses no digit unless p / lambda,
         // the static part, is larger than what moves.
         if force.norm_sqr() <= STATIC * (lambda * z).norm_sqr()
@@ -100,8 +103,10 @@ impl ModalMotion {
         self.modes_at(groups, simd, basis, offset);
         let at = &self.at[..groups];
         let time = self.start.high + offset;
-        let kept = basis.kept.chunks(GROUP).zip(self.about.chunks(GROUP));
-        for ((kept, about), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
+        let time = simd.splat_f64s(time);
+        let about = self.about(basis).iter().zip(&basis.references[self.reference].velocity);
+        let kept = basis.kept.chunks(GROUP).zip(about);
+        for ((kept, (&about, &speed)), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
             let (mut position, mut velocity) = (ZEROS, ZEROS);
             for (at, shape) in at.iter().zip(shape.chunks(GROUP)) {
                 let [z, dz] =
@@ -115,10 +120,11 @@ impl ModalMotion {
                     velocity = add_real_part(simd, velocity, shape, dz);
                 }
             }
-            let [position, velocity]: [[f64; GROUP]; 2] = [cast(position), cast(velocity)];
-            for (lane, (&k, about)) in kept.iter().zip(about).enumerate() {
-                q[k] = about[0] + (about[1] * time + position[lane]);
-                u[k] = about[1] + velocity[lane];
+            let moved = simd.add_f64s(simd.mul_f64s(speed, time), position);
+            let position: [f64; GROUP] = cast(simd.add_f64s(about, moved));
+            let velocity: [f64; GROUP] = cast(simd.add_f64s(speed, velocity));
+            for ((&k, position), velocity) in kept.iter().zip(position).zip(velocity) {
+                (q[k], u[k]) = (position, velocity);
             }
         }
     }
@@ -140,11 +146,9 @@ impl ModalMotion {
             })
             .collect();
         let steady = (0..basis.count).map(|r| largest(r) * of(r, |modes| modes.dz));
-        let steady = self.about[..basis.structure]
-            .iter()
-            .map(|about| about[1].abs())
-            .chain(steady)
-            .sum::<f64>();
+        let speeds = cast_slice::<Group, f64>(&basis.references[self.reference].velocity);
+        let steady =
+            speeds[..basis.structure].iter().map(|speed| speed.abs()).chain(steady).sum::<f64>();
         let floor = f64::EPSILON * transient.iter().fold(steady, |size, v| size.max(*v));
         // A mode that grows may rise from below rounding.
         (0..basis.count)

@@ -7,7 +7,6 @@
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
 use crate::contact::event_function::{EventFunction, Functional};
-use crate::motion::taylor::dense_rows::Order;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group, in_groups};
 use crate::scene::equation_of_motion::EquationOfMotion;
@@ -31,6 +30,21 @@ pub(crate) struct BorderedRows {
     pub beta: f64,
     /// The long ones among the event functions.
     pub functions: Vec<Option<FunctionRow>>,
+}
+
+/// One order of the series: q'' from its coefficients.
+pub(crate) struct Order<'a> {
+    /// Coefficients of q of this order and of the next.
+    pub q: &'a [f64],
+    pub dq: &'a [f64],
+    /// From a coefficient of q of the next order to one of q' of this order.
+    pub rate: f64,
+    /// From a coefficient of q'' of this order to one of q two orders up.
+    pub factor: f64,
+    /// f of every coordinate, and whether it acts in this order.
+    pub force: &'a [f64],
+    pub forced: bool,
+    pub next: &'a mut [f64],
 }
 
 /// Buffers of the products.

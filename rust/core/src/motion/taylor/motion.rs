@@ -7,18 +7,26 @@
 //! The series is that of the displacement from the start of the phase, under the force `F - K q(0)` formed in doubled
 //! precision: rounding is then relative to the motion and not to the static displacement.
 
+use std::ops::Range;
+
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::panel::Panel;
-use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow};
-use crate::motion::taylor::dense_rows::Order;
+use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow, Order};
+use crate::motion::taylor::dense_rows::{DenseRows, Orders};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::GROUP;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
 /// Bound of the terms that the series may leave out, relative to the state.
 pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
+
+/// Coordinates of two groups.
+const PAIR: usize = 2 * GROUP;
+/// Orders of the terms.
+const ORDERS: usize = DEGREE + 2;
 
 /// One phase by Taylor series; its buffers serve every phase of a run.
 #[derive(Debug, Default)]
@@ -36,8 +44,9 @@ pub(crate) struct TaylorMotion {
     scale: f64,
     /// Each event function at the origin at rest, and the sum of the absolute values of its terms.
     constants: Vec<[f64; 2]>,
-    /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other.
+    /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other; and coordinate by coordinate, of a small scene.
     terms: Vec<f64>,
+    series: Vec<f64>,
     residual: Vec<f64>,
     combined: Vec<f64>,
     /// Of the dense product.
@@ -88,7 +97,9 @@ impl TaylorMotion {
         self.origin.clear();
         self.origin.resize(n, 0.0);
         self.terms.clear();
-        self.terms.resize(n * (DEGREE + 2), 0.0);
+        self.terms.resize(n * ORDERS, 0.0);
+        self.residual.resize(n, 0.0);
+        self.combined.resize(n, 0.0);
         for &k in &operator.equation.reduction.kept {
             self.origin[k] = q[k];
             self.terms[n + k] = u[k] * operator.width;
@@ -148,8 +159,9 @@ impl TaylorMotion {
     /// Q_2 and up from Q_0 and Q_1.
     fn fill(&mut self, scene: &Scene, operator: &TaylorOperator) {
         let h = operator.width;
-        for k in 0..DEGREE {
-            self.order(scene, operator, k, k == 0);
+        match &operator.dense {
+            Some(rows) => self.by_rows(rows, h, 0..DEGREE, true),
+            None => (0..DEGREE).for_each(|k| self.order(scene, operator, k, k == 0)),
         }
         self.width = h;
         let scale = self.scale(operator);
@@ -170,48 +182,52 @@ impl TaylorMotion {
     ) {
         let n = self.size;
         let h = operator.width;
-        self.residual.resize(n, 0.0);
-        self.combined.resize(n, 0.0);
-        {
-            let (known, next) = self.terms.split_at_mut((k + 2) * n);
-            let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
-            let next = &mut next[..n];
-            let rate = (k + 1) as f64 / h;
-            let factor = h * h / ((k + 1) * (k + 2)) as f64;
-            let force = &self.force;
-            if let Some(rows) = &operator.dense {
-                let order = Order { q, dq, rate, factor, force, forced, next };
-                return rows.advance(order, &mut self.moved);
-            }
-            if let Some(rows) = &operator.bordered {
-                let order = Order { q, dq, rate, factor, force, forced, next };
-                return rows.advance(scene, &operator.equation, order, &mut self.buffers);
-            }
-            let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
-            if forced {
-                residual.copy_from_slice(&self.force);
-            } else {
-                residual.fill(0.0);
-            }
-            match scene.proportional {
-                // K (q + beta q') in one product.
-                Some((alpha, beta)) => {
-                    for i in 0..n {
-                        combined[i] = q[i] + beta * rate * dq[i];
-                    }
-                    scene.stiffness.add_product(-1.0, combined, residual);
-                    if alpha != 0.0 {
-                        scene.mass.add_product(-alpha * rate, dq, residual);
-                    }
-                }
-                None => {
-                    scene.stiffness.add_product(-1.0, q, residual);
-                    scene.damping.add_product(-rate, dq, residual);
-                }
-            }
-            operator.equation.accelerate(residual, next);
-            operator.equation.reduction.kept.iter().for_each(|&i| next[i] *= factor);
+        if let Some(rows) = &operator.dense {
+            return self.by_rows(rows, h, k..k + 1, forced);
         }
+        let (known, next) = self.terms.split_at_mut((k + 2) * n);
+        let (q, dq) = (&known[k * n..(k + 1) * n], &known[(k + 1) * n..]);
+        let next = &mut next[..n];
+        let rate = (k + 1) as f64 / h;
+        let factor = h * h / ((k + 1) * (k + 2)) as f64;
+        let force = &self.force;
+        if let Some(rows) = &operator.bordered {
+            let order = Order { q, dq, rate, factor, force, forced, next };
+            return rows.advance(scene, &operator.equation, order, &mut self.buffers);
+        }
+        let (residual, combined) = (&mut self.residual[..], &mut self.combined[..]);
+        if forced {
+            residual.copy_from_slice(&self.force);
+        } else {
+            residual.fill(0.0);
+        }
+        match scene.proportional {
+            // K (q + beta q') in one product.
+            Some((alpha, beta)) => {
+                for i in 0..n {
+                    combined[i] = q[i] + beta * rate * dq[i];
+                }
+                scene.stiffness.add_product(-1.0, combined, residual);
+                if alpha != 0.0 {
+                    scene.mass.add_product(-alpha * rate, dq, residual);
+                }
+            }
+            None => {
+                scene.stiffness.add_product(-1.0, q, residual);
+                scene.damping.add_product(-rate, dq, residual);
+            }
+        }
+        operator.equation.accelerate(residual, next);
+        operator.equation.reduction.kept.iter().for_each(|&i| next[i] *= factor);
+    }
+
+    /// Orders of the series by dense rows, with the force in the first of them where that is `forced`.
+    #[inline]
+    fn by_rows(&mut self, rows: &DenseRows, width: f64, orders: Range<usize>, forced: bool) {
+        let Self { terms, force, moved, size, .. } = self;
+        let size = *size;
+        let force = forced.then_some(&force[..]);
+        rows.advance(Orders { terms, size, width, orders, force }, moved);
     }
 
     /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other.
@@ -358,10 +374,24 @@ impl TaylorMotion {
                 self.open.push(index);
             }
         }
-        // Order by order, so that the terms of one order stay in the cache for all functions.
-        for k in 1..COEFFICIENTS {
-            for &index in self.open.iter().filter(|&&index| long(index).is_none()) {
-                panel.row(index)[k] = self.coefficient(&functions[index].functional, k);
+        let short = self.open.iter().filter(|&&index| long(index).is_none());
+        if operator.dense.is_some() {
+            let rates = std::array::from_fn(|k| (k + 1) as f64 / self.width);
+            self.series.resize(self.size * ORDERS, 0.0);
+            for (k, terms) in self.terms.chunks_exact(self.size).enumerate() {
+                for (series, &term) in self.series.chunks_exact_mut(ORDERS).zip(terms) {
+                    series[k] = term;
+                }
+            }
+            for &index in short {
+                self.coefficients(&rates, &functions[index].functional, panel.row(index));
+            }
+        } else {
+            // Order by order, so that the terms of one order stay in the cache for all functions.
+            for k in 1..COEFFICIENTS {
+                for &index in short.clone() {
+                    panel.row(index)[k] = self.coefficient(&functions[index].functional, k);
+                }
             }
         }
         for &index in &self.open {
@@ -387,6 +417,28 @@ impl TaylorMotion {
         let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
         let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
         velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
+    }
+
+    /// The coefficients of a functional from the first order on, from the series of each coordinate.
+    fn coefficients(
+        &self,
+        rates: &[f64; COEFFICIENTS],
+        functional: &Functional,
+        row: &mut [f64; COEFFICIENTS],
+    ) {
+        let series = |i: usize| &self.series[i * ORDERS..(i + 1) * ORDERS];
+        let (row, rates) = (&mut row[1..], &rates[1..]);
+        row.fill(0.0);
+        for &(i, weight) in &functional.position {
+            for (c, q) in row.iter_mut().zip(&series(i)[1..]) {
+                *c += weight * q;
+            }
+        }
+        for &(i, weight) in &functional.velocity {
+            for ((c, rate), dq) in row.iter_mut().zip(rates).zip(&series(i)[2..]) {
+                *c += weight * rate * dq;
+            }
+        }
     }
 
     /// The product of a long function with the coefficients of order k.
@@ -430,7 +482,16 @@ impl TaylorMotion {
 
     /// Absolute values of the coefficients of every coordinate and velocity.
     fn measure(&mut self) {
-        let n = self.size;
+        // A constant number of coordinates unrolls the loops.
+        match self.size {
+            GROUP => self.measure_all(GROUP),
+            PAIR => self.measure_all(PAIR),
+            n => self.measure_all(n),
+        }
+    }
+
+    #[inline(always)]
+    fn measure_all(&mut self, n: usize) {
         for sizes in self.sizes.iter_mut().flatten() {
             sizes.clear();
             sizes.resize(n, 0.0);
@@ -439,11 +500,10 @@ impl TaylorMotion {
             let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
             let rate = (k + 1) as f64 / self.width;
             let [of_q, of_u] = &mut self.sizes[k.min(2)];
-            for (size, q) in of_q.iter_mut().zip(q) {
-                *size += q.abs();
-            }
-            for (size, dq) in of_u.iter_mut().zip(dq) {
-                *size += rate * dq.abs();
+            let (of_q, of_u) = (&mut of_q[..n], &mut of_u[..n]);
+            for j in 0..n {
+                of_q[j] += q[j].abs();
+                of_u[j] += rate * dq[j].abs();
             }
         }
     }
@@ -475,13 +535,22 @@ impl TaylorMotion {
 
     /// All coordinates and velocities at s of the panel.
     fn horner(&self, s: f64, q: &mut [f64], u: &mut [f64]) {
-        let n = self.size;
+        match self.size {
+            GROUP => self.horner_all(GROUP, s, q, u),
+            PAIR => self.horner_all(PAIR, s, q, u),
+            n => self.horner_all(n, s, q, u),
+        }
+    }
+
+    #[inline(always)]
+    fn horner_all(&self, n: usize, s: f64, q: &mut [f64], u: &mut [f64]) {
+        let (q, u) = (&mut q[..n], &mut u[..n]);
         q.fill(0.0);
         u.fill(0.0);
         for terms in self.terms.chunks_exact(n).rev() {
-            for ((q, u), term) in q.iter_mut().zip(u.iter_mut()).zip(terms) {
-                *u = *u * s + *q;
-                *q = *q * s + term;
+            for j in 0..n {
+                u[j] = u[j] * s + q[j];
+                q[j] = q[j] * s + terms[j];
             }
         }
         u.iter_mut().for_each(|u| *u /= self.width);

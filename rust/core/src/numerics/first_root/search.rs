@@ -125,9 +125,11 @@ fn lone_root<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Option<f
     let mut s = hermite_root(c0, c1 * end, at_end, slope_at_end * end) * end;
     for _ in 0..20 {
         let (v, v1, v2) = derivatives(simd, p, s);
-        let newton = v / v1;
+        // One division after the other would be waited for.
+        let inverse = 1.0 / v1;
+        let newton = v * inverse;
         // Chebyshev's step, of third order.
-        let next = s - newton * (1.0 + 0.5 * newton * v2 / v1);
+        let next = s - newton * (1.0 + 0.5 * newton * v2 * inverse);
         if newton.abs() <= 1e-6 * s {
             return is_first(simd, p, error, s, [v, v1, v2]).then_some(next);
         }

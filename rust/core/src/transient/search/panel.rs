@@ -98,6 +98,7 @@ impl PanelSearch {
             };
             let verdict = self.unit.run(FirstRoot { polynomial: p, error, end: first });
             match verdict {
+                Verdict::Clear { touch: None, in_band: None } if !self.waiting => {}
                 Verdict::Clear { touch, in_band } => {
                     let before = self.pending[index].take().filter(|_| in_band.is_none());
                     self.touches.extend(touch.map(grazing).or(before));
@@ -106,7 +107,9 @@ impl PanelSearch {
                 }
                 Verdict::Crossing { root, touch } => {
                     self.touches.extend(touch.map(grazing));
-                    self.pending[index] = None;
+                    if self.waiting {
+                        self.pending[index] = None;
+                    }
                     first = root;
                     found = Some((index, root));
                 }
@@ -159,11 +162,13 @@ impl PanelSearch {
     }
 
     /// Whether an event function is within its error of zero, and falling, at `s` of the panel.
+    #[inline]
     pub fn vanishes(&self, function: usize, trigger: EventKind, s: f64) -> bool {
+        !self.panel.excluded[function] && self.is_zero(function, trigger, s)
+    }
+
+    fn is_zero(&self, function: usize, trigger: EventKind, s: f64) -> bool {
         let multiplicity = self.multiplicity[function];
-        if self.panel.excluded[function] {
-            return false;
-        }
         let p = self.panel.polynomial(function, multiplicity);
         let (value, slope) = self.unit.run(ValueAndSlope(p, s));
         let (value, error) = match self.exact && trigger == EventKind::Impact {

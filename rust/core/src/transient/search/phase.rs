@@ -11,7 +11,7 @@ use crate::transient::search::panel::{Limit, PanelSearch};
 use crate::transient::trajectory::{Accumulation, Cursor, Grazing, StopReason};
 
 /// Coordinates times panels between two questions whether the run is interrupted: some 0.1 ms.
-const WORK_PER_QUESTION: usize = 512;
+const WORK_PER_QUESTION: usize = 2048;
 
 /// How a phase ended.
 pub(crate) enum PhaseEnd {
