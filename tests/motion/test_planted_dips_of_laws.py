@@ -42,7 +42,7 @@ def test_no_dip_is_missed_at_any_place_of_a_panel(law):
     widest = 0.0
     for k in range(60):
         # The slower the second block, the sooner it turns: anywhere in the first panel, and beyond.
-        start = steady.perturbed(velocity={"x1": 0.05 * np.cos(k), "x2": 0.004 * (k + 0.5)})
+        start = steady.perturbed(velocity={"x1": 0.05 * np.cos(k), "x2": 0.006 * (k + 0.5)})
         start = ss.State(start.position + np.array([0.0, 0.02]), start.velocity, start.combination)
         at, highest = turning(scene, start)
         end = 1.2 * float(at)

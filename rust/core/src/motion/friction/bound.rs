@@ -1,18 +1,22 @@
 //! The error of the polynomials of a panel.
 //!
 //! The polynomial P of the state obeys `P' = A P + f + sum b_i y_i(P) - D` with a defect D whose coefficients are
-//! those that the series leaves out and the rounding of the others: finite sums. With the norm sigma of A and a Lipschitz
-//! bound l_i of y_i around P, the error of P on a panel of width h is at most
+//! those that the series leaves out, all of order DEGREE or more, and the rounding of the others: finite sums. With the norm
+//! sigma of A and a Lipschitz bound l_i of y_i around P, `L = h (sigma + sum |b_i| l_i)` and `|D| <= t s^DEGREE + r`, the error of
+//! P on a panel of width h is at most
 //!
 //! ```text
-//! |X - P| <= h |D| (e^L - 1) / L,    L = h (sigma + sum |b_i| l_i)
+//! |X - P| <= h int e^(L (1 - s)) |D| ds <= h t / (DEGREE - L) + h r (e^L - 1) / L
 //! ```
 //!
-//! (Gronwall), as long as this is within the neighbourhood in which l_i holds.
+//! (Gronwall, and `s <= e^(s - 1)`), as long as this is within the neighbourhood in which l_i holds. On a part f of the width,
+//! t falls with f^DEGREE, and nothing else grows.
 
-use crate::motion::friction::law_series::UNIT;
-use crate::motion::friction::motion::{LawMotion, Sliding};
+use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_series::{UNIT, size};
+use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
+use crate::motion::friction::series::rows::{Measure, Sizes};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;
 
@@ -20,70 +24,72 @@ use crate::scene::model::Scene;
 const TUBE: f64 = 1e-6;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
-
 impl LawMotion {
-    /// Bounds of the error of the state by truncation alone, and of all of it, and L.
+    /// Bounds of the error of the state and of the forces of laws.
     pub(super) fn bound(
         &mut self,
         scene: &Scene,
         operator: &LawOperator,
         scale: f64,
-    ) -> (f64, f64, f64) {
-        let Self { taylor, contacts, coupling, .. } = self;
+    ) -> PanelBound {
+        let Self { taylor, contacts, coupling, sizes, unit, .. } = self;
+        let terms = taylor.terms();
+        unit.run(Measure { sizes, terms, size: scene.size, width: taylor.width });
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let slips = operator.contacts.iter().zip(&*contacts);
         let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| {
             radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm)
         });
-        let size = |all: &[f64; COEFFICIENTS]| all.iter().map(|c| c.abs()).sum::<f64>();
-        // Of each contact: bounds of its law, |excess|, |N|, and the orders of their product from DEGREE and beyond.
-        let laws: Vec<_> = operator
-            .contacts
-            .iter()
-            .zip(&*contacts)
-            .map(|(one, Sliding { series, normal, .. })| {
-                let law = series.bounds(&one.law, radius * one.slip_norm);
-                let (mut rest, mut products) = (0.0, 0.0);
-                for (i, coefficient) in series.excess.iter().enumerate() {
-                    rest += normal[DEGREE - i].abs();
-                    products += coefficient.abs() * rest;
-                }
-                (law, size(&series.excess), size(normal), products)
-            })
-            .collect();
+        for (one, sliding) in operator.contacts.iter().zip(&mut *contacts) {
+            let (excess, normal) = (&sliding.series.excess, &sliding.normal);
+            let (mut rest, mut products) = (0.0, 0.0);
+            for (w, n) in excess.iter().zip(normal.iter().rev()) {
+                rest += n.abs();
+                products += w.abs() * rest;
+            }
+            sliding.bounds = ContactBounds {
+                law: sliding.series.bounds(&one.law, radius * one.slip_norm),
+                excess: size(excess),
+                pressed: size(normal),
+                products,
+                ..ContactBounds::default()
+            };
+        }
+        let pairs = || operator.contacts.iter().zip(contacts.iter().map(|one| &one.bounds));
         // Errors of the polynomials of N, and the change of N per norm of the state.
         let mut off = contacts.iter().map(|one| one.beyond).fold(0.0, f64::max);
         let mut moved = operator.contacts.iter().map(|one| one.normal_norm).fold(0.0, f64::max);
         let mut unsharp = 0.0;
         if operator.response.is_some() {
             let [inverse, response] = coupling.norms;
-            let pairs = || operator.contacts.iter().zip(&laws);
-            let drift = pairs().map(|(one, (law, excess, ..))| {
+            let largest = |of: &dyn Fn(&ContactBounds) -> f64| {
+                contacts.iter().map(|one| of(&one.bounds)).fold(0.0, f64::max)
+            };
+            let drift = pairs().map(|(one, ContactBounds { law, excess, .. })| {
                 excess + law.truncation + law.rounding + law.slope * one.slip_norm * radius
             });
             let drift = inverse * response * drift.fold(0.0, f64::max);
             let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };
-            let parts =
-                laws.iter().map(|(law, _, pressed, products)| products + law.truncation * pressed);
-            off = gain * (off + response * parts.fold(0.0, f64::max));
-            let parts = laws.iter().map(|(law, excess, pressed, _)| {
-                (law.rounding + UNIT * (DEGREE + 4 + laws.len()) as f64 * (1.0 + excess)) * pressed
-            });
-            unsharp = gain * (1.0 + response) * parts.fold(0.0, f64::max);
-            let by_slip =
-                pairs().map(|(one, (law, _, pressed, _))| law.slope * one.slip_norm * pressed);
+            let part = |of: &ContactBounds| of.products + of.law.truncation * of.pressed;
+            off = gain * (off + response * largest(&part));
+            let terms = (DEGREE + 4 + contacts.len()) as f64;
+            let part = |of: &ContactBounds| {
+                (of.law.rounding + UNIT * terms * (1.0 + of.excess)) * of.pressed
+            };
+            unsharp = gain * (1.0 + response) * largest(&part);
+            let by_slip = pairs().map(|(one, of)| of.law.slope * one.slip_norm * of.pressed);
             moved = gain * (moved + response * by_slip.fold(0.0, f64::max));
         }
         // Where the norm is the largest entry and contacts are apart, the worst one counts; else all together.
         let apart = scene.coupled_mass.is_none() && operator.response.is_none();
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
-        let mut of_products = Vec::with_capacity(laws.len());
-        for (one, (law, excess, pressed, products)) in operator.contacts.iter().zip(&laws) {
+        for (one, sliding) in operator.contacts.iter().zip(contacts) {
+            let ContactBounds { law, excess, pressed, products, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
             let cut = products + law.truncation * pressed + largest * off;
-            let size = taylor.size_of(&one.normal);
+            let size = sliding.at_origin_size + Sizes::of(&sizes.all, &one.normal);
             let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
             let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
@@ -92,21 +98,20 @@ impl LawMotion {
             truncated = together(truncated, by_force * cut);
             rounded = together(rounded, by_force * round);
             lipschitz = together(lipschitz, one.force_norm * gain);
-            of_products.push((cut + round, gain));
+            sliding.bounds = ContactBounds { cut, round, gain, ..sliding.bounds };
         }
         let beyond = reach / COEFFICIENTS as f64 * last;
         truncated += reach * (last + beyond);
-        let sizes: f64 =
-            (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum();
+        let of_orders: f64 = match scene.coupled_mass {
+            // The largest row sum, over the sum of all orders.
+            None => operator.taylor.largest(&sizes.all),
+            Some(_) => (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum(),
+        };
         let load = taylor.width * taylor.force_norm(&operator.taylor);
-        rounded += UNIT * (operator.terms + 8) as f64 * (reach * sizes + load);
+        rounded += UNIT * (operator.terms + 8) as f64 * (reach * of_orders + load);
         let exponent = reach + taylor.width * lipschitz;
-        let growth = if exponent > 0.0 { exponent.exp_m1() / exponent } else { 1.0 };
-        let inside = growth * (truncated + rounded) <= radius;
-        let error = if inside { growth * (truncated + rounded) + beyond } else { f64::INFINITY };
-        for (sliding, (own, gain)) in contacts.iter_mut().zip(of_products) {
-            sliding.error = own + gain * error;
-        }
-        (growth * truncated + beyond, error, exponent)
+        let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
+        bound.holds = exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
+        bound
     }
 }

@@ -5,11 +5,14 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::event_function::EventFunction;
-use crate::motion::friction::law_series::{LawSeries, UNIT, scale};
+use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
+use crate::motion::friction::series::law_series::{LawSeries, UNIT, powers, scale, size};
+use crate::motion::friction::series::panel_bound::ContactBounds;
+use crate::motion::friction::series::rows::{ROWS, Sizes};
 use crate::motion::panel::Panel;
-use crate::motion::taylor::motion::{TRUNCATION, TaylorMotion};
+use crate::motion::taylor::motion::TaylorMotion;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::VectorUnit;
 use crate::scene::friction::law::FrictionLaw;
@@ -19,13 +22,15 @@ use crate::scene::model::Scene;
 const STEEPEST: f64 = 6.0;
 /// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
+/// Bound of truncation on a panel, relative to the state: far below the bound of rounding, which is some dozens of it.
+const TRUNCATION: f64 = f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
 const CHANGES: usize = 4;
 
 /// A contact that slides by its law, along the panel.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Sliding {
     pub(super) series: LawSeries,
     /// N, and what its displacements add in the order beyond.
@@ -35,8 +40,11 @@ pub(super) struct Sliding {
     pub(super) force: [f64; COEFFICIENTS],
     /// N without what laws add, at the origin at rest.
     pub(super) at_origin: f64,
+    /// Sum of the absolute values of its terms.
+    pub(super) at_origin_size: f64,
     /// Bound of the error of y.
     pub(super) error: f64,
+    pub(super) bounds: ContactBounds,
 }
 
 /// Normal forces of contacts that are coupled: `(1 - H w_0) N = N_ref + H c`, where c is the part of y from lower orders.
@@ -61,6 +69,14 @@ impl Coupling {
     }
 }
 
+/// `c_0 + sum min(c_k, 0)`, below the polynomial on [0, 1].
+fn lowest(coefficients: &[f64; COEFFICIENTS]) -> f64 {
+    let mut negative = *coefficients;
+    negative.iter_mut().for_each(|c| *c = c.min(0.0));
+    negative[0] = 0.0;
+    coefficients[0] - size(&negative)
+}
+
 /// One phase by Taylor series of the nonlinear equation of motion.
 #[derive(Debug, Default)]
 pub(crate) struct LawMotion {
@@ -69,6 +85,13 @@ pub(crate) struct LawMotion {
     pub(super) base: Vec<f64>,
     pub(super) contacts: Vec<Sliding>,
     pub(super) coupling: Coupling,
+    /// Of two contacts each.
+    pub(super) convolutions: Vec<Convolutions>,
+    /// Of small combinations the rows of q'' of one order, and those of slip speeds, normal forces and event functions of all orders,
+    /// on the width of the operator.
+    pub(super) rows: Vec<[f64; ROWS]>,
+    pub(super) outputs: Vec<[f64; ROWS]>,
+    pub(super) sizes: Sizes,
     /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
     share: f64,
     /// Bound of the error of the state on the panel, in the norm of the operator.
@@ -95,28 +118,29 @@ impl LawMotion {
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
         self.share = 1.0;
-        self.contacts.clear();
-        for (place, one) in operator.contacts.iter().enumerate() {
-            let mut series = LawSeries::new();
+        self.contacts.resize_with(operator.contacts.len(), Sliding::default);
+        let pairs = operator.contacts.len().div_ceil(SHARING);
+        self.convolutions.resize_with(pairs, Convolutions::new);
+        if let Some(rows) = &operator.rows {
+            let [states, outputs] = rows.groups();
+            self.rows.resize(states, [0.0; ROWS]);
+            self.outputs.resize(COEFFICIENTS * outputs, [0.0; ROWS]);
+        }
+        for (place, (one, sliding)) in operator.contacts.iter().zip(&mut self.contacts).enumerate()
+        {
             let speed = -one.sign * one.slip.value(q, u);
             if let FrictionLaw::Tabulated(table) = &one.law {
-                series.piece = table.piece(speed);
+                sliding.series.piece = table.piece(speed);
             }
             if one.law.value(speed) < 0.0 {
                 self.ended = Some(place);
             }
             let origin = &self.taylor.origin;
-            let terms = one.normal.position.iter().map(|&(k, weight)| weight * origin[k]);
-            let at_origin = terms.fold(one.normal.constant, |sum, term| sum + term);
-            let none = [0.0; COEFFICIENTS];
-            self.contacts.push(Sliding {
-                series,
-                normal: none,
-                beyond: 0.0,
-                force: none,
-                at_origin,
-                error: 0.0,
-            });
+            let of_origin = |sum: f64, &(k, weight): &(usize, f64)| sum + weight * origin[k];
+            let size = |sum: f64, &(k, weight): &(usize, f64)| sum + (weight * origin[k]).abs();
+            let Functional { position, constant, .. } = &one.normal;
+            sliding.at_origin = position.iter().fold(*constant, of_origin);
+            sliding.at_origin_size = position.iter().fold(constant.abs(), size);
         }
         self.fill(scene, operator);
     }
@@ -167,13 +191,21 @@ impl LawMotion {
         }
         let scale = self.taylor.scale(&operator.taylor);
         for _ in 0..TRIALS {
-            let (truncation, error, exponent) = self.bound(scene, operator, scale);
-            self.left_out = error;
-            if truncation <= TRUNCATION * scale && error.is_finite() && exponent <= STEEPEST {
+            let bound = self.bound(scene, operator, scale);
+            let factor = (TRUNCATION * scale / bound.truncation()).powf(1.0 / COEFFICIENTS as f64);
+            let factor = factor.min(STEEPEST / bound.exponent);
+            if bound.holds {
+                // All of it falls with the width, truncation with its 30th power.
+                let factor = factor.min(1.0);
+                self.left_out = bound.of_shorter(factor);
+                for sliding in &mut self.contacts {
+                    sliding.error = sliding.bounds.of_shorter(factor, self.left_out);
+                }
+                if factor < 1.0 {
+                    self.shorten(factor);
+                }
                 break;
             }
-            let factor = (TRUNCATION * scale / truncation).powf(1.0 / COEFFICIENTS as f64);
-            let factor = factor.min(STEEPEST / exponent);
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
         }
@@ -181,51 +213,8 @@ impl LawMotion {
         self.cut(operator);
     }
 
-    /// The recurrences of state, slip speed, normal force and law.
-    fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
-        self.taylor.width = operator.taylor.width();
-        for k in 0..COEFFICIENTS {
-            let Self { taylor, contacts, .. } = self;
-            for (one, sliding) in operator.contacts.iter().zip(contacts) {
-                let Sliding { series, normal, force, at_origin, .. } = sliding;
-                let [slip, constant] = match k {
-                    0 => [one.slip.constant, *at_origin],
-                    _ => [0.0; 2],
-                };
-                series.slip[k] = -one.sign * (taylor.coefficient(&one.slip, k) + slip);
-                normal[k] = taylor.coefficient(&one.normal, k) + constant;
-                series.extend(&one.law, k);
-                // The part of y from lower orders of N.
-                force[k] = (1..=k).map(|j| series.excess[j] * normal[k - j]).sum();
-            }
-            if let Some(response) = &operator.response {
-                self.couple(&response.normal, k);
-            }
-            let Self { taylor, contacts, base, .. } = self;
-            if k == 0 {
-                taylor.force.copy_from_slice(base);
-            } else {
-                taylor.force.fill(0.0);
-            }
-            for (one, Sliding { series, normal, force, .. }) in
-                operator.contacts.iter().zip(contacts)
-            {
-                force[k] += series.excess[0] * normal[k];
-                one.push(force[k], &mut taylor.force);
-            }
-            if k < DEGREE {
-                taylor.order(scene, &operator.taylor, k, true);
-            }
-        }
-        let Self { taylor, contacts, base, .. } = self;
-        taylor.force.copy_from_slice(base);
-        for (one, sliding) in operator.contacts.iter().zip(contacts) {
-            sliding.beyond = taylor.displacement(&one.normal, COEFFICIENTS).abs();
-        }
-    }
-
     /// The normal forces of order k, each of which the friction of the others moves.
-    fn couple(&mut self, response: &DMatrix<f64>, k: usize) {
+    pub(super) fn couple(&mut self, response: &DMatrix<f64>, k: usize) {
         let Self { contacts, coupling, .. } = self;
         let count = contacts.len();
         if k == 0 {
@@ -250,11 +239,12 @@ impl LawMotion {
 
     pub(super) fn shorten(&mut self, factor: f64) {
         self.taylor.shorten(factor);
+        let powers = powers(factor);
         for Sliding { series, normal, force, beyond, .. } in &mut self.contacts {
-            series.shorten(factor);
-            scale(normal, factor);
-            scale(force, factor);
-            *beyond *= factor.powi(COEFFICIENTS as i32);
+            series.shorten(&powers);
+            scale(normal, &powers);
+            scale(force, &powers);
+            *beyond *= powers[DEGREE] * factor;
         }
     }
 
@@ -264,12 +254,42 @@ impl LawMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
-        self.taylor.expand_within(&operator.taylor, functions, panel, self.left_out);
+        if operator.rows.is_some() {
+            self.expand_rows(operator, functions, panel);
+        } else {
+            self.taylor.expand_within(&operator.taylor, functions, panel, self.left_out);
+        }
         if let Some(response) = &operator.response {
             self.add_friction(&response.functions, functions, panel);
         }
         if self.ended.is_some() {
             panel.error.fill(f64::INFINITY);
+        }
+    }
+
+    /// The event functions of a small combination, which the recurrences gave.
+    fn expand_rows(&self, operator: &LawOperator, functions: &[EventFunction], panel: &mut Panel) {
+        panel.reset(self.taylor.width, functions.len());
+        let rounding = self.taylor.rounding();
+        let powers = powers(self.taylor.width / operator.taylor.width());
+        let outputs = self.outputs.as_flattened();
+        let stride = outputs.len() / COEFFICIENTS;
+        for (index, function) in functions.iter().enumerate() {
+            let [at_origin, constant] = self.taylor.constant(index);
+            let row = panel.row(index);
+            let place = 2 * self.contacts.len() + index;
+            for k in 0..COEFFICIENTS {
+                row[k] = powers[k] * outputs[k * stride + place];
+            }
+            row[0] += at_origin;
+            let lowest = lowest(row);
+            let functional = &function.functional;
+            let tail = self.left_out * operator.taylor.function_norm(index);
+            let error = rounding * (constant + Sizes::of(&self.sizes.all, functional)) + tail;
+            panel.error[index] = error;
+            panel.curvature_error[index] =
+                rounding * Sizes::of(&self.sizes.higher, functional) + tail;
+            panel.excluded[index] = lowest > error;
         }
     }
 
@@ -291,12 +311,12 @@ impl LawMotion {
                 let by = factors.iter().zip(&self.contacts).map(|(a, one)| a * one.force[k]);
                 *c = self.taylor.coefficient(&function.functional, k) + by.sum::<f64>();
             }
-            row[0] += self.taylor.at_origin(index);
+            row[0] += self.taylor.constant(index)[0];
             for (factor, one) in factors.iter().zip(&self.contacts) {
                 let terms: f64 = one.force.iter().map(|c| c.abs()).sum();
                 error += factor.abs() * (one.error + UNIT * (DEGREE + 4) as f64 * terms);
             }
-            let least = row[1..].iter().fold(row[0], |sum, c| sum + c.min(0.0));
+            let least = lowest(row);
             panel.error[index] += error;
             panel.curvature_error[index] += error;
             panel.excluded[index] = least > panel.error[index];

@@ -4,9 +4,9 @@
 //! `dy = a dS + b dN`. The series of a and b follow from those of the motion, so that the recurrences of a neighbour are those
 //! of the motion with known coefficients. Its panels are shortened until the last two terms of its own series are rounding.
 
-use crate::motion::friction::law_series::product;
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_series::product;
 use crate::motion::taylor::motion::TRUNCATION;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::scene::model::Scene;

@@ -11,50 +11,14 @@ use crate::contact::event_function::{
 };
 use crate::error::Error;
 use crate::linalg::dense::solve;
+use crate::motion::friction::series::law_contact::LawContact;
+use crate::motion::friction::series::rows::LawRows;
 use crate::motion::taylor::operator::TaylorOperator;
-use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// Part of the panels of linear phases: the bound of rounding grows by e^(sigma h) over a panel.
-const SHARE: f64 = 0.5;
-
-/// A contact that slides by its law.
-#[derive(Debug)]
-pub(super) struct LawContact {
-    pub contact: usize,
-    pub law: FrictionLaw,
-    /// T / (mu N)
-    pub sign: f64,
-    /// The slip velocity, and N without what laws add.
-    pub slip: Functional,
-    pub normal: Functional,
-    /// `L' t` over the kept coordinates.
-    pub direction: Vec<(usize, f64)>,
-    /// Bounds of the slip velocity and of the normal force per norm of a state, and of the norm per unit of force.
-    pub slip_norm: f64,
-    pub normal_norm: f64,
-    pub force_norm: f64,
-}
-
-impl LawContact {
-    /// |s|
-    fn speed(&self, q: &[f64], u: &[f64]) -> f64 {
-        (-self.sign * self.slip.value(q, u)).max(0.0)
-    }
-
-    /// `mu(|s|) - mu(0)`
-    fn excess(&self, q: &[f64], u: &[f64]) -> f64 {
-        self.law.value(self.speed(q, u)) - self.law.value(0.0)
-    }
-
-    /// Adds what a force of its law is to a residual.
-    pub fn push(&self, force: f64, residual: &mut [f64]) {
-        for &(row, weight) in &self.direction {
-            residual[row] += self.sign * weight * force;
-        }
-    }
-}
+const SHARE: f64 = 0.7;
 
 #[derive(Debug)]
 pub(crate) struct LawOperator {
@@ -63,6 +27,8 @@ pub(crate) struct LawOperator {
     /// What the force that the law of each adds, along its slip, adds to the normal forces of all of them and to the event
     /// functions; none where contacts are not coupled.
     pub(super) response: Option<Response>,
+    /// A small combination in a form that is quicker.
+    pub(super) rows: Option<LawRows>,
     /// Terms of the longest sum in one row of the equation.
     pub(super) terms: usize,
 }
@@ -130,7 +96,8 @@ impl LawOperator {
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
-        Ok(Self { taylor, contacts, response, terms })
+        let rows = LawRows::new(own, reduction, &contacts, functions);
+        Ok(Self { taylor, contacts, response, rows, terms })
     }
 
     /// Adds forces of the laws to a residual.

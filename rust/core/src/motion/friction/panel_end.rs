@@ -1,8 +1,8 @@
 //! Where a panel ends because a law does: at a speed of a table, or where friction falls to 0.
 
-use crate::motion::friction::law_series::UNIT;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_series::UNIT;
 use crate::numerics::first_root::polynomial::ROW;
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
 use crate::scene::friction::law::FrictionLaw;

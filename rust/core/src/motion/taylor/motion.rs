@@ -230,6 +230,22 @@ impl TaylorMotion {
         rows.advance(Orders { terms, size, width, orders, force }, moved);
     }
 
+    /// Q_0 .. Q_{DEGREE + 1} of the displacement, one after the other.
+    pub(crate) fn terms(&self) -> &[f64] {
+        &self.terms
+    }
+
+    /// Coefficients of q of order k and of the next.
+    pub(crate) fn orders(&self, k: usize) -> [&[f64]; 2] {
+        let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);
+        [q, dq]
+    }
+
+    /// Those two orders up.
+    pub(crate) fn next_order(&mut self, k: usize) -> &mut [f64] {
+        &mut self.terms[(k + 2) * self.size..(k + 3) * self.size]
+    }
+
     /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
@@ -239,8 +255,9 @@ impl TaylorMotion {
     pub(crate) fn shorten(&mut self, factor: f64) {
         self.width *= factor;
         let mut power = 1.0;
-        for terms in self.terms.chunks_exact_mut(self.size) {
-            terms.iter_mut().for_each(|term| *term *= power);
+        let n = self.size;
+        for k in 0..self.terms.len() / n {
+            self.terms[k * n..(k + 1) * n].iter_mut().for_each(|term| *term *= power);
             power *= factor;
         }
     }
@@ -313,8 +330,7 @@ impl TaylorMotion {
         tail: f64,
     ) {
         panel.reset(self.width, functions.len());
-        // Sparse dot products and Horner's rule over the degree, and the sums of the panels before.
-        let rounding = 0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64;
+        let rounding = self.rounding();
         self.measure();
         if let Some(rows) = &operator.bordered {
             for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
@@ -441,31 +457,21 @@ impl TaylorMotion {
         of_q + rows.beta * rate * of_dq + self.coefficient(&row.rest, k)
     }
 
-    /// The coefficient of order k of the velocity of a coordinate.
-    fn velocity(&self, coordinate: usize, k: usize) -> f64 {
-        (k + 1) as f64 / self.width * self.terms[(k + 1) * self.size + coordinate]
+    /// An event function at the origin at rest, and the sum of the absolute values of its terms.
+    pub(crate) fn constant(&self, index: usize) -> [f64; 2] {
+        self.constants[index]
     }
 
-    /// The value of an event function at the origin at rest.
-    pub(crate) fn at_origin(&self, index: usize) -> f64 {
-        self.constants[index][0]
+    /// Rounding of an event function, relative to the sum of its terms: sparse dot products and Horner's rule over the
+    /// degree, and the sums of the panels before.
+    pub(crate) fn rounding(&self) -> f64 {
+        0.5 * f64::EPSILON * (40 + 6 * DEGREE + 8 * self.panels as usize) as f64
     }
 
     /// The coefficient of order k of the displacements in a functional.
     pub(crate) fn displacement(&self, functional: &Functional, k: usize) -> f64 {
         let q = &self.terms[k * self.size..];
         functional.position.iter().map(|&(i, weight)| weight * q[i]).sum()
-    }
-
-    /// Sum of the absolute values of all terms of a functional on the panel.
-    pub(crate) fn size_of(&self, functional: &Functional) -> f64 {
-        let at_origin = functional.position.iter().map(|&(i, weight)| weight * self.origin[i]);
-        let terms = (0..COEFFICIENTS).flat_map(|k| {
-            let of_q = move |&(i, weight): &(usize, f64)| weight * self.terms[k * self.size + i];
-            let of_u = move |&(i, weight): &(usize, f64)| weight * self.velocity(i, k);
-            functional.position.iter().map(of_q).chain(functional.velocity.iter().map(of_u))
-        });
-        functional.constant.abs() + at_origin.chain(terms).map(f64::abs).sum::<f64>()
     }
 
     /// Norm of the force at the origin.
@@ -512,6 +518,8 @@ impl TaylorMotion {
         let n = self.size;
         let (mut q, mut u) =
             (std::mem::take(&mut self.residual), std::mem::take(&mut self.combined));
+        q.resize(n, 0.0);
+        u.resize(n, 0.0);
         self.horner(1.0, &mut q, &mut u);
         for i in operator.equation.moving() {
             self.terms[i] = q[i];

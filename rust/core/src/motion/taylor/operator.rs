@@ -97,6 +97,11 @@ impl TaylorOperator {
         dual(&functional.position) / self.omega + dual(&functional.velocity)
     }
 
+    /// The same of an event function.
+    pub fn function_norm(&self, index: usize) -> f64 {
+        self.function_norms[index]
+    }
+
     /// Norm of the state whose velocities are given, and whose displacements are zero.
     pub fn norm_of_velocity(&self, scene: &Scene, u: &[f64]) -> f64 {
         let terms = u.iter().enumerate();
@@ -104,6 +109,14 @@ impl TaylorOperator {
             true => terms.map(|(k, v)| v * scene.mass.row_dot(k, u)).sum::<f64>().sqrt(),
             false => terms.map(|(k, v)| self.weight[k] * v.abs()).fold(0.0, f64::max),
         }
+    }
+
+    /// The norm of a state with these absolute values of q and q', where mass couples no coordinates.
+    pub fn largest(&self, [q, u]: &[Vec<f64>; 2]) -> f64 {
+        let kept = self.equation.reduction.kept.iter();
+        let of = |&k: &usize| self.weight[k] * (self.omega * q[k]).max(u[k]);
+        // Beyond the range of numbers, `max` would pass over what is none.
+        kept.map(of).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
     /// omega of the norm.

@@ -12,17 +12,29 @@
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::GROUP;
 use crate::scene::friction::law::FrictionLaw;
 
 /// One unit of rounding.
-pub(super) const UNIT: f64 = 0.5 * f64::EPSILON;
+pub(crate) const UNIT: f64 = 0.5 * f64::EPSILON;
+
+/// 1 / k
+const INVERSE: [f64; COEFFICIENTS] = {
+    let mut inverse = [0.0; COEFFICIENTS];
+    let mut k = 1;
+    while k < COEFFICIENTS {
+        inverse[k] = 1.0 / k as f64;
+        k += 1;
+    }
+    inverse
+};
 
 /// Slip speeds, as multiples of v, from which on e counts as zero: it is below 1e-260.
 const FAR: f64 = 600.0;
 
 /// `mu(S) - mu(0)` along a panel.
-#[derive(Debug, Clone)]
-pub(super) struct LawSeries {
+#[derive(Debug, Clone, Default)]
+pub(crate) struct LawSeries {
     /// S
     pub slip: [f64; COEFFICIENTS],
     /// e, g, or the quotient of the cubic of a table by its distance.
@@ -34,7 +46,8 @@ pub(super) struct LawSeries {
 }
 
 /// Bounds of `mu(S) - mu(0)` and its series on [0, 1].
-pub(super) struct LawBounds {
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct LawBounds {
     /// Largest difference from its polynomial, by truncation and by rounding.
     pub truncation: f64,
     pub rounding: f64,
@@ -43,48 +56,51 @@ pub(super) struct LawBounds {
 }
 
 impl LawSeries {
-    pub fn new() -> Self {
-        let none = [0.0; COEFFICIENTS];
-        Self { slip: none, inner: none, excess: none, piece: 0 }
-    }
-
-    /// The coefficients of order k, from those of S up to it.
-    pub fn extend(&mut self, law: &FrictionLaw, k: usize) {
+    /// The coefficients of order k, from those of S up to it, and the `middle` of the convolution of what it gave for the orders
+    /// from 1 to k - 1. Gives the two factors of this order.
+    #[inline(always)]
+    pub fn extend(&mut self, law: &FrictionLaw, k: usize, middle: f64) -> [f64; 2] {
         let Self { slip, inner, excess, piece } = self;
         match law {
-            FrictionLaw::Linear { slope, .. } => excess[k] = slope * slip[k],
+            FrictionLaw::Linear { slope, .. } => {
+                excess[k] = slope * slip[k];
+                [0.0; 2]
+            }
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
                 let falling = at_rest - kinetic;
                 if k == 0 {
                     let exponent = -slip[0] / speed;
                     inner[0] = if -exponent > FAR { 0.0 } else { exponent.exp() };
                     excess[0] = falling * exponent.exp_m1() + viscous * slip[0];
-                    return;
+                    return [0.0, inner[0]];
                 }
-                let sum: f64 = (1..=k).map(|j| j as f64 * slip[j] * inner[k - j]).sum();
-                inner[k] = -sum / (k as f64 * speed);
+                let rate = k as f64 * slip[k];
+                inner[k] = -(middle + rate * inner[0]) * (INVERSE[k] / speed);
                 excess[k] = falling * inner[k] + viscous * slip[k];
+                [rate, inner[k]]
             }
             FrictionLaw::Rational { at_rest, kinetic, speed } => {
                 let falling = at_rest - kinetic;
                 if k == 0 {
                     inner[0] = 1.0 / (1.0 + slip[0] / speed);
                     excess[0] = -falling * (slip[0] / speed) * inner[0];
-                    return;
+                    return [0.0, inner[0]];
                 }
-                let sum: f64 = (1..=k).map(|j| slip[j] * inner[k - j]).sum();
-                inner[k] = -inner[0] * sum / speed;
+                inner[k] = -inner[0] * (middle + slip[k] * inner[0]) / speed;
                 excess[k] = falling * inner[k];
+                [slip[k], inner[k]]
             }
             FrictionLaw::Tabulated(table) => {
                 let [a, b, c, d] = table.pieces[*piece];
                 let knot = table.speeds[*piece];
                 // S less the speed at which the piece begins.
                 let from_knot = |j: usize| if j == 0 { slip[0] - knot } else { slip[j] };
-                let square: f64 = (0..=k).map(|j| from_knot(j) * from_knot(k - j)).sum();
-                inner[k] = if k == 0 { b } else { 0.0 } + c * from_knot(k) + d * square;
+                let (first, last) = (from_knot(0), from_knot(k));
+                let square = if k == 0 { first * first } else { middle + 2.0 * first * last };
+                inner[k] = if k == 0 { b } else { 0.0 } + c * last + d * square;
                 let product: f64 = (0..=k).map(|j| from_knot(j) * inner[k - j]).sum();
                 excess[k] = if k == 0 { a - law.value(0.0) } else { 0.0 } + product;
+                [last, last]
             }
         }
     }
@@ -102,7 +118,9 @@ impl LawSeries {
 
     /// How far S moves from S_0, at most.
     pub fn range(&self) -> f64 {
-        self.slip[1..].iter().map(|c| c.abs()).sum()
+        let mut moving = self.slip;
+        moving[0] = 0.0;
+        size(&moving)
     }
 
     /// Bounds on the panel, the slope also where S is off by `beyond`.
@@ -110,7 +128,6 @@ impl LawSeries {
         let Self { slip, inner, excess, piece } = self;
         let range = self.range();
         let wide = range + beyond;
-        let size = |all: &[f64; COEFFICIENTS]| all.iter().map(|c| c.abs()).sum::<f64>();
         // sum of factor(m) |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
         let left_out = |factor: fn(usize) -> f64, of: &[f64; COEFFICIENTS]| {
             let (mut rest, mut sum) = (0.0, 0.0);
@@ -132,12 +149,14 @@ impl LawSeries {
                 };
                 // R begins at order DEGREE, and is integrated.
                 let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
-                let rates: f64 = slip.iter().enumerate().map(|(m, c)| m as f64 * c.abs()).sum();
+                let rates = size(&std::array::from_fn(|m| m as f64 * slip[m]));
                 let start = (4.0 + slip[0].abs() / speed) * inner[0];
                 let rounded = 3.0 * rates / speed * size(inner) + start;
                 LawBounds {
-                    truncation: falling * (ratio * rest + dropped),
-                    rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess)),
+                    truncation: falling * ratio * rest,
+                    // What is dropped is below 1e-170 and grows by no power of the width.
+                    rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess))
+                        + falling * dropped,
                     slope: viscous + falling / speed * ((wide - slip[0]) / speed).exp(),
                 }
             }
@@ -199,24 +218,48 @@ impl LawSeries {
         }
     }
 
-    /// The same series for a panel shorter by `factor`.
-    pub fn shorten(&mut self, factor: f64) {
+    /// The same series for a shorter panel, from the powers of the factor.
+    pub fn shorten(&mut self, powers: &[f64; COEFFICIENTS]) {
         for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
-            scale(all, factor);
+            scale(all, powers);
         }
     }
 }
 
+/// Sum of absolute values, in sums that do not wait for each other.
+pub(crate) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
+    let mut sums = [0.0; GROUP];
+    let mut k = 0;
+    while k + GROUP <= COEFFICIENTS {
+        for lane in 0..GROUP {
+            sums[lane] += coefficients[k + lane].abs();
+        }
+        k += GROUP;
+    }
+    while k < COEFFICIENTS {
+        sums[0] += coefficients[k].abs();
+        k += 1;
+    }
+    (sums[0] + sums[1]) + (sums[2] + sums[3])
+}
+
 /// The coefficients of a product.
-pub(super) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
+pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64; COEFFICIENTS] {
     std::array::from_fn(|k| (0..=k).map(|j| a[j] * b[k - j]).sum())
 }
 
-/// Coefficients for a panel shorter by `factor`.
-pub(super) fn scale(coefficients: &mut [f64], factor: f64) {
-    let mut power = 1.0;
-    for c in coefficients {
-        *c *= power;
-        power *= factor;
+/// Coefficients for a shorter panel, from the powers of the factor.
+pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; COEFFICIENTS]) {
+    for k in 0..COEFFICIENTS {
+        coefficients[k] *= powers[k];
     }
+}
+
+/// 1, factor, factor^2 ..
+pub(crate) fn powers(factor: f64) -> [f64; COEFFICIENTS] {
+    let mut powers = [1.0; COEFFICIENTS];
+    for k in 1..COEFFICIENTS {
+        powers[k] = factor * powers[k - 1];
+    }
+    powers
 }

@@ -1,0 +1,56 @@
+//! The error of a panel, and of a shorter one, from what it is made of.
+
+use crate::motion::friction::series::law_series::LawBounds;
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+
+/// Largest L for which truncation is bounded.
+pub(crate) const LARGEST: f64 = 0.5 * DEGREE as f64;
+
+/// What the error of the state is made of on a panel, in the norm of the operator.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PanelBound {
+    /// h t, h r, and the order beyond the polynomials of the event functions.
+    pub truncated: f64,
+    pub rounded: f64,
+    pub beyond: f64,
+    /// L
+    pub exponent: f64,
+    /// Whether the error is within the neighbourhood.
+    pub holds: bool,
+}
+
+impl PanelBound {
+    /// Error of the state by truncation alone.
+    pub fn truncation(&self) -> f64 {
+        self.truncated / (DEGREE as f64 - self.exponent.min(LARGEST)) + self.beyond
+    }
+
+    /// A bound of the error on a part of the width.
+    pub fn of_shorter(&self, factor: f64) -> f64 {
+        let exponent = factor * self.exponent;
+        let growth = if exponent > 0.0 { exponent.exp_m1() / exponent } else { 1.0 };
+        factor.powi(COEFFICIENTS as i32) * self.truncation() + growth * factor * self.rounded
+    }
+}
+
+/// What the bound needs of one contact, and what it says of its force.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct ContactBounds {
+    pub law: LawBounds,
+    /// `|mu(S) - mu(0)|` and |N|, as sums over their series.
+    pub excess: f64,
+    pub pressed: f64,
+    /// The orders of their product from DEGREE and beyond.
+    pub products: f64,
+    /// Errors of y by truncation and by rounding, and its change per error of the state.
+    pub cut: f64,
+    pub round: f64,
+    pub gain: f64,
+}
+
+impl ContactBounds {
+    /// A bound of the error of y on a part of the width, where the state is off by `error`.
+    pub fn of_shorter(&self, factor: f64, error: f64) -> f64 {
+        self.cut * factor.powi(DEGREE as i32) + self.round + self.gain * error
+    }
+}
