@@ -8,12 +8,12 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::event_function::{EventFunction, Functional};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
-use crate::motion::friction::series::law_series::{LawSeries, UNIT, powers, scale, size};
+use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};
 use crate::motion::friction::series::panel_bound::ContactBounds;
 use crate::motion::friction::series::rows::{ROWS, Sizes};
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::TaylorMotion;
-use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
 use crate::numerics::simd::VectorUnit;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
@@ -71,8 +71,8 @@ impl Coupling {
 
 /// `c_0 + sum min(c_k, 0)`, below the polynomial on [0, 1].
 fn lowest(coefficients: &[f64; COEFFICIENTS]) -> f64 {
-    let mut negative = *coefficients;
-    negative.iter_mut().for_each(|c| *c = c.min(0.0));
+    // The comparison, unlike `min`, is one instruction for several numbers.
+    let mut negative = coefficients.map(|c| if c < 0.0 { c } else { 0.0 });
     negative[0] = 0.0;
     coefficients[0] - size(&negative)
 }
@@ -88,9 +88,11 @@ pub(crate) struct LawMotion {
     /// Of two contacts each.
     pub(super) convolutions: Vec<Convolutions>,
     /// Of small combinations the rows of q'' of one order, and those of slip speeds, normal forces and event functions of all orders,
-    /// on the width of the operator.
+    /// on the width that the recurrences had.
     pub(super) rows: Vec<[f64; ROWS]>,
     pub(super) outputs: Vec<[f64; ROWS]>,
+    /// Width of the panel before it is shortened.
+    recurred: f64,
     pub(super) sizes: Sizes,
     /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
     share: f64,
@@ -172,13 +174,19 @@ impl LawMotion {
 
     /// The series on the next panel, and how far it holds.
     fn fill(&mut self, scene: &Scene, operator: &LawOperator) {
+        self.taylor.width = operator.taylor.width();
+        // The rows of small combinations hold for every width, the sparse recurrences for that of the operator.
+        if operator.rows.is_some() && self.share < 1.0 {
+            self.taylor.begin_within(self.share);
+        }
+        self.recurred = self.taylor.width;
         for _ in 0..CHANGES {
             self.recur(scene, operator);
             if !self.change_pieces(operator) {
                 break;
             }
         }
-        if self.share < 1.0 {
+        if operator.rows.is_none() && self.share < 1.0 {
             self.shorten(self.share);
         }
         for _ in 0..TRIALS {
@@ -239,7 +247,7 @@ impl LawMotion {
 
     pub(super) fn shorten(&mut self, factor: f64) {
         self.taylor.shorten(factor);
-        let powers = powers(factor);
+        let powers: [f64; COEFFICIENTS] = powers(factor);
         for Sliding { series, normal, force, beyond, .. } in &mut self.contacts {
             series.shorten(&powers);
             scale(normal, &powers);
@@ -271,7 +279,7 @@ impl LawMotion {
     fn expand_rows(&self, operator: &LawOperator, functions: &[EventFunction], panel: &mut Panel) {
         panel.reset(self.taylor.width, functions.len());
         let rounding = self.taylor.rounding();
-        let powers = powers(self.taylor.width / operator.taylor.width());
+        let powers: [f64; COEFFICIENTS] = powers(self.taylor.width / self.recurred);
         let outputs = self.outputs.as_flattened();
         let stride = outputs.len() / COEFFICIENTS;
         for (index, function) in functions.iter().enumerate() {

@@ -19,15 +19,14 @@ impl Kernel for Recurrences<'_> {
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
         let Self { motion, scene, operator } = self;
-        motion.taylor.width = operator.taylor.width();
         motion.convolutions.iter_mut().for_each(|all| all.clear());
         for k in 0..COEFFICIENTS {
-            motion.outputs(simd, operator, k);
+            motion.multiply(simd, operator, k);
             motion.laws(simd, operator, k);
             if let Some(response) = &operator.response {
                 motion.couple(&response.normal, k);
+                motion.coupled_forces(k);
             }
-            motion.forces(simd, operator, k);
             if k < DEGREE {
                 motion.next(simd, scene, operator, k);
             }
@@ -46,69 +45,67 @@ impl LawMotion {
         }
     }
 
-    /// Slip speeds and normal forces, without the forces of laws; of small combinations the event functions too.
+    /// Of small combinations the rows of order k.
     #[inline(always)]
-    fn outputs<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {
-        let Self { taylor, contacts, rows, outputs, .. } = self;
-        let Some(all) = &operator.rows else {
-            for (one, Sliding { series, normal, at_origin, .. }) in
-                operator.contacts.iter().zip(contacts)
-            {
-                series.slip[k] = -one.sign * taylor.coefficient(&one.slip, k);
-                normal[k] = taylor.coefficient(&one.normal, k);
-                if k == 0 {
-                    series.slip[0] -= one.sign * one.slip.constant;
-                    normal[0] += *at_origin;
-                }
-            }
-            return;
-        };
-        let [_, groups] = all.groups();
-        let outputs = &mut outputs[k * groups..(k + 1) * groups];
-        let [q, dq] = taylor.orders(k);
-        all.multiply(simd, q, dq, (k + 1) as f64 / taylor.width, rows, outputs);
-        let outputs = outputs.as_flattened().as_chunks::<2>().0;
-        for (i, Sliding { series, normal, at_origin, .. }) in contacts.iter_mut().enumerate() {
-            [series.slip[k], normal[k]] = outputs[i];
-            if k == 0 {
-                let one = &operator.contacts[i];
-                series.slip[0] -= one.sign * one.slip.constant;
-                normal[0] += *at_origin;
-            }
+    fn multiply<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {
+        let Self { taylor, rows, outputs, .. } = self;
+        if let Some(all) = &operator.rows {
+            let [_, groups] = all.groups();
+            let outputs = &mut outputs[k * groups..(k + 1) * groups];
+            let [q, dq] = taylor.orders(k);
+            all.multiply(simd, q, dq, (k + 1) as f64 / taylor.width, rows, outputs);
         }
     }
 
-    /// The laws, and the forces as far as they follow from lower orders of N.
+    /// The laws, and their forces; where contacts are coupled, as far as these follow from lower orders of N.
     #[inline(always)]
     fn laws<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {
-        let Self { contacts, convolutions, .. } = self;
+        let Self { taylor, contacts, convolutions, outputs, .. } = self;
+        let coupled = operator.response.is_some();
+        let rows = outputs.as_flattened();
+        let rows = rows[k * rows.len() / COEFFICIENTS..].as_chunks::<2>().0;
         for (pair, convolutions) in convolutions.iter_mut().enumerate() {
             let middle: [f64; GROUP] = pulp::cast(convolutions.middle(simd, k));
             let (mut left, mut right) = ([0.0; GROUP], [0.0; GROUP]);
             for place in 0..SHARING {
                 let i = pair * SHARING + place;
-                let Some(Sliding { series, normal, force, .. }) = contacts.get_mut(i) else {
+                let Some(Sliding { series, normal, force, at_origin, .. }) = contacts.get_mut(i)
+                else {
                     break;
                 };
-                let of_law = series.extend(&operator.contacts[i].law, k, middle[2 * place]);
+                let one = &operator.contacts[i];
+                // The slip speed, and the normal force without those of laws.
+                let [mut slip, mut of_normal] = match operator.rows {
+                    Some(_) => rows[i],
+                    None => [
+                        -one.sign * taylor.coefficient(&one.slip, k),
+                        taylor.coefficient(&one.normal, k),
+                    ],
+                };
+                if k == 0 {
+                    slip -= one.sign * one.slip.constant;
+                    of_normal += *at_origin;
+                }
+                let (excess, of_law) = series.extend(&one.law, k, slip, middle[2 * place]);
+                normal[k] = of_normal;
                 [left[2 * place], right[2 * place]] = of_law;
-                [left[2 * place + 1], right[2 * place + 1]] = [series.excess[k], normal[k]];
-                let known = middle[2 * place + 1] + series.excess[k] * normal[0];
-                force[k] = if k == 0 { 0.0 } else { known };
+                [left[2 * place + 1], right[2 * place + 1]] = [excess, of_normal];
+                // The law of this order is known last.
+                let known = if coupled { 0.0 } else { series.excess[0] * of_normal };
+                let sum = (middle[2 * place + 1] + known) + excess * normal[0];
+                force[k] = if k == 0 { known } else { sum };
             }
             convolutions.set(k, group(left), group(right));
         }
     }
 
-    /// The forces of laws of order k, and where contacts are coupled, the normal forces that they led to.
+    /// The forces of laws of coupled contacts, and the normal forces that they led to.
     #[inline(always)]
-    fn forces<S: Lanes>(&mut self, _: S, operator: &LawOperator, k: usize) {
+    fn coupled_forces(&mut self, k: usize) {
         let Self { contacts, convolutions, .. } = self;
         for (place, Sliding { series, normal, force, .. }) in contacts.iter_mut().enumerate() {
             force[k] += series.excess[0] * normal[k];
-            if operator.response.is_some() {
-                convolutions[place / SHARING].set_normal(k, place % SHARING, normal[k]);
-            }
+            convolutions[place / SHARING].set_normal(k, place % SHARING, normal[k]);
         }
     }
 

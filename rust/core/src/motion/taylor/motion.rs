@@ -15,7 +15,7 @@ use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow, Order}
 use crate::motion::taylor::dense_rows::{DenseRows, Orders};
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::numerics::double_double::Doubled;
-use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
 use crate::numerics::simd::GROUP;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
@@ -251,14 +251,18 @@ impl TaylorMotion {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
     }
 
+    /// A panel narrower by `factor`, of which only the orders 0 and 1 are known.
+    pub(crate) fn begin_within(&mut self, factor: f64) {
+        self.width *= factor;
+        self.terms[self.size..2 * self.size].iter_mut().for_each(|rate| *rate *= factor);
+    }
+
     /// The same series for a panel shorter by `factor`.
     pub(crate) fn shorten(&mut self, factor: f64) {
         self.width *= factor;
-        let mut power = 1.0;
-        let n = self.size;
-        for k in 0..self.terms.len() / n {
-            self.terms[k * n..(k + 1) * n].iter_mut().for_each(|term| *term *= power);
-            power *= factor;
+        let powers: [f64; ORDERS] = powers(factor);
+        for (terms, power) in self.terms.chunks_exact_mut(self.size).zip(powers) {
+            terms.iter_mut().for_each(|term| *term *= power);
         }
     }
 

@@ -9,6 +9,16 @@ pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
 /// Room for them: zeros up to a whole number of groups, also when up to three departing roots are divided out.
 pub(crate) const ROW: usize = (COEFFICIENTS + 3).next_multiple_of(GROUP);
 
+/// 1, factor, factor^2 .., each from two of about half its order, so that no long chain of products is waited for.
+pub(crate) fn powers<const N: usize>(factor: f64) -> [f64; N] {
+    let mut powers = [1.0; N];
+    powers[1] = factor;
+    for k in 2..N {
+        powers[k] = powers[k / 2] * powers[k - k / 2];
+    }
+    powers
+}
+
 /// Coefficients in groups, filled up with zeros.
 pub(super) type Groups<'a> = &'a [[f64; GROUP]];
 

@@ -56,39 +56,37 @@ pub(crate) struct LawBounds {
 }
 
 impl LawSeries {
-    /// The coefficients of order k, from those of S up to it, and the `middle` of the convolution of what it gave for the orders
-    /// from 1 to k - 1. Gives the two factors of this order.
+    /// The coefficients of order k, from that of S and the `middle` of the convolution of what it gave for the orders from 1 to
+    /// k - 1. Gives that of `mu(S) - mu(0)`, and the two factors of this order.
     #[inline(always)]
-    pub fn extend(&mut self, law: &FrictionLaw, k: usize, middle: f64) -> [f64; 2] {
+    pub fn extend(&mut self, law: &FrictionLaw, k: usize, s: f64, middle: f64) -> (f64, [f64; 2]) {
         let Self { slip, inner, excess, piece } = self;
-        match law {
-            FrictionLaw::Linear { slope, .. } => {
-                excess[k] = slope * slip[k];
-                [0.0; 2]
-            }
+        slip[k] = s;
+        // Products with S_k come last: all else is known when S_k is, and the next order waits for it.
+        let (of_order, of_inner, left) = match law {
+            FrictionLaw::Linear { slope, .. } => (slope * s, 0.0, 0.0),
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
                 let falling = at_rest - kinetic;
                 if k == 0 {
-                    let exponent = -slip[0] / speed;
-                    inner[0] = if -exponent > FAR { 0.0 } else { exponent.exp() };
-                    excess[0] = falling * exponent.exp_m1() + viscous * slip[0];
-                    return [0.0, inner[0]];
+                    let exponent = -s / speed;
+                    let value = if -exponent > FAR { 0.0 } else { exponent.exp() };
+                    (falling * exponent.exp_m1() + viscous * s, value, 0.0)
+                } else {
+                    let part = INVERSE[k] / speed;
+                    let value = -(middle * part) - s * (k as f64 * inner[0] * part);
+                    (falling * value + viscous * s, value, k as f64 * s)
                 }
-                let rate = k as f64 * slip[k];
-                inner[k] = -(middle + rate * inner[0]) * (INVERSE[k] / speed);
-                excess[k] = falling * inner[k] + viscous * slip[k];
-                [rate, inner[k]]
             }
             FrictionLaw::Rational { at_rest, kinetic, speed } => {
                 let falling = at_rest - kinetic;
                 if k == 0 {
-                    inner[0] = 1.0 / (1.0 + slip[0] / speed);
-                    excess[0] = -falling * (slip[0] / speed) * inner[0];
-                    return [0.0, inner[0]];
+                    let value = 1.0 / (1.0 + s / speed);
+                    (-falling * (s / speed) * value, value, 0.0)
+                } else {
+                    let part = inner[0] / speed;
+                    let value = -(middle * part) - s * (inner[0] * part);
+                    (falling * value, value, s)
                 }
-                inner[k] = -inner[0] * (middle + slip[k] * inner[0]) / speed;
-                excess[k] = falling * inner[k];
-                [slip[k], inner[k]]
             }
             FrictionLaw::Tabulated(table) => {
                 let [a, b, c, d] = table.pieces[*piece];
@@ -100,9 +98,11 @@ impl LawSeries {
                 inner[k] = if k == 0 { b } else { 0.0 } + c * last + d * square;
                 let product: f64 = (0..=k).map(|j| from_knot(j) * inner[k - j]).sum();
                 excess[k] = if k == 0 { a - law.value(0.0) } else { 0.0 } + product;
-                [last, last]
+                return (excess[k], [last; 2]);
             }
-        }
+        };
+        (excess[k], inner[k]) = (of_order, of_inner);
+        (of_order, [left, of_inner])
     }
 
     /// How far S may move from S_0 on a panel.
@@ -253,13 +253,4 @@ pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; COEFF
     for k in 0..COEFFICIENTS {
         coefficients[k] *= powers[k];
     }
-}
-
-/// 1, factor, factor^2 ..
-pub(crate) fn powers(factor: f64) -> [f64; COEFFICIENTS] {
-    let mut powers = [1.0; COEFFICIENTS];
-    for k in 1..COEFFICIENTS {
-        powers[k] = factor * powers[k - 1];
-    }
-    powers
 }

@@ -16,9 +16,6 @@ use crate::scene::reduction::bases::Reduction;
 /// Two groups: with the sums over q and q' four chains of additions, enough to hide their latency.
 pub(crate) const ROWS: usize = 2 * GROUP;
 
-/// Columns that are added without a loop.
-const UNROLLED: usize = 4;
-
 /// A column of a group of rows.
 type Column = [Group; 2];
 
@@ -118,29 +115,19 @@ impl LawRows {
         let rate = simd.splat_f64s(rate);
         let n = self.size;
         let (q, dq) = (&q[..n], &dq[..n]);
+        if let ([state], [output]) = (&mut *states, &mut *outputs) {
+            let columns = self.columns.split_at(n);
+            return both(simd, columns, q, dq, rate, [state, output]);
+        }
         // Loops over places: iterators over several slices are not always inlined.
         for g in (0..self.states + self.outputs).rev() {
             let columns = &self.columns[g * n..(g + 1) * n];
             let (mut of_q, mut of_u) = ([ZEROS; 2], [ZEROS; 2]);
-            let mut first = 0;
-            // A constant number of columns unrolls the loop.
-            while let (Some(columns), Some(q), Some(dq)) = (
-                columns[first..].first_chunk::<UNROLLED>(),
-                q[first..].first_chunk::<UNROLLED>(),
-                dq[first..].first_chunk::<UNROLLED>(),
-            ) {
-                for j in 0..UNROLLED {
-                    add_column(simd, &columns[j], q[j], dq[j], &mut of_q, &mut of_u);
-                }
-                first += UNROLLED;
+            for j in 0..n {
+                let (q, dq) = (simd.splat_f64s(q[j]), simd.splat_f64s(dq[j]));
+                add_column(simd, &columns[j], [q, dq], [&mut of_q, &mut of_u]);
             }
-            for j in first..n {
-                add_column(simd, &columns[j], q[j], dq[j], &mut of_q, &mut of_u);
-            }
-            let sum: Column = [
-                simd.mul_add_f64s(of_u[0], rate, of_q[0]),
-                simd.mul_add_f64s(of_u[1], rate, of_q[1]),
-            ];
+            let sum = summed(simd, of_q, of_u, rate);
             match states.get_mut(g) {
                 Some(state) => *state = cast(sum),
                 None => outputs[g - self.states] = cast(sum),
@@ -170,12 +157,12 @@ impl LawRows {
         let by_force = self.by_force.as_chunks::<GROUP>().0;
         let factor = simd.splat_f64s(factor);
         for g in 0..groups {
-            let mut sum = cast(rows[g]);
+            let mut sum = simd.mul_f64s(cast(rows[g]), factor);
             for contact in 0..self.laws {
-                let force = simd.splat_f64s(forces(contact));
-                sum = simd.mul_add_f64s(cast(by_force[contact * groups + g]), force, sum);
+                // The forces are known last.
+                let by_force = simd.mul_f64s(cast(by_force[contact * groups + g]), factor);
+                sum = simd.mul_add_f64s(by_force, simd.splat_f64s(forces(contact)), sum);
             }
-            let sum = simd.mul_f64s(sum, factor);
             let lanes = next.len().min(GROUP);
             let (own, rest) = std::mem::take(&mut next).split_at_mut(lanes);
             store(sum, own);
@@ -184,20 +171,56 @@ impl LawRows {
     }
 }
 
+/// One group of rows of each kind, for which every coordinate is loaded once. Forces, and so the next order, wait for the sums
+/// over q' of the outputs, which are therefore two.
+#[inline(always)]
+fn both<S: Lanes>(
+    simd: S,
+    (of_state, of_output): (&[[Column; 2]], &[[Column; 2]]),
+    q: &[f64],
+    dq: &[f64],
+    rate: Group,
+    [state, output]: [&mut [f64; ROWS]; 2],
+) {
+    let (mut state_q, mut state_u) = ([ZEROS; 2], [ZEROS; 2]);
+    let (mut output_q, mut even, mut odd) = ([ZEROS; 2], [ZEROS; 2], [ZEROS; 2]);
+    let pairs = of_state.chunks_exact(2).zip(of_output.chunks_exact(2));
+    let numbers = q.chunks_exact(2).zip(dq.chunks_exact(2));
+    for ((of_state, of_output), (q, dq)) in pairs.zip(numbers) {
+        let first = [q[0], dq[0]].map(|number| simd.splat_f64s(number));
+        add_column(simd, &of_output[0], first, [&mut output_q, &mut even]);
+        add_column(simd, &of_state[0], first, [&mut state_q, &mut state_u]);
+        let second = [q[1], dq[1]].map(|number| simd.splat_f64s(number));
+        add_column(simd, &of_output[1], second, [&mut output_q, &mut odd]);
+        add_column(simd, &of_state[1], second, [&mut state_q, &mut state_u]);
+    }
+    if let ([q], [dq]) = (q.chunks_exact(2).remainder(), dq.chunks_exact(2).remainder()) {
+        let last = [*q, *dq].map(|number| simd.splat_f64s(number));
+        add_column(simd, &of_output[of_output.len() - 1], last, [&mut output_q, &mut even]);
+        add_column(simd, &of_state[of_state.len() - 1], last, [&mut state_q, &mut state_u]);
+    }
+    let output_u = std::array::from_fn(|half| simd.add_f64s(even[half], odd[half]));
+    *output = cast(summed(simd, output_q, output_u, rate));
+    *state = cast(summed(simd, state_q, state_u, rate));
+}
+
 #[inline(always)]
 fn add_column<S: Lanes>(
     simd: S,
     [by_q, by_u]: &[Column; 2],
-    q: f64,
-    dq: f64,
-    of_q: &mut Column,
-    of_u: &mut Column,
+    [q, dq]: [Group; 2],
+    [of_q, of_u]: [&mut Column; 2],
 ) {
-    let (q, dq) = (simd.splat_f64s(q), simd.splat_f64s(dq));
     of_q[0] = simd.mul_add_f64s(by_q[0], q, of_q[0]);
     of_q[1] = simd.mul_add_f64s(by_q[1], q, of_q[1]);
     of_u[0] = simd.mul_add_f64s(by_u[0], dq, of_u[0]);
     of_u[1] = simd.mul_add_f64s(by_u[1], dq, of_u[1]);
+}
+
+/// `of_q + rate of_u`
+#[inline(always)]
+fn summed<S: Lanes>(simd: S, of_q: Column, of_u: Column, rate: Group) -> Column {
+    [simd.mul_add_f64s(of_u[0], rate, of_q[0]), simd.mul_add_f64s(of_u[1], rate, of_q[1])]
 }
 
 /// Sums of absolute values of the coefficients of every coordinate and velocity, of all orders and of those from 2 on.
