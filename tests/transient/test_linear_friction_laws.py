@@ -103,6 +103,29 @@ def test_a_sliding_block_is_a_damped_oscillator_in_closed_form():
     np.testing.assert_allclose(found.friction_force.values[:, 0], forces, rtol=1e-13)
 
 
+@pytest.mark.parametrize(("own", "other"), [(0.0, 0.0), (0.1, 0.0), (0.0, 0.2), (0.1, 0.2)])
+@pytest.mark.parametrize("first", [True, False])
+def test_two_sliders_on_one_dof_of_which_some_vibrate(own, other, first):
+    """A damper between body and slider has to follow the slider; a table of the same law never takes one."""
+    speeds = np.linspace(0.0, 3.0, 7)
+    ends = []
+    for law in (Linear(0.2, 0.1), Tabulated(speeds, 0.2 + 0.1 * speeds)):
+        contacts = [
+            ss.Contact(
+                tangential=0,
+                normal_force=force,
+                friction=friction,
+                slider_speed=speed,
+                slider_vibration=ss.Harmonic(amplitude, frequency=3.0) if amplitude else None,
+            )
+            for force, friction, speed, amplitude in ((10.0, law, 0.5, own), (5.0, 0.1, 0.9, other))
+        ]
+        scene = ss.Scene([1.0], [[100.0]], contacts=contacts if first else contacts[::-1])
+        end = ss.simulate(scene, ss.State([0.0], [0.0], "++", dofs=scene.dofs), 0.4).state(0.4)
+        ends.append([*end.position, *end.velocity])
+    np.testing.assert_allclose(ends[0], ends[1], rtol=1e-12)
+
+
 def test_the_end_of_slip_is_a_root_of_the_closed_form():
     mp.dps = 40
     scene, start = block(Linear(0.4, -0.3))

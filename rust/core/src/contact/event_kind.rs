@@ -27,7 +27,7 @@ pub enum EventKind {
     Load,
     /// The place of a sliding contact turned back along its slider: where an orbit without events is cut. No run has one.
     Turn,
-    /// Friction that falls with slip speed reached zero: no motion follows.
+    /// Friction that falls with slip speed reached zero, which ends a run. No run has one.
     Exhausted,
 }
 

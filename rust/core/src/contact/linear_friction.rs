@@ -29,6 +29,13 @@ pub(crate) fn friction_dampers(
     let slopes: Option<Vec<(usize, f64)>> =
         sliding.map(|(contact, law)| Some((contact, law.linear()?))).collect();
     let slopes = slopes.filter(|slopes| !slopes.is_empty())?;
+    // Where its slip is a sum of others that vibrating sliders carry along, a damper would have to follow these, too.
+    let carried = |contact: usize| {
+        scene.drive.is_some() && scene.is_dependent(scene.contacts[contact].tangential)
+    };
+    if slopes.iter().any(|&(contact, _)| carried(contact)) {
+        return None;
+    }
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let response = friction_response(scene, combination);
     let open = undetermined(scene, combination);

@@ -18,6 +18,7 @@ use crate::contact::event_function::{
     Functional, contact_forces, contact_forces_in, event_functions, friction_response, reaction,
     slip_velocity,
 };
+use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
 use crate::scene::friction::law::FrictionLaw;
@@ -95,7 +96,12 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     let Some((z, beyond)) = laws.kept_within(&modes, z) else { return false };
     let functions = match laws.contacts.is_empty() {
         true => Ok(basis.functions.clone()),
-        false => event_functions(&moving.about(combination, &pressed), combination),
+        false => event_functions(&moving.about(combination, &pressed), combination).map(
+            |mut functions| {
+                functions.extend(exhaustions(moving, combination));
+                functions
+            },
+        ),
     };
     functions.is_ok_and(|functions| {
         functions.iter().all(|function| {

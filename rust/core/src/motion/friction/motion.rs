@@ -203,7 +203,7 @@ impl LawMotion {
             let factor = (TRUNCATION * scale / bound.truncation()).powf(1.0 / COEFFICIENTS as f64);
             let factor = factor.min(STEEPEST / bound.exponent);
             if bound.holds {
-                // All of it falls with the width, truncation with its 30th power.
+                // None of it grows on a shorter panel, and truncation of the state falls with the 30th power of the width.
                 let factor = factor.min(1.0);
                 self.left_out = bound.of_shorter(factor);
                 for sliding in &mut self.contacts {
@@ -216,6 +216,7 @@ impl LawMotion {
             }
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
+            self.contacts.iter_mut().for_each(|sliding| sliding.error = f64::INFINITY);
         }
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);

@@ -9,12 +9,12 @@ pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
 /// Room for them: zeros up to a whole number of groups, also when up to three departing roots are divided out.
 pub(crate) const ROW: usize = (COEFFICIENTS + 3).next_multiple_of(GROUP);
 
-/// 1, factor, factor^2 .., each from two of about half its order, so that no long chain of products is waited for.
+/// 1, factor, factor^2 .., each the rounded product of the one before with the factor: coefficients that are scaled by them obey
+/// their recurrences as before, but for one rounding.
 pub(crate) fn powers<const N: usize>(factor: f64) -> [f64; N] {
     let mut powers = [1.0; N];
-    powers[1] = factor;
-    for k in 2..N {
-        powers[k] = powers[k / 2] * powers[k - k / 2];
+    for k in 1..N {
+        powers[k] = factor * powers[k - 1];
     }
     powers
 }
