@@ -53,7 +53,7 @@ pub(crate) fn largest(scene: &Scene) -> usize {
 /// If nothing couples its parts and each is small enough for modes, two things are not known before the run. Where parts are
 /// quiet, their modes pass over what a local march expands panel by panel; where events are many, each asks all other parts
 /// for their states. The first costs a march some part of its `panels` times the work of the parts, the second costs the
-/// parts some part of their number times the work of a march: a run is a march if it has fewer panels than parts.
+/// parts some part of their number times the work of a march: a run is a march if it has no more panels than parts.
 pub(crate) fn marches_locally<'a>(
     scene: &Scene,
     mut parts: impl ExactSizeIterator<Item = &'a Scene>,

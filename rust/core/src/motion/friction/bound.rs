@@ -24,6 +24,7 @@ use crate::scene::model::Scene;
 const TUBE: f64 = 1e-6;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
+
 impl LawMotion {
     /// Bounds of the error of the state and of the forces of laws.
     pub(super) fn bound(
