@@ -9,7 +9,7 @@ use stickslip_core as core;
 use crate::convert::{method_named, stops_at_grazing, vector};
 use crate::errors::{named, raise_failure};
 use crate::interrupt::{PATIENCE, detached};
-use crate::scene::{Scene, StatusInput};
+use crate::scene::model::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
 #[pyclass(frozen, module = "stickslip._core")]

@@ -12,7 +12,7 @@ use stickslip_core as core;
 use crate::convert::{dense, integers, kinds, method_named, read_record, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::{detached, listening, until_interrupted};
-use crate::scene::{Scene, StatusInput};
+use crate::scene::model::{Scene, StatusInput};
 use crate::trajectory::Trajectory;
 
 #[pyclass(frozen, module = "stickslip._core")]

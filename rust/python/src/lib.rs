@@ -33,7 +33,9 @@ mod _core {
     #[pymodule_export]
     use crate::parameters::study::{Family, answers, arithmetic, verdicts};
     #[pymodule_export]
-    use crate::scene::{Scene, chain};
+    use crate::scene::chain::chain;
+    #[pymodule_export]
+    use crate::scene::model::Scene;
     #[pymodule_export]
     use crate::trajectory::Trajectory;
 }

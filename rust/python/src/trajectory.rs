@@ -13,7 +13,7 @@ use crate::convert::{
 };
 use crate::errors::raise;
 use crate::interrupt::{detached, listening};
-use crate::scene::{Scene, StatusInput};
+use crate::scene::model::{Scene, StatusInput};
 
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Trajectory {

@@ -14,7 +14,7 @@ use stickslip_core as core;
 use crate::convert::{dense, entries, from_rows, matrix, vector};
 use crate::errors::raise;
 use crate::interrupt::{detached, until_interrupted};
-use crate::scene::Scene;
+use crate::scene::model::Scene;
 
 /// Chebyshev coefficients (k, m, m).
 type Coefficients<'py> = PyReadonlyArray3<'py, f64>;

@@ -12,7 +12,9 @@ use crate::convert::{matrix, method_named, vector};
 use crate::errors::{named, raise};
 use crate::interrupt::{detached, until_interrupted};
 use crate::parameters::path::verdict_arrays;
-use crate::scene::{ChainColumns, ContactData, Scene, contact_inputs};
+use crate::scene::chain::ChainColumns;
+use crate::scene::input::{ContactData, contact_inputs};
+use crate::scene::model::Scene;
 use crate::trajectory::Trajectory;
 
 /// Field and place of every parameter.

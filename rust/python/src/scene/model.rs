@@ -1,4 +1,4 @@
-//! Scenes and model files.
+//! Scenes.
 
 use std::sync::Arc;
 
@@ -11,47 +11,12 @@ use pyo3::types::PyDict;
 use stickslip_core as core;
 
 use crate::convert::{MatrixInput, SparseParts, entries, from_rows, matrix, sparse_parts, vector};
-use crate::errors::{named, raise};
+use crate::errors::raise;
 use crate::interrupt::detached;
 use crate::modes::{self, Reduced};
-
-#[derive(FromPyObject)]
-pub enum DirectionInput<'py> {
-    Dof(usize),
-    Vector(PyReadonlyArray1<'py, f64>),
-    Entries(Vec<(usize, f64)>),
-}
-
-#[derive(FromPyObject)]
-enum MassInput<'py> {
-    Lumped(PyReadonlyArray1<'py, f64>),
-    Full(MatrixInput<'py>),
-}
-
-#[derive(FromPyObject)]
-enum DampingInput<'py> {
-    Proportional(f64, f64),
-    General(MatrixInput<'py>),
-}
-
-/// (normal, tangential) stiffness of a compliant contact.
-type SpringData = (Option<f64>, Option<f64>);
-
-pub type ContactData<'py> = (
-    Option<DirectionInput<'py>>,
-    Option<DirectionInput<'py>>,
-    f64,
-    f64,
-    f64,
-    f64,
-    f64,
-    f64,
-    SpringData,
-    Option<LawData>,
-);
-
-/// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4.
-type LawData = (String, Vec<f64>, Vec<[f64; 4]>);
+use crate::scene::input::{
+    ContactData, DampingInput, Laws, LoadData, MassInput, contact_inputs, friction_laws, loads,
+};
 
 /// The combination of a state, with the friction forces that its compliant contacts hold.
 #[derive(FromPyObject)]
@@ -63,89 +28,11 @@ pub enum StatusInput {
 /// Position, combination and normal forces.
 type EquilibriumData<'py> = (Bound<'py, PyArray1<f64>>, String, Bound<'py, PyArray1<f64>>);
 
-pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
-    let direction = |input: &DirectionInput<'_>| match input {
-        DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
-        DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
-        DirectionInput::Entries(entries) => core::Direction::Entries(entries.clone()),
-    };
-    contacts
-        .iter()
-        .map(|contact| {
-            let (
-                tangential,
-                normal,
-                friction,
-                static_friction,
-                speed,
-                restitution,
-                gap,
-                force,
-                springs,
-                _,
-            ) = contact;
-            core::ContactInput {
-                tangential: tangential.as_ref().map(direction),
-                normal: normal.as_ref().map(direction),
-                normal_force: *force,
-                friction: *friction,
-                static_friction: *static_friction,
-                slider_speed: *speed,
-                restitution: *restitution,
-                gap: *gap,
-                springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
-            }
-        })
-        .collect()
-}
-
-/// How friction depends on slip speed, by contact.
-fn friction_laws(contacts: &[ContactData<'_>]) -> Laws {
-    let law = |(kind, numbers, pieces): &LawData| match (kind.as_str(), &numbers[..]) {
-        ("linear", &[at_rest, slope]) => core::scene::FrictionLaw::Linear { at_rest, slope },
-        ("stribeck", &[at_rest, kinetic, speed, viscous]) => {
-            core::scene::FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous }
-        }
-        ("rational", &[at_rest, kinetic, speed]) => {
-            core::scene::FrictionLaw::Rational { at_rest, kinetic, speed }
-        }
-        (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
-            speeds: speeds.to_vec(),
-            pieces: pieces.clone(),
-        })),
-    };
-    contacts.iter().map(|contact| contact.9.as_ref().map(law)).collect()
-}
-
-type Entries = Vec<(usize, f64)>;
-/// Harmonic loads, switched loads, and vibrations of sliders.
-pub type LoadData =
-    (Vec<(Entries, f64, f64)>, Vec<(Entries, Vec<f64>, Vec<f64>)>, Vec<(usize, f64, f64, f64)>);
-
-fn loads((harmonics, steps, vibrations): LoadData) -> core::scene::Loads {
-    let harmonic =
-        |(direction, frequency, phase)| core::scene::Harmonic { direction, frequency, phase };
-    let step = |(direction, times, values)| core::scene::Steps { direction, times, values };
-    let vibration = |(contact, amplitude, frequency, phase)| core::scene::Vibration {
-        contact,
-        amplitude,
-        frequency,
-        phase,
-    };
-    core::scene::Loads {
-        harmonics: harmonics.into_iter().map(harmonic).collect(),
-        steps: steps.into_iter().map(step).collect(),
-        vibrations: vibrations.into_iter().map(vibration).collect(),
-    }
-}
-
 #[pyclass(frozen, module = "stickslip._core")]
 pub struct Scene {
     pub propagators: Arc<core::Propagators>,
     pub input: core::SceneInput,
 }
-
-type Laws = Vec<Option<core::scene::FrictionLaw>>;
 
 impl Scene {
     fn build(py: Python<'_>, input: core::SceneInput, laws: Laws) -> PyResult<Self> {
@@ -419,77 +306,4 @@ impl Scene {
         let columns = detached(py, || self.core().contact_basis())?;
         matrix(py, columns.len(), self.core().dofs(), columns.concat())
     }
-}
-
-/// The subsystems and links of a chain as columns, one for each of their fields.
-#[derive(FromPyObject)]
-#[pyo3(from_item_all)]
-pub struct ChainColumns<'py> {
-    upper_mass: PyReadonlyArray1<'py, f64>,
-    contact_mass: PyReadonlyArray1<'py, f64>,
-    inclination: PyReadonlyArray1<'py, f64>,
-    vertical_stiffness: PyReadonlyArray1<'py, f64>,
-    horizontal_stiffness: PyReadonlyArray1<'py, f64>,
-    ceiling_stiffness: PyReadonlyArray1<'py, f64>,
-    preload_displacement: PyReadonlyArray1<'py, f64>,
-    external_force: PyReadonlyArray1<'py, f64>,
-    link_horizontal: PyReadonlyArray1<'py, f64>,
-    link_vertical: PyReadonlyArray1<'py, f64>,
-}
-
-impl ChainColumns<'_> {
-    pub fn parts(
-        &self,
-        py: Python<'_>,
-    ) -> PyResult<(Vec<core::scene::Subsystem>, Vec<core::scene::Link>)> {
-        let upper = vector(&self.upper_mass);
-        let count = upper.len();
-        let column = |name: &str, values: &PyReadonlyArray1<'_, f64>, length: usize| {
-            let values = vector(values);
-            if values.len() == length {
-                return Ok(values);
-            }
-            let message = format!("{name}: expected shape ({length},), got ({},)", values.len());
-            Err(named(py, "InputError", &message))
-        };
-        let contact = column("contact_mass", &self.contact_mass, count)?;
-        let inclination = column("inclination", &self.inclination, count)?;
-        let vertical = column("vertical_stiffness", &self.vertical_stiffness, count)?;
-        let horizontal = column("horizontal_stiffness", &self.horizontal_stiffness, count)?;
-        let ceiling = column("ceiling_stiffness", &self.ceiling_stiffness, count)?;
-        let preload = column("preload_displacement", &self.preload_displacement, count)?;
-        let external = column("external_force", &self.external_force, count)?;
-        let between = count.saturating_sub(1);
-        let link_horizontal = column("link_horizontal", &self.link_horizontal, between)?;
-        let link_vertical = column("link_vertical", &self.link_vertical, between)?;
-        let subsystems = (0..count).map(|i| core::scene::Subsystem {
-            upper_mass: upper[i],
-            contact_mass: contact[i],
-            inclination: inclination[i],
-            vertical_stiffness: vertical[i],
-            horizontal_stiffness: horizontal[i],
-            ceiling_stiffness: ceiling[i],
-            preload_displacement: preload[i],
-            external_force: external[i],
-        });
-        let links = (0..between).map(|i| core::scene::Link {
-            horizontal_stiffness: link_horizontal[i],
-            vertical_stiffness: link_vertical[i],
-        });
-        Ok((subsystems.collect(), links.collect()))
-    }
-}
-
-type ChainParts<'py> = (Bound<'py, PyArray1<f64>>, SparseParts<'py>, Bound<'py, PyArray1<f64>>);
-
-/// (mass, stiffness as compressed rows, force) of a chain of subsystems.
-#[pyfunction]
-pub fn chain<'py>(
-    py: Python<'py>,
-    columns: ChainColumns<'py>,
-    wall_stiffness: f64,
-) -> PyResult<ChainParts<'py>> {
-    let (subsystems, links) = columns.parts(py)?;
-    let (mass, stiffness, force) = core::scene::chain(&subsystems, &links, wall_stiffness);
-    Ok((mass.into_pyarray(py), sparse_parts(py, &stiffness), force.into_pyarray(py)))
 }

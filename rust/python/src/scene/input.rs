@@ -1,0 +1,125 @@
+//! What describes a scene, as Python passes it.
+
+use std::sync::Arc;
+
+use numpy::PyReadonlyArray1;
+use pyo3::prelude::*;
+use stickslip_core as core;
+
+use crate::convert::{MatrixInput, vector};
+
+#[derive(FromPyObject)]
+pub enum DirectionInput<'py> {
+    Dof(usize),
+    Vector(PyReadonlyArray1<'py, f64>),
+    Entries(Vec<(usize, f64)>),
+}
+
+#[derive(FromPyObject)]
+pub enum MassInput<'py> {
+    Lumped(PyReadonlyArray1<'py, f64>),
+    Full(MatrixInput<'py>),
+}
+
+#[derive(FromPyObject)]
+pub enum DampingInput<'py> {
+    Proportional(f64, f64),
+    General(MatrixInput<'py>),
+}
+
+/// (normal, tangential) stiffness of a compliant contact.
+type SpringData = (Option<f64>, Option<f64>);
+
+pub type ContactData<'py> = (
+    Option<DirectionInput<'py>>,
+    Option<DirectionInput<'py>>,
+    f64,
+    f64,
+    f64,
+    f64,
+    f64,
+    f64,
+    SpringData,
+    Option<LawData>,
+);
+
+/// The kind of a law of friction, and its numbers in the order of the core; of a table, speeds and pieces by rows of 4.
+type LawData = (String, Vec<f64>, Vec<[f64; 4]>);
+
+pub type Laws = Vec<Option<core::scene::FrictionLaw>>;
+
+pub fn contact_inputs(contacts: &[ContactData<'_>]) -> Vec<core::ContactInput> {
+    let direction = |input: &DirectionInput<'_>| match input {
+        DirectionInput::Dof(dof) => core::Direction::Dof(*dof),
+        DirectionInput::Vector(entries) => core::Direction::Vector(vector(entries)),
+        DirectionInput::Entries(entries) => core::Direction::Entries(entries.clone()),
+    };
+    contacts
+        .iter()
+        .map(|contact| {
+            let (
+                tangential,
+                normal,
+                friction,
+                static_friction,
+                speed,
+                restitution,
+                gap,
+                force,
+                springs,
+                _,
+            ) = contact;
+            core::ContactInput {
+                tangential: tangential.as_ref().map(direction),
+                normal: normal.as_ref().map(direction),
+                normal_force: *force,
+                friction: *friction,
+                static_friction: *static_friction,
+                slider_speed: *speed,
+                restitution: *restitution,
+                gap: *gap,
+                springs: core::scene::Springs { normal: springs.0, tangential: springs.1 },
+            }
+        })
+        .collect()
+}
+
+/// How friction depends on slip speed, by contact.
+pub fn friction_laws(contacts: &[ContactData<'_>]) -> Laws {
+    let law = |(kind, numbers, pieces): &LawData| match (kind.as_str(), &numbers[..]) {
+        ("linear", &[at_rest, slope]) => core::scene::FrictionLaw::Linear { at_rest, slope },
+        ("stribeck", &[at_rest, kinetic, speed, viscous]) => {
+            core::scene::FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous }
+        }
+        ("rational", &[at_rest, kinetic, speed]) => {
+            core::scene::FrictionLaw::Rational { at_rest, kinetic, speed }
+        }
+        (_, speeds) => core::scene::FrictionLaw::Tabulated(Arc::new(core::scene::Table {
+            speeds: speeds.to_vec(),
+            pieces: pieces.clone(),
+        })),
+    };
+    contacts.iter().map(|contact| contact.9.as_ref().map(law)).collect()
+}
+
+type Entries = Vec<(usize, f64)>;
+/// Harmonic loads, switched loads, and vibrations of sliders.
+pub type LoadData =
+    (Vec<(Entries, f64, f64)>, Vec<(Entries, Vec<f64>, Vec<f64>)>, Vec<(usize, f64, f64, f64)>);
+
+pub fn loads((harmonics, steps, vibrations): LoadData) -> core::scene::Loads {
+    let harmonic =
+        |(direction, frequency, phase)| core::scene::Harmonic { direction, frequency, phase };
+    let step = |(direction, times, values)| core::scene::Steps { direction, times, values };
+    let vibration = |(contact, amplitude, frequency, phase)| core::scene::Vibration {
+        contact,
+        amplitude,
+        frequency,
+        phase,
+    };
+    core::scene::Loads {
+        harmonics: harmonics.into_iter().map(harmonic).collect(),
+        steps: steps.into_iter().map(step).collect(),
+        vibrations: vibrations.into_iter().map(vibration).collect(),
+    }
+}
