@@ -89,11 +89,15 @@ class EventList:
                 for j in range(min(k, stops[0]), max(k, stops[-1]) + 1):
                     after[j] = after[j][:i] + final + after[j][i + 1 :]
         if run.scene.core.dependent:
-            # Slips and impacts in turn, without an accumulation: their limit is one event.
+            # Slips and impacts in turn, without an accumulation: their limit is one event of all in it.
             for group in np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > IN_TURN) + 1):
-                if np.unique(time[group]).size > SERIES and not (kind[group] == "accumulation").any():
+                middle = np.median(time[group])
+                shrinks = time[group[-1]] - middle < middle - time[group[0]]
+                limits = (kind[group] == "accumulation").any()
+                if np.unique(time[group]).size > SERIES and shrinks and not limits:
                     keep[group[:-1]] = False
-                    contact[group[-1]], kind[group[-1]] = -2, "limit"
+                    taking_part = sum(1 << int(i) for i in np.unique(contact[group]))
+                    contact[group[-1]], kind[group[-1]] = -1 - taking_part, "limit"
         keep &= time < until
         time, contact, kind, after = time[keep], contact[keep], kind[keep], after[keep]
         # Two nodes on one body that came to rest with it slip again at one place: by one method at once, by
