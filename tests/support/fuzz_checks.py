@@ -91,10 +91,10 @@ class EventList:
         if run.scene.core.dependent:
             # Slips and impacts in turn, without an accumulation: their limit is one event of all in it.
             for group in np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > IN_TURN) + 1):
+                if np.unique(time[group]).size <= SERIES or (kind[group] == "accumulation").any():
+                    continue
                 middle = np.median(time[group])
-                shrinks = time[group[-1]] - middle < middle - time[group[0]]
-                limits = (kind[group] == "accumulation").any()
-                if np.unique(time[group]).size > SERIES and shrinks and not limits:
+                if time[group[-1]] - middle < middle - time[group[0]]:
                     keep[group[:-1]] = False
                     taking_part = sum(1 << int(i) for i in np.unique(contact[group]))
                     contact[group[-1]], kind[group[-1]] = -1 - taking_part, "limit"
