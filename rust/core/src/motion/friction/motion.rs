@@ -23,7 +23,7 @@ const STEEPEST: f64 = 6.0;
 /// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
 /// Bound of truncation on a panel, relative to the state: far below the bound of rounding, which is some hundreds of it.
-const TRUNCATION: f64 = 8.0 * f64::EPSILON;
+const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.

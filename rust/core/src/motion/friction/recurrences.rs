@@ -125,7 +125,7 @@ impl LawMotion {
             let h = taylor.width;
             let factors = [h * h / ((k + 1) * (k + 2)) as f64, (k + 2) as f64 / h];
             let forces = |contact: usize| contacts[contact].force[k];
-            return rows.next(simd, k, products, forces, factors, taylor.from_order(k + 1));
+            return rows.next(simd, k, products, forces, factors, taylor.orders_from(k + 1));
         }
         if k == 0 {
             taylor.force.copy_from_slice(base);

@@ -94,7 +94,7 @@ impl Small<'_> {
         let forces: [[Group; T]; SHARING] = std::array::from_fn(|i| rows.by_force(i));
         // Coefficients of q; z and q' of the order in progress.
         let mut orders = [[ZEROS; T]; ORDERS];
-        let (n, terms) = taylor.from_order(0);
+        let (n, terms) = taylor.orders_from(0);
         for (order, terms) in orders.iter_mut().zip(terms.chunks_exact(n)).take(2) {
             let numbers = pulp::bytemuck::cast_slice_mut::<Group, f64>(order);
             numbers.iter_mut().zip(terms).for_each(|(to, from)| *to = *from);

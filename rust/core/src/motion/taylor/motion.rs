@@ -236,7 +236,7 @@ impl TaylorMotion {
     }
 
     /// All coefficients from an order on, of this many numbers each.
-    pub(crate) fn from_order(&mut self, k: usize) -> (usize, &mut [f64]) {
+    pub(crate) fn orders_from(&mut self, k: usize) -> (usize, &mut [f64]) {
         (self.size, &mut self.terms[k * self.size..])
     }
 
@@ -266,6 +266,13 @@ impl TaylorMotion {
     #[inline(always)]
     pub(crate) fn shorten_by(&mut self, powers: &[f64; ORDERS]) {
         self.width *= powers[1];
+        // A constant number of coordinates unrolls the loops.
+        if self.size == PAIR {
+            for (terms, power) in self.terms.as_chunks_mut::<PAIR>().0.iter_mut().zip(powers) {
+                terms.iter_mut().for_each(|term| *term *= power);
+            }
+            return;
+        }
         for (terms, power) in self.terms.chunks_exact_mut(self.size).zip(powers) {
             terms.iter_mut().for_each(|term| *term *= power);
         }

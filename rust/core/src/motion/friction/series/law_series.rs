@@ -11,6 +11,7 @@
 //! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
+use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::GROUP;
 use crate::scene::friction::law::FrictionLaw;
@@ -238,7 +239,7 @@ impl LawSeries {
 
     /// The same series for a shorter panel, from the powers of the factor.
     #[inline(always)]
-    pub fn shorten(&mut self, powers: &[f64]) {
+    pub fn shorten(&mut self, powers: &[f64; ORDERS]) {
         for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
             scale(all, powers);
         }
@@ -270,8 +271,8 @@ pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64;
 
 /// Coefficients for a shorter panel, from the powers of the factor.
 #[inline(always)]
-pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64]) {
-    for (coefficient, power) in coefficients.iter_mut().zip(powers) {
-        *coefficient *= power;
+pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; ORDERS]) {
+    for k in 0..COEFFICIENTS {
+        coefficients[k] *= powers[k];
     }
 }
