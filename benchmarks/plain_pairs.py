@@ -1,8 +1,8 @@
 """Two milliseconds of a pad on an elastic disc, from two meshes and their facing nodes: 2140 dofs, 28 pairs.
 
-A disc of cast iron, held at its hub, and a lining whose back is guided, with the nodes of one mesh opposite to
-those of the other. Every node of both bodies begins with a velocity across the disc, so that contacts open
-and close. With lumped masses (`Body.lumped`) an impact stays with its pair; with consistent ones it
+A disc of cast iron, held at its hub, and a lining whose back is guided, with the nodes of one mesh opposite
+to those of the other. Every node of both bodies begins with a velocity across the disc, so that contacts
+open and close. With lumped masses (`Body.lumped`) an impact stays with its pair; with consistent ones it
 moves other pairs, which strike in turn.
 """
 
@@ -83,8 +83,9 @@ def main() -> None:
         print(*rows[-1], file=sys.stderr)
     report = Report("plain-pairs")
     report.text(f"{machine()}; {versions('stickslip', 'scipy')}.")
-    headings = ["dofs", "pairs", "mass", "motion, ms", "events", "combinations", "set-up, CPU s", "motion, CPU s"]
-    report.table([*headings, "balance, J"], rows)
+    headings = ["dofs", "pairs", "mass", "motion, ms", "events", "combinations"]
+    headings += ["set-up, CPU s", "motion, CPU s", "balance, J"]
+    report.table(headings, rows)
     report.into(chosen.into)
 
 

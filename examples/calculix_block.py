@@ -2,9 +2,9 @@
 # # A block from CalculiX's matrices: from three files to a limit cycle
 #
 # CalculiX wrote mass and stiffness of a block of friction material, 18 x 8 x 6 mm, held at its top
-# (`*FREQUENCY, SOLVER=MATRIXSTORAGE`; the deck is `tests/fe/calculix/pad.inp`, in mm and tonnes). This example
-# reads the files, puts the lower face on a belt, computes the modes of steady sliding over friction, and
-# follows the motion to its limit cycle. It draws `calculix-block.png`.
+# (`*FREQUENCY, SOLVER=MATRIXSTORAGE`; the deck is `tests/fe/calculix/pad.inp`, in mm and tonnes). This
+# example reads the files, puts the lower face on a belt, computes the modes of steady sliding over friction,
+# and follows the motion to its limit cycle. It draws `calculix-block.png`.
 
 # %%
 from pathlib import Path
@@ -74,8 +74,9 @@ figure.savefig("calculix-block.png", dpi=110)
 # %% [markdown]
 # ## What it means
 #
-# Two modes at 65.4 kHz lock in at friction 0.06, and from 0.091 on one of them grows. At friction 0.1 the motion
-# settles to a stable limit cycle at 65 425 Hz. In every period contacts 2 and 6, which lie opposite to each
-# other, stick to the belt in turn; no contact opens. The four middle contacts bring 0.86 W into the block, and
-# its damping takes this power. The mesh is far too coarse for a real block; a finer one takes the same lines.
+# Two modes at 65.4 kHz lock in at friction 0.06, and from 0.091 on one of them grows. At friction 0.1 the
+# motion settles to a stable limit cycle at 65 425 Hz. In every period contacts 2 and 6, which lie opposite to
+# each other, stick to the belt in turn; no contact opens. The four middle contacts bring 0.86 W into the
+# block; the outer ones and the damping take this power. The mesh is far too coarse for a real block; a finer
+# one takes the same lines.
 # CalculiX leaves held dofs out, so that the lumped mass lacks what belongs between them and their neighbours.

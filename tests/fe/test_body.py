@@ -184,7 +184,7 @@ def test_what_is_ill_posed_is_refused(changes, told):
 
 
 def test_lumped_mass_keeps_the_energy_of_translations():
-    """A bar of n linear elements held at one end, E = rho = A = L = 1, has w_k = 2 n sin((2 k - 1) pi / 4 n)."""
+    """A bar of n elements held at one end, E = rho = A = L = 1, has w_k = 2 n sin((2 k - 1) pi / 4 n)."""
     count = 12
     rows = np.arange(count + 1)
     links = scipy.sparse.diags_array([-1.0, -1.0], offsets=[-1, 1], shape=(count + 1, count + 1))

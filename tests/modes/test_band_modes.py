@@ -142,7 +142,7 @@ def test_withheld_eigenvalues_are_counted(disc):
 
 
 def test_left_vectors_take_less_work_than_right_ones(disc, monkeypatch):
-    """Their search begins with the conjugates of right ones, which hold little else; from a random one it needs 102 dimensions."""
+    """Their search begins with conjugates of right ones; a random start takes 102 dimensions."""
     work = []
     nearest = shift_invert._Krylov.nearest
 
