@@ -2,12 +2,14 @@
 
 import dataclasses
 import itertools
+import pickle
 
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
 import stickslip as ss
+from stickslip import _core
 
 DURATION = 0.2
 #: kg, N/m: an oscillator that touches nothing.
@@ -118,6 +120,59 @@ def test_the_number_of_events_ends_the_whole(parts):
         assert np.array_equal(run.events.time, full.events.time[:most])
         assert run.duration == (full.events.time[most - 1] if most else 0.0)
         assert run.sample([run.duration]).position.equals(full.sample([run.duration]).position)
+
+
+@pytest.mark.parametrize("limits", [{}, {"max_events": 50}, {"time_limit": 1e-3}], ids=str)
+def test_the_whole_comes_back_from_its_record_to_the_last_bit(parts, limits):
+    whole, starts = parts
+    run = ss.simulate(whole.scene, whole.start(*starts), 1e4 if "time_limit" in limits else DURATION, **limits)
+    assert run.stop_reason == next(iter(limits), "duration")
+    again = pickle.loads(pickle.dumps(run))
+    times = np.random.default_rng(1).permutation(np.linspace(0.0, run.duration, 101))
+    a, b = again.sample(times), run.sample(times)
+    for name in ("position", "velocity", "normal_force", "friction_force", "status"):
+        assert np.array_equal(a[name], b[name]), name
+    for name in ("time", "contact", "kind", "combination"):
+        assert np.array_equal(getattr(again.events, name), getattr(run.events, name)), name
+    assert (again.counters, again.stop_reason, again.duration) == (
+        run.counters,
+        run.stop_reason,
+        run.duration,
+    )
+    for a, b in zip(again.core.event_states(), run.core.event_states(), strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_a_damaged_record_of_parts_is_refused(parts):
+    whole, starts = parts
+    scene = whole.scene
+    record = ss.simulate(scene, whole.start(*starts), DURATION).core.record()
+    first, *others = record["parts"]
+    counters = [record["counters"][0] + 1, *record["counters"][1:]]
+    damaged = [
+        {"parts": others},
+        {"parts": [*others, first]},
+        {"parts": [record, *others]},
+        {"parts": [first | {"phase_start": first["phase_start"][1:]}, *others]},
+        {"end": 2.0 * DURATION},
+        {"end": np.nan},
+        {"counters": counters},
+        {"stop": ("chattering", "", 4)},
+    ]
+    for change in damaged:
+        with pytest.raises(ss.StickslipError):
+            _core.Trajectory.from_record(scene.core, record | change)
+
+
+def test_each_part_keeps_the_states_of_its_own_events(parts):
+    """Not a state of the whole at every event: the record of the whole is about as large as those of the parts."""
+    whole, starts = parts
+    size = len(pickle.dumps(ss.simulate(whole.scene, whole.start(*starts), DURATION).core.record()))
+    alone = [
+        len(pickle.dumps(ss.simulate(scene, start, DURATION).core.record()))
+        for scene, start in zip(whole.scenes, starts, strict=True)
+    ]
+    assert size == pytest.approx(sum(alone), rel=0.05)
 
 
 def test_energy_of_the_whole_closes(parts):
