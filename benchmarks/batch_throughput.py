@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 DURATION = 0.6
 KICK = {"x1": 1e-3}
@@ -145,10 +145,9 @@ def only_run(count: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--scenes", type=int, default=10_000)
     parser.add_argument("--quick", action="store_true", help="a tenth of the scenes")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     parser.add_argument("--only-run", type=int, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.only_run is not None:
@@ -158,8 +157,7 @@ def main() -> None:
     report = Report("batch-throughput")
     throughput(options.scenes // part, report)
     memory(tuple(count // part for count in MEMORY), report)
-    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy")
 
 
 if __name__ == "__main__":

@@ -14,14 +14,13 @@ import subprocess
 import sys
 import time
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 from batch_throughput import peak
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 #: The published subsystems and the springs between and before them.
 SUBSYSTEMS = (
@@ -175,9 +174,8 @@ def large(motion: float, report: Report) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="smaller chains, a hundredth of the motion")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     parser.add_argument("--only-large", type=float, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.only_large is not None:
@@ -186,8 +184,7 @@ def main() -> None:
     report = Report("chain-scaling")
     scaling(settled(), SIZES[:5] if options.quick else SIZES, report)
     large(MOTION / 100 if options.quick else MOTION, report)
-    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy")
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ matrices, as for any other dense scene.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 from pathlib import Path
@@ -18,7 +17,7 @@ import numpy as np
 from method_choice import METHODS, seconds
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 from quad_block import reduced_block
@@ -45,9 +44,8 @@ def tied(scene: ss.Scene) -> ss.Scene:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="small scenes")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     options = parser.parse_args()
     report = Report("dense-scenes")
     rows, gains, choices = [], [], []
@@ -71,8 +69,7 @@ def main() -> None:
         f"median {np.median(wide):.1f}; elsewhere {min(narrow):.1f} to {max(narrow):.1f}.",
         f"auto over the better of modal and taylor: largest {max(choices):.2f}.",
     )
-    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy")
 
 
 if __name__ == "__main__":

@@ -7,19 +7,18 @@ against 45 digits.
 
 from __future__ import annotations
 
-import argparse
 import importlib.util
 import statistics
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from clock import clocked
 from mpmath import mpf
 
 import stickslip as ss
-from report import Report, left_out, machine, versions
+from report import Report, arguments, left_out
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from friction_peer import Peer
@@ -37,13 +36,6 @@ def reference_model(friction: ss.friction.Law | float) -> tuple[ss.Scene, ss.Sta
     return scene, ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 1e-3})
 
 
-def clocked(run: Callable[[], Any]) -> float:
-    """Return the processor time of one run, s."""
-    begin = time.process_time()
-    run()
-    return time.process_time() - begin
-
-
 def error(found: Any, expected: list[tuple[mpf, int, str]]) -> str:
     """Return the largest error of the times; the contacts and combinations have to agree."""
     events = list(zip(found.time, found.contact, found.combination, strict=True))[: len(expected)]
@@ -54,9 +46,8 @@ def error(found: Any, expected: list[tuple[mpf, int, str]]) -> str:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--rounds", type=int, default=100)
-    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
     options = parser.parse_args()
     scene, start = reference_model(LAW)
     constant, from_there = reference_model(LAW.static)
@@ -77,7 +68,7 @@ def main() -> None:
     times: dict[str, list[float]] = {name: [] for name in runs}
     for _ in range(options.rounds):
         for name, run in runs.items():
-            times[name].append(clocked(run))
+            times[name].append(clocked(run)[0])
     least = {name: min(own) for name, own in times.items()}
     rows = [
         [
@@ -94,8 +85,7 @@ def main() -> None:
     report = Report("friction-laws")
     report.table(("run", "events", "ms", "median ms", "us per event", "x Stribeck", "error, s"), rows)
     used = ["stickslip", "numpy", "mpmath", *(["heyoka"] if "heyoka, tol = eps" in runs else [])]
-    report.text(f"{versions(*used)}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, *used)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ from collections import Counter, defaultdict
 from functools import cache
 from pathlib import Path
 
-from report import Report
+from report import Report, arguments
 
 ROOT = Path(__file__).parent.parent
 CORE = ROOT / "rust" / "core" / "src"
@@ -181,8 +181,7 @@ def rows(by_function: Counter[str], events: int) -> list[list[str]]:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
+    parser = arguments(__doc__)
     parser.add_argument("--drive", default=None, help=argparse.SUPPRESS)
     parser.add_argument("--runs", type=int, default=1, help=argparse.SUPPRESS)
     parser.add_argument("--data", type=Path, default=None, help=argparse.SUPPRESS)

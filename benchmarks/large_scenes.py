@@ -6,7 +6,6 @@ two published subsystems; every contact is closed in steady sliding, which dampi
 
 from __future__ import annotations
 
-import argparse
 import subprocess
 import sys
 import tempfile
@@ -16,7 +15,7 @@ from pathlib import Path
 from chain_scaling import scene_of
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 #: Dofs, of four per subsystem.
 SIZES = (100, 1000)
@@ -51,8 +50,7 @@ def seconds(arguments: list[str], folder: Path) -> str:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--into", type=Path, help="page whose block large-scenes is replaced")
+    parser = arguments(__doc__)
     parser.add_argument("--only", help="verb to time alone, such as report")
     parser.add_argument(
         "--sweep-options",
@@ -71,13 +69,12 @@ def main() -> None:
                     friction=FRICTION, damping=ss.Proportional(stiffness=damping)
                 )
                 ss.save(scene, folder / file)
-                for verb, arguments in verbs(file, chosen.sweep_options.split()).items():
+                for verb, options in verbs(file, chosen.sweep_options.split()).items():
                     if chosen.only is None or verb.startswith(chosen.only):
-                        rows.append([str(size), kind, verb, seconds(arguments, folder)])
+                        rows.append([str(size), kind, verb, seconds(options, folder)])
                         print(*rows[-1], file=sys.stderr)
-    report.text(f"{machine()}; {versions('stickslip', 'matplotlib')}.")
     report.table(["dofs", "sliding", "verb", "time, s"], rows)
-    report.into(chosen.into)
+    report.finish(chosen.into, "stickslip", "matplotlib")
 
 
 if __name__ == "__main__":

@@ -20,7 +20,7 @@ from batch_throughput import peak
 from chain_scaling import on_cycles, scene_of, settled
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 #: Subsystems, and s of motion of each.
 SIZES, MOTION = (100, 300, 1000, 3000, 10_000, 30_000, 100_000), 1e-3
@@ -119,10 +119,9 @@ def compared(motion: float, report: Report) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="smaller chains, a tenth of the motion compared")
     parser.add_argument("--figure", type=Path, default=None, help="where to draw the cost over the size")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     parser.add_argument("--only", nargs=3, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.only is not None:
@@ -132,8 +131,7 @@ def main() -> None:
     report = Report("local-events")
     scaling(SIZES[:4] if options.quick else SIZES, report, options.figure)
     compared(LONG / 10 if options.quick else LONG, report)
-    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy")
 
 
 if __name__ == "__main__":

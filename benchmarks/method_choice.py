@@ -16,7 +16,6 @@ The work of `auto` is to stay within 1.5 of the better method.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
 import time
@@ -27,7 +26,7 @@ import numpy as np
 from chain_scaling import on_cycles, scene_of, settled
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 from quad_block import quad_block, reduced_block
@@ -88,9 +87,8 @@ def seconds(scene: ss.Scene, start: ss.State, method: Method, duration: float, e
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="smaller chains")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     options = parser.parse_args()
     report = Report("method-choice")
     cycle = settled()
@@ -114,8 +112,7 @@ def main() -> None:
         f"at most 1.5 in {np.mean(np.array(ratios) <= 1.5):.0%}.",
         f"A dash: more than {LIMIT:g} s, or a combination without sound modes.",
     )
-    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy")
 
 
 if __name__ == "__main__":

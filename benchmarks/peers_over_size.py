@@ -10,19 +10,18 @@ after events are sorted by contact.
 
 from __future__ import annotations
 
-import argparse
 import math
 import sys
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from chain_scaling import on_cycles, scene_of, settled
+from clock import clocked
 
 import stickslip as ss
-from report import Report, left_out, machine, versions
+from report import Report, arguments, left_out
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 
@@ -39,13 +38,6 @@ PATIENCE = 300.0
 BEYOND = 1e-3
 #: Repetitions of a later run, of which the quickest counts.
 REPEATS = 5
-
-
-def clocked(run: Callable[[], Any]) -> tuple[float, Any]:
-    """Return processor time, s, and what the run returns."""
-    begin = time.process_time()
-    found = run()
-    return time.process_time() - begin, found
 
 
 def quickest(run: Callable[[], Any]) -> float:
@@ -123,9 +115,8 @@ def beside_cvode(cycle: ss.Trajectory, count: int, most: int, report: Report) ->
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="shorter runs, a smaller chain beside CVODE")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
     options = parser.parse_args()
     report = Report("peers-over-size")
     cycle, used = settled(), ["stickslip", "numpy"]
@@ -140,8 +131,7 @@ def main() -> None:
         used.append("scikit-sundae")
     except ModuleNotFoundError:
         left_out("scikit-sundae", "the large chain")
-    report.text(f"{versions(*used)}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, *used)
 
 
 if __name__ == "__main__":

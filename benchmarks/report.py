@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib.metadata
 import platform
 import re
@@ -49,6 +50,18 @@ class Report:
         if not pattern.search(old):
             raise SystemExit(f"{page} has no block between '{begin}' and '{end}'")
         page.write_text(pattern.sub(lambda _: f"{begin}\n\n{text}\n\n{end}", old))
+
+    def finish(self, page: Path | None, *packages: str) -> None:
+        """Add the versions of packages and the machine, and put all into a page, as `into` does."""
+        self.text(f"{versions(*packages)}; {machine()}.")
+        self.into(page)
+
+
+def arguments(description: str) -> argparse.ArgumentParser:
+    """Return a reader of the command line that knows the page to write into."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
+    return parser
 
 
 def machine() -> str:

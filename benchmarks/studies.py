@@ -21,7 +21,7 @@ from batch_throughput import peak
 from numpy.typing import NDArray
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from peers.solve_ivp import prepare
@@ -211,9 +211,8 @@ def only_store(count: int) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="a hundredth of the samples")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
     parser.add_argument("--only-store", type=int, default=None, help=argparse.SUPPRESS)
     options = parser.parse_args()
     if options.only_store is not None:
@@ -224,8 +223,7 @@ def main() -> None:
     compare_verdicts(VERDICTS // part, report)
     compare_cycles(CYCLES // part, report)
     memory(tuple(count // part for count in MEMORY), report)
-    report.text(f"{versions('stickslip', 'numpy', 'scipy', 'zarr')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy", "scipy", "zarr")
 
 
 if __name__ == "__main__":

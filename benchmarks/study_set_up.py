@@ -9,17 +9,12 @@ the scenes are: *motion* is what a second run takes, which knows the modes of it
 
 from __future__ import annotations
 
-import argparse
-import time
-from collections.abc import Callable
-from pathlib import Path
-from typing import Any
-
 import numpy as np
+from clock import clocked
 from uncertain_model import parameters
 
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 
 SAMPLES = 100_000
 #: Samples whose scenes are run twice.
@@ -42,18 +37,10 @@ def study(samples: int, duration: float) -> ss.Study:
     )
 
 
-def clocked(run: Callable[[], Any]) -> tuple[float, Any]:
-    """Return processor time, s, and what the run returns."""
-    begin = time.process_time()
-    found = run()
-    return time.process_time() - begin, found
-
-
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="a hundredth of the samples")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     options = parser.parse_args()
     samples = SAMPLES // 100 if options.quick else SAMPLES
     twice = min(samples, TWICE)
@@ -86,8 +73,7 @@ def main() -> None:
     report.table(("part of a run", "us", "share"), rows)
     events = int(np.maximum(answers["events"].values, 0).sum())
     report.text(f"{samples} samples, {events} events, {whole:.1f} s of processor time.")
-    report.text(f"{versions('stickslip', 'numpy')}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, "stickslip", "numpy")
 
 
 if __name__ == "__main__":

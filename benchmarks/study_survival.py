@@ -7,7 +7,6 @@ killed on the way, give the same bits as well.
 
 from __future__ import annotations
 
-import argparse
 import multiprocessing
 import os
 import signal
@@ -21,7 +20,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from report import Report
+from report import Report, arguments
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 import study_models as models
@@ -112,9 +111,8 @@ def backends(expected: xr.Dataset, report: Report) -> bool:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--kills", type=int, default=20)
-    parser.add_argument("--into", type=Path, default=None, help="the page whose tables to replace")
     options = parser.parse_args()
     report = Report("study-survival")
     study = models.campaign(samples=SAMPLES)

@@ -10,7 +10,6 @@ long has fewer turns. Times are processor time of the process, the least over al
 
 from __future__ import annotations
 
-import argparse
 import importlib
 import importlib.util
 import statistics
@@ -24,9 +23,10 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from clock import clocked
 
 import stickslip as ss
-from report import Report, left_out, machine, versions
+from report import Report, arguments, left_out
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests" / "support"))
 from reference_runs import reference_solution
@@ -142,13 +142,6 @@ def judge(entry: Entry, found: Any, reference: Any) -> None:
     entry.error, entry.worst = float(error[COUNTED].max()), float(error.max())
 
 
-def clocked(run: Callable[[], Any]) -> float:
-    """Return the processor time of one run, s."""
-    begin = time.process_time()
-    run()
-    return time.process_time() - begin
-
-
 def measure(entries: list[Entry], reference: Any, rounds: int, budget: float) -> None:
     """Fill in the entries."""
     for entry in entries:
@@ -157,14 +150,14 @@ def measure(entries: list[Entry], reference: Any, rounds: int, budget: float) ->
         found = entry.run()
         first = time.process_time() - begin
         judge(entry, found, reference)
-        entry.times.append(clocked(entry.run))
+        entry.times.append(clocked(entry.run)[0])
         entry.set_up = first - entry.times[0]
     strides = [max(1, round(rounds * entry.times[0] / budget)) for entry in entries]
     for turn in range(rounds):
         for entry, stride in zip(entries, strides, strict=True):
             if turn % stride == 0:
                 again = IN_A_ROW if entry.times[0] < SHORT else 1
-                entry.times.append(min(clocked(entry.run) for _ in range(again)))
+                entry.times.append(min(clocked(entry.run)[0] for _ in range(again)))
 
 
 def milliseconds(seconds: float) -> str:
@@ -291,10 +284,9 @@ def draw(entries: list[Entry], path: Path) -> None:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = arguments(__doc__)
     parser.add_argument("--quick", action="store_true", help="few rounds, nothing that takes over a second")
     parser.add_argument("--figure", type=Path, default=None, help="where to write the figure")
-    parser.add_argument("--into", type=Path, default=None, help="the page whose table to replace")
     options = parser.parse_args()
     reference = reference_solution("paper-mu1.5-v0.025")
     entries = stickslip_entries(reference) + peer_entries(reference)
@@ -308,8 +300,7 @@ def main() -> None:
     report.table(("ratio", "least times", "medians", "target"), verdicts(entries))
     used = ["stickslip", "numpy", "scipy"]
     used += [package for package in ("heyoka", "numba", "scikit-sundae") if _installed(package)]
-    report.text(f"{versions(*used)}; {machine()}.")
-    report.into(options.into)
+    report.finish(options.into, *used)
     if options.figure is not None:
         draw(entries, options.figure)
 

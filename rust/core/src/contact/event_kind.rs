@@ -66,16 +66,16 @@ impl EventKind {
         EventKind::Exhausted,
     ];
 
-    /// Whether a contact of this status can have such an event.
+    /// Whether a contact of this status can have such an event, and the motion goes on after it.
     pub(crate) const fn can_end(self, status: Status) -> bool {
         match self {
-            EventKind::Velocity | EventKind::Turn | EventKind::Exhausted => status.is_sliding(),
+            EventKind::Velocity | EventKind::Turn => status.is_sliding(),
             EventKind::SlipPositive | EventKind::SlipNegative | EventKind::Jump => {
                 matches!(status, Status::Sticking)
             }
             EventKind::Release => status.is_closed(),
             EventKind::Impact | EventKind::Accumulation | EventKind::Closing => !status.is_closed(),
-            EventKind::Load => false,
+            EventKind::Load | EventKind::Exhausted => false,
         }
     }
 

@@ -146,6 +146,10 @@ fn damaged_orbits_are_refused() {
         ("a series of an unknown contact", |r| r.series[0] = vec![3]),
         ("a series that closes alone", |r| r.series[0] = vec![0]),
         ("an event that its status can not have", |r| r.kinds[0] = EventKind::Impact),
+        ("an event that ends every motion", |r| {
+            let slip_ends = r.kinds.iter().position(|&kind| kind == EventKind::Velocity);
+            r.kinds[slip_ends.expect("a phase of slip")] = EventKind::Exhausted;
+        }),
         ("an unknown combination", |r| r.combinations[0] = "?".into()),
         ("a combination of two contacts", |r| r.combinations[0] = "ss".into()),
     ];
