@@ -6,6 +6,7 @@ import pickle
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.linalg import block_diag
 
 import stickslip as ss
@@ -193,6 +194,19 @@ def test_an_interrupted_part_leaves_all_up_to_there(parts):
     full = ss.simulate(whole.scene, start, min(run.duration, 0.5))
     assert np.array_equal(run.events.time[: len(full.events)], full.events.time)
     assert np.isfinite(run.sample([run.duration]).position.to_numpy()).all()
+
+
+def test_many_parts_are_asked_often_whether_they_are_to_stop():
+    """Each part alone would be asked after hundreds of its own panels."""
+    count = 3000
+    contacts = [ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=0.5) for k in range(count)]
+    stiffness = sp.diags_array(np.tile([3e4, 5e4], count)).tocsr()
+    scene = ss.Scene(np.ones(2 * count), stiffness, None, np.tile([0.0, -20.0], count), contacts)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity=np.tile([0.01, 0.0], count))
+    run = ss.simulate(scene, start, 1e4, time_limit=1e-3)
+    assert run.stop_reason == "time_limit"
+    assert 0.0 < run.duration < 1e4
+    assert run.counters["panels"] < 20 * count
 
 
 def test_the_part_that_stops_first_stops_all():

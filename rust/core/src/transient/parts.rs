@@ -1,7 +1,7 @@
-//! The motion of parts that nothing couples: each part keeps its own, and the whole knows in which order their phases begin.
+//! Motions of parts that nothing couples, put together: the phases and events of all parts in the order of time.
 //!
-//! So an event in one part costs the others nothing, and the number of combinations is the sum over the parts and not the
-//! product.
+//! Each part keeps its own states and combinations. So an event in one part costs the others nothing, and the number of
+//! combinations is the sum over the parts and not the product.
 
 use std::sync::Arc;
 
@@ -9,44 +9,9 @@ use crate::contact::event_kind::NO_CONTACT;
 use crate::error::RunFailure;
 use crate::motion::propagators::Propagators;
 use crate::scene::partition::Block;
-use crate::scene::status::{Combination, Status};
-use crate::transient::trajectory::{Accumulation, Event, Grazing, Phase, StopReason, Trajectory};
-
-/// The motion of one part.
-#[derive(Debug)]
-pub(crate) struct PartMotion {
-    pub block: Arc<Block>,
-    pub motion: Trajectory,
-    /// The phases of the whole with which its own begin, ascending.
-    begins: Vec<usize>,
-}
-
-impl PartMotion {
-    /// Its phase during a phase of the whole.
-    pub fn phase_in(&self, whole: usize) -> usize {
-        self.begins.partition_point(|&begin| begin <= whole) - 1
-    }
-
-    /// Its phase during a phase of the whole, and the time since its start at the start of that, s.
-    pub fn place(&self, whole: usize, phase: &Phase) -> (usize, f64) {
-        let own = self.phase_in(whole);
-        let begun = &self.motion.phases[own];
-        (own, ((phase.start - begun.start) + (phase.rest - begun.rest)).max(0.0))
-    }
-}
-
-/// The combination of a phase of the whole.
-pub(crate) fn combination_of(parts: &[PartMotion], phase: usize) -> Combination {
-    let contacts = parts.iter().map(|part| part.block.contacts.len()).sum();
-    let mut statuses = vec![Status::Detached; contacts];
-    for part in parts {
-        let combination = part.motion.combination_of(part.phase_in(phase));
-        for (&contact, &status) in part.block.contacts.iter().zip(combination.statuses()) {
-            statuses[contact] = status;
-        }
-    }
-    Combination::new(statuses)
-}
+use crate::transient::trajectory::{
+    Accumulation, Event, Grazing, PartMotion, Phase, StopReason, Trajectory,
+};
 
 /// The whole of the motions of all parts up to `end`, or up to the phase with which it is enough.
 pub(crate) fn put_together(
@@ -57,10 +22,9 @@ pub(crate) fn put_together(
 ) -> Trajectory {
     let parts = propagators.parts().iter().zip(motions);
     let mut parts: Vec<PartMotion> = parts
-        .map(|(part, motion)| PartMotion {
-            block: Arc::clone(&part.block),
-            motion,
-            begins: Vec::new(),
+        .map(|(part, motion)| {
+            let block = Arc::clone(&part.block);
+            PartMotion { block, motion, begins: Vec::new() }
         })
         .collect();
     // Start, how many phases of that part began at the same instant before, part, phase.

@@ -4,6 +4,7 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::contact::admissible_start::coordinates_at;
 use crate::error::Error;
@@ -18,6 +19,9 @@ use crate::transient::parts::{in_whole, put_together};
 use crate::transient::run::{Progress, Run};
 use crate::transient::run_state::Controls;
 use crate::transient::trajectory::{StopReason, Trajectory};
+
+/// Steps of parts between two questions whether the run is interrupted.
+const STEPS_PER_QUESTION: usize = 64;
 
 /// Runs from `start` at time 0 for `duration` seconds, or until a limit.
 pub fn simulate(
@@ -47,7 +51,7 @@ pub fn simulate(
         let run =
             PartRun::new(propagators, (q, u), &start.combination, duration, method, controls)?;
         let mut runs = [run];
-        follow(&mut runs, duration, None)?;
+        follow(&mut runs, duration, controls, None)?;
         let [run] = runs;
         return Ok(run.into_motion());
     }
@@ -62,7 +66,7 @@ pub fn simulate(
     let most = controls.max_events;
     // Contacts can have had events at the last instant of their part, which are not in order.
     let enough = most.map(|most| most.saturating_add(scene.contacts.len()));
-    let end = follow(&mut runs, duration, enough)?;
+    let (end, to_stop) = follow(&mut runs, duration, controls, enough)?;
     let motions: Vec<Trajectory> = runs.into_iter().map(PartRun::into_motion).collect();
     let stopped = parts.iter().zip(&motions).filter(|(_, motion)| motion.end <= end);
     let reason = stopped
@@ -71,7 +75,7 @@ pub fn simulate(
         .next();
     let is_enough = |whole: &Trajectory| most.is_some_and(|most| whole.events.len() >= most);
     let mut whole = put_together(propagators, motions.into_iter(), end, is_enough);
-    whole.stop_reason = reason.unwrap_or(StopReason::Duration);
+    whole.stop_reason = reason.or(to_stop).unwrap_or(StopReason::Duration);
     if is_enough(&whole) {
         whole.end = whole.phases[whole.phases.len() - 1].start;
         whole.grazings.retain(|touch| touch.time <= whole.end);
@@ -81,29 +85,42 @@ pub fn simulate(
 }
 
 /// Lets the runs step, always the one that is furthest behind, until all have come to the earliest time at which one of them
-/// stops, or have found enough events; returns the time up to which all are known.
-fn follow(runs: &mut [PartRun<'_>], duration: f64, enough: Option<usize>) -> Result<f64, Error> {
-    let (mut end, mut events) = (duration, 0);
-    // Times are not negative, so that their bits are ordered as they are.
-    let mut queue: BinaryHeap<_> = (0..runs.len()).map(|index| Reverse((0, index))).collect();
-    while let Some(Reverse((_, index))) = queue.pop() {
+/// stops, or have found enough events, or are to stop; returns the time up to which all are known, and why they are to stop.
+fn follow(
+    runs: &mut [PartRun<'_>],
+    duration: f64,
+    controls: Controls<'_>,
+    enough: Option<usize>,
+) -> Result<(f64, Option<StopReason>), Error> {
+    let started = Instant::now();
+    let (mut end, mut events, mut steps) = (duration, 0, 0);
+    // First all begin. Times are not negative, so that their bits are ordered as they are.
+    let mut queue: BinaryHeap<_> =
+        (0..runs.len()).map(|index| Reverse((0, false, index))).collect();
+    while let Some(Reverse((_, begun, index))) = queue.pop() {
         let run = &mut runs[index];
-        if run.time() >= end && !run.motion().phases.is_empty() {
+        if begun && run.time() >= end {
             continue;
         }
         let before = run.motion().events.len();
         run.step()?;
+        steps += 1;
         events += run.motion().events.len() - before;
         match run.stopped {
             Some(_) => end = end.min(run.motion().end),
-            None => queue.push(Reverse((run.time().to_bits(), index))),
+            None => queue.push(Reverse((run.time().to_bits(), true, index))),
         }
-        if enough.is_some_and(|enough| events >= enough) {
+        if steps < runs.len() {
+            continue;
+        }
+        let asked = runs.len() > 1 && steps.is_multiple_of(STEPS_PER_QUESTION);
+        let reason = if asked { controls.asked_to_stop(started) } else { None };
+        if reason.is_some() || enough.is_some_and(|enough| events >= enough) {
             let open = runs.iter().filter(|run| run.stopped.is_none());
-            return Ok(open.map(PartRun::time).fold(end, f64::min));
+            return Ok((open.map(PartRun::time).fold(end, f64::min), reason));
         }
     }
-    Ok(end)
+    Ok((end, None))
 }
 
 /// The run of one part in progress.

@@ -17,10 +17,10 @@ use crate::motion::method::Wanted;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
+use crate::scene::partition::Block;
 use crate::scene::status::{Combination, Status};
 use crate::transient::kept_states::{KeptStates, PhaseState};
 use crate::transient::local::motion::LocalMotion;
-use crate::transient::parts::{self, PartMotion};
 
 /// One event; the combination is that after everything that happened at the instant.
 #[derive(Debug, Clone, PartialEq)]
@@ -158,6 +158,29 @@ pub(crate) struct Phase {
     pub basis: usize,
 }
 
+/// The motion of a part that nothing couples to the others.
+#[derive(Debug)]
+pub(crate) struct PartMotion {
+    pub block: Arc<Block>,
+    pub motion: Trajectory,
+    /// The phases of the whole with which its own begin, ascending.
+    pub begins: Vec<usize>,
+}
+
+impl PartMotion {
+    /// Its phase during a phase of the whole.
+    fn phase_in(&self, whole: usize) -> usize {
+        self.begins.partition_point(|&begin| begin <= whole) - 1
+    }
+
+    /// Its phase during a phase of the whole, and the time since its start at the start of that, s.
+    fn place(&self, whole: usize, phase: &Phase) -> (usize, f64) {
+        let own = self.phase_in(whole);
+        let begun = &self.motion.phases[own];
+        (own, ((phase.start - begun.start) + (phase.rest - begun.rest)).max(0.0))
+    }
+}
+
 /// The data by which a run is repeated from one of its states.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Repetition {
@@ -250,9 +273,18 @@ impl Trajectory {
 
     /// The combination of a phase.
     pub(crate) fn combination_of(&self, phase: usize) -> Cow<'_, Combination> {
+        if !self.parts.is_empty() {
+            let mut statuses = vec![Status::Detached; self.contact_count()];
+            for part in &self.parts {
+                let own = part.motion.combination_of(part.phase_in(phase));
+                for (&contact, &status) in part.block.contacts.iter().zip(own.statuses()) {
+                    statuses[contact] = status;
+                }
+            }
+            return Cow::Owned(Combination::new(statuses));
+        }
         match &self.local {
             Some(local) => Cow::Owned(local.combination(phase)),
-            None if !self.parts.is_empty() => Cow::Owned(parts::combination_of(&self.parts, phase)),
             None => Cow::Borrowed(&self.bases[self.phases[phase].basis].combination),
         }
     }

@@ -11,7 +11,7 @@ use crate::contact::event_function::{EventFunction, functions_of_contact};
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
-use crate::error::{Cancel, Error};
+use crate::error::Error;
 use crate::motion::local::field::{Field, Reset};
 use crate::motion::local::locality::Kind;
 use crate::motion::local::reach::Reaches;
@@ -513,15 +513,10 @@ impl<'a> March<'a> {
     }
 
     fn asked_to_stop(&self) -> Option<StopReason> {
-        let Controls { cancel, time_limit, max_events, .. } = self.controls;
-        if max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
+        let most = self.controls.max_events;
+        if most.is_some_and(|most| self.trajectory.events.len() >= most) {
             return Some(StopReason::MaxEvents);
         }
-        if cancel.is_some_and(Cancel::is_requested) {
-            return Some(StopReason::Interrupted);
-        }
-        let elapsed = || self.started.elapsed().as_secs_f64();
-        let late = time_limit.is_some_and(|limit| elapsed() > limit);
-        late.then_some(StopReason::TimeLimit)
+        self.controls.asked_to_stop(self.started)
     }
 }
