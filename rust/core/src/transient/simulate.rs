@@ -14,6 +14,7 @@ use crate::motion::propagators::{Part, Propagators};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::State;
 use crate::scene::status::Combination;
+use crate::transient::kept_states::KEPT;
 use crate::transient::local::march::March;
 use crate::transient::parts::{in_whole, put_together};
 use crate::transient::run::{Progress, Run};
@@ -48,15 +49,16 @@ pub fn simulate(
     // To a march by wish, uncoupled parts are no special case.
     let parts = if method == Method::Local { &[] } else { propagators.parts() };
     if parts.is_empty() {
-        let run =
-            PartRun::new(propagators, (q, u), &start.combination, duration, method, controls)?;
-        let mut runs = [run];
-        follow(&mut runs, duration, controls, None)?;
-        let [run] = runs;
+        let state = (q, u);
+        let statuses = &start.combination;
+        let mut run = PartRun::new(propagators, state, statuses, duration, method, controls)?;
+        while run.stopped.is_none() {
+            run.step()?;
+        }
         return Ok(run.into_motion());
     }
-    let kept = controls.kept_numbers.map(|numbers| numbers / parts.len());
-    let part_controls = Controls { kept_numbers: kept, ..controls };
+    let kept = controls.kept_numbers.unwrap_or(KEPT) / parts.len();
+    let part_controls = Controls { kept_numbers: Some(kept), ..controls };
     let mut runs = Vec::with_capacity(parts.len());
     for Part { block, propagators } in parts {
         let state = (block.gather(&q), block.gather(&u));
@@ -113,7 +115,7 @@ fn follow(
         if steps < runs.len() {
             continue;
         }
-        let asked = runs.len() > 1 && steps.is_multiple_of(STEPS_PER_QUESTION);
+        let asked = steps.is_multiple_of(STEPS_PER_QUESTION);
         let reason = if asked { controls.asked_to_stop(started) } else { None };
         if reason.is_some() || enough.is_some_and(|enough| events >= enough) {
             let open = runs.iter().filter(|run| run.stopped.is_none());
