@@ -12,6 +12,9 @@ use crate::contact::settlement::Departure;
 
 /// Numbers that a motion keeps by default: 256 MB.
 pub(crate) const KEPT: usize = 1 << 25;
+/// Numbers that there is room for at first: with room for one state, a short motion of few dofs spends a fiftieth of its run on
+/// growth.
+const FIRST: usize = 1024;
 /// Number of intervals between two kept states that are remembered once they have been run again.
 const REMEMBERED: NonZeroUsize = NonZeroUsize::new(4).expect("not zero");
 
@@ -108,7 +111,8 @@ impl KeptStates {
         if self.values.capacity() < self.values.len() + self.width {
             // Doubling the capacity could exceed what may be kept.
             let room = self.most.saturating_sub(self.values.len());
-            self.values.reserve_exact(self.values.len().min(room).max(self.width));
+            let wanted = self.values.len().max(FIRST);
+            self.values.reserve_exact(wanted.min(room).max(self.width));
         }
         self.values.extend_from_slice(q);
         self.values.extend_from_slice(u);
