@@ -135,17 +135,6 @@ impl KeptStates {
         self.repeated.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
     }
 
-    /// Leaves only the first phases; of a motion of which all states are kept.
-    pub fn truncate(&mut self, count: usize) {
-        self.count = count;
-        self.values.truncate(self.width * count);
-    }
-
-    /// Room for so many states more.
-    pub fn reserve(&mut self, count: usize) {
-        self.values.reserve_exact(self.width * count);
-    }
-
     /// The state at the start of a phase; `again` runs from a phase whose state is kept through some phases.
     pub fn state(
         &self,
