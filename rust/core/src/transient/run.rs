@@ -455,3 +455,55 @@ impl<'a> Run<'a> {
         Ok(bases.len() - 1)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::admissible_start::start_coordinates;
+    use crate::linalg::SparseMatrix;
+    use crate::motion::propagators::Part;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    #[test]
+    fn uncoupled_parts_are_not_run_as_one() {
+        let contact = |part: usize| ContactInput {
+            tangential: Some(Direction::Dof(2 * part)),
+            normal: Some(Direction::Dof(2 * part + 1)),
+            normal_force: 0.0,
+            friction: 0.5,
+            static_friction: 0.7,
+            slider_speed: 0.1,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0; 4]),
+            stiffness: SparseMatrix::diagonal(&[3e4, 5e4, 4e4, 6e4]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0, -20.0, 0.0, -20.0],
+            contacts: vec![contact(0), contact(1)],
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        let scene = Arc::new(Scene::new(input).expect("well-posed"));
+        let start = scene.sliding_equilibrium().expect("pressed on");
+        let state = start_coordinates(&scene, &start).expect("admissible");
+        let whole = Arc::new(Propagators::new(scene));
+        assert_eq!(whole.parts().len(), 2);
+        let ended = |propagators: &Arc<Propagators>, state, combination: &Combination| {
+            let mut run = Run::new(propagators, state, 0.1, Method::Auto, Controls::default());
+            let mut progress = run.begin(combination).expect("modes");
+            run.step(&mut progress).expect("a phase")
+        };
+        let refused = ended(&whole, state.clone(), &start.combination);
+        assert!(matches!(refused, Some(StopReason::Failed(RunFailure::Internal(_)))));
+        for Part { block, propagators } in whole.parts() {
+            let state = (block.gather(&state.0), block.gather(&state.1));
+            let combination = block.statuses(&start.combination);
+            assert_eq!(ended(propagators, state, &combination), Some(StopReason::Duration));
+        }
+    }
+}
