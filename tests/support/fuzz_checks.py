@@ -16,8 +16,7 @@ from fuzz_scenes import contact_directions, fastest, forces, matrices, plain, sl
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
-#: s; events that are less apart have no order. The motion is known to an ulp of a length, which slow motions take
-#: an ulp of a tenth of a second for.
+#: s; events that are less apart have no order: so long do slow motions take for the rounding of a length.
 UNORDERED = 2e-16
 #: s; where contact directions depend on each other, events that follow each other faster, at more instants
 #: than so many, are a series.
