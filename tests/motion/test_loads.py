@@ -87,8 +87,8 @@ def test_forced_motion_beside_fast_modes_begins_where_it_was_left(tie, detuning)
     # Within this time a velocity of 2 m/s moves a mass by an ulp of its place.
     brief = 1e-16
     state = ss.simulate(scene.replace(loads=[load]), start, brief, method="modal").state(brief)
-    # The left vector of the mode and the response to the load grow with 1 / detuning each.
-    assert np.abs(state.position - start.position).max() <= 16.0 * EPS / detuning**2
+    # What cancels is larger than the motion by 1 / detuning.
+    assert np.abs(state.position - start.position).max() <= 4.0 * EPS / detuning
 
 
 @pytest.mark.parametrize("seed", range(8))

@@ -109,6 +109,10 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (41, 360, ["forced", "compliant"]),
         # Two nodes on one body come to rest with it, at their friction limits, and slip again at one place.
         (41, 268, ["stops", "compliant"]),
+        # An impact stops the slip of a body, on which a node goes on sliding.
+        (62, 251, ["stops", "compliant"]),
+        # A vibrating slider, and a load close to resonance.
+        (62, 357, ["forced", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):

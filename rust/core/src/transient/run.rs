@@ -217,9 +217,12 @@ impl<'a> Run<'a> {
         self.state.trajectory.events.extend(
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
-        let RunState { trajectory, q, u, .. } = &mut self.state;
+        let RunState { scene, trajectory, q, u, .. } = &mut self.state;
         let basis = &trajectory.bases[self.known[*current].basis];
         basis.complete(q, u);
+        if !scene.massless.is_empty() {
+            settlement.depart_with_bodies(scene, u);
+        }
         motion.restart(basis, q, u);
         Ok(None)
     }
@@ -313,6 +316,9 @@ impl<'a> Run<'a> {
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
             let basis = &trajectory.bases[trajectory.phases[phase].basis];
             basis.complete(&mut run.state.q, &mut run.state.u);
+            if !run.state.scene.massless.is_empty() {
+                settlement.depart_with_bodies(run.state.scene, &run.state.u);
+            }
             motion.restart(basis, &run.state.q, &run.state.u);
             states.extend_from_slice(&run.state.q);
             states.extend_from_slice(&run.state.u);

@@ -18,6 +18,10 @@ use crate::scene::loads::oscillators::Drive;
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 
+/// Distance of an eigenvalue from `j w`, relative to w, below which its left vector is made orthogonal to the forced motion: from
+/// `l^2 + w^2` it would take the rounding of l times the square of w over that distance.
+const NEAR: f64 = 0.25;
+
 /// Steps of refinement. In a scene whose fastest mode is 1e5 times as fast as its slowest one, the first solution has six
 /// digits of the slowest one, and each step adds as many.
 const ROUNDS: usize = 6;
@@ -93,13 +97,26 @@ pub(crate) fn forced_modes(
         }
     });
     let forced: Vec<Mode> = forced.collect();
+    let complex = |matrix: &DMatrix<f64>| matrix.map(Complex64::from);
     for mode in &mut modes {
         let lambda = mode.eigenvalue;
         mode.right.resize(size, Complex64::default());
         for &(h, rate) in &rates {
-            let product: Complex64 =
-                mode.left[..m].iter().zip(&load(lambda, h)).map(|(v, b)| v * b).sum();
-            mode.left.push(product / (reduced.mass[(h, h)] * (lambda * lambda + rate * rate)));
+            let mass = reduced.mass[(h, h)];
+            let product = |vector: &DVector<Complex64>| -> Complex64 {
+                mode.left[..m].iter().zip(vector).map(|(v, b)| v * b).sum()
+            };
+            let driving = Complex64::new(0.0, rate);
+            mode.left.push(if (lambda - driving).norm() < NEAR * rate {
+                // v' ((C + (l + j w) M) x + C_h) + m_h (l + j w) left_h = 0.
+                let shape = DVector::from_column_slice(&forced[h - m].right[..m]);
+                let sum = lambda + driving;
+                let inertia = complex(&structure.mass) * sum + complex(&structure.damping);
+                let damping = reduced.damping.column(h).rows(0, m).map(Complex64::from);
+                -product(&(inertia * shape + damping)) / (mass * sum)
+            } else {
+                product(&load(lambda, h)) / (mass * (lambda * lambda + rate * rate))
+            });
         }
     }
     modes.extend(forced);
