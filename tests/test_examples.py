@@ -26,6 +26,11 @@ def test_an_example_runs_and_draws_its_figures(name, tmp_path, monkeypatch):
     plt.close("all")
     for picture in drawn:
         assert np.ptp(matplotlib.image.imread(picture)[..., :3]) > 0.5
+    if name == "calculix_block.py":
+        cycle = found["cycle"]
+        assert cycle.stable
+        assert [phase.combination for phase in cycle.phases][1::2] == ["++++++s+", "++s+++++"]
+        assert cycle.frequency == pytest.approx(65424.9, rel=1e-5)
     if name == "squealing_disc.py":
         assert found["scene"].size == 9964
         assert found["steady"].combination == "+" * 28

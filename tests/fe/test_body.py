@@ -181,3 +181,51 @@ def test_what_is_ill_posed_is_refused(changes, told):
     ):
         with pytest.raises(ss.InputError, match=expected):
             body.surface(name)
+
+
+def test_lumped_mass_keeps_the_energy_of_translations():
+    """A bar of n elements held at one end, E = rho = A = L = 1, has w_k = 2 n sin((2 k - 1) pi / 4 n)."""
+    count = 12
+    rows = np.arange(count + 1)
+    links = scipy.sparse.diags_array([-1.0, -1.0], offsets=[-1, 1], shape=(count + 1, count + 1))
+    stiffness = count * (scipy.sparse.diags_array(np.where((rows == 0) | (rows == count), 1.0, 2.0)) + links)
+    mass = (scipy.sparse.diags_array(stiffness.diagonal() / count * 2.0) - links) / (6.0 * count)
+    bar = ss.fe.Body(mass, stiffness, dofs=[f"{k}.1" for k in rows]).lumped().held(["0.1"])
+    scene = ss.fe.assemble(bar)
+    modes = np.arange(1, count + 1)
+    expected = 2.0 * count * np.sin((2.0 * modes - 1.0) * np.pi / (4.0 * count))
+    found = np.abs(ss.complex_modes(scene, "").eigenvalues[::2])
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+    body = elastic(box(skfem.MeshHex), skfem.ElementHex1())
+    lumped = body.lumped().mass
+    assert (lumped - scipy.sparse.diags_array(lumped.diagonal())).nnz == 0
+    for k in range(3):
+        moved = np.array([float(dof.endswith(f".{k + 1}")) for dof in body.dofs])
+        assert moved @ lumped @ moved == pytest.approx(moved @ body.mass @ moved, rel=1e-12)
+
+
+def test_contacts_of_lumped_bodies_are_not_coupled():
+    """With a consistent mass the same impacts ask for impact_friction=True."""
+    body = elastic(box(skfem.MeshHex), skfem.ElementHex1(), 1e9, damping=ss.Proportional(stiffness=1e-6))
+    for made, coupled in ((body, True), (body.lumped(), False)):
+        held = made.held(made.surface("top"))
+        low = held.surface("low")
+        pairs = ss.fe.contact_pairs(low, None, velocity=(1.0, 0.0, 0.0), friction=0.3, gap=1e-6)
+        scene = ss.fe.assemble(held, pairs)
+        assert len(scene.contacts) == 8
+        falling = [-0.5 * dof.endswith(".3") for dof in scene.dofs]
+        start = ss.State(np.zeros(scene.size), falling, "d" * 8, scene.dofs)
+        if coupled:
+            with pytest.raises(ss.InputError, match="impact_friction: must be true where mass couples"):
+                ss.simulate(scene, start, 5e-6)
+        else:
+            assert "impact" in list(ss.simulate(scene, start, 5e-6).events.kind)
+
+
+def test_a_mass_without_positive_row_sums_is_not_lumped():
+    mass = np.array([[2.0, -3.0], [-3.0, 5.0]])
+    with pytest.raises(ss.InputError, match=r"the row of '1.1' sums to -1 kg"):
+        ss.fe.Body(mass, np.eye(2), dofs=["1.1", "2.1"]).lumped()
+    # Other directions do not count.
+    body = ss.fe.Body(mass, np.eye(2), dofs=["1.1", "1.2"]).lumped()
+    np.testing.assert_array_equal(body.mass.diagonal(), [2.0, 5.0])

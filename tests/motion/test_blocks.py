@@ -2,12 +2,15 @@
 
 import dataclasses
 import itertools
+import pickle
 
 import numpy as np
 import pytest
+import scipy.sparse as sp
 from scipy.linalg import block_diag
 
 import stickslip as ss
+from stickslip import _core
 
 DURATION = 0.2
 #: kg, N/m: an oscillator that touches nothing.
@@ -120,6 +123,61 @@ def test_the_number_of_events_ends_the_whole(parts):
         assert run.sample([run.duration]).position.equals(full.sample([run.duration]).position)
 
 
+@pytest.mark.parametrize("limits", [{}, {"max_events": 50}, {"time_limit": 1e-3}], ids=str)
+def test_the_whole_comes_back_from_its_record_to_the_last_bit(parts, limits):
+    whole, starts = parts
+    run = ss.simulate(
+        whole.scene, whole.start(*starts), 1e4 if "time_limit" in limits else DURATION, **limits
+    )
+    assert run.stop_reason == next(iter(limits), "duration")
+    again = pickle.loads(pickle.dumps(run))
+    times = np.random.default_rng(1).permutation(np.linspace(0.0, run.duration, 101))
+    a, b = again.sample(times), run.sample(times)
+    for name in ("position", "velocity", "normal_force", "friction_force", "status"):
+        assert np.array_equal(a[name], b[name]), name
+    for name in ("time", "contact", "kind", "combination"):
+        assert np.array_equal(getattr(again.events, name), getattr(run.events, name)), name
+    assert (again.counters, again.stop_reason, again.duration) == (
+        run.counters,
+        run.stop_reason,
+        run.duration,
+    )
+    for a, b in zip(again.core.event_states(), run.core.event_states(), strict=True):
+        assert np.array_equal(a, b)
+
+
+def test_a_damaged_record_of_parts_is_refused(parts):
+    whole, starts = parts
+    scene = whole.scene
+    record = ss.simulate(scene, whole.start(*starts), DURATION).core.record()
+    first, *others = record["parts"]
+    counters = [record["counters"][0] + 1, *record["counters"][1:]]
+    damaged = [
+        {"parts": others},
+        {"parts": [*others, first]},
+        {"parts": [record, *others]},
+        {"parts": [first | {"phase_start": first["phase_start"][1:]}, *others]},
+        {"end": 2.0 * DURATION},
+        {"end": np.nan},
+        {"counters": counters},
+        {"stop": ("chattering", "", 4)},
+    ]
+    for change in damaged:
+        with pytest.raises(ss.StickslipError):
+            _core.Trajectory.from_record(scene.core, record | change)
+
+
+def test_each_part_keeps_the_states_of_its_own_events(parts):
+    """Not a state of the whole at every event: its record is about as large as those of the parts."""
+    whole, starts = parts
+    size = len(pickle.dumps(ss.simulate(whole.scene, whole.start(*starts), DURATION).core.record()))
+    alone = [
+        len(pickle.dumps(ss.simulate(scene, start, DURATION).core.record()))
+        for scene, start in zip(whole.scenes, starts, strict=True)
+    ]
+    assert size == pytest.approx(sum(alone), rel=0.05)
+
+
 def test_energy_of_the_whole_closes(parts):
     whole, starts = parts
     run = ss.simulate(whole.scene, whole.start(*starts), DURATION)
@@ -138,6 +196,22 @@ def test_an_interrupted_part_leaves_all_up_to_there(parts):
     full = ss.simulate(whole.scene, start, min(run.duration, 0.5))
     assert np.array_equal(run.events.time[: len(full.events)], full.events.time)
     assert np.isfinite(run.sample([run.duration]).position.to_numpy()).all()
+
+
+def test_many_parts_are_asked_often_whether_they_are_to_stop():
+    """Each part alone would be asked after hundreds of its own panels."""
+    count = 3000
+    contacts = [
+        ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=0.5, static_friction=0.8, slider_speed=0.01)
+        for k in range(count)
+    ]
+    stiffness = sp.diags_array(np.tile([3e4, 5e4], count)).tocsr()
+    scene = ss.Scene(np.ones(2 * count), stiffness, None, np.tile([0.0, -20.0], count), contacts)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity=np.tile([-0.05, 0.0], count))
+    run = ss.simulate(scene, start, 1e4, time_limit=1e-3)
+    assert run.stop_reason == "time_limit"
+    assert 0.0 < run.duration < 1e4
+    assert run.counters["panels"] < 20 * count
 
 
 def test_the_part_that_stops_first_stops_all():

@@ -74,6 +74,23 @@ def test_close_to_resonance_no_digits_are_lost(damping):
     assert np.abs(one - other).max() <= 1e-12 * np.abs(other).max()
 
 
+@pytest.mark.parametrize("tie", [1e6, 1e9, 1e12])
+@pytest.mark.parametrize("detuning", [0.3, 0.03, 0.01])
+def test_forced_motion_beside_fast_modes_begins_where_it_was_left(tie, detuning):
+    """Close to resonance the slow mode and the forced motion cancel each other, down to their errors."""
+    springs = [[1.0, -1.0, 0.0], [-1.0, 1.7, -0.7], [0.0, -0.7, 0.7]]
+    stiffness = tie * np.array(springs) + np.diag([4e3, 0.0, 1e3])
+    scene = ss.Scene([1.0, 1.3, 0.6], stiffness, damping=ss.Proportional(1e-2, 1e-9))
+    slowest = np.abs(ss.complex_modes(scene, "").eigenvalues).min()
+    load = ss.Harmonic({"x2": 3e3}, frequency=slowest * (1.0 + detuning) / (2.0 * np.pi), phase=0.4)
+    start = ss.State([1.0, 1.0, 1.0], [1.0, 2.0, -1.0], "")
+    # Within this time a velocity of 2 m/s moves a mass by an ulp of its place.
+    brief = 1e-16
+    state = ss.simulate(scene.replace(loads=[load]), start, brief, method="modal").state(brief)
+    # What cancels is larger than the motion by 1 / detuning.
+    assert np.abs(state.position - start.position).max() <= 4.0 * EPS / detuning
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_modes_and_series_find_the_same_motion(seed):
     scene, start = scene_of(seed)

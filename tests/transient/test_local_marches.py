@@ -1,5 +1,6 @@
 """Local marches of sparse scenes against marches of the whole scene."""
 
+import dataclasses
 import pickle
 
 import numpy as np
@@ -239,31 +240,44 @@ def test_uncoupled_parts_are_no_special_case():
     assert_same(local, whole)
 
 
-@pytest.mark.parametrize(("duration", "marches"), [(0.5, True), (5.0, False)])
-def test_uncoupled_parts_are_marched_if_they_have_fewer_panels_than_parts(duration, marches):
-    """A march expands quiet parts panel by panel; parts by themselves ask each other at every event."""
-    count = 110
-    block = np.array([[3e4, -1.2e4], [-1.2e4, 5e4]])
+def test_uncoupled_parts_choose_for_themselves():
+    """A chain too large for modes marches locally beside two small parts that go by modes."""
+    chain, own = long_chain(60)
+    small = ss.models.two_subsystems()
+    sliding = ss.sliding_equilibrium(small).perturbed(velocity={"x1": 1e-3})
+    contacts = list(chain.contacts)
+    for first in (chain.size, chain.size + small.size):
+        contacts += [
+            dataclasses.replace(
+                contact,
+                tangential=first + int(np.argmax(small.tangential_direction(k))),
+                normal=first + int(np.argmax(small.normal_direction(k))),
+            )
+            for k, contact in enumerate(small.contacts)
+        ]
     scene = ss.Scene(
-        np.ones(2 * count),
-        sp.block_diag([block * (1.0 + 1e-3 * k) for k in range(count)], format="csr"),
-        ss.Proportional(stiffness=1e-5),
-        np.tile([0.0, -20.0], count),
-        [
-            ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=0.5, slider_speed=0.1)
-            for k in range(count)
-        ],
+        np.concatenate([chain.mass, small.mass, small.mass]),
+        sp.block_diag([chain.stiffness, small.stiffness, 1.1 * small.stiffness], format="csr"),
+        chain.damping,
+        np.concatenate([chain.force, small.force, small.force]),
+        contacts,
     )
-    start = ss.sliding_equilibrium(scene).perturbed(velocity=np.tile([0.01, 0.0], count))
-    runs = {
-        method: ss.simulate(scene, start, duration, method=method) for method in ("local", "auto", "modal")
-    }
-    panels = runs["local"].counters["panels"]
-    assert (panels < 0.5 * count) if marches else (panels > 2 * count)
-    same = runs["local" if marches else "modal"]
-    assert runs["auto"].counters == same.counters
-    assert np.array_equal(runs["auto"].state(duration).position, same.state(duration).position)
-    assert_same(runs["local"], runs["modal"])
+    start = ss.State(
+        np.concatenate([own.position, sliding.position, sliding.position]),
+        np.concatenate([own.velocity, sliding.velocity, sliding.velocity]),
+        "d" * 60 + "++++",
+    )
+    run = ss.simulate(scene, start, 5e-3)
+    alone = ss.simulate(chain, own, 5e-3)
+    assert run.counters["expansions"] == alone.counters["expansions"] > 0
+    assert run.counters["leaps"] > 0
+    assert_same(ss.simulate(scene, start, 5e-3, method="local"), run)
+    assert_identical(pickle.loads(pickle.dumps(run)), run)
+    most = len(run.events) // 2
+    less = ss.simulate(scene, start, 5e-3, max_events=most)
+    assert np.array_equal(less.events.time, run.events.time[:most])
+    assert np.array_equal(less.state(less.duration).position, run.state(less.duration).position)
+    assert_identical(pickle.loads(pickle.dumps(less)), less)
 
 
 def test_what_cannot_be_marched_locally_is_refused():

@@ -1,7 +1,5 @@
 //! Computed motions.
 
-use std::sync::Arc;
-
 use num_complex::Complex64;
 use numpy::{IntoPyArray, PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1};
 use pyo3::prelude::*;
@@ -73,7 +71,10 @@ impl Trajectory {
     /// The motion that a record was made of.
     #[staticmethod]
     fn from_record(py: Python<'_>, scene: &Scene, record: &Bound<'_, PyAny>) -> PyResult<Self> {
-        read_record::<Record<'_>>(record)?.trajectory(py, &scene.propagators)
+        let record = read_record::<Record<'_>>(record)?.into_core(py)?;
+        let inner = detached(py, || core::Trajectory::from_record(&scene.propagators, record))?
+            .map_err(|error| raise(py, &error))?;
+        Ok(Self::new(inner))
     }
 
     #[getter]
@@ -135,74 +136,19 @@ impl Trajectory {
 
     /// (time, contact, alternative, value, uncertainty) of every touch that rounding could not decide.
     #[getter]
-    fn grazings(&self) -> Vec<(f64, usize, &'static str, f64, f64)> {
-        self.inner
-            .grazings
-            .iter()
-            .map(|touch| {
-                (
-                    touch.time,
-                    touch.contact,
-                    touch.alternative.name(),
-                    touch.value,
-                    touch.uncertainty,
-                )
-            })
-            .collect()
+    fn grazings(&self) -> Vec<GrazingTuple> {
+        grazing_tuples(&self.inner.grazings)
     }
 
     /// (event index, bounces left out, error bound of the time) of every limit of bounces.
     #[getter]
     fn accumulations(&self) -> Vec<(usize, usize, f64)> {
-        self.inner
-            .accumulations
-            .iter()
-            .map(|limit| (limit.event, limit.bounces, limit.error))
-            .collect()
+        accumulation_tuples(&self.inner.accumulations)
     }
 
     /// Everything but the scene, as numbers and names; `Trajectory.from_record` takes it.
     fn record<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let record = self.inner.record();
-        let counters = record.counters;
-        let contact = match record.stop_reason {
-            core::StopReason::Chattering { contact } => Some(contact),
-            _ => None,
-        };
-        let dict = PyDict::new(py);
-        let names = |methods: Vec<core::Method>| -> Vec<&str> {
-            methods.into_iter().map(core::Method::name).collect()
-        };
-        let bases: Vec<(String, Vec<&str>)> =
-            record.bases.into_iter().map(|(name, methods)| (name, names(methods))).collect();
-        dict.set_item("bases", bases)?;
-        dict.set_item("phase_basis", integers(py, &record.phase_basis))?;
-        dict.set_item("phase_start", record.phase_start.into_pyarray(py))?;
-        dict.set_item("phase_rest", record.phase_rest.into_pyarray(py))?;
-        dict.set_item("states", record.states.into_pyarray(py))?;
-        dict.set_item("event_time", record.event_time.into_pyarray(py))?;
-        dict.set_item("event_contact", integers(py, &record.event_contact))?;
-        dict.set_item("event_kind", self.event_kind())?;
-        dict.set_item("event_phase", integers(py, &record.event_phase))?;
-        dict.set_item("grazings", self.grazings())?;
-        dict.set_item("accumulations", self.accumulations())?;
-        dict.set_item(
-            "counters",
-            [
-                counters.phases,
-                counters.panels,
-                counters.leaps,
-                counters.refinements,
-                counters.combinations,
-                counters.taylor_phases,
-                counters.expansions,
-            ],
-        )?;
-        let reason = &record.stop_reason;
-        dict.set_item("stop", (reason.name(), reason.to_string(), contact))?;
-        dict.set_item("end", record.end)?;
-        dict.set_item("local", record.local.map(|local| local_dict(py, local)).transpose()?)?;
-        Ok(dict)
+        record_dict(py, self.inner.record())
     }
 
     fn state<'py>(&self, py: Python<'py>, time: f64) -> PyResult<StateParts<'py>> {
@@ -269,6 +215,70 @@ impl Trajectory {
             })
             .collect()
     }
+}
+
+/// Time, contact, alternative, value, uncertainty.
+type GrazingTuple = (f64, usize, &'static str, f64, f64);
+
+fn grazing_tuples(grazings: &[core::transient::Grazing]) -> Vec<GrazingTuple> {
+    let tuple = |touch: &core::transient::Grazing| {
+        (touch.time, touch.contact, touch.alternative.name(), touch.value, touch.uncertainty)
+    };
+    grazings.iter().map(tuple).collect()
+}
+
+fn accumulation_tuples(limits: &[core::transient::Accumulation]) -> Vec<(usize, usize, f64)> {
+    limits.iter().map(|limit| (limit.event, limit.bounces, limit.error)).collect()
+}
+
+fn record_dict(
+    py: Python<'_>,
+    record: core::transient::TrajectoryRecord,
+) -> PyResult<Bound<'_, PyDict>> {
+    let counters = record.counters;
+    let contact = match record.stop_reason {
+        core::StopReason::Chattering { contact } => Some(contact),
+        _ => None,
+    };
+    let dict = PyDict::new(py);
+    let names = |methods: Vec<core::Method>| -> Vec<&str> {
+        methods.into_iter().map(core::Method::name).collect()
+    };
+    let bases: Vec<(String, Vec<&str>)> =
+        record.bases.into_iter().map(|(name, methods)| (name, names(methods))).collect();
+    dict.set_item("bases", bases)?;
+    dict.set_item("phase_basis", integers(py, &record.phase_basis))?;
+    dict.set_item("phase_start", record.phase_start.into_pyarray(py))?;
+    dict.set_item("phase_rest", record.phase_rest.into_pyarray(py))?;
+    dict.set_item("states", record.states.into_pyarray(py))?;
+    dict.set_item("event_time", record.event_time.into_pyarray(py))?;
+    dict.set_item("event_contact", integers(py, &record.event_contact))?;
+    dict.set_item(
+        "event_kind",
+        record.event_kind.iter().map(|kind| kind.name()).collect::<Vec<_>>(),
+    )?;
+    dict.set_item("event_phase", integers(py, &record.event_phase))?;
+    dict.set_item("grazings", grazing_tuples(&record.grazings))?;
+    dict.set_item("accumulations", accumulation_tuples(&record.accumulations))?;
+    dict.set_item(
+        "counters",
+        [
+            counters.phases,
+            counters.panels,
+            counters.leaps,
+            counters.refinements,
+            counters.combinations,
+            counters.taylor_phases,
+            counters.expansions,
+        ],
+    )?;
+    let parts = record.parts.into_iter().map(|part| record_dict(py, part));
+    dict.set_item("parts", parts.collect::<PyResult<Vec<_>>>()?)?;
+    let reason = &record.stop_reason;
+    dict.set_item("stop", (reason.name(), reason.to_string(), contact))?;
+    dict.set_item("end", record.end)?;
+    dict.set_item("local", record.local.map(|local| local_dict(py, local)).transpose()?)?;
+    Ok(dict)
 }
 
 fn local_dict(py: Python<'_>, local: core::transient::LocalRecord) -> PyResult<Bound<'_, PyDict>> {
@@ -350,14 +360,11 @@ struct Record<'py> {
     stop: (String, String, Option<usize>),
     end: f64,
     local: Option<Local<'py>>,
+    parts: Vec<Record<'py>>,
 }
 
 impl Record<'_> {
-    fn trajectory(
-        self,
-        py: Python<'_>,
-        propagators: &Arc<core::Propagators>,
-    ) -> PyResult<Trajectory> {
+    fn into_core(self, py: Python<'_>) -> PyResult<core::transient::TrajectoryRecord> {
         let (reason, message, contact) = &self.stop;
         let stop_reason = core::StopReason::named(reason, message, *contact)
             .map_err(|error| raise(py, &error))?;
@@ -385,7 +392,7 @@ impl Record<'_> {
                 Ok((name, methods.collect::<PyResult<Vec<_>>>()?))
             })
             .collect::<PyResult<Vec<_>>>()?;
-        let record = core::transient::TrajectoryRecord {
+        Ok(core::transient::TrajectoryRecord {
             bases,
             phase_basis: self.phase_basis,
             phase_start: vector(&self.phase_start),
@@ -410,9 +417,11 @@ impl Record<'_> {
             stop_reason,
             end: self.end,
             local: self.local.map(Into::into),
-        };
-        let inner = detached(py, || core::Trajectory::from_record(propagators, record))?
-            .map_err(|error| raise(py, &error))?;
-        Ok(Trajectory::new(inner))
+            parts: self
+                .parts
+                .into_iter()
+                .map(|part| part.into_core(py))
+                .collect::<PyResult<_>>()?,
+        })
     }
 }

@@ -34,6 +34,8 @@ _CLUSTER = 1e-4
 #: Distance of an eigenvalue, in units of the shift, at which P is singular within rounding, so that no other
 #: one is found; and to where the shift is moved then: what is nearest to it stays so.
 _SINGULAR, _ASIDE = 1e-8, 1e-5
+#: Power of the distance from the shift with which right vectors make up the start for left ones.
+_WEIGHT = 4
 #: Vectors of a block, dimensions of the largest Krylov space per wanted pair, and dimensions added at least.
 _BLOCK, _DIMENSIONS, _ROUND = 2, 12, 24
 
@@ -107,8 +109,17 @@ def search_near(
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
     del krylov
+    distance = np.abs(values - shift)
+    mix = random.standard_normal((values.size, block)) + 1j * random.standard_normal((values.size, block))
+    # On the imaginary axis P(lambda)' = conj(P(lambda)) without damping and friction, whatever the gyroscopic
+    # matrix: left vectors are conjugate right ones. What converges last has the largest part of the start.
+    mix *= ((distance / (distance.max() or 1.0)) ** _WEIGHT)[:, None]
+    shapes = states[:size].conj()
     others, duals, *_ = _Krylov(pencil, shift, unit, "T").nearest(
-        start, values.size, float(np.abs(values - shift).max()) * (1.0 + 1e-9), dimensions
+        np.concatenate([shapes @ mix, shapes @ (values[:, None] / unit * mix)]),
+        values.size,
+        float(distance.max()) * (1.0 + 1e-9),
+        3 * dimensions // 4,
     )
     pairs = _matched(values, others, unit)
     lost = np.setdiff1d(np.arange(values.size), [i for i, _ in pairs])

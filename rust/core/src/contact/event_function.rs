@@ -25,7 +25,7 @@ use crate::scene::status::{Combination, Status};
 const MULTIPLE: f64 = 1e-9;
 
 /// `constant + position . q + velocity . q'` in contact coordinates.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Functional {
     pub position: Vec<(usize, f64)>,
     pub velocity: Vec<(usize, f64)>,
@@ -38,6 +38,15 @@ impl Functional {
             terms.iter().map(|&(k, weight)| weight * x[k]).sum()
         };
         self.constant + dot(&self.position, q) + dot(&self.velocity, u)
+    }
+
+    /// Its only term, without the constant: (0 of a displacement or 1 of a velocity, coordinate, weight).
+    pub fn single(&self) -> Option<(usize, usize, f64)> {
+        match (&self.position[..], &self.velocity[..]) {
+            (&[(k, weight)], []) => Some((0, k, weight)),
+            ([], &[(k, weight)]) => Some((1, k, weight)),
+            _ => None,
+        }
     }
 
     /// The change along a direction (dq, dq').

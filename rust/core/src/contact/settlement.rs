@@ -38,6 +38,9 @@ impl Departure {
     }
 }
 
+/// Rounding of the velocity of a coordinate without mass, which is a sum of few terms, relative to it.
+const SLIP_ROUNDING: f64 = 16.0 * f64::EPSILON;
+
 /// Statuses and departures of all contacts, and the contacts and kinds of the last event.
 #[derive(Debug)]
 pub(crate) struct Settlement {
@@ -83,6 +86,23 @@ impl Settlement {
                 && u[law.normal] > 0.0
             {
                 *departure = Departure::Gap(1);
+            }
+        }
+    }
+
+    /// A node without mass that goes on sliding while its slip velocity is zero, since an impact has just stopped the slip of
+    /// its body, departs from zero. `u` are the velocities with those of coordinates without mass.
+    pub fn depart_with_bodies(&mut self, scene: &Scene, u: &[f64]) {
+        for (contact, law) in scene.contacts.iter().enumerate() {
+            if self.departures[contact] == Departure::None
+                && self.statuses[contact].is_sliding()
+                && !law.tangential_has_mass()
+            {
+                let (velocity, slider) = (u[law.tangential], law.slider_speed);
+                let rounding = SLIP_ROUNDING * (velocity.abs() + slider.abs());
+                if (velocity - slider).abs() <= rounding {
+                    self.departures[contact] = Departure::Slip(1);
+                }
             }
         }
     }

@@ -4,11 +4,12 @@
 //! `v_r' ((lambda_r + lambda_s) M + C) xi_s / sqrt(a_r a_s)`, which is 1 or 0 for the modes of one point (it is
 //! `left' A right` of the state vectors) and stays near 1 or 0 as long as the points are near each other.
 
-use nalgebra::DMatrix;
 use num_complex::Complex64;
 
 use crate::error::Error;
 use crate::linalg::eigenpair::turned;
+use crate::locus::parameter_path::{Path, PathDamping};
+use crate::locus::series::Series;
 use crate::locus::watched_path::WatchedPath;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
@@ -41,9 +42,8 @@ pub(crate) struct Node {
     pub unstable: Vec<bool>,
     /// `|a|` of each mode.
     sizes: Vec<f64>,
-    /// `M xi` and `C xi`.
-    mass: Columns,
-    damping: Columns,
+    /// `M xi` of all modes, then `C xi`.
+    products: Columns,
     /// Whether both vectors of a mode are real: of proportional damping they are, until two modes lock in.
     real: Vec<bool>,
 }
@@ -73,10 +73,6 @@ impl Node {
         };
         let real: Vec<bool> =
             modes.iter().map(|mode| is_real(&mode.right) && is_real(&mode.left)).collect();
-        let packed = |all: &[Complex64]| {
-            let columns = all.chunks_exact(pencil.size.max(1)).zip(&real);
-            Columns::new(pencil.size, columns.map(|(column, &real)| (column, !real)))
-        };
         let mass = products(&pencil.mass);
         let damping = match &pencil.damping {
             PencilDamping::General(rows) => products(rows),
@@ -86,7 +82,9 @@ impl Node {
                 stiffness
             }
         };
-        let moved = moved_entries(&path.expansion(value).slopes);
+        let columns = |all| <[Complex64]>::chunks_exact(all, pencil.size.max(1)).zip(&real);
+        let both = columns(&mass).chain(columns(&damping)).map(|(column, &real)| (column, !real));
+        let moved = moved_entries(&path, value);
         Ok(Self {
             value,
             slopes: modes.iter().map(|mode| slope(mode, &moved)).collect(),
@@ -96,8 +94,7 @@ impl Node {
                 .map(|m| m.eigenvalue.re > 0.0 && m.growth_sign(m.rounding(&pencil)) > 0.0)
                 .collect(),
             sizes: modes.iter().map(|mode| mode.a.norm()).collect(),
-            mass: packed(&mass),
-            damping: packed(&damping),
+            products: Columns::new(pencil.size, both),
             real,
             modes,
         })
@@ -159,16 +156,16 @@ impl Node {
         let size = other.modes.first().map_or(0, |mode| mode.right.len());
         let lefts = rows.iter().map(|&r| (&self.modes[r].left[..], !self.real[r]));
         let lefts = Columns::new(size, lefts);
-        let (mass, damping) = (lefts.products(&other.mass), lefts.products(&other.damping));
+        let (products, count) = (lefts.products(&other.products), other.modes.len());
         let correlation = |row: usize, s: usize| {
             let r = rows[row];
             let sum = self.modes[r].eigenvalue + other.modes[s].eigenvalue;
-            let product = sum * mass.get(row, false, s) + damping.get(row, false, s);
+            let product = sum * products.get(row, false, s) + products.get(row, false, count + s);
             product.norm_sqr() / (self.sizes[r] * other.sizes[s])
         };
-        let mut all = Vec::with_capacity(rows.len() * other.modes.len());
+        let mut all = Vec::with_capacity(rows.len() * count);
         for row in 0..rows.len() {
-            all.extend((0..other.modes.len()).map(|s| correlation(row, s)));
+            all.extend((0..count).map(|s| correlation(row, s)));
         }
         all
     }
@@ -319,14 +316,25 @@ fn is_real(vector: &[Complex64]) -> bool {
 /// Row, column and the entries of M', C', K' where any of them differs from zero: most parameters move few.
 type Moved = (usize, usize, [f64; 3]);
 
-fn moved_entries([mass, damping, stiffness]: &[DMatrix<f64>; 3]) -> Vec<Moved> {
+fn moved_entries(path: &Path, value: f64) -> Vec<Moved> {
+    let (piece, t) = path.place(value);
+    let slope = |series: &Series, place| series.slope(place, t) / piece.half_width;
     let mut moved = Vec::new();
-    for i in 0..mass.nrows() {
-        for j in 0..mass.ncols() {
-            let entries = [mass, damping, stiffness].map(|matrix| matrix[(i, j)]);
-            if entries != [0.0; 3] {
-                moved.push((i, j, entries));
+    for place in (0..path.size).flat_map(|i| (0..path.size).map(move |j| (i, j))) {
+        let (mass, stiffness) = (slope(&piece.mass, place), slope(&piece.stiffness, place));
+        let damping = match &piece.damping {
+            PathDamping::General(series) => slope(series, place),
+            PathDamping::Proportional { alpha, beta } => {
+                let of = |law: &Series, series: &Series, moved: f64| {
+                    let change = slope(law, (0, 0));
+                    let own = if change == 0.0 { 0.0 } else { series.doubled(place, t).value() };
+                    law.value(t) * moved + change * own
+                };
+                of(alpha, &piece.mass, mass) + of(beta, &piece.stiffness, stiffness)
             }
+        };
+        if [mass, damping, stiffness] != [0.0; 3] {
+            moved.push((place.0, place.1, [mass, damping, stiffness]));
         }
     }
     moved

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use crate::error::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::locus::series::{Number, Series, StaticSeries};
-use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
+use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 use crate::scene::reduction::reduced_system::Reduced;
@@ -140,13 +140,14 @@ impl Path {
                     if moved(contact) { 1.0 } else { 0.0 }
                 },
             );
-        let series =
-            |matrix: &SparseMatrix| Series(vec![fixed.matrix(matrix), unit.merged_matrix(matrix)]);
+        let series = |matrix: &SparseMatrix| {
+            Series::linear(fixed.matrix(matrix), unit.merged_matrix(matrix))
+        };
         let load = || {
             let mut slope = vec![0.0; m];
             unit.add_merged(&scene.force, &mut slope);
             let column = |values| DMatrix::from_vec(m, 1, values);
-            Series(vec![column(fixed.force(&scene.force)), column(slope)])
+            Series::linear(column(fixed.force(&scene.force)), column(slope))
         };
         let ends = [
             Statics::new(scene, &reduced)?,
@@ -180,6 +181,14 @@ impl Path {
         }
     }
 
+    /// The piece that is all of the path, where its mass does not change.
+    pub(crate) fn piece_of_constant_mass(&self) -> Option<&Piece> {
+        match self.pieces.as_slice() {
+            [piece] if piece.mass.is_constant() => Some(piece),
+            _ => None,
+        }
+    }
+
     /// The piece at p, and its t there.
     pub(crate) fn place(&self, p: f64) -> (&Piece, f64) {
         let piece = self.piece(p);
@@ -194,18 +203,16 @@ impl Path {
     /// The problem at a real p.
     pub(crate) fn pencil(&self, p: f64) -> Pencil {
         let (piece, t) = self.place(p);
-        let m = self.size;
-        let rows = |series: &Series| DoubledRows::new(m, |i, j| series.doubled((i, j), t));
         Pencil {
             combination: self.combination.clone(),
-            size: m,
-            mass: rows(&piece.mass),
-            stiffness: rows(&piece.stiffness),
+            size: self.size,
+            mass: piece.mass.rows(t),
+            stiffness: piece.stiffness.rows(t),
             damping: match &piece.damping {
                 PathDamping::Proportional { alpha, beta } => {
                     PencilDamping::Proportional { alpha: alpha.value(t), beta: beta.value(t) }
                 }
-                PathDamping::General(series) => PencilDamping::General(rows(series)),
+                PathDamping::General(series) => PencilDamping::General(series.rows(t)),
             },
         }
     }

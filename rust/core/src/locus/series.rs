@@ -2,6 +2,7 @@
 
 use nalgebra::{ComplexField, DMatrix};
 
+use crate::modes::quadratic_pencil::DoubledRows;
 use crate::numerics::double_double::Doubled;
 use crate::scene::statics::margins::Statics;
 
@@ -16,6 +17,16 @@ pub struct Series(pub Vec<DMatrix<f64>>);
 impl Series {
     pub(crate) fn scalar(value: f64) -> Self {
         Self(vec![DMatrix::from_element(1, 1, value)])
+    }
+
+    /// `constant + t slope`; a slope of zero is left out.
+    pub(crate) fn linear(constant: DMatrix<f64>, slope: DMatrix<f64>) -> Self {
+        let moves = slope.iter().any(|&entry| entry != 0.0);
+        Self(if moves { vec![constant, slope] } else { vec![constant] })
+    }
+
+    pub(crate) fn is_constant(&self) -> bool {
+        self.0.len() == 1
     }
 
     /// An entry at t, carried in doubled precision (Clenshaw).
@@ -36,6 +47,22 @@ impl Series {
             (b2, b1) = (b1, b0);
         }
         b1
+    }
+
+    /// A square matrix at t, in doubled precision.
+    pub(crate) fn rows(&self, t: f64) -> DoubledRows {
+        let size = self.0.first().map_or(0, DMatrix::nrows);
+        DoubledRows::new(size, |i, j| self.doubled((i, j), t))
+    }
+
+    /// The derivative of an entry to t, from `T_k' = k U_{k-1}`.
+    pub(crate) fn slope(&self, place: (usize, usize), t: f64) -> f64 {
+        let (mut sum, mut second, mut before) = (0.0, 1.0, 0.0);
+        for (k, coefficient) in self.0.iter().enumerate().skip(1) {
+            sum += k as f64 * second * coefficient[place];
+            (second, before) = (2.0 * t * second - before, second);
+        }
+        sum
     }
 
     /// In working precision.
@@ -101,7 +128,7 @@ impl StaticSeries {
         let between = |a: Vec<f64>, b: Vec<f64>| {
             let [a, b] = [a, b].map(|values| DMatrix::from_vec(values.len(), 1, values));
             let slope = (b - &a) / (upper - lower);
-            Series(vec![a - &slope * lower, slope])
+            Series::linear(a - &slope * lower, slope)
         };
         Self {
             load: load.unwrap_or_else(|| between(from.load, to.load)),

@@ -1,5 +1,7 @@
 //! Branches of eigenvalues at given values of a parameter.
 
+use std::borrow::Cow;
+
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -8,9 +10,10 @@ use crate::linalg::eigenpair::turned;
 use crate::locus::branches::Mesh;
 use crate::locus::leading::leading;
 use crate::locus::node::Node;
-use crate::locus::parameter_path::Path;
+use crate::locus::parameter_path::{Path, PathDamping, Piece};
 use crate::locus::watched_path::WatchedPath;
-use crate::modes::growth::{Verdict, pencil_growth};
+use crate::modes::growth::{Verdict, pencil_growth, proportional_growth};
+use crate::modes::mass_factor::MassFactor;
 
 /// All 2m branches at every value, or those of some modes. Arrays are row-major over (value, branch), vectors over (value, coordinate, branch);
 /// the branches are sorted at the first value: by modulus, conjugates adjacent, positive imaginary part first.
@@ -229,8 +232,27 @@ impl Chunk<'_> {
 
 /// At parameter values of a path.
 pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error> {
+    let factor = |piece: &Piece, t| MassFactor::new(&piece.mass.rows(t), &path.combination);
+    let shared = path.piece_of_constant_mass().map(|piece| factor(piece, 0.0)).transpose()?;
     let verdict = |&value: &f64| {
-        Ok(Verdict { growth: pencil_growth(&path.pencil(value))?, steady: path.steady_at(value) })
+        let (piece, t) = path.place(value);
+        let stiffness = piece.stiffness.at(t);
+        let growth = match &piece.damping {
+            PathDamping::Proportional { alpha, beta } => {
+                let own;
+                let factor = match &shared {
+                    Some(shared) => shared,
+                    None => {
+                        own = factor(piece, t)?;
+                        &own
+                    }
+                };
+                let law = [alpha.value(t), beta.value(t)];
+                proportional_growth(factor, &stiffness, law, || Cow::Owned(path.pencil(value)))?
+            }
+            PathDamping::General(_) => pencil_growth(&path.pencil(value))?,
+        };
+        Ok(Verdict { growth, steady: piece.statics.at(t).steady(&path.combination, stiffness) })
     };
-    values.par_iter().map(verdict).collect()
+    values.par_iter().with_min_len(64).map(verdict).collect()
 }

@@ -4,6 +4,8 @@
 //! `lambda = -d / 2 +- sqrt(d^2 / 4 - kappa)` with `d = alpha + beta kappa`. Where a real part is so small that rounding
 //! may have given it its sign, the vectors are computed too and say whether the mode grows, decays or neither.
 
+use std::borrow::Cow;
+
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
@@ -202,26 +204,43 @@ fn proportional_values(kappas: &[Complex64], alpha: f64, beta: f64, lambdas: &mu
     }));
 }
 
+/// The verdict on a pencil.
 pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
-    let factor = MassFactor::new(pencil)?;
-    let stiffness = factor.normalised(&pencil.stiffness.to_dense());
-    let lambdas = match &pencil.damping {
+    let factor = MassFactor::new(&pencil.mass, &pencil.combination)?;
+    let stiffness = pencil.stiffness.to_dense();
+    match &pencil.damping {
         &PencilDamping::Proportional { alpha, beta } => {
-            let mut lambdas = Vec::new();
-            proportional_values(&eigen::values(stiffness), alpha, beta, &mut lambdas);
-            lambdas
+            proportional_growth(&factor, &stiffness, [alpha, beta], || Cow::Borrowed(pencil))
         }
         PencilDamping::General(rows) => {
-            let damping = factor.normalised(&rows.to_dense());
-            eigen::values(state_matrix(&stiffness, &damping))
+            let (stiffness, damping) =
+                (factor.normalised(&stiffness), factor.normalised(&rows.to_dense()));
+            growth_of(&eigen::values(state_matrix(&stiffness, &damping)), || Cow::Borrowed(pencil))
         }
-    };
-    let growth = Growth::of_values(&lambdas).map_or_else(|| Growth::of_modes(pencil), Ok)?;
+    }
+}
+
+/// The verdict with `C = alpha M + beta K`, from the factor of M, K in working precision and `[alpha, beta]`; the pencil
+/// says what they leave in doubt.
+pub(crate) fn proportional_growth<'a>(
+    factor: &MassFactor,
+    stiffness: &DMatrix<f64>,
+    [alpha, beta]: [f64; 2],
+    pencil: impl Fn() -> Cow<'a, Pencil>,
+) -> Result<Growth, Error> {
+    let mut lambdas = Vec::new();
+    proportional_values(&eigen::values(factor.normalised(stiffness)), alpha, beta, &mut lambdas);
+    growth_of(&lambdas, pencil)
+}
+
+fn growth_of<'a>(
+    lambdas: &[Complex64],
+    pencil: impl Fn() -> Cow<'a, Pencil>,
+) -> Result<Growth, Error> {
+    let growth = Growth::of_values(lambdas).map_or_else(|| Growth::of_modes(&pencil()), Ok)?;
     if growth.eigenvalue.re.is_nan() {
-        return Err(Error::Eigenvalues {
-            combination: pencil.combination.to_string(),
-            residual: f64::NAN,
-        });
+        let combination = pencil().combination.to_string();
+        return Err(Error::Eigenvalues { combination, residual: f64::NAN });
     }
     Ok(growth)
 }

@@ -5,7 +5,8 @@ use num_complex::Complex64;
 
 use crate::error::Error;
 use crate::linalg::dense::{Factors, SINGULAR, cholesky, is_symmetric, smallest_relative_pivot};
-use crate::modes::quadratic_pencil::Pencil;
+use crate::modes::quadratic_pencil::DoubledRows;
+use crate::scene::status::Combination;
 
 pub(crate) enum MassFactor {
     /// Square roots of a diagonal mass.
@@ -17,10 +18,12 @@ pub(crate) enum MassFactor {
 }
 
 impl MassFactor {
-    pub fn new(pencil: &Pencil) -> Result<Self, Error> {
-        let mass = pencil.mass.to_dense();
+    /// Of the mass of a combination.
+    pub fn new(mass: &DoubledRows, combination: &Combination) -> Result<Self, Error> {
+        let is_diagonal = mass.is_diagonal();
+        let mass = mass.to_dense();
         let diagonal = mass.diagonal();
-        if pencil.mass.is_diagonal() && diagonal.iter().all(|&entry| entry > 0.0) {
+        if is_diagonal && diagonal.iter().all(|&entry| entry > 0.0) {
             return Ok(Self::Diagonal(diagonal.map(f64::sqrt)));
         }
         if is_symmetric(&mass)
@@ -32,9 +35,7 @@ impl MassFactor {
             pivot if pivot > SINGULAR => {
                 Ok(Self::General { factors: Factors::new(mass.clone()), mass })
             }
-            pivot => {
-                Err(Error::SingularMass { combination: pencil.combination.to_string(), pivot })
-            }
+            pivot => Err(Error::SingularMass { combination: combination.to_string(), pivot }),
         }
     }
 

@@ -73,6 +73,7 @@ impl DoubledRows {
     }
 
     /// Columns and entries of row i.
+    #[inline]
     pub fn row_slices(&self, i: usize) -> (&[usize], &[Doubled]) {
         let range = self.start[i]..self.start[i + 1];
         (&self.columns[range.clone()], &self.entries[range])
@@ -122,7 +123,11 @@ impl DoubledRows {
     }
 
     pub fn to_dense(&self) -> DMatrix<f64> {
-        self.to_doubled().map(|entry| entry.high)
+        let mut dense = DMatrix::zeros(self.size(), self.size());
+        for i in 0..self.size() {
+            self.row(i).for_each(|(j, value)| dense[(i, j)] = value.high);
+        }
+        dense
     }
 
     pub fn to_doubled(&self) -> DMatrix<Doubled> {

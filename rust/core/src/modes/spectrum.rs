@@ -62,7 +62,7 @@ fn is_imprecise(mode: &Mode) -> bool {
 /// The modes from the solver that computes all of them at once.
 fn all_at_once(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
     let m = pencil.size;
-    let factor = MassFactor::new(pencil)?;
+    let factor = MassFactor::new(&pencil.mass, &pencil.combination)?;
     let stiffness = factor.normalised(&pencil.stiffness.to_dense());
     let problem = Problem { pencil, factor, norms: pencil.norms() };
     let is_refined = vectors == Vectors::Refined && m <= REFINED_SIZE;

@@ -47,26 +47,11 @@ pub(crate) fn largest(scene: &Scene) -> usize {
     if scene.mass.is_diagonal() { 200 } else { 500 }
 }
 
-/// Whether a run of the scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
+/// Whether a run of a coupled scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
 /// and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
-///
-/// If nothing couples its parts and each is small enough for modes, two things are not known before the run. Where parts are
-/// quiet, their modes pass over what a local march expands panel by panel; where events are many, each asks all other parts
-/// for their states. The first costs a march some part of its `panels` times the work of the parts, the second costs the
-/// parts some part of their number times the work of a march: a run is a march if it has no more panels than parts.
-pub(crate) fn marches_locally<'a>(
-    scene: &Scene,
-    mut parts: impl ExactSizeIterator<Item = &'a Scene>,
-    panels: impl Fn() -> Option<f64>,
-) -> bool {
+pub(crate) fn marches_locally(scene: &Scene) -> bool {
     let is_sparse = || !DenseRows::are_quicker(scene) && border_of(scene).is_none();
-    if scene.size <= largest(scene) || !is_sparse() {
-        return false;
-    }
-    let count = parts.len();
-    let by_modes = count > 0 && parts.all(|part| part.size <= largest(part));
-    let most = if by_modes { count as f64 } else { f64::INFINITY };
-    panels().is_some_and(|panels| panels <= most)
+    scene.size > largest(scene) && is_sparse()
 }
 
 /// Work on one combination, in multiplications of a sparse product.

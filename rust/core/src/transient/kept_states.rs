@@ -12,6 +12,9 @@ use crate::contact::settlement::Departure;
 
 /// Numbers that a motion keeps by default: 256 MB.
 pub(crate) const KEPT: usize = 1 << 25;
+/// Numbers that there is room for at first: with room for one state, a short motion of few dofs spends a fiftieth of its run on
+/// growth.
+const FIRST: usize = 1024;
 /// Number of intervals between two kept states that are remembered once they have been run again.
 const REMEMBERED: NonZeroUsize = NonZeroUsize::new(4).expect("not zero");
 
@@ -108,7 +111,8 @@ impl KeptStates {
         if self.values.capacity() < self.values.len() + self.width {
             // Doubling the capacity could exceed what may be kept.
             let room = self.most.saturating_sub(self.values.len());
-            self.values.reserve_exact(self.values.len().min(room).max(self.width));
+            let wanted = self.values.len().max(FIRST);
+            self.values.reserve_exact(wanted.min(room).max(self.width));
         }
         self.values.extend_from_slice(q);
         self.values.extend_from_slice(u);
@@ -129,17 +133,6 @@ impl KeptStates {
         halve(&mut self.departures, self.contacts);
         self.stride *= 2;
         self.repeated.get_mut().unwrap_or_else(PoisonError::into_inner).clear();
-    }
-
-    /// Leaves only the first phases; of a motion of which all states are kept.
-    pub fn truncate(&mut self, count: usize) {
-        self.count = count;
-        self.values.truncate(self.width * count);
-    }
-
-    /// Room for so many states more.
-    pub fn reserve(&mut self, count: usize) {
-        self.values.reserve_exact(self.width * count);
     }
 
     /// The state at the start of a phase; `again` runs from a phase whose state is kept through some phases.

@@ -4,7 +4,7 @@ pub(crate) mod batch;
 pub(crate) mod clock;
 pub(crate) mod kept_states;
 pub(crate) mod local;
-pub(crate) mod partitioned;
+pub(crate) mod parts;
 pub(crate) mod record;
 pub(crate) mod run;
 pub(crate) mod run_state;

@@ -14,12 +14,13 @@ use crate::scene::status::Combination;
 use crate::transient::kept_states::KeptStates;
 use crate::transient::local::motion::LocalMotion;
 use crate::transient::local::record::LocalRecord;
+use crate::transient::parts::put_together;
 use crate::transient::trajectory::{
     Accumulation, Counters, Event, Grazing, Phase, StopReason, Trajectory,
 };
 
 /// A [`Trajectory`] without its scene.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct TrajectoryRecord {
     /// The different combinations, and by what each is propagated, for each block of the scene.
     pub bases: Vec<(String, Vec<Method>)>,
@@ -33,6 +34,8 @@ pub struct TrajectoryRecord {
     pub states: Vec<f64>,
     /// Of a local march: its panels and steps. Its one basis is the combination of the start.
     pub local: Option<LocalRecord>,
+    /// Of a scene in parts: a record for each of them. All other lists are empty.
+    pub parts: Vec<TrajectoryRecord>,
     /// Time of every event, s.
     pub event_time: Vec<f64>,
     /// Index of the contact of every event.
@@ -98,12 +101,7 @@ impl TrajectoryRecord {
         }) {
             return Err(refused("touches that do not fit the motion or the scene"));
         }
-        match self.stop_reason {
-            StopReason::Chattering { contact } if contact >= contacts => {
-                Err(refused("chattering of an unknown contact"))
-            }
-            _ => Ok(()),
-        }
+        self.stop_reason.check(contacts)
     }
 }
 
@@ -133,6 +131,15 @@ fn recorded_basis(
 }
 
 impl StopReason {
+    fn check(&self, contacts: usize) -> Result<(), Error> {
+        match self {
+            Self::Chattering { contact } if *contact >= contacts => {
+                Err(refused("chattering of an unknown contact"))
+            }
+            _ => Ok(()),
+        }
+    }
+
     /// The reason of a name; `message` and `contact` say more where there is more to say.
     pub fn named(name: &str, message: &str, contact: Option<usize>) -> Result<Self, Error> {
         Ok(match name {
@@ -154,6 +161,15 @@ impl StopReason {
 impl Trajectory {
     /// What [`Trajectory::from_record`] takes.
     pub fn record(&self) -> TrajectoryRecord {
+        if !self.parts.is_empty() {
+            return TrajectoryRecord {
+                parts: self.parts.iter().map(|part| part.motion.record()).collect(),
+                counters: self.counters,
+                stop_reason: self.stop_reason.clone(),
+                end: self.end,
+                ..TrajectoryRecord::default()
+            };
+        }
         let known = self.bases.iter();
         let mut bases: Vec<_> =
             known.map(|basis| (basis.combination.to_string(), basis.methods())).collect();
@@ -174,6 +190,7 @@ impl Trajectory {
             phase_rest: self.phases.iter().map(|phase| phase.rest).collect(),
             states,
             local,
+            parts: Vec::new(),
             event_time: self.events.iter().map(|event| event.time).collect(),
             event_contact: self.events.iter().map(|event| event.contact).collect(),
             event_kind: self.events.iter().map(|event| event.kind).collect(),
@@ -186,12 +203,37 @@ impl Trajectory {
         }
     }
 
+    /// The motion of a scene in parts.
+    fn from_parts(propagators: &Arc<Propagators>, record: TrajectoryRecord) -> Result<Self, Error> {
+        let TrajectoryRecord { parts, counters, stop_reason, end, .. } = record;
+        let known = propagators.parts();
+        if parts.len() != known.len()
+            || !(end >= 0.0)
+            || parts.iter().any(|part| !(part.end >= end))
+        {
+            return Err(refused("parts that do not fit the scene"));
+        }
+        stop_reason.check(propagators.scene.contacts.len())?;
+        let pairs = known.iter().zip(parts);
+        let motions = pairs.map(|(part, record)| Self::from_record(&part.propagators, record));
+        let motions = motions.collect::<Result<Vec<_>, Error>>()?;
+        let is_whole = |whole: &Self| whole.phases.len() == counters.phases;
+        let whole = put_together(propagators, motions.into_iter(), end, is_whole);
+        if !is_whole(&whole) {
+            return Err(refused("parts with other phases than the whole"));
+        }
+        Ok(Self { counters, stop_reason, ..whole })
+    }
+
     /// The motion that a record was made of, in the same scene.
     pub fn from_record(
         propagators: &Arc<Propagators>,
         record: TrajectoryRecord,
     ) -> Result<Self, Error> {
         let scene = &propagators.scene;
+        if !record.parts.is_empty() {
+            return Self::from_parts(propagators, record);
+        }
         record.check(scene)?;
         let events = record.event_time.len();
         let (local, states) = match record.local {
@@ -248,6 +290,7 @@ impl Trajectory {
             states,
             repetition: None,
             local,
+            parts: Vec::new(),
             events,
             grazings: record.grazings,
             accumulations: record.accumulations,

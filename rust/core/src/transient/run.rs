@@ -217,9 +217,12 @@ impl<'a> Run<'a> {
         self.state.trajectory.events.extend(
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
-        let RunState { trajectory, q, u, .. } = &mut self.state;
+        let RunState { scene, trajectory, q, u, .. } = &mut self.state;
         let basis = &trajectory.bases[self.known[*current].basis];
         basis.complete(q, u);
+        if !scene.massless.is_empty() {
+            settlement.depart_with_bodies(scene, u);
+        }
         motion.restart(basis, q, u);
         Ok(None)
     }
@@ -313,6 +316,9 @@ impl<'a> Run<'a> {
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
             let basis = &trajectory.bases[trajectory.phases[phase].basis];
             basis.complete(&mut run.state.q, &mut run.state.u);
+            if !run.state.scene.massless.is_empty() {
+                settlement.depart_with_bodies(run.state.scene, &run.state.u);
+            }
             motion.restart(basis, &run.state.q, &run.state.u);
             states.extend_from_slice(&run.state.q);
             states.extend_from_slice(&run.state.u);
@@ -447,5 +453,57 @@ impl<'a> Run<'a> {
         counters.combinations += usize::from(computed);
         bases.push(basis);
         Ok(bases.len() - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::admissible_start::start_coordinates;
+    use crate::linalg::SparseMatrix;
+    use crate::motion::propagators::Part;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    #[test]
+    fn uncoupled_parts_are_not_run_as_one() {
+        let contact = |part: usize| ContactInput {
+            tangential: Some(Direction::Dof(2 * part)),
+            normal: Some(Direction::Dof(2 * part + 1)),
+            normal_force: 0.0,
+            friction: 0.5,
+            static_friction: 0.7,
+            slider_speed: 0.1,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0; 4]),
+            stiffness: SparseMatrix::diagonal(&[3e4, 5e4, 4e4, 6e4]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0, -20.0, 0.0, -20.0],
+            contacts: vec![contact(0), contact(1)],
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        let scene = Arc::new(Scene::new(input).expect("well-posed"));
+        let start = scene.sliding_equilibrium().expect("pressed on");
+        let state = start_coordinates(&scene, &start).expect("admissible");
+        let whole = Arc::new(Propagators::new(scene));
+        assert_eq!(whole.parts().len(), 2);
+        let ended = |propagators: &Arc<Propagators>, state, combination: &Combination| {
+            let mut run = Run::new(propagators, state, 0.1, Method::Auto, Controls::default());
+            let mut progress = run.begin(combination).expect("modes");
+            run.step(&mut progress).expect("a phase")
+        };
+        let refused = ended(&whole, state.clone(), &start.combination);
+        assert!(matches!(refused, Some(StopReason::Failed(RunFailure::Internal(_)))));
+        for Part { block, propagators } in whole.parts() {
+            let state = (block.gather(&state.0), block.gather(&state.1));
+            let combination = block.statuses(&start.combination);
+            assert_eq!(ended(propagators, state, &combination), Some(StopReason::Duration));
+        }
     }
 }

@@ -6,7 +6,7 @@ use std::time::Instant;
 use crate::error::{Cancel, Error};
 use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::{StopReason, Trajectory};
 
 /// Limits and options of a run.
 #[derive(Debug, Clone, Copy, Default)]
@@ -29,6 +29,15 @@ pub struct Controls<'a> {
 }
 
 impl Controls<'_> {
+    /// Whether the caller interrupts the run, or its time is over.
+    pub(crate) fn asked_to_stop(&self, started: Instant) -> Option<StopReason> {
+        if self.cancel.is_some_and(Cancel::is_requested) {
+            return Some(StopReason::Interrupted);
+        }
+        let late = self.time_limit.is_some_and(|limit| started.elapsed().as_secs_f64() > limit);
+        late.then_some(StopReason::TimeLimit)
+    }
+
     pub(crate) fn validate(&self) -> Result<(), Error> {
         let limits = [
             ("time_limit", self.time_limit.unwrap_or(1.0), self.time_limit != Some(0.0)),

@@ -1,19 +1,28 @@
-//! The event-driven run: phase, first event, settlement, next phase; part by part where nothing couples them.
+//! The event-driven run: parts that nothing couples, each by phases or as a local march, always the one that is furthest
+//! behind. A scene that is coupled throughout is one part.
 
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
 use std::sync::Arc;
+use std::time::Instant;
 
 use crate::contact::admissible_start::coordinates_at;
 use crate::error::Error;
 use crate::motion::method::Method;
 use crate::motion::method_cost::marches_locally;
-use crate::motion::propagators::Propagators;
+use crate::motion::propagators::{Part, Propagators};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::State;
-use crate::transient::local::march;
-use crate::transient::partitioned;
-use crate::transient::run::Run;
+use crate::scene::status::Combination;
+use crate::transient::kept_states::KEPT;
+use crate::transient::local::march::March;
+use crate::transient::parts::{in_whole, put_together};
+use crate::transient::run::{Progress, Run};
 use crate::transient::run_state::Controls;
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::{StopReason, Trajectory};
+
+/// Steps of parts between two questions whether the run is interrupted.
+const STEPS_PER_QUESTION: usize = 64;
 
 /// Runs from `start` at time 0 for `duration` seconds, or until a limit.
 pub fn simulate(
@@ -37,31 +46,163 @@ pub fn simulate(
     }
     controls.validate()?;
     let (q, u) = coordinates_at(scene, start, controls.load_time)?;
-    let panels = || propagators.locality().ok().map(|locality| duration / locality.width());
-    let parts = || propagators.parts().iter().map(|part| &*part.block.scene);
-    let pays = || marches_locally(scene, parts(), panels);
-    if method == Method::Local || method == Method::Auto && pays() {
-        return march::simulate(propagators, (q, u), &start.combination, duration, controls);
-    }
-    if !propagators.parts().is_empty() {
-        return partitioned::simulate(
-            propagators,
-            (&q, &u),
-            &start.combination,
-            duration,
-            method,
-            controls,
-        );
-    }
-    let mut run = Run::new(propagators, (q, u), duration, method, controls);
-    let mut progress = run.begin(&start.combination)?;
-    let reason = loop {
-        if let Some(reason) = run.step(&mut progress)? {
-            break reason;
+    // To a march by wish, uncoupled parts are no special case.
+    let parts = if method == Method::Local { &[] } else { propagators.parts() };
+    if parts.is_empty() {
+        let state = (q, u);
+        let statuses = &start.combination;
+        let mut run = PartRun::new(propagators, state, statuses, duration, method, controls)?;
+        while run.stopped.is_none() {
+            run.step()?;
         }
-    };
-    let mut trajectory = run.state.trajectory;
-    trajectory.stop_reason = reason;
-    trajectory.counters.phases = trajectory.phases.len();
-    Ok(trajectory)
+        return Ok(run.into_motion());
+    }
+    let kept = controls.kept_numbers.unwrap_or(KEPT) / parts.len();
+    let part_controls = Controls { kept_numbers: Some(kept), ..controls };
+    let mut runs = Vec::with_capacity(parts.len());
+    for Part { block, propagators } in parts {
+        let state = (block.gather(&q), block.gather(&u));
+        let statuses = block.statuses(&start.combination);
+        runs.push(PartRun::new(propagators, state, &statuses, duration, method, part_controls)?);
+    }
+    let most = controls.max_events;
+    // Contacts can have had events at the last instant of their part, which are not in order.
+    let enough = most.map(|most| most.saturating_add(scene.contacts.len()));
+    let (end, to_stop) = follow(&mut runs, duration, controls, enough)?;
+    let motions: Vec<Trajectory> = runs.into_iter().map(PartRun::into_motion).collect();
+    let stopped = parts.iter().zip(&motions).filter(|(_, motion)| motion.end <= end);
+    let reason = stopped
+        .filter(|(_, motion)| motion.stop_reason != StopReason::Duration)
+        .map(|(part, motion)| in_whole(motion.stop_reason.clone(), &part.block))
+        .next();
+    let is_enough = |whole: &Trajectory| most.is_some_and(|most| whole.events.len() >= most);
+    let mut whole = put_together(propagators, motions.into_iter(), end, is_enough);
+    whole.stop_reason = reason.or(to_stop).unwrap_or(StopReason::Duration);
+    if is_enough(&whole) {
+        whole.end = whole.phases[whole.phases.len() - 1].start;
+        whole.grazings.retain(|touch| touch.time <= whole.end);
+        whole.stop_reason = StopReason::MaxEvents;
+    }
+    Ok(whole)
+}
+
+/// Lets the runs step, always the one that is furthest behind, until all have come to the earliest time at which one of them
+/// stops, or have found enough events, or are to stop; returns the time up to which all are known, and why they are to stop.
+fn follow(
+    runs: &mut [PartRun<'_>],
+    duration: f64,
+    controls: Controls<'_>,
+    enough: Option<usize>,
+) -> Result<(f64, Option<StopReason>), Error> {
+    let started = Instant::now();
+    let (mut end, mut events, mut steps) = (duration, 0, 0);
+    // First all begin. Times are not negative, so that their bits are ordered as they are.
+    let mut queue: BinaryHeap<_> =
+        (0..runs.len()).map(|index| Reverse((0, false, index))).collect();
+    while let Some(Reverse((_, begun, index))) = queue.pop() {
+        let run = &mut runs[index];
+        if begun && run.time() >= end {
+            continue;
+        }
+        let before = run.motion().events.len();
+        run.step()?;
+        steps += 1;
+        events += run.motion().events.len() - before;
+        match run.stopped {
+            Some(_) => end = end.min(run.motion().end),
+            None => queue.push(Reverse((run.time().to_bits(), true, index))),
+        }
+        if steps < runs.len() {
+            continue;
+        }
+        let asked = steps.is_multiple_of(STEPS_PER_QUESTION);
+        let reason = if asked { controls.asked_to_stop(started) } else { None };
+        if reason.is_some() || enough.is_some_and(|enough| events >= enough) {
+            let open = runs.iter().filter(|run| run.stopped.is_none());
+            return Ok((open.map(PartRun::time).fold(end, f64::min), reason));
+        }
+    }
+    Ok((end, None))
+}
+
+/// The run of one part in progress.
+struct PartRun<'a> {
+    propagation: Propagation<'a>,
+    stopped: Option<StopReason>,
+}
+
+/// How a part is followed, one step after the other.
+enum Propagation<'a> {
+    /// From event to event.
+    Phases(Box<Run<'a>>, Box<Progress>),
+    /// From panel to panel, which its events restart where they reach.
+    Panels(Box<March<'a>>),
+}
+
+impl<'a> PartRun<'a> {
+    fn new(
+        propagators: &'a Arc<Propagators>,
+        state: (Vec<f64>, Vec<f64>),
+        combination: &Combination,
+        duration: f64,
+        method: Method,
+        controls: Controls<'a>,
+    ) -> Result<Self, Error> {
+        let marches = || marches_locally(&propagators.scene) && propagators.locality().is_ok();
+        let propagation = if method == Method::Local || method == Method::Auto && marches() {
+            let march = March::new(propagators, state, combination, duration, controls)?;
+            Propagation::Panels(Box::new(march))
+        } else {
+            let mut run = Run::new(propagators, state, duration, method, controls);
+            let progress = run.begin(combination)?;
+            Propagation::Phases(Box::new(run), Box::new(progress))
+        };
+        Ok(Self { propagation, stopped: None })
+    }
+
+    fn step(&mut self) -> Result<(), Error> {
+        self.stopped = match &mut self.propagation {
+            Propagation::Phases(run, progress) => run.step(progress)?,
+            Propagation::Panels(march) => march.step(),
+        };
+        Ok(())
+    }
+
+    /// The time up to which it is known, s.
+    fn time(&self) -> f64 {
+        match &self.propagation {
+            Propagation::Phases(run, _) => run.state.time.seconds,
+            Propagation::Panels(march) => march.clock.seconds,
+        }
+    }
+
+    fn motion(&self) -> &Trajectory {
+        match &self.propagation {
+            Propagation::Phases(run, _) => &run.state.trajectory,
+            Propagation::Panels(march) => &march.trajectory,
+        }
+    }
+
+    /// The motion so far.
+    fn into_motion(self) -> Trajectory {
+        let time = self.time();
+        let mut motion = match self.propagation {
+            Propagation::Phases(run, _) => run.state.trajectory,
+            Propagation::Panels(march) => march.into_motion(),
+        };
+        match self.stopped {
+            Some(reason) => motion.stop_reason = reason,
+            None => {
+                // An event is part of the motion once the phase that it begins is.
+                let known =
+                    motion.events.partition_point(|event| event.phase < motion.phases.len());
+                motion.events.truncate(known);
+                motion.accumulations.retain(|limit| limit.event < known);
+                motion.grazings.retain(|touch| touch.time <= time);
+                motion.end = time;
+            }
+        }
+        motion.counters.phases = motion.phases.len();
+        motion
+    }
 }

@@ -17,6 +17,7 @@ use crate::motion::method::Wanted;
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
+use crate::scene::partition::Block;
 use crate::scene::status::{Combination, Status};
 use crate::transient::kept_states::{KeptStates, PhaseState};
 use crate::transient::local::motion::LocalMotion;
@@ -62,9 +63,10 @@ pub struct Accumulation {
 }
 
 /// Why the computed motion ends where it does.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub enum StopReason {
     /// The duration asked for was reached.
+    #[default]
     Duration,
     /// `max_events` events were found.
     MaxEvents,
@@ -132,14 +134,51 @@ pub struct Counters {
     pub expansions: usize,
 }
 
+impl Counters {
+    /// Adds the work on a part, but for its phases, which may coincide with those of others.
+    pub(crate) fn add(&mut self, part: Self) {
+        let Self { phases: _, panels, leaps, refinements, combinations, taylor_phases, expansions } =
+            part;
+        self.panels += panels;
+        self.leaps += leaps;
+        self.refinements += refinements;
+        self.combinations += combinations;
+        self.taylor_phases += taylor_phases;
+        self.expansions += expansions;
+    }
+}
+
 /// One phase: a combination from a state at a time on.
 #[derive(Debug)]
 pub(crate) struct Phase {
     pub start: f64,
     /// Low part of the start: the exact time is `start + rest`, s.
     pub rest: f64,
-    /// Place in [`Trajectory::bases`]; in a local march, where no phase is propagated as a whole, 0.
+    /// Place in [`Trajectory::bases`]; 0 in a local march and in a scene of parts, where no phase is propagated as a whole.
     pub basis: usize,
+}
+
+/// The motion of a part that nothing couples to the others.
+#[derive(Debug)]
+pub(crate) struct PartMotion {
+    pub block: Arc<Block>,
+    pub motion: Trajectory,
+    /// The phases of the whole with which its own begin, ascending.
+    pub begins: Vec<usize>,
+}
+
+impl PartMotion {
+    /// Its phase during a phase of the whole.
+    fn phase_in(&self, whole: usize) -> usize {
+        self.begins.partition_point(|&begin| begin <= whole) - 1
+    }
+
+    /// Its phase during a phase of the whole, and the time since its start at the start of that, s.
+    fn place(&self, whole: usize, phase: &Phase) -> (usize, f64) {
+        let own = self.phase_in(whole);
+        let begun = &self.motion.phases[own];
+        (own, ((phase.start - begun.start) + (phase.rest - begun.rest)).max(0.0))
+    }
 }
 
 /// The data by which a run is repeated from one of its states.
@@ -168,6 +207,8 @@ pub struct Trajectory {
     pub(crate) repetition: Option<Repetition>,
     /// Of a local march, instead of states and their repetition.
     pub(crate) local: Option<LocalMotion>,
+    /// Of a scene in parts, instead of bases and states.
+    pub(crate) parts: Vec<PartMotion>,
     /// All events, in order of time.
     pub events: Vec<Event>,
     /// Touches that rounding could not decide, in order of time.
@@ -210,6 +251,7 @@ impl Trajectory {
             states: KeptStates::new(propagators.scene.size, 0, usize::MAX),
             repetition: None,
             local: None,
+            parts: Vec::new(),
             events: Vec::new(),
             grazings: Vec::new(),
             accumulations: Vec::new(),
@@ -231,6 +273,16 @@ impl Trajectory {
 
     /// The combination of a phase.
     pub(crate) fn combination_of(&self, phase: usize) -> Cow<'_, Combination> {
+        if !self.parts.is_empty() {
+            let mut statuses = vec![Status::Detached; self.contact_count()];
+            for part in &self.parts {
+                let own = part.motion.combination_of(part.phase_in(phase));
+                for (&contact, &status) in part.block.contacts.iter().zip(own.statuses()) {
+                    statuses[contact] = status;
+                }
+            }
+            return Cow::Owned(Combination::new(statuses));
+        }
         match &self.local {
             Some(local) => Cow::Owned(local.combination(phase)),
             None => Cow::Borrowed(&self.bases[self.phases[phase].basis].combination),
@@ -239,6 +291,12 @@ impl Trajectory {
 
     /// The basis of the combination of a phase.
     pub(crate) fn basis_of(&self, phase: usize) -> Result<Arc<CombinationBasis>, Error> {
+        if !self.parts.is_empty() {
+            let bases = self.parts.iter().map(|part| part.motion.basis_of(part.phase_in(phase)));
+            let bases = bases.collect::<Result<Vec<_>, Error>>()?;
+            let combination = self.combination_of(phase).into_owned();
+            return Ok(Arc::new(self.propagators.of_parts(combination, bases.into_iter())?));
+        }
         match &self.local {
             Some(local) => Ok(self.propagators.basis(&local.combination(phase), Wanted::Series)?.0),
             None => Ok(Arc::clone(&self.bases[self.phases[phase].basis])),
@@ -250,21 +308,23 @@ impl Trajectory {
         match (&self.repetition, &self.local) {
             (Some(run), _) => run.load_time,
             (None, Some(local)) => local.load_time,
-            (None, None) => 0.0,
+            (None, None) => self.parts.first().map_or(0.0, |part| part.motion.load_time()),
         }
     }
 
-    /// How many different combinations the phases have.
+    /// How many different combinations the phases have, of each part by itself.
     pub(crate) fn combinations_met(&self) -> usize {
-        self.bases.iter().map(|basis| &basis.combination).collect::<HashSet<_>>().len()
+        let of_parts: usize = self.parts.iter().map(|part| part.motion.combinations_met()).sum();
+        let own = self.bases.iter().map(|basis| &basis.combination);
+        own.collect::<HashSet<_>>().len() + of_parts
     }
 
     /// (q, q') at the start of a phase, contact coordinates.
     pub(crate) fn phase_state(&self, phase: usize) -> PhaseState<'_> {
-        if let Some(local) = &self.local {
-            let mut state = vec![0.0; 2 * self.scene().size];
-            let (q, u) = state.split_at_mut(self.scene().size);
-            local.state(phase, 0.0, q, u);
+        if self.local.is_some() || !self.parts.is_empty() {
+            let mut cursor = Cursor::new(self);
+            cursor.seek_local(phase, 0.0);
+            let state = [cursor.q, cursor.u].concat();
             let all = 0..state.len();
             return PhaseState::Repeated(Arc::new(state), all);
         }
@@ -275,7 +335,8 @@ impl Trajectory {
 
     /// Bytes taken by the states that are kept; those between are run again when they are asked for.
     pub fn kept_bytes(&self) -> usize {
-        self.local.as_ref().map_or(&self.states, |local| &local.states).bytes()
+        let of_parts: usize = self.parts.iter().map(|part| part.motion.kept_bytes()).sum();
+        self.local.as_ref().map_or(&self.states, |local| &local.states).bytes() + of_parts
     }
 
     /// The events at the start of a phase.
@@ -439,6 +500,8 @@ pub(crate) struct Cursor<'a> {
     /// The phase that `motion` follows.
     in_motion: usize,
     motion: Option<Motion>,
+    /// One for each part of a scene in parts.
+    parts: Vec<Cursor<'a>>,
     pub q: Vec<f64>,
     pub u: Vec<f64>,
 }
@@ -451,6 +514,7 @@ impl<'a> Cursor<'a> {
             phase: usize::MAX,
             in_motion: usize::MAX,
             motion: None,
+            parts: trajectory.parts.iter().map(|part| Self::new(&part.motion)).collect(),
             q: vec![0.0; n],
             u: vec![0.0; n],
         }
@@ -474,6 +538,16 @@ impl<'a> Cursor<'a> {
         if let Some(motion) = &trajectory.local {
             self.phase = phase;
             motion.state(phase, local, &mut self.q, &mut self.u);
+            return;
+        }
+        if !self.parts.is_empty() {
+            self.phase = phase;
+            for (part, cursor) in trajectory.parts.iter().zip(&mut self.parts) {
+                let (own, since) = part.place(phase, &trajectory.phases[phase]);
+                cursor.seek_local(own, since + local);
+                part.block.scatter(&cursor.q, &mut self.q);
+                part.block.scatter(&cursor.u, &mut self.u);
+            }
             return;
         }
         let state = trajectory.phase_state(phase);
@@ -504,6 +578,14 @@ impl<'a> Cursor<'a> {
 
     /// Local time up to which the motion of a phase is one series from a local time on, where it is not smooth everywhere.
     pub fn smooth_until(&mut self, phase: usize, local: f64) -> Option<f64> {
+        let trajectory = self.trajectory;
+        let of_parts = trajectory.parts.iter().zip(&mut self.parts).filter_map(|(part, cursor)| {
+            let (own, since) = part.place(phase, &trajectory.phases[phase]);
+            Some(cursor.smooth_until(own, since + local)? - since)
+        });
+        if let Some(first) = of_parts.reduce(f64::min) {
+            return Some(first);
+        }
         self.seek_local(phase, local.max(f64::MIN_POSITIVE));
         self.motion.as_mut()?.smooth_until(local)
     }
@@ -513,6 +595,14 @@ impl<'a> Cursor<'a> {
     pub fn growth_rate(&mut self, phase: usize, local: f64) -> f64 {
         if let Some(motion) = &self.trajectory.local {
             return motion.growth_rate();
+        }
+        let trajectory = self.trajectory;
+        let of_parts = trajectory.parts.iter().zip(&mut self.parts).map(|(part, cursor)| {
+            let (own, since) = part.place(phase, &trajectory.phases[phase]);
+            cursor.growth_rate(own, since + local)
+        });
+        if let Some(largest) = of_parts.reduce(f64::max) {
+            return largest;
         }
         // Local time 0 is known without a motion.
         self.seek_local(phase, local.max(f64::MIN_POSITIVE));

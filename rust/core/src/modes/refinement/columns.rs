@@ -96,16 +96,8 @@ impl Columns {
     /// Products of every real column here with every one there, one row for each column here.
     pub fn products(&self, other: &Self) -> Products {
         let mut products = Self::zeros(self.width, other.width, other.places.clone());
-        let unit = VectorUnit::default();
-        let mut weights = Vec::with_capacity(self.rows);
-        for a in 0..self.width {
-            weights.clear();
-            weights.extend(self.column(a));
-            for b in 0..other.blocks() {
-                let combine = Combine { weights: &weights, slices: other.block(b) };
-                products.slices[b * self.width + a] = unit.run(combine);
-            }
-        }
+        let columns = ColumnProducts { here: self, other, products: &mut products };
+        VectorUnit::default().run(columns);
         Products { places: self.places.clone(), products }
     }
 
@@ -115,8 +107,7 @@ impl Columns {
         for i in 0..self.rows {
             let weights: Vec<f64> = (0..self.width).map(|a| self.get(i, a)).collect();
             for b in 0..self.blocks() {
-                let combine = Combine { weights: &weights, slices: factors.0.block(b) };
-                let sums = unit.run(combine);
+                let sums = unit.run(Combine { weights: &weights, slices: factors.0.block(b) });
                 let slice = &mut self.slices[b * self.rows + i];
                 slice.iter_mut().zip(sums).for_each(|(entry, sum)| *entry += sum);
             }
@@ -145,6 +136,31 @@ impl Kernel for Combine<'_> {
             }
         }
         cast(sums)
+    }
+}
+
+/// The products of every column of one pack with every one of another.
+struct ColumnProducts<'a> {
+    here: &'a Columns,
+    other: &'a Columns,
+    products: &'a mut Columns,
+}
+
+impl Kernel for ColumnProducts<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        let Self { here, other, products } = self;
+        let mut weights = Vec::with_capacity(here.rows);
+        for a in 0..here.width {
+            weights.clear();
+            weights.extend(here.column(a));
+            for b in 0..other.blocks() {
+                let combine = Combine { weights: &weights, slices: other.block(b) };
+                products.slices[b * here.width + a] = combine.run(simd);
+            }
+        }
     }
 }
 

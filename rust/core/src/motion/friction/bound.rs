@@ -18,6 +18,7 @@ use crate::motion::friction::series::law_series::{UNIT, size};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
 use crate::motion::friction::series::rows::{Measure, Sizes};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::{Kernel, Lanes};
 use crate::scene::model::Scene;
 
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
@@ -25,17 +26,23 @@ const TUBE: f64 = 1e-6;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
 
-impl LawMotion {
-    /// Bounds of the error of the state and of the forces of laws.
-    pub(super) fn bound(
-        &mut self,
-        scene: &Scene,
-        operator: &LawOperator,
-        scale: f64,
-    ) -> PanelBound {
-        let Self { taylor, contacts, coupling, sizes, unit, .. } = self;
+/// Bounds of the error of the state and of the forces of laws.
+struct Bound<'a> {
+    motion: &'a mut LawMotion,
+    scene: &'a Scene,
+    operator: &'a LawOperator,
+    scale: f64,
+}
+
+impl Kernel for Bound<'_> {
+    type Output = PanelBound;
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> PanelBound {
+        let Self { motion, scene, operator, scale } = self;
+        let LawMotion { taylor, contacts, coupling, sizes, .. } = motion;
         let terms = taylor.terms();
-        unit.run(Measure { sizes, terms, size: scene.size, width: taylor.width });
+        Measure { sizes, terms, size: scene.size, width: taylor.width }.run(simd);
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let slips = operator.contacts.iter().zip(&*contacts);
@@ -114,5 +121,18 @@ impl LawMotion {
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
         bound.holds = exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
+    }
+}
+
+impl LawMotion {
+    /// Bounds of the error of the state and of the forces of laws.
+    pub(super) fn bound(
+        &mut self,
+        scene: &Scene,
+        operator: &LawOperator,
+        scale: f64,
+    ) -> PanelBound {
+        let unit = self.unit;
+        unit.run(Bound { motion: self, scene, operator, scale })
     }
 }

@@ -7,5 +7,6 @@ pub(crate) mod operator;
 mod panel_end;
 mod recurrences;
 pub(crate) mod series;
+mod small;
 #[cfg(test)]
 mod true_errors;

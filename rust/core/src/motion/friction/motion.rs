@@ -10,11 +10,11 @@ use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};
 use crate::motion::friction::series::panel_bound::ContactBounds;
-use crate::motion::friction::series::rows::{ROWS, Sizes};
+use crate::motion::friction::series::rows::{LawRows, Products, Sizes};
 use crate::motion::panel::Panel;
-use crate::motion::taylor::motion::TaylorMotion;
+use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
-use crate::numerics::simd::VectorUnit;
+use crate::numerics::simd::{Kernel, Lanes, VectorUnit};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
@@ -22,8 +22,8 @@ use crate::scene::model::Scene;
 const STEEPEST: f64 = 6.0;
 /// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
-/// Bound of truncation on a panel, relative to the state: far below the bound of rounding, which is some dozens of it.
-const TRUNCATION: f64 = f64::EPSILON;
+/// Bound of truncation on a panel, relative to the state: far below the bound of rounding, which is some hundreds of it.
+const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
 /// Changes of pieces at the start of a panel: each contact may be just at a speed of its table.
@@ -87,12 +87,10 @@ pub(crate) struct LawMotion {
     pub(super) coupling: Coupling,
     /// Of two contacts each.
     pub(super) convolutions: Vec<Convolutions>,
-    /// Of small combinations the rows of q'' of one order, and those of slip speeds, normal forces and event functions of all orders,
-    /// on the width that the recurrences had.
-    pub(super) rows: Vec<[f64; ROWS]>,
-    pub(super) outputs: Vec<[f64; ROWS]>,
-    /// Width of the panel before it is shortened.
-    recurred: f64,
+    /// Of small combinations, on the width that the recurrences had.
+    pub(super) products: Products,
+    /// Powers of the part of that width which the panel has.
+    pub(super) powers: [f64; COEFFICIENTS],
     pub(super) sizes: Sizes,
     /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
     share: f64,
@@ -104,6 +102,29 @@ pub(crate) struct LawMotion {
     pub(super) ends: Option<usize>,
     pub(super) ended: Option<usize>,
     pub(super) unit: VectorUnit,
+}
+
+/// The same series for a shorter panel, from the powers of the factor.
+struct Shorten<'a> {
+    motion: &'a mut LawMotion,
+    powers: [f64; ORDERS],
+}
+
+impl Kernel for Shorten<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, _: S) {
+        let Self { motion: LawMotion { taylor, contacts, powers: all, .. }, powers } = self;
+        taylor.shorten_by(&powers);
+        scale(all, &powers);
+        for Sliding { series, normal, force, beyond, .. } in contacts {
+            series.shorten(&powers);
+            scale(normal, &powers);
+            scale(force, &powers);
+            *beyond *= powers[COEFFICIENTS];
+        }
+    }
 }
 
 impl LawMotion {
@@ -123,11 +144,6 @@ impl LawMotion {
         self.contacts.resize_with(operator.contacts.len(), Sliding::default);
         let pairs = operator.contacts.len().div_ceil(SHARING);
         self.convolutions.resize_with(pairs, Convolutions::new);
-        if let Some(rows) = &operator.rows {
-            let [states, outputs] = rows.groups();
-            self.rows.resize(states, [0.0; ROWS]);
-            self.outputs.resize(COEFFICIENTS * outputs, [0.0; ROWS]);
-        }
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut self.contacts).enumerate()
         {
             let speed = -one.sign * one.slip.value(q, u);
@@ -179,7 +195,7 @@ impl LawMotion {
         if operator.rows.is_some() && self.share < 1.0 {
             self.taylor.begin_within(self.share);
         }
-        self.recurred = self.taylor.width;
+        self.powers = [1.0; COEFFICIENTS];
         for _ in 0..CHANGES {
             self.recur(scene, operator);
             if !self.change_pieces(operator) {
@@ -247,14 +263,8 @@ impl LawMotion {
     }
 
     pub(super) fn shorten(&mut self, factor: f64) {
-        self.taylor.shorten(factor);
-        let powers: [f64; COEFFICIENTS] = powers(factor);
-        for Sliding { series, normal, force, beyond, .. } in &mut self.contacts {
-            series.shorten(&powers);
-            scale(normal, &powers);
-            scale(force, &powers);
-            *beyond *= powers[DEGREE] * factor;
-        }
+        let unit = self.unit;
+        unit.run(Shorten { motion: self, powers: powers(factor) });
     }
 
     pub fn expand(
@@ -263,10 +273,11 @@ impl LawMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
-        if operator.rows.is_some() {
-            self.expand_rows(operator, functions, panel);
-        } else {
-            self.taylor.expand_within(&operator.taylor, functions, panel, self.left_out);
+        match &operator.rows {
+            Some(rows) => self.expand_rows(operator, rows, functions, panel),
+            None => {
+                self.taylor.expand_within(&operator.taylor, functions, panel, self.left_out);
+            }
         }
         if let Some(response) = &operator.response {
             self.add_friction(&response.functions, functions, panel);
@@ -277,22 +288,28 @@ impl LawMotion {
     }
 
     /// The event functions of a small combination, which the recurrences gave.
-    fn expand_rows(&self, operator: &LawOperator, functions: &[EventFunction], panel: &mut Panel) {
+    fn expand_rows(
+        &self,
+        operator: &LawOperator,
+        rows: &LawRows,
+        functions: &[EventFunction],
+        panel: &mut Panel,
+    ) {
         panel.reset(self.taylor.width, functions.len());
         let rounding = self.taylor.rounding();
-        let powers: [f64; COEFFICIENTS] = powers(self.taylor.width / self.recurred);
-        let outputs = self.outputs.as_flattened();
-        let stride = outputs.len() / COEFFICIENTS;
         for (index, function) in functions.iter().enumerate() {
             let [at_origin, constant] = self.taylor.constant(index);
             let row = panel.row(index);
-            let place = 2 * self.contacts.len() + index;
-            for k in 0..COEFFICIENTS {
-                row[k] = powers[k] * outputs[k * stride + place];
+            let functional = &function.functional;
+            match rows.place(index) {
+                Some(place) => {
+                    let scaled = self.powers.iter().zip(self.products.row(rows, place));
+                    row.iter_mut().zip(scaled).for_each(|(c, (power, term))| *c = power * term);
+                }
+                None => self.taylor.coefficients_of_single(functional, row),
             }
             row[0] += at_origin;
             let lowest = lowest(row);
-            let functional = &function.functional;
             let tail = self.left_out * operator.taylor.function_norm(index);
             let error = rounding * (constant + Sizes::of(&self.sizes.all, functional)) + tail;
             panel.error[index] = error;

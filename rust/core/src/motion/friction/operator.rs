@@ -18,7 +18,7 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// Part of the panels of linear phases: the bound of rounding grows by e^(sigma h) over a panel.
-const SHARE: f64 = 0.7;
+const SHARE: f64 = 0.8;
 
 #[derive(Debug)]
 pub(crate) struct LawOperator {
@@ -96,7 +96,7 @@ impl LawOperator {
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
-        let rows = LawRows::new(own, reduction, &contacts, functions);
+        let rows = LawRows::new(own, reduction, taylor.equation.moving(), &contacts, functions);
         Ok(Self { taylor, contacts, response, rows, terms })
     }
 

@@ -3,6 +3,7 @@
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::SHARING;
+use crate::motion::friction::small::Small;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Kernel, Lanes, group};
 use crate::scene::model::Scene;
@@ -20,8 +21,14 @@ impl Kernel for Recurrences<'_> {
     fn run<S: Lanes>(self, simd: S) {
         let Self { motion, scene, operator } = self;
         motion.convolutions.iter_mut().for_each(|all| all.clear());
+        if let Some(rows) = &operator.rows {
+            let [q, dq] = motion.taylor.orders(0);
+            rows.begin(&mut motion.products, q, dq, 1.0 / motion.taylor.width);
+        }
         for k in 0..COEFFICIENTS {
-            motion.multiply(simd, operator, k);
+            if let Some(rows) = &operator.rows {
+                rows.multiply(simd, k, &mut motion.products);
+            }
             motion.laws(simd, operator, k);
             if let Some(response) = &operator.response {
                 motion.couple(&response.normal, k);
@@ -39,64 +46,62 @@ impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
         let unit = self.unit;
-        unit.run(Recurrences { motion: self, scene, operator });
+        match Small::new(self, operator) {
+            Ok(small) => unit.run(small),
+            Err(motion) => unit.run(Recurrences { motion, scene, operator }),
+        }
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
-        }
-    }
-
-    /// Of small combinations the rows of order k.
-    #[inline(always)]
-    fn multiply<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {
-        let Self { taylor, rows, outputs, .. } = self;
-        if let Some(all) = &operator.rows {
-            let [_, groups] = all.groups();
-            let outputs = &mut outputs[k * groups..(k + 1) * groups];
-            let [q, dq] = taylor.orders(k);
-            all.multiply(simd, q, dq, (k + 1) as f64 / taylor.width, rows, outputs);
         }
     }
 
     /// The laws, and their forces; where contacts are coupled, as far as these follow from lower orders of N.
     #[inline(always)]
     fn laws<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {
-        let Self { taylor, contacts, convolutions, outputs, .. } = self;
-        let coupled = operator.response.is_some();
-        let rows = outputs.as_flattened();
-        let rows = rows[k * rows.len() / COEFFICIENTS..].as_chunks::<2>().0;
-        for (pair, convolutions) in convolutions.iter_mut().enumerate() {
-            let middle: [f64; GROUP] = pulp::cast(convolutions.middle(simd, k));
-            let (mut left, mut right) = ([0.0; GROUP], [0.0; GROUP]);
-            for place in 0..SHARING {
-                let i = pair * SHARING + place;
-                let Some(Sliding { series, normal, force, at_origin, .. }) = contacts.get_mut(i)
-                else {
-                    break;
-                };
-                let one = &operator.contacts[i];
-                // The slip speed, and the normal force without those of laws.
-                let [mut slip, mut of_normal] = match operator.rows {
-                    Some(_) => rows[i],
-                    None => [
-                        -one.sign * taylor.coefficient(&one.slip, k),
-                        taylor.coefficient(&one.normal, k),
-                    ],
-                };
-                if k == 0 {
-                    slip -= one.sign * one.slip.constant;
-                    of_normal += *at_origin;
-                }
-                let (excess, of_law) = series.extend(&one.law, k, slip, middle[2 * place]);
-                normal[k] = of_normal;
-                [left[2 * place], right[2 * place]] = of_law;
-                [left[2 * place + 1], right[2 * place + 1]] = [excess, of_normal];
-                // The law of this order is known last.
-                let known = if coupled { 0.0 } else { series.excess[0] * of_normal };
-                let sum = (middle[2 * place + 1] + known) + excess * normal[0];
-                force[k] = if k == 0 { known } else { sum };
-            }
-            convolutions.set(k, group(left), group(right));
+        for pair in 0..self.convolutions.len() {
+            let convolutions = &self.convolutions[pair];
+            let middle = convolutions.middle(simd, k, convolutions.newest);
+            let [a, b, c, d]: [f64; GROUP] = pulp::cast(middle);
+            // One after the other, so that their factors stay in registers.
+            let [left_a, right_a, left_b, right_b] = self.law(operator, SHARING * pair, k, [a, b]);
+            let [left_c, right_c, left_d, right_d] =
+                self.law(operator, SHARING * pair + 1, k, [c, d]);
+            let left = group([left_a, left_b, left_c, left_d]);
+            let right = group([right_a, right_b, right_c, right_d]);
+            self.convolutions[pair].push(k, [left, right]);
         }
+    }
+
+    /// One law and its force, from the terms of its two products with lower orders. Gives the factors of both products.
+    #[inline(always)]
+    fn law(&mut self, operator: &LawOperator, i: usize, k: usize, middle: [f64; 2]) -> [f64; 4] {
+        let Self { taylor, contacts, products, .. } = self;
+        let Some(Sliding { series, normal, force, at_origin, .. }) = contacts.get_mut(i) else {
+            return [0.0; 4];
+        };
+        let one = &operator.contacts[i];
+        // The slip speed, and the normal force without those of laws.
+        let mut slip = match (&operator.rows, one.slip.single()) {
+            (Some(_), Some((1, place, weight))) => -one.sign * weight * products.velocity(place),
+            _ => -one.sign * taylor.coefficient(&one.slip, k),
+        };
+        let mut of_normal = match &operator.rows {
+            Some(rows) => products.outputs(rows, k)[i],
+            None => taylor.coefficient(&one.normal, k),
+        };
+        if k == 0 {
+            slip -= one.sign * one.slip.constant;
+            of_normal += *at_origin;
+        }
+        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
+        normal[k] = of_normal;
+        // The normal force of this order is known last.
+        let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
+        force[k] = match operator.response {
+            Some(_) => known,
+            None => series.excess[0].mul_add(of_normal, known),
+        };
+        [left, right, excess, of_normal]
     }
 
     /// The forces of laws of coupled contacts, and the normal forces that they led to.
@@ -105,21 +110,22 @@ impl LawMotion {
         let Self { contacts, convolutions, .. } = self;
         for (place, Sliding { series, normal, force, .. }) in contacts.iter_mut().enumerate() {
             force[k] += series.excess[0] * normal[k];
-            convolutions[place / SHARING].set_normal(k, place % SHARING, normal[k]);
+            convolutions[place / SHARING].set_normal(place % SHARING, normal[k]);
         }
     }
 
     /// The next order of the state.
     #[inline(always)]
     fn next<S: Lanes>(&mut self, simd: S, scene: &Scene, operator: &LawOperator, k: usize) {
-        let Self { taylor, contacts, base, rows, .. } = self;
-        if let Some(all) = &operator.rows {
+        let Self { taylor, contacts, base, products, .. } = self;
+        if let Some(rows) = &operator.rows {
             if k == 0 {
-                all.load(base, rows);
+                rows.load(base, products.states(rows));
             }
-            let factor = taylor.width * taylor.width / ((k + 1) * (k + 2)) as f64;
+            let h = taylor.width;
+            let factors = [h * h / ((k + 1) * (k + 2)) as f64, (k + 2) as f64 / h];
             let forces = |contact: usize| contacts[contact].force[k];
-            return all.next(simd, rows, forces, factor, taylor.next_order(k));
+            return rows.next(simd, k, products, forces, factors, taylor.orders_from(k + 1));
         }
         if k == 0 {
             taylor.force.copy_from_slice(base);

@@ -26,7 +26,7 @@ pub(crate) const TRUNCATION: f64 = 0.1 * f64::EPSILON;
 /// Coordinates of two groups.
 const PAIR: usize = 2 * GROUP;
 /// Orders of the terms.
-const ORDERS: usize = DEGREE + 2;
+pub(crate) const ORDERS: usize = DEGREE + 2;
 
 /// One phase by Taylor series; its buffers serve every phase of a run.
 #[derive(Debug, Default)]
@@ -235,15 +235,15 @@ impl TaylorMotion {
         &self.terms
     }
 
+    /// All coefficients from an order on, of this many numbers each.
+    pub(crate) fn orders_from(&mut self, k: usize) -> (usize, &mut [f64]) {
+        (self.size, &mut self.terms[k * self.size..])
+    }
+
     /// Coefficients of q of order k and of the next.
     pub(crate) fn orders(&self, k: usize) -> [&[f64]; 2] {
         let (q, dq) = self.terms[k * self.size..(k + 2) * self.size].split_at(self.size);
         [q, dq]
-    }
-
-    /// Those two orders up.
-    pub(crate) fn next_order(&mut self, k: usize) -> &mut [f64] {
-        &mut self.terms[(k + 2) * self.size..(k + 3) * self.size]
     }
 
     /// The norm of the state to which the terms left out are relative.
@@ -259,8 +259,20 @@ impl TaylorMotion {
 
     /// The same series for a panel shorter by `factor`.
     pub(crate) fn shorten(&mut self, factor: f64) {
-        self.width *= factor;
-        let powers: [f64; ORDERS] = powers(factor);
+        self.shorten_by(&powers(factor));
+    }
+
+    /// The same from the powers of the factor.
+    #[inline(always)]
+    pub(crate) fn shorten_by(&mut self, powers: &[f64; ORDERS]) {
+        self.width *= powers[1];
+        // A constant number of coordinates unrolls the loops.
+        if self.size == PAIR {
+            for (terms, power) in self.terms.as_chunks_mut::<PAIR>().0.iter_mut().zip(powers) {
+                terms.iter_mut().for_each(|term| *term *= power);
+            }
+            return;
+        }
         for (terms, power) in self.terms.chunks_exact_mut(self.size).zip(powers) {
             terms.iter_mut().for_each(|term| *term *= power);
         }
@@ -421,6 +433,21 @@ impl TaylorMotion {
         let position = functional.position.iter().map(|&(i, weight)| weight * q[i]);
         let velocity = functional.velocity.iter().map(|&(i, weight)| weight * rate * dq[i]);
         velocity.fold(position.fold(0.0, |sum, term| sum + term), |sum, term| sum + term)
+    }
+
+    /// All coefficients of a functional of one term.
+    pub(crate) fn coefficients_of_single(
+        &self,
+        functional: &Functional,
+        row: &mut [f64; COEFFICIENTS],
+    ) {
+        row.fill(0.0);
+        let Some((of, i, weight)) = functional.single() else { return };
+        let inverse = 1.0 / self.width;
+        for (k, c) in row.iter_mut().enumerate() {
+            let rate = if of == 0 { 1.0 } else { f64::from(k as u32 + 1) * inverse };
+            *c = weight * rate * self.terms[(k + of) * self.size + i];
+        }
     }
 
     /// The coefficients of a functional from the first order on, from the series of each coordinate.

@@ -11,7 +11,7 @@ use crate::contact::event_function::{EventFunction, functions_of_contact};
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
-use crate::error::{Cancel, Error};
+use crate::error::Error;
 use crate::motion::local::field::{Field, Reset};
 use crate::motion::local::locality::Kind;
 use crate::motion::local::reach::Reaches;
@@ -78,8 +78,9 @@ enum PanelEnd {
 }
 
 /// A run in progress.
-struct March<'a> {
+pub(crate) struct March<'a> {
     scene: Arc<Scene>,
+    duration: f64,
     locality: Arc<Reaches>,
     controls: Controls<'a>,
     started: Instant,
@@ -94,7 +95,7 @@ struct March<'a> {
     /// Touches at the end of a panel, by contact.
     pending: HashMap<usize, Vec<Option<Grazing>>>,
     /// Start of the panel.
-    clock: Clock,
+    pub clock: Clock,
     /// State at the start of the panel; while a panel is followed, the entries that the last event needed.
     q: Vec<f64>,
     u: Vec<f64>,
@@ -103,107 +104,107 @@ struct March<'a> {
     switched: f64,
     at_this_instant: usize,
     motion: LocalMotion,
-    trajectory: Trajectory,
+    pub trajectory: Trajectory,
 }
 
-/// Runs from (q, q') at time 0.
-pub(crate) fn simulate(
-    propagators: &Arc<Propagators>,
-    (q, u): (Vec<f64>, Vec<f64>),
-    combination: &Combination,
-    duration: f64,
-    controls: Controls<'_>,
-) -> Result<Trajectory, Error> {
-    let locality = propagators.locality()?;
-    let scene = &propagators.scene;
-    let statuses = combination.statuses();
-    let contacts = statuses.len();
-    let mut trajectory = Trajectory::new(propagators);
-    trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: 0 });
-    let mut march = March {
-        scene: Arc::clone(scene),
-        controls,
-        started: Instant::now(),
-        field: Field::new(scene, &locality),
-        settlement: Settlement {
-            statuses: statuses.to_vec(),
-            departures: initial_departures(scene, combination, &q, &u),
-            events: Vec::new(),
-            rest: None,
-        },
-        departed: vec![0.0; contacts],
-        functions: (0..contacts).map(|i| functions_of_contact(scene, i, statuses[i])).collect(),
-        next: vec![Next::default(); contacts],
-        queue: BinaryHeap::new(),
-        search: PanelSearch::default(),
-        pending: HashMap::new(),
-        clock: Clock::default(),
-        q,
-        u,
-        speed: 0.0,
-        switched: controls.load_time,
-        at_this_instant: 0,
-        motion: LocalMotion::new(
-            scene,
-            &locality,
-            combination,
-            (controls.load_time, controls.kept_numbers),
-        ),
-        trajectory,
-        locality,
-    };
-    let reason = march.run(duration);
-    let March { motion, mut trajectory, .. } = march;
-    trajectory.counters.phases = trajectory.phases.len();
-    trajectory.counters.taylor_phases = trajectory.phases.len();
-    trajectory.stop_reason = reason;
-    trajectory.local = Some(motion);
-    Ok(trajectory)
-}
+impl<'a> March<'a> {
+    /// A run from (q, q') at time 0.
+    pub fn new(
+        propagators: &Arc<Propagators>,
+        (q, u): (Vec<f64>, Vec<f64>),
+        combination: &Combination,
+        duration: f64,
+        controls: Controls<'a>,
+    ) -> Result<Self, Error> {
+        let locality = propagators.locality()?;
+        let scene = &propagators.scene;
+        let statuses = combination.statuses();
+        let contacts = statuses.len();
+        let mut trajectory = Trajectory::new(propagators);
+        trajectory.phases.push(Phase { start: 0.0, rest: 0.0, basis: 0 });
+        Ok(Self {
+            scene: Arc::clone(scene),
+            duration,
+            controls,
+            started: Instant::now(),
+            field: Field::new(scene, &locality),
+            settlement: Settlement {
+                statuses: statuses.to_vec(),
+                departures: initial_departures(scene, combination, &q, &u),
+                events: Vec::new(),
+                rest: None,
+            },
+            departed: vec![0.0; contacts],
+            functions: (0..contacts).map(|i| functions_of_contact(scene, i, statuses[i])).collect(),
+            next: vec![Next::default(); contacts],
+            queue: BinaryHeap::new(),
+            search: PanelSearch::default(),
+            pending: HashMap::new(),
+            clock: Clock::default(),
+            q,
+            u,
+            speed: 0.0,
+            switched: controls.load_time,
+            at_this_instant: 0,
+            motion: LocalMotion::new(
+                scene,
+                &locality,
+                combination,
+                (controls.load_time, controls.kept_numbers),
+            ),
+            trajectory,
+            locality,
+        })
+    }
 
-impl March<'_> {
-    fn run(&mut self, duration: f64) -> StopReason {
-        loop {
-            let next = self.scene.next_switch(self.switched);
-            let until = next.map_or(duration, |next| duration.min(next - self.controls.load_time));
-            let remaining = until - self.clock.seconds;
-            let end = self.panel(remaining);
-            if let Some(panel) = self.motion.panels.last_mut() {
-                panel.end = match end {
-                    PanelEnd::At(at) | PanelEnd::Stop(at, _) => at,
-                };
+    /// Follows one panel; the reason if the motion ends in it.
+    pub fn step(&mut self) -> Option<StopReason> {
+        let next = self.scene.next_switch(self.switched);
+        let stretch = next.map(|next| next - self.controls.load_time);
+        let until = stretch.map_or(self.duration, |next| self.duration.min(next));
+        let remaining = until - self.clock.seconds;
+        let end = self.panel(remaining);
+        if let Some(panel) = self.motion.panels.last_mut() {
+            panel.end = match end {
+                PanelEnd::At(at) | PanelEnd::Stop(at, _) => at,
+            };
+        }
+        match end {
+            PanelEnd::Stop(at, reason) => {
+                self.trajectory.end = self.clock.after(at).seconds;
+                Some(reason)
             }
-            match end {
-                PanelEnd::Stop(at, reason) => {
-                    self.trajectory.end = self.clock.after(at).seconds;
-                    return reason;
+            PanelEnd::At(at) if at >= remaining => {
+                self.trajectory.end = until;
+                self.clock = Clock { seconds: until, rest: 0.0 };
+                if until >= self.duration {
+                    return Some(StopReason::Duration);
                 }
-                PanelEnd::At(at) if at >= remaining => {
-                    self.trajectory.end = until;
-                    self.clock = Clock { seconds: until, rest: 0.0 };
-                    if until >= duration {
-                        let last = self.motion.steps.last();
-                        // The last event begins a panel that there is not yet.
-                        if last.is_some_and(|step| step.panel == self.motion.panels.len()) {
-                            self.begin_panel();
-                        }
-                        return StopReason::Duration;
-                    }
-                    if let (Some(drive), Some(next)) = (&self.scene.drive, next) {
-                        self.switched = next;
-                        drive.switch(next, &mut self.q);
-                    }
-                    if let Some(reason) = self.switch() {
-                        return reason;
-                    }
+                if let (Some(drive), Some(next)) = (&self.scene.drive, next) {
+                    self.switched = next;
+                    drive.switch(next, &mut self.q);
                 }
-                PanelEnd::At(at) => {
-                    let pending = self.pending.values_mut().flatten().flatten();
-                    pending.for_each(|touch| touch.time -= at);
-                    self.clock = self.clock.after(at);
-                }
+                self.switch()
+            }
+            PanelEnd::At(at) => {
+                let pending = self.pending.values_mut().flatten().flatten();
+                pending.for_each(|touch| touch.time -= at);
+                self.clock = self.clock.after(at);
+                None
             }
         }
+    }
+
+    /// The motion so far.
+    pub fn into_motion(mut self) -> Trajectory {
+        let last = self.motion.steps.last();
+        // The last event begins a panel that there is not yet.
+        if last.is_some_and(|step| step.panel == self.motion.panels.len()) {
+            self.begin_panel();
+        }
+        self.trajectory.counters.taylor_phases = self.trajectory.phases.len();
+        self.trajectory.local = Some(self.motion);
+        self.trajectory
     }
 
     fn begin_panel(&mut self) {
@@ -508,23 +509,14 @@ impl March<'_> {
             step.resets.extend(resets);
         }
         let (events, most) = (self.trajectory.events.len(), self.controls.max_events);
-        if most.is_some_and(|most| events >= most) {
-            self.begin_panel();
-            return Some(StopReason::MaxEvents);
-        }
-        None
+        most.is_some_and(|most| events >= most).then_some(StopReason::MaxEvents)
     }
 
     fn asked_to_stop(&self) -> Option<StopReason> {
-        let Controls { cancel, time_limit, max_events, .. } = self.controls;
-        if max_events.is_some_and(|most| self.trajectory.events.len() >= most) {
+        let most = self.controls.max_events;
+        if most.is_some_and(|most| self.trajectory.events.len() >= most) {
             return Some(StopReason::MaxEvents);
         }
-        if cancel.is_some_and(Cancel::is_requested) {
-            return Some(StopReason::Interrupted);
-        }
-        let elapsed = || self.started.elapsed().as_secs_f64();
-        let late = time_limit.is_some_and(|limit| elapsed() > limit);
-        late.then_some(StopReason::TimeLimit)
+        self.controls.asked_to_stop(self.started)
     }
 }

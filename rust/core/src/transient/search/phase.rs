@@ -3,7 +3,7 @@
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
-use crate::error::{Cancel, RunFailure};
+use crate::error::RunFailure;
 use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::transient::run_state::RunState;
@@ -225,12 +225,7 @@ fn asked_to_stop(run: &RunState<'_>) -> Option<StopReason> {
     if !run.trajectory.counters.panels.is_multiple_of(interval) {
         return None;
     }
-    if run.controls.cancel.is_some_and(Cancel::is_requested) {
-        return Some(StopReason::Interrupted);
-    }
-    let elapsed = || run.started.elapsed().as_secs_f64();
-    let late = run.controls.time_limit.is_some_and(|limit| elapsed() > limit);
-    late.then_some(StopReason::TimeLimit)
+    run.controls.asked_to_stop(run.started)
 }
 
 fn stop(

@@ -11,6 +11,7 @@
 //! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
+use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::GROUP;
 use crate::scene::friction::law::FrictionLaw;
@@ -31,6 +32,9 @@ const INVERSE: [f64; COEFFICIENTS] = {
 
 /// Slip speeds, as multiples of v, from which on e counts as zero: it is below 1e-260.
 const FAR: f64 = 600.0;
+
+/// Exponents from which on `e^x - 1` is less than half.
+const NEAR: f64 = -0.6;
 
 /// `mu(S) - mu(0)` along a panel.
 #[derive(Debug, Clone, Default)]
@@ -69,12 +73,18 @@ impl LawSeries {
                 let falling = at_rest - kinetic;
                 if k == 0 {
                     let exponent = -s / speed;
-                    let value = if -exponent > FAR { 0.0 } else { exponent.exp() };
-                    (falling * exponent.exp_m1() + viscous * s, value, 0.0)
+                    let less = exponent.exp_m1();
+                    let value = match exponent {
+                        // Here the sum is as good as another exponential: two units.
+                        NEAR..=0.0 => 1.0 + less,
+                        _ if -exponent > FAR => 0.0,
+                        _ => exponent.exp(),
+                    };
+                    (falling * less + viscous * s, value, 0.0)
                 } else {
                     let part = INVERSE[k] / speed;
-                    let value = -(middle * part) - s * (k as f64 * inner[0] * part);
-                    (falling * value + viscous * s, value, k as f64 * s)
+                    let value = s.mul_add(-(k as f64 * inner[0] * part), -(middle * part));
+                    (falling.mul_add(value, viscous * s), value, k as f64 * s)
                 }
             }
             FrictionLaw::Rational { at_rest, kinetic, speed } => {
@@ -84,7 +94,7 @@ impl LawSeries {
                     (-falling * (s / speed) * value, value, 0.0)
                 } else {
                     let part = inner[0] / speed;
-                    let value = -(middle * part) - s * (inner[0] * part);
+                    let value = s.mul_add(-(inner[0] * part), -(middle * part));
                     (falling * value, value, s)
                 }
             }
@@ -117,6 +127,7 @@ impl LawSeries {
     }
 
     /// How far S moves from S_0, at most.
+    #[inline(always)]
     pub fn range(&self) -> f64 {
         let mut moving = self.slip;
         moving[0] = 0.0;
@@ -124,6 +135,7 @@ impl LawSeries {
     }
 
     /// Bounds on the panel, the slope also where S is off by `beyond`.
+    #[inline(always)]
     pub fn bounds(&self, law: &FrictionLaw, beyond: f64) -> LawBounds {
         let Self { slip, inner, excess, piece } = self;
         let range = self.range();
@@ -143,9 +155,16 @@ impl LawSeries {
             }
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
                 let falling = (at_rest - kinetic).abs();
-                let (ratio, dropped) = match slip[0] > FAR * speed {
-                    true => (0.0, ((range - slip[0]) / speed).exp()),
-                    false => ((2.0 * range / speed).exp(), 0.0),
+                let (ratio, dropped, steepest) = match slip[0] > FAR * speed {
+                    true => {
+                        let largest = ((wide - slip[0]) / speed).exp();
+                        (0.0, largest, largest)
+                    }
+                    // The first value of e has few units of rounding per unit of its exponent.
+                    false => {
+                        let growth = (wide / speed).exp();
+                        (growth * growth, 0.0, growth * inner[0] * (1.0 + 1e-12))
+                    }
                 };
                 // R begins at order DEGREE, and is integrated.
                 let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
@@ -157,7 +176,7 @@ impl LawSeries {
                     // What is dropped is below 1e-170 and grows by no power of the width.
                     rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess))
                         + falling * dropped,
-                    slope: viscous + falling / speed * ((wide - slip[0]) / speed).exp(),
+                    slope: viscous + falling / speed * steepest,
                 }
             }
             FrictionLaw::Rational { at_rest, kinetic, speed } => {
@@ -219,7 +238,8 @@ impl LawSeries {
     }
 
     /// The same series for a shorter panel, from the powers of the factor.
-    pub fn shorten(&mut self, powers: &[f64; COEFFICIENTS]) {
+    #[inline(always)]
+    pub fn shorten(&mut self, powers: &[f64; ORDERS]) {
         for all in [&mut self.slip, &mut self.inner, &mut self.excess] {
             scale(all, powers);
         }
@@ -227,6 +247,7 @@ impl LawSeries {
 }
 
 /// Sum of absolute values, in sums that do not wait for each other.
+#[inline(always)]
 pub(crate) fn size(coefficients: &[f64; COEFFICIENTS]) -> f64 {
     let mut sums = [0.0; GROUP];
     let mut k = 0;
@@ -249,7 +270,8 @@ pub(crate) fn product(a: &[f64; COEFFICIENTS], b: &[f64; COEFFICIENTS]) -> [f64;
 }
 
 /// Coefficients for a shorter panel, from the powers of the factor.
-pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; COEFFICIENTS]) {
+#[inline(always)]
+pub(crate) fn scale(coefficients: &mut [f64; COEFFICIENTS], powers: &[f64; ORDERS]) {
     for k in 0..COEFFICIENTS {
         coefficients[k] *= powers[k];
     }

@@ -1,0 +1,196 @@
+//! The recurrences of a panel of at most two contacts and few coordinates, whose rows are one block and whose contacts are not coupled.
+//!
+//! The general recurrences spend most of their time on finding places; here the newest order stays in registers.
+
+use pulp::cast;
+
+use crate::motion::friction::motion::{LawMotion, Sliding};
+use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::convolutions::SHARING;
+use crate::motion::friction::series::law_contact::LawContact;
+use crate::motion::friction::series::rows::{BLOCK, LawRows};
+use crate::motion::taylor::motion::ORDERS;
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, group};
+
+/// Room for the coordinates of a block of rows; a place in it needs no further check.
+const ROOM: usize = BLOCK * GROUP;
+
+/// 1 / ((k + 1) (k + 2))
+const STEPS: [f64; COEFFICIENTS] = {
+    let mut steps = [0.0; COEFFICIENTS];
+    let mut k = 0;
+    while k < COEFFICIENTS {
+        steps[k] = 1.0 / ((k + 1) * (k + 2)) as f64;
+        k += 1;
+    }
+    steps
+};
+
+/// What fits: the motion, its operator, the rows and what the slip velocities read, (coordinate, weight).
+pub(super) struct Small<'a> {
+    motion: &'a mut LawMotion,
+    operator: &'a LawOperator,
+    rows: &'a LawRows,
+    slips: [(usize, f64); SHARING],
+}
+
+impl<'a> Small<'a> {
+    /// None of a motion that needs the general recurrences.
+    pub fn new(
+        motion: &'a mut LawMotion,
+        operator: &'a LawOperator,
+    ) -> Result<Self, &'a mut LawMotion> {
+        let slips = || {
+            let rows = operator.rows.as_ref().filter(|rows| rows.is_block())?;
+            let mut slips = [(0, 0.0); SHARING];
+            for (slip, one) in slips.iter_mut().zip(&operator.contacts) {
+                let (1, place, weight) = one.slip.single()? else { return None };
+                *slip = (place, -one.sign * weight);
+            }
+            let fits =
+                (1..=SHARING).contains(&operator.contacts.len()) && operator.response.is_none();
+            fits.then_some((rows, slips))
+        };
+        match slips() {
+            Some((rows, slips)) => Ok(Self { motion, operator, rows, slips }),
+            None => Err(motion),
+        }
+    }
+}
+
+impl Kernel for Small<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        match self.rows.states + 1 {
+            2 => self.recur::<2, S>(simd),
+            3 => self.recur::<3, S>(simd),
+            _ => self.recur::<BLOCK, S>(simd),
+        }
+    }
+}
+
+impl Small<'_> {
+    /// With `T` groups of rows, the last one of normal forces and event functions.
+    #[inline(always)]
+    fn recur<const T: usize, S: Lanes>(self, simd: S) {
+        let Self { motion, operator, rows, slips } = self;
+        let LawMotion { taylor, contacts, convolutions, products, base, .. } = motion;
+        let ([convolutions], Some(first)) = (&mut convolutions[..], operator.contacts.first())
+        else {
+            return;
+        };
+        let (of_first, of_second) = contacts.split_at_mut(1);
+        let (Some(of_first), of_second) = (of_first.first_mut(), of_second.first_mut()) else {
+            return;
+        };
+        let mut second = operator.contacts.get(1).zip(of_second);
+        let (columns, width) = (rows.columns.as_chunks::<T>().0, taylor.width);
+        let (of_z, of_u) = columns.split_at(rows.moving.len());
+        let inverse = 1.0 / width;
+        let all = products.room(rows).as_chunks_mut::<T>().0;
+        let forces: [[Group; T]; SHARING] = std::array::from_fn(|i| rows.by_force(i));
+        // Coefficients of q; z and q' of the order in progress.
+        let mut orders = [[ZEROS; T]; ORDERS];
+        let (n, terms) = taylor.orders_from(0);
+        for (order, terms) in orders.iter_mut().zip(terms.chunks_exact(n)).take(2) {
+            let numbers = pulp::bytemuck::cast_slice_mut::<Group, f64>(order);
+            numbers.iter_mut().zip(terms).for_each(|(to, from)| *to = *from);
+        }
+        let (mut z, mut u) = ([ZEROS; BLOCK], [ZEROS; BLOCK]);
+        for g in 0..T - 1 {
+            u[g] = simd.mul_f64s(simd.splat_f64s(inverse), orders[1][g]);
+            z[g] = simd.mul_add_f64s(simd.splat_f64s(rows.beta), u[g], orders[0][g]);
+        }
+        convolutions.clear();
+        let mut newest = [ZEROS; 2];
+        for (k, found) in all.iter_mut().enumerate().take(COEFFICIENTS) {
+            let (mut even, mut odd) = ([ZEROS; T], [ZEROS; T]);
+            let numbers: [[f64; ROOM]; 2] = [cast(z), cast(u)];
+            let parts = [(of_z, &rows.moving), (of_u, &rows.damped)];
+            for ((columns, places), x) in parts.into_iter().zip(&numbers) {
+                let ((pairs, last), (twos, one)) =
+                    (columns.as_chunks::<2>(), places.as_chunks::<2>());
+                for (pair, &[a, b]) in pairs.iter().zip(twos) {
+                    let [a, b] = [a, b].map(|place| simd.splat_f64s(x[place % ROOM]));
+                    for g in 0..T {
+                        even[g] = simd.mul_add_f64s(pair[0][g], a, even[g]);
+                        odd[g] = simd.mul_add_f64s(pair[1][g], b, odd[g]);
+                    }
+                }
+                if let ([column], &[a]) = (last, one) {
+                    let a = simd.splat_f64s(x[a % ROOM]);
+                    for g in 0..T {
+                        even[g] = simd.mul_add_f64s(column[g], a, even[g]);
+                    }
+                }
+            }
+            for g in 0..T {
+                found[g] = simd.add_f64s(even[g], odd[g]);
+            }
+            if k == 0 {
+                rows.load(base, pulp::bytemuck::cast_slice_mut(found));
+            }
+            let middle: [f64; GROUP] = cast(convolutions.middle(simd, k, newest));
+            let normals: [f64; GROUP] = cast(found[T - 1]);
+            let velocity = |(place, weight): (usize, f64)| weight * numbers[1][place % ROOM];
+            let of = [velocity(slips[0]), normals[0]];
+            let (a, force_a) = law(first, of_first, k, of, [middle[0], middle[1]]);
+            let (b, force_b) = match &mut second {
+                Some((one, sliding)) => {
+                    let of = [velocity(slips[1]), normals[1]];
+                    law(one, sliding, k, of, [middle[2], middle[3]])
+                }
+                None => ([0.0; 4], 0.0),
+            };
+            if let Some(before) = k.checked_sub(1) {
+                convolutions.set(before, newest);
+            }
+            newest = [group([a[0], a[2], b[0], b[2]]), group([a[1], a[3], b[1], b[3]])];
+            if k == DEGREE {
+                break;
+            }
+            let [force_a, force_b] = [force_a, force_b].map(|force| simd.splat_f64s(force));
+            let factor = simd.splat_f64s(width * width * STEPS[k]);
+            let rate = f64::from(k as u32 + 2) * inverse;
+            let (by_beta, rate) = (simd.splat_f64s(rows.beta * rate), simd.splat_f64s(rate));
+            for g in 0..T - 1 {
+                // The forces are known last.
+                let [by_a, by_b] = [0, 1].map(|i| simd.mul_f64s(forces[i][g], factor));
+                let sum = simd.mul_f64s(found[g], factor);
+                let sum = simd.mul_add_f64s(by_b, force_b, simd.mul_add_f64s(by_a, force_a, sum));
+                orders[k + 2][g] = sum;
+                u[g] = simd.mul_f64s(rate, sum);
+                z[g] = simd.mul_add_f64s(by_beta, sum, orders[k + 1][g]);
+            }
+        }
+        for (order, terms) in orders.iter().zip(terms.chunks_exact_mut(n)).skip(2) {
+            terms.copy_from_slice(&pulp::bytemuck::cast_slice::<Group, f64>(order)[..n]);
+        }
+    }
+}
+
+/// One law and its force, from slip velocity and normal force, and the terms of its two products with lower orders. Gives the
+/// factors of both products.
+#[inline(always)]
+fn law(
+    one: &LawContact,
+    sliding: &mut Sliding,
+    k: usize,
+    [mut slip, mut of_normal]: [f64; 2],
+    middle: [f64; 2],
+) -> ([f64; 4], f64) {
+    let Sliding { series, normal, force, at_origin, .. } = sliding;
+    if k == 0 {
+        slip -= one.sign * one.slip.constant;
+        of_normal += *at_origin;
+    }
+    let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
+    normal[k] = of_normal;
+    let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
+    // The normal force of this order is known last.
+    force[k] = series.excess[0].mul_add(of_normal, known);
+    ([left, right, excess, of_normal], force[k])
+}
