@@ -1,12 +1,13 @@
 //! The start of a run: a state brought to contact coordinates and to the exact zeros of its combination.
 
-use crate::contact::event_function::Functional;
-use crate::contact::event_function::{
-    contact_forces, contact_forces_in, event_functions, reaction, undetermined as undetermined_in,
+use crate::contact::contact_forces::{
+    contact_forces, contact_forces_in, reaction, undetermined as undetermined_in,
 };
+use crate::contact::event_function::event_functions;
 use crate::contact::event_kind::EventKind;
+use crate::contact::functional::Functional;
 use crate::contact::settlement::Departure;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::scene::contact_law::check_finite;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};

@@ -1,6 +1,6 @@
 //! The kinds of events, and their names.
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::scene::status::Status;
 
 /// What happened to one contact at one instant, and the zero of the event function that says so.

@@ -12,9 +12,8 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::contact::event_function::{
-    EventFunction, contact_forces, friction_response, reaction, slip_velocity, undetermined,
-};
+use crate::contact::contact_forces::{contact_forces, friction_response, reaction, undetermined};
+use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::event_kind::EventKind;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;

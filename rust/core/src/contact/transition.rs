@@ -7,7 +7,7 @@ use crate::contact::quasi_static::transition::settle_group;
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
 };
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;

@@ -16,15 +16,16 @@
 
 use std::borrow::Cow;
 
-use crate::contact::event_function::Functional;
-use crate::contact::event_function::{contact_forces, contact_forces_in};
-use crate::error::Error;
+use crate::contact::contact_forces::{contact_forces, contact_forces_in};
+use crate::contact::functional::Functional;
+use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::Contact;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
-use crate::transient::trajectory::{Cursor, Trajectory};
+use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::sampling::Cursor;
 
 /// Energies, J, and powers, W, at a series of instants; row-major.
 #[derive(Debug, Clone, Default)]

@@ -20,13 +20,14 @@ use crate::energy::power::{
     FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
     energy_change, external_force, slider_vibration,
 };
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::impulses_of;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::gauss::{NODES, REACH, gauss_rule};
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
-use crate::transient::trajectory::{Cursor, Trajectory};
+use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::sampling::Cursor;
 
 /// Works over the part of one phase inside the interval, J.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::Error;
+use crate::error::input::Error;
 
 /// A square matrix in compressed rows, column indices ascending within a row.
 #[derive(Debug, Clone, PartialEq)]

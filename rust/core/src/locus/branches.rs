@@ -8,7 +8,7 @@
 
 use rayon::prelude::*;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::locus::node::Node;
 use crate::locus::watched_path::WatchedPath;
 

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::locus::branches::{Link, Mesh, regular_nodes};
 use crate::locus::node::{Member, Node};
 use crate::locus::watched_path::WatchedPath;

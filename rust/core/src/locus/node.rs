@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
 use crate::locus::parameter_path::{Path, PathDamping};
 use crate::locus::series::Series;

@@ -7,7 +7,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::locus::series::{Number, Series, StaticSeries};
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
 use crate::locus::branches::Mesh;
 use crate::locus::leading::leading;

@@ -3,7 +3,8 @@
 use std::ops::Deref;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use crate::error::{Cancel, Error};
+use crate::error::cancel::Cancel;
+use crate::error::input::Error;
 use crate::locus::parameter_path::Path;
 
 /// A path whose eigenproblems are counted, and along which work ends once it is cancelled.

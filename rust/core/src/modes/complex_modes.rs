@@ -7,7 +7,7 @@
 use nalgebra::DVector;
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::eigenpair::turned;
 use crate::linalg::parallel::each;
 use crate::modes::mode::Mode;

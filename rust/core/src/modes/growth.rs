@@ -9,7 +9,7 @@ use std::borrow::Cow;
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::regular_solution;
 use crate::linalg::eigen;
 use crate::modes::mass_factor::MassFactor;

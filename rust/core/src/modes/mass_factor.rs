@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::{Factors, SINGULAR, cholesky, is_symmetric, smallest_relative_pivot};
 use crate::modes::quadratic_pencil::DoubledRows;
 use crate::scene::status::Combination;

@@ -5,7 +5,7 @@
 
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::parallel::each;
 use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::normalised;

@@ -5,7 +5,7 @@
 //! `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order in the errors of the vectors,
 //! with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::parallel::each;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};

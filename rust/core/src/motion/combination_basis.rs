@@ -3,9 +3,10 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use crate::contact::event_function::{EventFunction, Functional, event_functions};
+use crate::contact::event_function::{EventFunction, event_functions};
+use crate::contact::functional::Functional;
 use crate::contact::linear_friction::{exhaustions, of_phase};
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::modes::quadratic_pencil::Pencil;
 use crate::modes::solvers::problem::WELL_CONDITIONED;
 use crate::modes::spectrum::{Vectors, spectrum};

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock};
 use lru::LruCache;
 
 use crate::contact::event_function::event_functions;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::local::locality::Locality;
 use crate::motion::local::reach::Reaches;

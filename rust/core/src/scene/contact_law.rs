@@ -1,6 +1,6 @@
 //! A frictional unilateral contact with a rigid moving slider, a stop without friction, or friction under a given force.
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::scene::status::Status;
 
 /// A direction whose part independent of the others is smaller than this is refused.

@@ -1,7 +1,7 @@
 //! Why a question to a sample has no answer.
 
-use crate::error::Error;
-use crate::transient::trajectory::StopReason;
+use crate::error::input::Error;
+use crate::transient::trajectory::events::StopReason;
 
 /// The reason why a question was not answered, by its kind.
 #[derive(Debug, Clone, PartialEq)]

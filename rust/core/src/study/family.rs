@@ -4,7 +4,7 @@
 
 use std::sync::Arc;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::modes::growth::{ChainMatrices, Growth, chain_growth};
 use crate::scene::chain::{Link, Subsystem, chain};
 use crate::scene::contact_law::{ContactInput, Directions};

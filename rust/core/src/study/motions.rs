@@ -7,7 +7,8 @@ use crate::cycles::attractors::lyapunov::Lyapunov;
 use crate::cycles::attractors::search::Search;
 use crate::cycles::orbits::cycle::{Cycle, Stability};
 use crate::energy::work::{Works, works};
-use crate::error::{Cancel, Error};
+use crate::error::cancel::Cancel;
+use crate::error::input::Error;
 use crate::modes::complex_modes::Modes;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
@@ -16,7 +17,7 @@ use crate::scene::status::Combination;
 use crate::study::failure::{Failure, FailureKind};
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Part of the slider speed at which the fastest growing mode starts.
 const DISTURBANCE: f64 = 0.5;

@@ -10,8 +10,10 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use crate::contact::event_function::contact_forces_in;
-use crate::error::{Cancel, Error, RunFailure};
+use crate::contact::contact_forces::contact_forces_in;
+use crate::error::cancel::Cancel;
+use crate::error::input::Error;
+use crate::error::run::RunFailure;
 use crate::locus::critical::hopf::first_hopf_point;
 use crate::locus::parameter_path::Path;
 use crate::locus::watched_path::WatchedPath;
@@ -24,7 +26,7 @@ use crate::scene::status::{Combination, Status};
 use crate::study::failure::{Failure, FailureKind};
 use crate::study::family::{Family, Template};
 use crate::study::motions::{Followed, MotionAnswer, MotionQuestions, follow};
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::model::Trajectory;
 
 /// The questions to every sample.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::modes::growth::{ChainMatrices, Verdict};
 use crate::scene::statics::margins::Steady;
 use crate::scene::status::{Combination, Status};

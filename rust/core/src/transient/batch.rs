@@ -10,13 +10,14 @@ use std::time::Duration;
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use crate::error::{Cancel, RunFailure};
+use crate::error::cancel::Cancel;
+use crate::error::run::RunFailure;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::{Scene, State};
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Settings that all runs of a batch share.
 #[derive(Debug, Clone, Copy)]

@@ -2,10 +2,8 @@
 
 pub(crate) mod batch;
 pub(crate) mod clock;
-pub(crate) mod kept_states;
 pub(crate) mod local;
 pub(crate) mod parts;
-pub(crate) mod record;
 pub(crate) mod run;
 pub(crate) mod run_state;
 pub(crate) mod search;
@@ -14,9 +12,9 @@ pub(crate) mod trajectory;
 
 pub use batch::{Batch, Job, Outcome, RunSettings};
 pub use local::record::LocalRecord;
-pub use record::TrajectoryRecord;
 pub use run_state::Controls;
 pub use simulate::simulate;
-pub use trajectory::{
-    Accumulation, Counters, Event, Grazing, ModalRun, Sample, StopReason, Trajectory,
-};
+pub use trajectory::events::{Accumulation, Counters, Event, Grazing, StopReason};
+pub use trajectory::model::Trajectory;
+pub use trajectory::record::TrajectoryRecord;
+pub use trajectory::sampling::{ModalRun, Sample};

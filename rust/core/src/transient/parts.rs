@@ -6,12 +6,11 @@
 use std::sync::Arc;
 
 use crate::contact::event_kind::NO_CONTACT;
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::motion::propagators::Propagators;
 use crate::scene::partition::Block;
-use crate::transient::trajectory::{
-    Accumulation, Event, Grazing, PartMotion, Phase, StopReason, Trajectory,
-};
+use crate::transient::trajectory::events::{Accumulation, Event, Grazing, StopReason};
+use crate::transient::trajectory::model::{PartMotion, Phase, Trajectory};
 
 /// The whole of the motions of all parts up to `end`, or up to the phase with which it is enough.
 pub(crate) fn put_together(

@@ -8,7 +8,8 @@ use crate::contact::admissible_start::initial_departures;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
-use crate::error::{Error, RunFailure};
+use crate::error::input::Error;
+use crate::error::run::RunFailure;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::{AT_ONCE, Cost, Novelty, Rental};
 use crate::motion::phase_motion::Motion;
@@ -16,12 +17,11 @@ use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 use crate::transient::clock::Clock;
-use crate::transient::kept_states::{KEPT, KeptStates};
 use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
-use crate::transient::trajectory::{
-    Accumulation, Event, Phase, Repetition, StopReason, Trajectory,
-};
+use crate::transient::trajectory::events::{Accumulation, Event, StopReason};
+use crate::transient::trajectory::kept_states::{KEPT, KeptStates};
+use crate::transient::trajectory::model::{Phase, Repetition, Trajectory};
 
 /// Impacts of one contact over which the ratio of a series is measured, twice.
 const ROUND: usize = 4;

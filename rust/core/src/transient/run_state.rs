@@ -3,10 +3,12 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use crate::error::{Cancel, Error};
+use crate::error::cancel::Cancel;
+use crate::error::input::Error;
 use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
-use crate::transient::trajectory::{StopReason, Trajectory};
+use crate::transient::trajectory::events::StopReason;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Limits and options of a run.
 #[derive(Debug, Clone, Copy, Default)]

@@ -7,19 +7,20 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::contact::admissible_start::coordinates_at;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::method::Method;
 use crate::motion::method_cost::marches_locally;
 use crate::motion::propagators::{Part, Propagators};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::State;
 use crate::scene::status::Combination;
-use crate::transient::kept_states::KEPT;
 use crate::transient::local::march::March;
 use crate::transient::parts::{in_whole, put_together};
 use crate::transient::run::{Progress, Run};
 use crate::transient::run_state::Controls;
-use crate::transient::trajectory::{StopReason, Trajectory};
+use crate::transient::trajectory::events::StopReason;
+use crate::transient::trajectory::kept_states::KEPT;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Steps of parts between two questions whether the run is interrupted.
 const STEPS_PER_QUESTION: usize = 64;

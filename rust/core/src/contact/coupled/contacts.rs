@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::contact::coupled::contact_problem::{Closed, ContactProblem, Solution};
 use crate::contact::settlement::sliding_status;
-use crate::error::{Level, RunFailure};
+use crate::error::run::{Level, RunFailure};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;

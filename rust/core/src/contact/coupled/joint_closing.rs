@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 
 use crate::contact::coupled::contacts::{Coupled, Resting};
 use crate::contact::settlement::Series;
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::linalg::dense::{apply, pseudo_inverse, solve};
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;

@@ -6,7 +6,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::{
     Departure, Series, Settlement, continuous, of_contact, sliding_status,
 };
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::scene::status::Status;
 
 /// Settles all contacts at the event of `triggers`; see [`crate::contact::transition::settle`].

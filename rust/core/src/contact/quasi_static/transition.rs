@@ -9,7 +9,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::contact::event_kind::EventKind;
 use crate::contact::quasi_static::problem::{Answer, Case, Node, Problem};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::scene::contact_law::Inertia;
 use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;

@@ -9,12 +9,13 @@ use crate::cycles::attractors::recurrence::recurrence;
 use crate::cycles::attractors::rest::{comes_to_rest, is_forced};
 use crate::cycles::attractors::search::Search;
 use crate::cycles::attractors::smooth::smooth_recurrence;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
-use crate::transient::trajectory::{StopReason, Trajectory};
+use crate::transient::trajectory::events::StopReason;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Chaotic: a perturbation grows by more than e^CHAOS over the second half of the observed time.
 const CHAOS: f64 = 12.0;

@@ -6,10 +6,11 @@ use rayon::prelude::*;
 
 use crate::cycles::attractors::attractor::{Attractor, settle};
 use crate::cycles::attractors::search::Search;
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::State;
-use crate::transient::trajectory::{StopReason, Trajectory};
+use crate::transient::trajectory::events::StopReason;
+use crate::transient::trajectory::model::Trajectory;
 
 /// An attractor, with the last stretch of the motion towards it.
 pub type Found = (Attractor, Trajectory);

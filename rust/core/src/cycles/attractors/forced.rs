@@ -8,7 +8,8 @@ use crate::cycles::attractors::recurrence::{
 use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, Scales, Step};
-use crate::transient::trajectory::{Cursor, Trajectory};
+use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::sampling::Cursor;
 
 /// Periods of the loads up to which a period of the motion is looked for.
 const LONGEST: usize = 16;

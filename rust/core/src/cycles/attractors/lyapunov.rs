@@ -20,10 +20,10 @@ use crate::cycles::attractors::search::Search;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::passages::{jumps_alone, passages};
 use crate::cycles::orbits::orbit::Scales;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::method::Method;
 use crate::scene::status::Combination;
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Batches whose means give the error: its own relative error is about `1 / sqrt(2 BATCHES)`.
 const BATCHES: usize = 8;

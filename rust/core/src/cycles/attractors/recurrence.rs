@@ -19,7 +19,7 @@ use crate::motion::method::Method;
 use crate::scene::status::Combination;
 use crate::transient::run_state::Controls;
 use crate::transient::simulate::simulate;
-use crate::transient::trajectory::Trajectory;
+use crate::transient::trajectory::model::Trajectory;
 
 /// Periods over which events must repeat.
 const REPEATS: usize = 3;

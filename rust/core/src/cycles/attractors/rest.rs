@@ -14,10 +14,11 @@
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
-use crate::contact::event_function::{
-    Functional, contact_forces, contact_forces_in, event_functions, friction_response, reaction,
-    slip_velocity,
+use crate::contact::contact_forces::{
+    contact_forces, contact_forces_in, friction_response, reaction,
 };
+use crate::contact::event_function::{event_functions, slip_velocity};
+use crate::contact::functional::Functional;
 use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
@@ -25,7 +26,8 @@ use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::{Combination, Status};
-use crate::transient::trajectory::{Cursor, Trajectory};
+use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::sampling::Cursor;
 
 /// Number of times that a box is made larger.
 const TRIALS: usize = 20;

@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use crate::error::Cancel;
+use crate::error::cancel::Cancel;
 use crate::motion::method::Method;
 
 /// How long to look.

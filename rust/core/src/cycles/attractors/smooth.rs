@@ -14,7 +14,8 @@ use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step};
 use crate::motion::method::Method;
 use crate::numerics::bracket::Bracket;
-use crate::transient::trajectory::{Cursor, Trajectory};
+use crate::transient::trajectory::model::Trajectory;
+use crate::transient::trajectory::sampling::Cursor;
 
 /// Number of instants of a series at which a turn is looked for, and of a period from which its range is taken.
 const PARTS: usize = 4;

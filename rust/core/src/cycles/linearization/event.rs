@@ -1,8 +1,9 @@
 //! The value of an event function along a motion, and its change. It is affine in the state, except for the terms that laws
 //! of friction over slip speed add if mass couples contacts.
 
-use crate::contact::event_function::{Functional, friction_response, response_of_event};
+use crate::contact::contact_forces::{friction_response, response_of_event};
 use crate::contact::event_kind::EventKind;
+use crate::contact::functional::Functional;
 use crate::contact::linear_friction::friction_dampers;
 use crate::cycles::linearization::flow::Flow;
 use crate::scene::model::Scene;

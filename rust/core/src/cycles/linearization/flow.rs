@@ -17,7 +17,7 @@ use std::cell::RefCell;
 use std::sync::Arc;
 
 use crate::contact::linear_friction::of_phase;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::method::{Method, Wanted};

@@ -27,7 +27,8 @@
 use nalgebra::DMatrix;
 
 use crate::contact::coupled::joint_closing::at_rest;
-use crate::error::{Error, RunFailure};
+use crate::error::input::Error;
+use crate::error::run::RunFailure;
 use crate::linalg::components::components;
 use crate::linalg::dense::{Factors, SINGULAR, apply, pseudo_inverse, smallest_relative_pivot};
 use crate::scene::model::Scene;

@@ -16,14 +16,15 @@
 
 use nalgebra::{DMatrix, DVector, RowDVector};
 
-use crate::contact::event_function::{EventFunction, Functional, ending, event_functions};
+use crate::contact::event_function::{EventFunction, ending, event_functions};
 use crate::contact::event_kind::EventKind;
+use crate::contact::functional::Functional;
 use crate::contact::linear_friction::of_phase;
 use crate::contact::transition;
 use crate::cycles::linearization::event::EventValue;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::joint::{Closing, Impulse, response};
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::linalg::dense::{impulses_of, solve};
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::model::Scene;

@@ -7,11 +7,12 @@ use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::event::EventValue;
 use crate::cycles::orbits::floquet::Multipliers;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure};
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::propagators::Propagators;
 use crate::numerics::bracket::Bracket;
 use crate::transient::clock::Clock;
-use crate::transient::trajectory::{Event, Phase, Trajectory};
+use crate::transient::trajectory::events::Event;
+use crate::transient::trajectory::model::{Phase, Trajectory};
 
 /// Instants per phase at which an extreme is looked for, and per period besides; between two of
 /// them a velocity has changed sign once.

@@ -19,7 +19,7 @@ use num_complex::Complex64;
 use crate::contact::linear_friction::of_phase;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::orbits::orbit::{Orbit, Step};
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::modes::complex_modes::Modes;
 use crate::numerics::gauss::gauss_rule;
 use crate::numerics::phi::exponential_and_phi;

@@ -8,7 +8,7 @@ use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::cycles::linearization::saltation::Passage;
 use crate::cycles::orbits::cycle::Cycle;
 use crate::cycles::orbits::orbit::{INSTANT, Orbit, OrbitFailure, Step};
-use crate::error::{Error, refused};
+use crate::error::input::{Error, refused};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;

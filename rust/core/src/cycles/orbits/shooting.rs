@@ -16,7 +16,7 @@ use crate::contact::event_kind::EventKind;
 use crate::cycles::linearization::flow::Flow;
 use crate::cycles::linearization::saltation::Linearised;
 use crate::cycles::orbits::orbit::{Orbit, OrbitFailure, Scales, Step, flows, period_of};
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::{apply, solve};
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;

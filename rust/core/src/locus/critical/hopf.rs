@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use rayon::prelude::*;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::locus::branches;
 use crate::locus::critical::point::{CriticalPoint, RESOLUTION, significant_sign};
 use crate::locus::critical::search::{axis_crossing, initial_values, real_part, uncertainty};

@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::locus::branches::Mesh;
 use crate::locus::critical::exceptional_point::{ExceptionalPoint, exceptional_point};
 use crate::locus::critical::point::{CriticalKind, CriticalPoint};

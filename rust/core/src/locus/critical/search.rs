@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::determinant_sign;
 use crate::locus::branches::Mesh;
 use crate::locus::critical::exceptional_point::ImplicitDeterminant;

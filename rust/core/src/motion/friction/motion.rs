@@ -5,7 +5,8 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::event_function::{EventFunction, Functional};
+use crate::contact::event_function::EventFunction;
+use crate::contact::functional::Functional;
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
 use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};

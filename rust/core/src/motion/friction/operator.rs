@@ -5,11 +5,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::event_function::{
-    EventFunction, Functional, contact_forces, friction_response, reaction, response_of_event,
-    slip_velocity, undetermined,
+use crate::contact::contact_forces::{
+    contact_forces, friction_response, reaction, response_of_event, undetermined,
 };
-use crate::error::Error;
+use crate::contact::event_function::{EventFunction, slip_velocity};
+use crate::contact::functional::Functional;
+use crate::error::input::Error;
 use crate::linalg::dense::solve;
 use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::friction::series::rows::LawRows;

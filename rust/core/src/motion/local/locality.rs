@@ -1,7 +1,7 @@
 //! The data of a scene that a local march needs: the kinds of its coordinates, and norms that hold in every combination.
 
-use crate::contact::event_function::Functional;
-use crate::error::Error;
+use crate::contact::functional::Functional;
+use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::Directions;
 use crate::scene::model::Scene;

@@ -3,7 +3,8 @@
 //! The recursion is that of `taylor/motion.rs` over the coordinates within; a rim of their neighbours enters it by the
 //! coefficients of its own series.
 
-use crate::contact::event_function::{EventFunction, Functional};
+use crate::contact::event_function::EventFunction;
+use crate::contact::functional::Functional;
 use crate::motion::local::locality::{Course, Locality};
 use crate::motion::panel::Panel;
 use crate::numerics::double_double::Doubled;

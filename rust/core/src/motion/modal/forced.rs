@@ -9,7 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::Factors;
 use crate::modes::mode::Mode;
 use crate::modes::quadratic_pencil::Pencil;

@@ -6,7 +6,8 @@
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::contact::event_function::{EventFunction, Functional};
+use crate::contact::event_function::EventFunction;
+use crate::contact::functional::Functional;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group, in_groups};
 use crate::scene::equation_of_motion::EquationOfMotion;

@@ -9,7 +9,8 @@
 
 use std::ops::Range;
 
-use crate::contact::event_function::{EventFunction, Functional};
+use crate::contact::event_function::EventFunction;
+use crate::contact::functional::Functional;
 use crate::motion::panel::Panel;
 use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow, Order};
 use crate::motion::taylor::dense_rows::{DenseRows, Orders};

@@ -8,8 +8,9 @@
 //! coordinates, or stiffness couples them through contacts alone, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it are known for the scene as a whole, and a
 //! combination multiplies them by what its friction adds.
 
-use crate::contact::event_function::{EventFunction, Functional};
-use crate::error::Error;
+use crate::contact::event_function::EventFunction;
+use crate::contact::functional::Functional;
+use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::taylor::bordered::BorderedRows;
 use crate::motion::taylor::dense_rows::DenseRows;

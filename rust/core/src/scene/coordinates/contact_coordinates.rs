@@ -17,7 +17,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::is_diagonal;
 use crate::linalg::sparse::SparseMatrix;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::error::Error;
+use crate::error::input::Error;
 
 /// mu over |s|.
 #[derive(Debug, Clone, PartialEq)]

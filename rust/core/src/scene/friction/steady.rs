@@ -6,7 +6,7 @@
 
 use std::borrow::Cow;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::coupled_mass::coupled_mass;

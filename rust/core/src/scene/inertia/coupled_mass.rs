@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::{cholesky, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;

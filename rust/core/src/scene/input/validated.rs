@@ -1,6 +1,6 @@
 //! The matrices and forces of a scene over its dofs, each with the shape and the property that it is to have.
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::{INDEFINITE, cholesky};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;

@@ -1,6 +1,6 @@
 //! Dofs without mass: the nodes of compliant contacts become such dofs, and forces that depend on their rates are refused.
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::input::scene_input::Damping;
 use crate::scene::input::validated::Validated;

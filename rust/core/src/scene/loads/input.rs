@@ -1,6 +1,6 @@
 //! Loads in time as a user states them.
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::scene::contact_law::check_finite;
 
 /// The force `direction cos(2 pi frequency t + phase)`.

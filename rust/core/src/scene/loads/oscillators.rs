@@ -13,7 +13,7 @@
 
 use std::borrow::Cow;
 
-use crate::error::Error;
+use crate::error::input::Error;
 
 /// The coordinates that carry the loads of a scene, after those of the structure.
 #[derive(Debug, Clone, Default)]

@@ -14,7 +14,7 @@ use std::borrow::Cow;
 
 use nalgebra::DMatrix;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::{Factors, SINGULAR, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::massless::coordinates::{Group, summed};

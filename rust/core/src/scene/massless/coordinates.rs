@@ -11,7 +11,7 @@
 
 use nalgebra::DMatrix;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::components::components;
 use crate::linalg::dense::cholesky;
 use crate::linalg::sparse::SparseMatrix;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::{Factors, pseudo_inverse, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, Directions, INDEPENDENCE};

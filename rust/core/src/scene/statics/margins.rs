@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::linalg::dense::regular_solution;
 use crate::scene::contact_law::Contact;
 use crate::scene::massless::condensation::Condensed;

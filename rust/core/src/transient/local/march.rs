@@ -11,7 +11,7 @@ use crate::contact::event_function::{EventFunction, functions_of_contact};
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
-use crate::error::Error;
+use crate::error::input::Error;
 use crate::motion::local::field::{Field, Reset};
 use crate::motion::local::locality::Kind;
 use crate::motion::local::reach::Reaches;
@@ -22,7 +22,8 @@ use crate::transient::clock::Clock;
 use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
 use crate::transient::run_state::Controls;
 use crate::transient::search::panel::PanelSearch;
-use crate::transient::trajectory::{Accumulation, Event, Grazing, Phase, StopReason, Trajectory};
+use crate::transient::trajectory::events::{Accumulation, Event, Grazing, StopReason};
+use crate::transient::trajectory::model::{Phase, Trajectory};
 
 /// Events between two questions whether the run is interrupted.
 const EVENTS_PER_QUESTION: usize = 64;

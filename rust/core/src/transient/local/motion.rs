@@ -9,7 +9,7 @@ use crate::motion::local::reach::Reaches;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 use crate::transient::clock::Clock;
-use crate::transient::kept_states::{KEPT, KeptStates};
+use crate::transient::trajectory::kept_states::{KEPT, KeptStates};
 
 /// A panel of all coordinates.
 #[derive(Debug)]

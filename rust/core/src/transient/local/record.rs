@@ -1,12 +1,12 @@
 //! The motion of a local march as plain numbers, which give it again to the last bit.
 
-use crate::error::{Error, refused};
+use crate::error::input::{Error, refused};
 use crate::motion::local::field::Reset;
 use crate::motion::propagators::Propagators;
 use crate::scene::status::{Combination, Status};
 use crate::transient::clock::Clock;
-use crate::transient::kept_states::KeptStates;
 use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
+use crate::transient::trajectory::kept_states::KeptStates;
 
 /// Panels may miss each other by so much of the time, by rounding.
 const ROUNDING: f64 = 8.0 * f64::EPSILON;

@@ -7,7 +7,7 @@ use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::numerics::first_root::search::{FirstRoot, Touch, Verdict};
 use crate::numerics::simd::VectorUnit;
 use crate::scene::model::Scene;
-use crate::transient::trajectory::{Counters, Grazing};
+use crate::transient::trajectory::events::{Counters, Grazing};
 
 /// A bounce slower than this, relative to the fastest coordinate, is rounding of the impact before it.
 const BOUNCE_ROUNDING: f64 = 64.0 * f64::EPSILON;
@@ -234,7 +234,7 @@ impl PanelSearch {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::event_function::Functional;
+    use crate::contact::functional::Functional;
 
     /// The coefficients of a function that is excluded are those of an earlier panel.
     #[test]

@@ -3,12 +3,13 @@
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::Departure;
-use crate::error::RunFailure;
+use crate::error::run::RunFailure;
 use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::transient::run_state::RunState;
 use crate::transient::search::panel::{Limit, PanelSearch};
-use crate::transient::trajectory::{Accumulation, Cursor, Grazing, StopReason};
+use crate::transient::trajectory::events::{Accumulation, Grazing, StopReason};
+use crate::transient::trajectory::sampling::Cursor;
 
 /// Coordinates times panels between two questions whether the run is interrupted: some 0.1 ms.
 const WORK_PER_QUESTION: usize = 2048;

@@ -1,6 +1,6 @@
 //! A contact whose friction depends on slip speed, in one combination.
 
-use crate::contact::event_function::Functional;
+use crate::contact::functional::Functional;
 use crate::scene::friction::law::FrictionLaw;
 
 /// A contact that slides by its law.

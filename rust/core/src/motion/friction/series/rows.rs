@@ -6,7 +6,8 @@
 
 use pulp::cast;
 
-use crate::contact::event_function::{EventFunction, Functional};
+use crate::contact::event_function::EventFunction;
+use crate::contact::functional::Functional;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::taylor::dense_rows::DenseRows;

@@ -5,19 +5,19 @@
 use std::sync::Arc;
 
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
-use crate::error::{Error, RunFailure, refused};
+use crate::error::input::{Error, refused};
+use crate::error::run::RunFailure;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::Method;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
-use crate::transient::kept_states::KeptStates;
 use crate::transient::local::motion::LocalMotion;
 use crate::transient::local::record::LocalRecord;
 use crate::transient::parts::put_together;
-use crate::transient::trajectory::{
-    Accumulation, Counters, Event, Grazing, Phase, StopReason, Trajectory,
-};
+use crate::transient::trajectory::events::{Accumulation, Counters, Event, Grazing, StopReason};
+use crate::transient::trajectory::kept_states::KeptStates;
+use crate::transient::trajectory::model::{Phase, Trajectory};
 
 /// A [`Trajectory`] without its scene.
 #[derive(Debug, Clone, PartialEq, Default)]

@@ -1,0 +1,197 @@
+//! The forces of contacts as functionals of the state, and their values.
+
+use nalgebra::DMatrix;
+
+use crate::contact::coupled::contact_problem::held_rows;
+use crate::contact::coupled::dependent::Forces;
+use crate::contact::event_kind::EventKind;
+use crate::contact::functional::Functional;
+use crate::linalg::dense::Factors;
+use crate::scene::model::Scene;
+use crate::scene::status::{Combination, Status};
+
+/// The force that holds contact coordinate `row` when all others are held too, `(K q + C q' - F)_row`:
+/// where mass does not couple contact coordinates, N for a normal and the required friction force for a
+/// tangential one.
+pub(crate) fn reaction(scene: &Scene, row: usize) -> Functional {
+    Functional {
+        position: scene.stiffness.row(row).collect(),
+        velocity: scene.damping.row(row).collect(),
+        constant: -scene.force[row],
+    }
+}
+
+/// (N, T) of a contact in state (q, q'); mass must not couple contacts.
+pub(crate) fn contact_force(
+    scene: &Scene,
+    contact: usize,
+    status: Status,
+    q: &[f64],
+    u: &[f64],
+) -> (f64, f64) {
+    let law = &scene.contacts[contact];
+    if !status.is_closed() {
+        return (0.0, 0.0);
+    }
+    let normal = scene.reaction_value(law.normal, q, u);
+    let friction = match status {
+        Status::Sticking => scene.reaction_value(law.tangential, q, u),
+        _ => status.friction_sign() * law.friction * normal,
+    };
+    (normal, friction)
+}
+
+/// (T, N) of every contact as functionals of the state. Where mass couples contacts, the accelerations
+/// `W (forces - reactions)` that the statuses hold at zero make the forces a linear map of the reactions.
+pub(crate) fn contact_forces(
+    scene: &Scene,
+    combination: &Combination,
+) -> Vec<(Functional, Functional)> {
+    let statuses = combination.statuses();
+    let rows: Vec<(Functional, Functional)> = scene
+        .contacts
+        .iter()
+        .map(|law| (reaction(scene, law.tangential), reaction(scene, law.normal)))
+        .collect();
+    let Some(w) = &scene.coordinates.delassus else {
+        return rows
+            .into_iter()
+            .zip(scene.contacts.iter().zip(statuses))
+            .map(|((required, normal), (law, &status))| match status {
+                Status::Sticking => (required, normal),
+                Status::Detached => Default::default(),
+                _ => (normal.scaled(status.friction_sign() * law.friction), normal),
+            })
+            .collect();
+    };
+    let mut forces = force_functionals(&rows, &force_map(scene, w, statuses));
+    if scene.drive.is_some() && !scene.dependents.is_empty() {
+        carry_along(scene, w, statuses, &mut forces);
+    }
+    forces
+}
+
+/// (N, T) of every contact in state (q, q') of a combination.
+pub(crate) fn contact_forces_in(
+    scene: &Scene,
+    combination: &Combination,
+    q: &[f64],
+    u: &[f64],
+) -> Vec<(f64, f64)> {
+    let scene = &*scene.at_slip(u);
+    if scene.contacts_coupled() {
+        let forces = contact_forces(scene, combination);
+        return forces.iter().map(|(t, n)| (n.value(q, u), t.value(q, u))).collect();
+    }
+    let statuses = combination.statuses().iter().enumerate();
+    statuses.map(|(contact, &status)| contact_force(scene, contact, status, q, u)).collect()
+}
+
+/// Adds to the forces the part by which held directions that are sums of others follow sliders that vibrate.
+fn carry_along(
+    scene: &Scene,
+    w: &DMatrix<f64>,
+    statuses: &[Status],
+    forces: &mut [(Functional, Functional)],
+) {
+    let (held, found) = dependent_forces(scene, w, statuses);
+    let of = |&row: &usize| Functional {
+        position: scene.carried_acceleration(scene.slot(row)),
+        ..Functional::default()
+    };
+    let carried: Vec<Functional> = held.iter().map(of).collect();
+    for (i, (friction, normal)) in forces.iter_mut().enumerate() {
+        for (k, force) in [(2 * i, friction), (2 * i + 1, normal)] {
+            let weights = found.of_rows.row(k);
+            let parts = weights.iter().zip(&carried).map(|(weight, part)| (-weight, part));
+            *force = force.plus(&Functional::sum(parts));
+        }
+    }
+}
+
+/// The forces (T, N) of all contacts per reaction, where contacts are coupled.
+fn force_map(scene: &Scene, w: &DMatrix<f64>, statuses: &[Status]) -> DMatrix<f64> {
+    if !scene.dependents.is_empty() {
+        let (held, found) = dependent_forces(scene, w, statuses);
+        return found.of_rows * w.select_rows(&held);
+    }
+    let size = 2 * statuses.len();
+    let (mut matrix, mut held) = (DMatrix::identity(size, size), DMatrix::zeros(size, size));
+    for (i, (law, &status)) in scene.contacts.iter().zip(statuses).enumerate() {
+        let (t, n) = (2 * i, 2 * i + 1);
+        for (row, holds) in [(t, status == Status::Sticking), (n, status.is_closed())] {
+            if holds {
+                matrix.set_row(row, &w.row(row));
+                held.set_row(row, &w.row(row));
+            }
+        }
+        if status.is_sliding() {
+            matrix[(t, n)] = -status.friction_sign() * law.friction;
+        }
+    }
+    Factors::new(matrix).solve(held)
+}
+
+/// (T, N) of every contact as sums of the reactions (T, N) of all.
+fn force_functionals(
+    rows: &[(Functional, Functional)],
+    map: &DMatrix<f64>,
+) -> Vec<(Functional, Functional)> {
+    let parts: Vec<&Functional> = rows.iter().flat_map(|(t, n)| [t, n]).collect();
+    let force =
+        |k: usize| Functional::sum(parts.iter().enumerate().map(|(j, part)| (map[(k, j)], *part)));
+    (0..rows.len()).map(|i| (force(2 * i), force(2 * i + 1))).collect()
+}
+
+/// Where directions depend on each other: the rows, (tangential, normal) of each contact, that statuses hold, and the
+/// forces (T, N) of all contacts by what these rows need.
+pub(super) fn dependent_forces(
+    scene: &Scene,
+    w: &DMatrix<f64>,
+    statuses: &[Status],
+) -> (Vec<usize>, Forces) {
+    let slope = |i: usize| statuses[i].friction_sign() * scene.contacts[i].friction;
+    let (held, map) = held_rows(statuses, slope);
+    let found = Forces::new(w, &held, &map);
+    (held, found)
+}
+
+/// The change of the forces (T, N) of all coupled contacts per newton of additional friction against the slip of one of
+/// them, a column for each; the additional friction itself is not included. None if contacts are not coupled.
+pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
+    let statuses = combination.statuses();
+    let map = force_map(scene, scene.coordinates.delassus.as_ref()?, statuses);
+    // A load along a contact is a reaction less.
+    Some(DMatrix::from_fn(map.nrows(), statuses.len(), |row, contact| {
+        -statuses[contact].friction_sign() * map[(row, 2 * contact)]
+    }))
+}
+
+/// The change of an event function per newton of additional friction of contact `source`, from [`friction_response`].
+pub(crate) fn response_of_event(
+    scene: &Scene,
+    response: &DMatrix<f64>,
+    (contact, trigger): (usize, EventKind),
+    source: usize,
+) -> f64 {
+    let force = |row: usize| response[(2 * contact + row, source)];
+    let limit = scene.contacts[contact].static_friction;
+    match trigger {
+        EventKind::Release => force(1),
+        EventKind::SlipPositive => limit * force(1) - force(0),
+        EventKind::SlipNegative => limit * force(1) + force(0),
+        _ => 0.0,
+    }
+}
+
+/// The contacts whose forces nothing determines in a combination, because directions of closed contacts depend on each
+/// other.
+pub fn undetermined(scene: &Scene, combination: &Combination) -> Vec<usize> {
+    let Some(w) = scene.coordinates.delassus.as_ref().filter(|_| !scene.dependents.is_empty())
+    else {
+        return Vec::new();
+    };
+    let free = dependent_forces(scene, w, combination.statuses()).1.free;
+    let moved = |row: usize| free.row(row).iter().any(|&part| part != 0.0);
+    (0..scene.contacts.len()).filter(|&i| moved(2 * i) || moved(2 * i + 1)).collect()
+}

@@ -1,0 +1,111 @@
+//! What can stop a run.
+
+use std::any::Any;
+use std::fmt;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use crate::error::input::{Error, rounded};
+
+/// What the unknown forces of a contact problem change.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Level {
+    /// Forces, with static friction as the bound of what sticks.
+    Accelerations,
+    /// The impulses of an impact, with kinetic friction alone.
+    Impulses,
+}
+
+impl fmt::Display for Level {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Level::Accelerations => "accelerations",
+            Level::Impulses => "impulses",
+        })
+    }
+}
+
+/// Why a motion could not be continued; the part computed so far is kept beside it.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RunFailure {
+    /// The question itself is ill-posed.
+    #[error(transparent)]
+    Input(#[from] Error),
+    /// A law of friction that falls with slip speed has reached the coefficient 0.
+    #[error(
+        "contact {contact} at t = {time} s: its friction reaches 0 at this slip speed and would be negative beyond it"
+    )]
+    NegativeFriction {
+        /// Index of the contact.
+        contact: usize,
+        /// Time at which it does, s.
+        time: f64,
+    },
+    /// After an event a closed contact can neither stick nor slide.
+    #[error(
+        "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",
+        rounded(*normal_force),
+        rounded(*required_friction)
+    )]
+    NoConsistentStatus {
+        /// Index of the contact.
+        contact: usize,
+        /// Time of the event, s.
+        time: f64,
+        /// Normal force after the event, N; compression is positive.
+        normal_force: f64,
+        /// Friction force that sticking would need, N, along the tangential direction.
+        required_friction: f64,
+    },
+    /// The joint contact problem of coupled contacts has no solution, or several.
+    #[error(
+        "contacts {contacts:?} at t = {time} s: the contact problem of their {level} has {count}; state after the event: slip velocities {slip:?} m/s, reactions {reactions:?} N"
+    )]
+    ContactProblem {
+        /// Indices of the contacts of the problem.
+        contacts: Vec<usize>,
+        /// Time of the event, s.
+        time: f64,
+        /// Whether forces or impulses are unknown.
+        level: Level,
+        /// "no solution" or "several solutions", and why.
+        count: &'static str,
+        /// Slip velocity after the event of every contact of the block of the scene that moves with them, m/s.
+        slip: Vec<f64>,
+        /// (tangential, normal) of each contact.
+        reactions: Vec<f64>,
+    },
+    /// The quasi-static contact problem of contacts without mass has no solution, or several.
+    #[error(
+        "contacts {contacts:?} at t = {time} s: the quasi-static contact problem of their {level} {reason}"
+    )]
+    QuasiStatic {
+        /// Indices of the contacts of the problem.
+        contacts: Vec<usize>,
+        /// Time of the event, s.
+        time: f64,
+        /// "forces" or "rates".
+        level: &'static str,
+        /// What happened, and the remedy.
+        reason: &'static str,
+    },
+    /// Why a motion read back from its record could not be continued, in the words of then.
+    #[error("{0}")]
+    Recorded(String),
+    /// A defect of the program, in the words of the panic that it caused.
+    #[error("internal error: {0}")]
+    Internal(String),
+}
+
+impl RunFailure {
+    /// What `work` returns. A panic in one of many pieces of work is the failure of that piece: the others go on.
+    pub fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, Self> {
+        catch_unwind(AssertUnwindSafe(work)).map_err(Self::of_panic)
+    }
+
+    /// The failure of a thread that panicked.
+    pub fn of_panic(panic: Box<dyn Any + Send>) -> Self {
+        let text = panic.downcast_ref::<&str>().map(|&text| text.to_owned());
+        let message = text.or_else(|| panic.downcast_ref::<String>().cloned());
+        Self::Internal(message.unwrap_or_default())
+    }
+}

@@ -1,0 +1,7 @@
+//! A computed motion, its samples and its record.
+
+pub(crate) mod events;
+pub(crate) mod kept_states;
+pub(crate) mod model;
+pub(crate) mod record;
+pub(crate) mod sampling;
