@@ -182,7 +182,10 @@ fn no_files_form_a_circle() {
     assert_eq!(circle(&imports(&core())), None);
     let binding = modules(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../python/src"));
     let imports = imports(&binding);
-    assert!(imports["trajectory"].contains("scene::model"), "the imports of the binding are not read");
+    assert!(
+        imports["trajectory"].contains("scene::model"),
+        "the imports of the binding are not read"
+    );
     assert_eq!(circle(&imports), None);
 }
 
