@@ -125,6 +125,14 @@ def test_scenes_that_failed_once(seed, index, extras):
     assert outcome.compared == outcome.distinct > 50
 
 
+def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
+    """65 nm from its slider, outside of all that rounding can be."""
+    scene, start = fuzz_scene(62, 484, ["stops"])
+    modal, series = (ss.simulate(scene, start, 0.0026, method).events for method in ("modal", "taylor"))
+    assert np.array_equal(modal.contact, series.contact)
+    assert np.abs(modal.time - series.time).max() < 1e-12
+
+
 def test_growth_of_a_phase_is_measured_before_an_integrator_judges_it():
     """Just before a law reaches zero, rounding of the start of the phase moves its end by 3e-7."""
     outcome = fuzz_campaign.run_scene(51, ["laws"], 97)

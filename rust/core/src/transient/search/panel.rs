@@ -152,9 +152,13 @@ impl PanelSearch {
         }
     }
 
-    /// Bound of the error of a gap on `[0, s]` of the panel.
+    /// Bound of the error of a gap on `[0, s]` of the panel; 0 where the gap is certain not to close on the panel, which has no
+    /// errors of it then.
     pub fn gap_error(&self, function: usize, s: f64) -> f64 {
-        if !self.exact || self.panel.excluded[function] {
+        if self.panel.excluded[function] {
+            return 0.0;
+        }
+        if !self.exact {
             return self.panel.error[function];
         }
         let c = self.panel.polynomial(function, 0);
@@ -252,6 +256,7 @@ mod tests {
             let found = search.first_crossing(&mut counters, 0.0, &functions, 1.0, None);
             assert_eq!((found, counters.refinements), (None, 0));
             assert!(!search.vanishes(0, trigger, 1.0));
+            assert_eq!(search.gap_error(0, 1.0), 0.0);
         }
     }
 }
