@@ -268,3 +268,43 @@ def test_contacts_along_slanted_directions_keep_their_parts_apart(parts):
     alone = ss.simulate(slow, start, DURATION)
     assert np.abs(run.events.time - alone.events.time).max() < 1e-12
     assert np.array_equal(run.events.combination, alone.events.combination)
+
+
+def test_a_part_that_is_ahead_by_many_events_does_not_end_the_run():
+    """A step of a local march is a panel, in which one contact can strike many times."""
+    chain = sp.diags_array([-np.ones(119), 2.0 * np.ones(120), -np.ones(119)], offsets=[-1, 0, 1])
+    stiffness = sp.block_diag([25.0 * chain, 25.0 * chain, 30.0 * np.eye(2)], format="csr")
+    force, position, velocity = np.zeros((3, 242))
+    force[[120, 241]] = -20.0
+    position[120], velocity[241] = 0.1, 0.05
+    contacts = [
+        ss.Contact(tangential=0, normal=120, friction=0.3, slider_speed=5.0, restitution=0.5),
+        ss.Contact(tangential=240, normal=241, friction=0.3, slider_speed=5.0, restitution=0.9),
+    ]
+    scene = ss.Scene(np.ones(242), stiffness, ss.Proportional(stiffness=1e-5), force, contacts)
+    start = ss.State(position, velocity, "dd")
+    full = ss.simulate(scene, start, 0.3)
+    for most in (40, 60, 150):
+        run = ss.simulate(scene, start, 0.3, max_events=most)
+        assert run.stop_reason == "max_events"
+        assert len(run.events) >= most
+        assert np.array_equal(run.events.time, full.events.time[: len(run.events)])
+        assert run.duration == run.events.time[-1]
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4, 7])
+def test_energy_closes_where_parts_slide_by_laws_of_friction(seed):
+    """The time at which a series ends is rounded on the clock of the whole."""
+    random = np.random.default_rng(seed)
+    law = ss.friction.Stribeck(0.5, 0.3, 0.1)
+    contacts = [
+        ss.Contact(tangential=2 * k, normal=2 * k + 1, friction=law, slider_speed=speed)
+        for k, speed in enumerate((0.02, 0.3))
+    ]
+    stiffness = np.diag([3e2, 5e4, 4e2, 6e4] * random.uniform(0.8, 1.2, 4))
+    force = [0.0, -20.0, 0.0, -20.0]
+    scene = ss.Scene(np.ones(4), stiffness, ss.Proportional(stiffness=1e-5), force, contacts)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity=[-0.05, 0.0, 0.05, 0.0])
+    run = ss.simulate(scene, start, random.uniform(0.3, 1.5), max_events=int(random.integers(1, 6)))
+    balance = run.balance()
+    assert abs(balance.residual) <= 1e-13 * balance.turnover

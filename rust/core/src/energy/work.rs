@@ -262,7 +262,8 @@ impl<'a> Walk<'a> {
             let panels = (rate * remaining / REACH).ceil().max(1.0);
             let mut width = remaining / panels;
             let mut end = if panels == 1.0 { to } else { at + width };
-            if let Some(kink) = self.cursor.smooth_until(phase, at).filter(|&kink| kink < end) {
+            let kink = self.cursor.smooth_until(phase, at);
+            if let Some(kink) = kink.filter(|&kink| kink > at && kink < end) {
                 (width, end) = (kink - at, kink);
             }
             for (node, weight) in rule.nodes.iter().zip(&rule.weights) {

@@ -230,10 +230,14 @@ impl Chunk<'_> {
     }
 }
 
+/// Most coordinates of a reduced problem with which a verdict takes microseconds.
+const SMALL: usize = 16;
+
 /// At parameter values of a path.
 pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error> {
     let factor = |piece: &Piece, t| MassFactor::new(&piece.mass.rows(t), &path.combination);
-    let shared = path.piece_of_constant_mass().map(|piece| factor(piece, 0.0)).transpose()?;
+    let piece = path.piece_of_constant_mass().filter(|_| !values.is_empty());
+    let shared = piece.map(|piece| factor(piece, 0.0)).transpose()?;
     let verdict = |&value: &f64| {
         let (piece, t) = path.place(value);
         let stiffness = piece.stiffness.at(t);
@@ -254,5 +258,7 @@ pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error
         };
         Ok(Verdict { growth, steady: piece.statics.at(t).steady(&path.combination, stiffness) })
     };
-    values.par_iter().with_min_len(64).map(verdict).collect()
+    // Verdicts on few coordinates are too short to be handed out one by one.
+    let together = if path.size <= SMALL { 64 } else { 1 };
+    values.par_iter().with_min_len(together).map(verdict).collect()
 }

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use crate::contact::admissible_start::coordinates_at;
+use crate::contact::event_kind::EventKind;
 use crate::error::input::Error;
 use crate::motion::method::Method;
 use crate::motion::method_cost::marches_locally;
@@ -58,18 +59,17 @@ pub fn simulate(
         }
         return Ok(run.into_motion());
     }
-    let kept = controls.kept_numbers.unwrap_or(KEPT) / parts.len();
-    let part_controls = Controls { kept_numbers: Some(kept), ..controls };
+    let kept = controls.kept_numbers.unwrap_or(KEPT) as f64 / scene.size as f64;
     let mut runs = Vec::with_capacity(parts.len());
     for Part { block, propagators } in parts {
+        let share = (kept * propagators.scene.size as f64) as usize;
+        let controls = Controls { kept_numbers: Some(share), ..controls };
         let state = (block.gather(&q), block.gather(&u));
         let statuses = block.statuses(&start.combination);
-        runs.push(PartRun::new(propagators, state, &statuses, duration, method, part_controls)?);
+        runs.push(PartRun::new(propagators, state, &statuses, duration, method, controls)?);
     }
     let most = controls.max_events;
-    // Contacts can have had events at the last instant of their part, which are not in order.
-    let enough = most.map(|most| most.saturating_add(scene.contacts.len()));
-    let (end, to_stop) = follow(&mut runs, duration, controls, enough)?;
+    let (end, to_stop) = follow(&mut runs, duration, controls)?;
     let motions: Vec<Trajectory> = runs.into_iter().map(PartRun::into_motion).collect();
     let stopped = parts.iter().zip(&motions).filter(|(_, motion)| motion.end <= end);
     let reason = stopped
@@ -93,10 +93,11 @@ fn follow(
     runs: &mut [PartRun<'_>],
     duration: f64,
     controls: Controls<'_>,
-    enough: Option<usize>,
 ) -> Result<(f64, Option<StopReason>), Error> {
     let started = Instant::now();
     let (mut end, mut events, mut steps) = (duration, 0, 0);
+    // Steps after which the events are counted that are in order.
+    let mut count_at = 0;
     // First all begin. Times are not negative, so that their bits are ordered as they are.
     let mut queue: BinaryHeap<_> =
         (0..runs.len()).map(|index| Reverse((0, false, index))).collect();
@@ -118,12 +119,31 @@ fn follow(
         }
         let asked = steps.is_multiple_of(STEPS_PER_QUESTION);
         let reason = if asked { controls.asked_to_stop(started) } else { None };
-        if reason.is_some() || enough.is_some_and(|enough| events >= enough) {
-            let open = runs.iter().filter(|run| run.stopped.is_none());
-            return Ok((open.map(PartRun::time).fold(end, f64::min), reason));
+        let may_be_enough =
+            steps >= count_at && controls.max_events.is_some_and(|most| events >= most);
+        if reason.is_none() && !may_be_enough {
+            continue;
         }
+        let open = runs.iter().filter(|run| run.stopped.is_none());
+        let known = open.map(PartRun::time).fold(end, f64::min);
+        if reason.is_some()
+            || controls.max_events.is_some_and(|most| events_before(runs, known) >= most)
+        {
+            return Ok((known, reason));
+        }
+        count_at = steps + runs.len();
     }
     Ok((end, None))
+}
+
+/// The number of events before a time up to which all parts are known: later ones are not in order yet, and at that time itself
+/// others may follow. A load that is switched is one event of all parts.
+fn events_before(runs: &[PartRun<'_>], known: f64) -> usize {
+    let of_part = |(index, run): (usize, &PartRun<'_>)| {
+        let before = run.motion().events.iter().take_while(|event| event.time < known);
+        before.filter(|event| index == 0 || event.kind != EventKind::Load).count()
+    };
+    runs.iter().enumerate().map(of_part).sum()
 }
 
 /// The run of one part in progress.

@@ -246,7 +246,12 @@ impl<'a> Cursor<'a> {
         let trajectory = self.trajectory;
         let of_parts = trajectory.parts.iter().zip(&mut self.parts).filter_map(|(part, cursor)| {
             let (own, since) = part.place(phase, &trajectory.phases[phase]);
-            Some(cursor.smooth_until(own, since + local)? - since)
+            let until = cursor.smooth_until(own, since + local)? - since;
+            // The sum can round to just before the end of a series.
+            match until > local {
+                true => Some(until),
+                false => Some(cursor.smooth_until(own, (since + local).next_up())? - since),
+            }
         });
         if let Some(first) = of_parts.reduce(f64::min) {
             return Some(first);
