@@ -16,8 +16,9 @@ from fuzz_scenes import contact_directions, fastest, forces, matrices, plain, sl
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
-#: s; events that are less apart have no order: so long do slow motions take for the rounding of a length.
-UNORDERED = 2e-16
+#: s, and ulp of the time: events that are less apart have no order. So long do slow motions take for the
+#: rounding of a length.
+UNORDERED, UNORDERED_ULP = 2e-16, 2
 #: s; where contact directions depend on each other, events that follow each other faster, at more instants
 #: than so many, are a series.
 IN_TURN, SERIES = 1e-12, 4
@@ -102,7 +103,8 @@ class EventList:
         time, contact, kind, after = time[keep], contact[keep], kind[keep], after[keep]
         # Two nodes on one body that came to rest with it slip again at one place: by one method at once, by
         # the other one after the other.
-        for group in np.split(np.arange(time.size), np.flatnonzero(np.diff(time) > UNORDERED) + 1):
+        apart = np.diff(time) > np.maximum(UNORDERED, UNORDERED_ULP * np.spacing(time[1:]))
+        for group in np.split(np.arange(time.size), np.flatnonzero(apart) + 1):
             order = group[np.lexsort((kind[group], contact[group]))]
             contact[group], kind[group] = contact[order], kind[order]
             after[group] = after[group[-1:]]

@@ -2,15 +2,19 @@
 
 import json
 import os
-from dataclasses import asdict, replace
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
+from itertools import cycle
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
+from fuzz_checks import EventList, Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
+from fuzz_laws import integrated, phases_by_integrator
 from fuzz_scenes import fuzz_scene
 
 pytestmark = pytest.mark.slow
@@ -125,6 +129,57 @@ def test_growth_of_a_phase_is_measured_before_an_integrator_judges_it():
     """Just before a law reaches zero, rounding of the start of the phase moves its end by 3e-7."""
     outcome = fuzz_campaign.run_scene(51, ["laws"], 97)
     assert outcome.verdict == "ok", outcome
+
+
+@dataclass(frozen=True)
+class Planted:
+    """A run whose phases end by a part of their largest displacement elsewhere, in one entry."""
+
+    run: ss.Trajectory
+    dof: int
+    error: float
+    states: Iterator[bool] = field(default_factory=lambda: cycle([False, True]))
+
+    def __getattr__(self, name):
+        return getattr(self.run, name)
+
+    def state(self, time):
+        state, is_end = self.run.state(time), next(self.states)
+        position = state.position.copy()
+        position[self.dof] += is_end * self.error * np.abs(position).max()
+        return replace(state, position=position)
+
+
+def test_an_integrator_finds_what_is_wrong():
+    """In the scene of the test above: that rounding moves one entry far does not excuse the others."""
+    scene, start = fuzz_scene(51, 97, ["laws"])
+    with pytest.raises(ss.RunError, match="its friction reaches 0") as ended:
+        ss.simulate(scene, start, fuzz_campaign.DURATION)
+    run = ss.simulate(scene, start, (1.0 - 1e-9) * ended.value.partial.duration)
+    assert not phases_by_integrator(run)
+    for dof in range(scene.size):
+        assert f"entry {dof} of the state" in phases_by_integrator(Planted(run, dof, 1e-6)), dof
+
+
+def test_an_integrator_that_does_not_reach_the_end_is_no_witness():
+    """``y' = y^2`` from 1 has no solution beyond 1 s."""
+    one = np.ones(1)
+    assert integrated(lambda _, y: y**2, 0.0, 0.5, one, one) == pytest.approx(2.0, rel=1e-11)
+    assert np.isnan(integrated(lambda _, y: y**2, 0.0, 2.0, one, one)).all()
+
+
+def test_events_within_two_ulp_of_their_time_have_no_order():
+    """At 2 s the clock is coarser than the time of a rounding of a length."""
+
+    def events(contacts, apart):
+        time = 2.0 + apart * np.spacing(2.0) * np.arange(2)
+        kind, combination = np.array(["slip+", "slip+"]), np.array(["ss", "++"])
+        found = SimpleNamespace(time=time, contact=np.array(contacts), kind=kind, combination=combination)
+        scene = SimpleNamespace(mass=np.ones(4), core=SimpleNamespace(dependent=False))
+        return EventList.of(SimpleNamespace(events=found, scene=scene, stop_reason="duration"))
+
+    for apart, common in ((1, 2), (2, 2), (3, 0)):
+        assert events([0, 1], apart).common(events([1, 0], apart)) == common
 
 
 def recorded(outcomes):

@@ -1,5 +1,6 @@
 //! The result of an event: statuses, departures, and the events of contacts.
 
+use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
@@ -38,7 +39,7 @@ impl Departure {
     }
 }
 
-/// Rounding of the velocity of a coordinate without mass, which is a sum of few terms, relative to it.
+/// Rounding of the slip velocity of a coordinate without mass, which is a sum of few terms, relative to their size.
 const SLIP_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Statuses and departures of all contacts, and the contacts and kinds of the last event.
@@ -91,18 +92,25 @@ impl Settlement {
     }
 
     /// A node without mass that goes on sliding while its slip velocity is zero, since an impact has just stopped the slip of
-    /// its body, departs from zero. `u` are the velocities with those of coordinates without mass.
-    pub fn depart_with_bodies(&mut self, scene: &Scene, u: &[f64]) {
-        for (contact, law) in scene.contacts.iter().enumerate() {
-            if self.departures[contact] == Departure::None
-                && self.statuses[contact].is_sliding()
-                && !law.tangential_has_mass()
+    /// its body, departs from zero. `functions` are those of the phase that begins; in them the velocity of the node is the
+    /// sum of the velocities that it follows.
+    pub fn depart_with_bodies(
+        &mut self,
+        scene: &Scene,
+        functions: &[EventFunction],
+        q: &[f64],
+        u: &[f64],
+    ) {
+        let of_nodes = |function: &&EventFunction| {
+            function.trigger == EventKind::Velocity
+                && !scene.contacts[function.contact].tangential_has_mass()
+        };
+        for EventFunction { contact, functional, .. } in functions.iter().filter(of_nodes) {
+            let rounding = SLIP_ROUNDING * functional.magnitude(q, u);
+            if self.departures[*contact] == Departure::None
+                && functional.value(q, u).abs() <= rounding
             {
-                let (velocity, slider) = (u[law.tangential], law.slider_speed);
-                let rounding = SLIP_ROUNDING * (velocity.abs() + slider.abs());
-                if (velocity - slider).abs() <= rounding {
-                    self.departures[contact] = Departure::Slip(1);
-                }
+                self.departures[*contact] = Departure::Slip(1);
             }
         }
     }
@@ -164,5 +172,65 @@ pub(crate) fn sliding_status(slip: f64) -> Option<Status> {
         slip if slip < 0.0 => Some(Status::Positive),
         slip if slip > 0.0 => Some(Status::Negative),
         _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::SparseMatrix;
+    use crate::motion::combination_basis::CombinationBasis;
+    use crate::motion::method::Wanted;
+    use crate::scene::status::Combination;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    /// A node on three dofs whose velocities cancel but for rounding, on a slider at rest.
+    #[test]
+    fn a_node_departs_whose_velocity_is_the_rounding_of_those_it_follows() {
+        let node = ContactInput {
+            tangential: Some(Direction::Entries(vec![(0, 0.1), (1, 0.2), (2, -0.3)])),
+            normal: None,
+            normal_force: 2.0,
+            friction: 0.5,
+            static_friction: 0.5,
+            slider_speed: 0.0,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs { tangential: Some(1e4), normal: None },
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0; 3]),
+            stiffness: SparseMatrix::diagonal(&[1e4; 3]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 1e-5 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0; 3],
+            contacts: vec![node],
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        let scene = Scene::new(input).expect("well-posed");
+        let combination = Combination::new(vec![Status::Positive]);
+        let basis = CombinationBasis::new(&scene, &combination, Wanted::Series).expect("sliding");
+        let functional = &basis.functions[0].functional;
+        let departed = |last: f64| {
+            let (mut q, mut u) = (vec![0.0; scene.mass.size()], vec![0.0; scene.mass.size()]);
+            for &(k, weight) in &functional.velocity {
+                u[k] = if weight.abs() > 0.25 { last } else { 1.0 };
+            }
+            basis.complete(&mut q, &mut u);
+            let mut settlement = Settlement {
+                statuses: combination.statuses().to_vec(),
+                departures: vec![Departure::None],
+                events: Vec::new(),
+                rest: None,
+            };
+            settlement.depart_with_bodies(&scene, &basis.functions, &q, &u);
+            (u[scene.contacts[0].tangential], settlement.departures[0])
+        };
+        let (slip, departure) = departed(1.0);
+        assert!(slip != 0.0 && slip.abs() < 1e-15, "{slip:e}");
+        assert_eq!(departure, Departure::Slip(1));
+        assert_eq!(departed(1.0 + 1e-13).1, Departure::None);
     }
 }

@@ -221,7 +221,7 @@ impl<'a> Run<'a> {
         let basis = &trajectory.bases[self.known[*current].basis];
         basis.complete(q, u);
         if !scene.massless.is_empty() {
-            settlement.depart_with_bodies(scene, u);
+            settlement.depart_with_bodies(scene, &basis.functions, q, u);
         }
         motion.restart(basis, q, u);
         Ok(None)
@@ -317,7 +317,8 @@ impl<'a> Run<'a> {
             let basis = &trajectory.bases[trajectory.phases[phase].basis];
             basis.complete(&mut run.state.q, &mut run.state.u);
             if !run.state.scene.massless.is_empty() {
-                settlement.depart_with_bodies(run.state.scene, &run.state.u);
+                let RunState { scene, q, u, .. } = &run.state;
+                settlement.depart_with_bodies(scene, &basis.functions, q, u);
             }
             motion.restart(basis, &run.state.q, &run.state.u);
             states.extend_from_slice(&run.state.q);
