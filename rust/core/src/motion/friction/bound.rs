@@ -14,7 +14,7 @@
 
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
-use crate::motion::friction::series::law_series::{UNIT, size};
+use crate::motion::friction::series::law_series::{UNIT, product_units, size};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
 use crate::motion::friction::series::rows::{Measure, Sizes};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
@@ -25,6 +25,11 @@ use crate::scene::model::Scene;
 const TUBE: f64 = 1e-6;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
+
+/// Times that the panel may still be shortened: to its truncation, and where a law ends it.
+const TO_COME: usize = 2;
+/// Units of rounding of a linear row per shortening of the panel: three powers of the factor, two coefficients and the width.
+const PER_ROW: usize = 6;
 
 /// Bounds of the error of the state and of the forces of laws.
 struct Bound<'a> {
@@ -40,7 +45,10 @@ impl Kernel for Bound<'_> {
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) -> PanelBound {
         let Self { motion, scene, operator, scale } = self;
-        let LawMotion { taylor, contacts, coupling, sizes, .. } = motion;
+        let LawMotion { taylor, contacts, coupling, sizes, shortenings, .. } = motion;
+        let shortenings = *shortenings + TO_COME;
+        let in_product = product_units(shortenings);
+        let in_row = (operator.terms + 8 + PER_ROW * shortenings) as f64;
         let terms = taylor.terms();
         Measure { sizes, terms, size: scene.size, width: taylor.width }.run(simd);
         let reach = operator.taylor.norm() * taylor.width;
@@ -57,7 +65,7 @@ impl Kernel for Bound<'_> {
                 products += w.abs() * rest;
             }
             sliding.bounds = ContactBounds {
-                law: sliding.series.bounds(&one.law, radius * one.slip_norm),
+                law: sliding.series.bounds(&one.law, radius * one.slip_norm, shortenings),
                 excess: size(excess),
                 pressed: size(normal),
                 products,
@@ -81,7 +89,7 @@ impl Kernel for Bound<'_> {
             let gain = if drift < 0.5 { inverse / (1.0 - drift) } else { f64::INFINITY };
             let part = |of: &ContactBounds| of.products + of.law.truncation * of.pressed;
             off = gain * (off + response * largest(&part));
-            let terms = (DEGREE + 4 + contacts.len()) as f64;
+            let terms = (in_product + contacts.len()) as f64;
             let part = |of: &ContactBounds| {
                 (of.law.rounding + UNIT * terms * (1.0 + of.excess)) * of.pressed
             };
@@ -98,7 +106,7 @@ impl Kernel for Bound<'_> {
             let largest = excess + law.truncation + law.rounding;
             let cut = products + law.truncation * pressed + largest * off;
             let size = sliding.at_origin_size + Sizes::of(&sizes.all, &one.normal);
-            let terms = (DEGREE + 4) as f64 * pressed + (operator.terms + 8) as f64 * size;
+            let terms = in_product as f64 * pressed + in_row * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
             let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
             let gain = largest * moved + slope;
@@ -116,7 +124,7 @@ impl Kernel for Bound<'_> {
             Some(_) => (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum(),
         };
         let load = taylor.width * taylor.force_norm(&operator.taylor);
-        rounded += UNIT * (operator.terms + 8) as f64 * (reach * of_orders + load);
+        rounded += UNIT * in_row * (reach * of_orders + load);
         let exponent = reach + taylor.width * lipschitz;
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
         bound.holds = exponent <= LARGEST && bound.of_shorter(1.0) <= radius;

@@ -23,7 +23,7 @@ use crate::scene::model::Scene;
 const STEEPEST: f64 = 6.0;
 /// Number of times that a panel is shortened before its error counts as unbounded.
 const TRIALS: usize = 60;
-/// Bound of truncation on a panel, relative to the state: far below the bound of rounding, which is some hundreds of it.
+/// Bound of truncation on a panel, relative to the state: two ulps.
 const TRUNCATION: f64 = 2.0 * f64::EPSILON;
 /// What the widths of panels that follow each other may grow by.
 const GROWTH: f64 = 1.3;
@@ -95,6 +95,8 @@ pub(crate) struct LawMotion {
     pub(super) sizes: Sizes,
     /// Width of the next panel before it is shortened to what its error allows, as a part of the operator's.
     share: f64,
+    /// How often the series was scaled to a shorter panel.
+    pub(super) shortenings: usize,
     /// Bound of the error of the state on the panel, in the norm of the operator.
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
@@ -197,6 +199,7 @@ impl LawMotion {
             self.taylor.begin_within(self.share);
         }
         self.powers = [1.0; COEFFICIENTS];
+        self.shortenings = 0;
         for _ in 0..CHANGES {
             self.recur(scene, operator);
             if !self.change_pieces(operator) {
@@ -265,6 +268,7 @@ impl LawMotion {
 
     pub(super) fn shorten(&mut self, factor: f64) {
         let unit = self.unit;
+        self.shortenings += 1;
         unit.run(Shorten { motion: self, powers: powers(factor) });
     }
 

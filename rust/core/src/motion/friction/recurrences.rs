@@ -55,6 +55,29 @@ impl LawMotion {
         }
     }
 
+    /// The largest difference of an order of the state from that of the general recurrences, relative to this order.
+    #[cfg(test)]
+    pub(super) fn difference_of_recurrences(
+        &mut self,
+        scene: &Scene,
+        operator: &LawOperator,
+    ) -> f64 {
+        let unit = self.unit;
+        self.recur(scene, operator);
+        let found: Vec<Vec<f64>> =
+            (0..COEFFICIENTS).map(|k| self.taylor.orders(k)[1].to_vec()).collect();
+        unit.run(Recurrences { motion: self, scene, operator });
+        let largest =
+            |x: &mut dyn Iterator<Item = f64>| x.fold(0.0, |all: f64, x| all.max(x.abs()));
+        let pairs = found.iter().enumerate().map(|(k, found)| {
+            let general = self.taylor.orders(k)[1];
+            let off = largest(&mut found.iter().zip(general).map(|(a, b)| a - b));
+            let size = largest(&mut general.iter().copied());
+            if size > 0.0 { off / size } else { off }
+        });
+        pairs.fold(0.0, f64::max)
+    }
+
     /// The laws, and their forces; where contacts are coupled, as far as these follow from lower orders of N.
     #[inline(always)]
     fn laws<S: Lanes>(&mut self, simd: S, operator: &LawOperator, k: usize) {

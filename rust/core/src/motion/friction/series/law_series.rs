@@ -33,6 +33,13 @@ const INVERSE: [f64; COEFFICIENTS] = {
 /// Slip speeds, as multiples of v, from which on e counts as zero: it is below 1e-260.
 const FAR: f64 = 600.0;
 
+/// Units of rounding of the coefficients of a product, relative to the sums of their terms' absolute values: those of the sum
+/// itself, and per shortening of the panel three coefficients that are scaled, and at most DEGREE units between the rounded powers
+/// of the factor, `p_j p_{k-j}` and `p_k`.
+pub(crate) fn product_units(shortenings: usize) -> usize {
+    DEGREE + 4 + shortenings * (DEGREE + 3)
+}
+
 /// Exponents from which on `e^x - 1` is less than half.
 const NEAR: f64 = -0.6;
 
@@ -134,12 +141,15 @@ impl LawSeries {
         size(&moving)
     }
 
-    /// Bounds on the panel, the slope also where S is off by `beyond`.
+    /// Bounds on a panel that was shortened some times, the slope also where S is off by `beyond`.
     #[inline(always)]
-    pub fn bounds(&self, law: &FrictionLaw, beyond: f64) -> LawBounds {
+    pub fn bounds(&self, law: &FrictionLaw, beyond: f64, shortenings: usize) -> LawBounds {
         let Self { slip, inner, excess, piece } = self;
         let range = self.range();
         let wide = range + beyond;
+        let product = product_units(shortenings) as f64;
+        // Sums of at most three terms, whose scaling rounds both sides.
+        let short = (3 + 2 * shortenings) as f64 * size(excess);
         // sum of factor(m) |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
         let left_out = |factor: fn(usize) -> f64, of: &[f64; COEFFICIENTS]| {
             let (mut rest, mut sum) = (0.0, 0.0);
@@ -151,7 +161,7 @@ impl LawSeries {
         };
         match law {
             FrictionLaw::Linear { slope, .. } => {
-                LawBounds { truncation: 0.0, rounding: UNIT * size(excess), slope: slope.abs() }
+                LawBounds { truncation: 0.0, rounding: UNIT * short, slope: slope.abs() }
             }
             FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
                 let falling = (at_rest - kinetic).abs();
@@ -170,12 +180,13 @@ impl LawSeries {
                 let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
                 let rates = size(&std::array::from_fn(|m| m as f64 * slip[m]));
                 let start = (4.0 + slip[0].abs() / speed) * inner[0];
-                let rounded = 3.0 * rates / speed * size(inner) + start;
+                // Integrated, order k counts with 1 / k of the units of its product.
+                let units = (4 + 2 * shortenings) as f64;
+                let rounded = units * rates / speed * size(inner) + start;
                 LawBounds {
                     truncation: falling * ratio * rest,
                     // What is dropped is below 1e-170 and grows by no power of the width.
-                    rounding: UNIT * (falling * ratio * rounded + 3.0 * size(excess))
-                        + falling * dropped,
+                    rounding: UNIT * (falling * ratio * rounded + short) + falling * dropped,
                     slope: viscous + falling / speed * steepest,
                 }
             }
@@ -188,10 +199,10 @@ impl LawSeries {
                 }
                 let rest = left_out(|_| 1.0, inner) / speed;
                 let terms = (1.0 + size(slip) / speed) * size(inner);
-                let rounded = (DEGREE + 6) as f64 * terms / least;
+                let rounded = (product + 2.0) * terms / least;
                 LawBounds {
                     truncation: falling * rest / least,
-                    rounding: UNIT * (falling * rounded + 3.0 * size(excess)),
+                    rounding: UNIT * (falling * rounded + short),
                     slope: falling / speed / (least * least),
                 }
             }
@@ -204,7 +215,7 @@ impl LawSeries {
                 let terms = far * (size(inner) + (c.abs() + d.abs() * far) * far);
                 LawBounds {
                     truncation: far * square + left_out(|_| 1.0, inner),
-                    rounding: UNIT * ((2 * DEGREE + 12) as f64 * terms + 3.0 * size(excess)),
+                    rounding: UNIT * ((2.0 * product + 4.0) * terms + short),
                     slope: b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()),
                 }
             }
