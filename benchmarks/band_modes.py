@@ -8,7 +8,6 @@ Projection: the eigenvalues of the pencil projected on the real modes of M and K
 
 from __future__ import annotations
 
-import argparse
 import resource
 import sys
 import time
@@ -22,7 +21,7 @@ from threadpoolctl import threadpool_limits
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 import stickslip as ss
-from report import Report, machine, versions
+from report import Report, arguments
 from spinning_disc import spinning_disc
 from stickslip.modes.sparse.pencil import SparsePencil
 from stickslip.modes.sparse.region import Region
@@ -96,8 +95,7 @@ def measured(scene: ss.Scene, highest: float) -> list[str]:
 
 def main() -> None:
     """Print the tables."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--into", type=Path, help="page whose block band-modes is replaced")
+    parser = arguments(__doc__)
     parser.add_argument("--sizes", nargs="+", default=["5000", "10000"], choices=DISCS)
     chosen = parser.parse_args()
     report = Report("band-modes")
@@ -109,7 +107,6 @@ def main() -> None:
         print(*rows[-1], file=sys.stderr)
         if scene.size <= 20000:
             errors += projections(scene, highest)
-    report.text(f"{machine()}; {versions('stickslip', 'scipy')}.")
     headings = ["dofs", "band to, kHz", "modes", "pairs", "shifts", "search, CPU s", "scipy, CPU s"]
     headings += [
         "search, s",
@@ -123,7 +120,7 @@ def main() -> None:
     report.table(headings, rows)
     headings = ["dofs", "real modes", "largest error of a growth rate, 1/s", "unstable", "of which found"]
     report.table(headings, errors)
-    report.into(chosen.into)
+    report.finish(chosen.into, "stickslip", "scipy")
 
 
 def projections(scene: ss.Scene, highest: float) -> list[list[str]]:

@@ -8,7 +8,6 @@ moves other pairs, which strike in turn.
 
 from __future__ import annotations
 
-import argparse
 import sys
 import time
 from pathlib import Path
@@ -19,7 +18,7 @@ import skfem
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 import stickslip as ss
 from meshed import elastic, ring
-from report import Report, machine, versions
+from report import Report, arguments
 
 THICKNESS, HALF_ANGLE = 0.019, np.radians(30.0)
 DAMPING = ss.Proportional(stiffness=1e-7)
@@ -62,8 +61,7 @@ def kicked(scene: ss.Scene) -> ss.State:
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--into", type=Path, help="page whose block plain-pairs is replaced")
+    parser = arguments(__doc__)
     parser.add_argument("--duration", type=float, default=2e-3, help="s (default: %(default)s)")
     parser.add_argument("--masses", nargs="+", default=["lumped"], choices=["lumped", "consistent"])
     chosen = parser.parse_args()
@@ -82,11 +80,10 @@ def main() -> None:
         rows.append([str(cell) for cell in cells])
         print(*rows[-1], file=sys.stderr)
     report = Report("plain-pairs")
-    report.text(f"{machine()}; {versions('stickslip', 'scipy')}.")
     headings = ["dofs", "pairs", "mass", "motion, ms", "events", "combinations"]
     headings += ["set-up, CPU s", "motion, CPU s", "balance, J"]
     report.table(headings, rows)
-    report.into(chosen.into)
+    report.finish(chosen.into, "stickslip", "scipy")
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 import stickslip as ss
 from equal_chain import equal_chain, long_chain
+from identical import assert_identical
 
 
 def edges(kind, count):
@@ -293,21 +294,6 @@ def bouncing(kind="grid", count=16, seed=2):
     scene, start = cells(kind, count, seed, restitution=0.5, static=True)
     loads = [ss.Harmonic({0: 20.0}, frequency=150.0), ss.Steps({7: 300.0}, times=[4e-3], values=[0.0, 1.0])]
     return scene.replace(loads=loads), start
-
-
-def assert_identical(again, run):
-    """Assert two motions equal to the last bit, in whatever order they are asked."""
-    times = np.random.default_rng(1).permutation(np.linspace(0.0, run.duration, 200))
-    a, b = again.sample(times), run.sample(times)
-    for name in ("position", "velocity", "normal_force", "friction_force", "status"):
-        assert np.array_equal(a[name], b[name]), name
-    for name in ("time", "contact", "kind", "combination"):
-        assert np.array_equal(getattr(again.events, name), getattr(run.events, name)), name
-    for a, b in zip(again.core.event_states(), run.core.event_states(), strict=True):
-        assert np.array_equal(a, b)
-    assert again.counters == run.counters
-    assert again.accumulations == run.accumulations
-    assert (again.stop_reason, again.duration) == (run.stop_reason, run.duration)
 
 
 @pytest.mark.parametrize("limits", [{}, {"max_events": 30}, {"accumulation_tolerance": 1e-6}], ids=str)
