@@ -40,7 +40,7 @@ impl Departure {
 }
 
 /// Rounding of the slip velocity of a coordinate without mass, which is a sum of few terms, relative to their size.
-const SLIP_ROUNDING: f64 = 16.0 * f64::EPSILON;
+pub(crate) const SLIP_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Statuses and departures of all contacts, and the contacts and kinds of the last event.
 #[derive(Debug)]
