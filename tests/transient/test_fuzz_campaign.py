@@ -161,6 +161,15 @@ def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
     assert np.abs(modal.time - series.time).max() < 1e-12
 
 
+def test_two_slips_of_one_body_end_at_one_instant():
+    """Both nodes leave their friction limits at second order; to first order rounding decided, 30 times."""
+    scene, start = fuzz_scene(86, 163, ["stops", "compliant"])
+    modal, series = (ss.simulate(scene, start, 0.024, method).events for method in ("modal", "taylor"))
+    assert list(modal.kind) == list(series.kind)
+    assert list(modal.combination) == list(series.combination)
+    assert np.abs(modal.time - series.time).max() < 1e-12
+
+
 def test_growth_of_a_phase_is_measured_before_an_integrator_judges_it():
     """Just before a law reaches zero, rounding of the start of the phase moves its end by 3e-7."""
     outcome = fuzz_campaign.run_scene(51, ["laws"], 97)

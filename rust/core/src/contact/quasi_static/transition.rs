@@ -90,7 +90,6 @@ pub(crate) fn settle_group(
         (0..count).map(goes_on).collect()
     });
     let answer = event.rates(&cases, ended.as_deref(), u)?;
-    let alone = triggers.len() == 1;
     for (k, &contact) in group.contacts.iter().enumerate() {
         let after = answer.statuses[k];
         if !slips(k) {
@@ -118,7 +117,8 @@ pub(crate) fn settle_group(
             (Case::Touching, Status::Detached) => Departure::Gap(1),
             (Case::Touching, _) => Departure::Force(1),
             (Case::Slipping { towards, at_bound: true, ends }, Status::Sticking) => {
-                let smooth = ends && alone && answer.is_at_bound(k);
+                // Slip goes on from zero, also where others end at the same instant.
+                let smooth = ends && !jump && !impact && answer.is_at_bound(k);
                 Departure::Bound(towards, if smooth { 2 } else { 1 })
             }
             _ => Departure::None,
