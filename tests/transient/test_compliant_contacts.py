@@ -160,6 +160,18 @@ def test_a_node_sticks_while_its_body_slips_from_another_slider(method: Literal[
     assert np.diff(run.events.time) == pytest.approx([0.0, np.arctan(2.0) / 500.0], abs=1e-12)
 
 
+@pytest.mark.parametrize("letter", ["+", "-"])
+def test_a_node_without_friction_stays_out_of_the_slip_of_its_body(letter: str) -> None:
+    """A load of 5 N at 5 Hz moves a body that friction of 3 N holds."""
+    law = {"tangential": 0, "normal_force": 1.0, "slider_speed": 0.02}
+    contacts = [ss.Contact(friction=0.0, tangential_stiffness=1e6, **law), ss.Contact(friction=3.0, **law)]
+    load = ss.Harmonic({0: 5.0}, frequency=5.0, phase=-1.5)
+    scene = ss.Scene([1.0], [[1.0]], contacts=contacts, loads=[load])
+    run = ss.simulate(scene, ss.State([0.0], [0.02], letter + "s"), 1.0)
+    assert len(run.events) > 10
+    assert {combination[0] for combination in run.events.combination} == {letter}
+
+
 def test_jump_of_static_friction() -> None:
     """At the onset the node jumps by (mu_static - mu) N / kt, which turns `mean T` times that into heat."""
     friction, static, stiffness = 0.5, 0.8, 2e4

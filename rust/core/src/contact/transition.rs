@@ -130,6 +130,7 @@ fn take_along(
             let tie = scene.stiffness.get(law.tangential, scene.contacts[body].tangential);
             let held = law.directions == Directions::Tangential
                 && law.static_friction == law.friction
+                && law.friction > 0.0
                 && settlement.statuses[node].is_closed();
             if law.tangential_has_mass() || !held || tie == 0.0 || !rests(scene, law, u) {
                 continue;
