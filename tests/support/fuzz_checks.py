@@ -485,8 +485,8 @@ def rebound_law(sampled: Sampled) -> str:
         load += np.outer(reach, normal + contact.holding * tangential)
     rate = np.sqrt((inverse @ stiffness).sum(axis=1).max())
     size = np.abs(before).max(axis=1, initial=0.0) + np.abs(after).max(axis=1, initial=0.0)
-    # Where a contact keeps two masses apart, their distance is a coordinate: modes know the place of the lighter one to the
-    # rounding of the momentum of the heavier one.
+    # Where a contact keeps two masses apart, their distance is a coordinate: modes know the place of the
+    # lighter one to the rounding of the momentum of the heavier one.
     tied = [np.diag(mass)[direction != 0.0] for direction in contact_directions(scene)[1]]
     ratio = max((masses.max() / masses.min() for masses in tied if masses.size), default=1.0)
     rounding = SLACK * size + 4.0 * np.finfo(float).eps * ratio * rate * position.max(axis=1, initial=0.0)

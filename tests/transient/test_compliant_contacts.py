@@ -120,6 +120,24 @@ def test_a_slip_that_slows_down_fast_ends_once(amplitude: float, method: Literal
     assert run.events.time[0] == pytest.approx(0.01 * np.pi, abs=1e-9)
 
 
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+def test_a_node_at_its_limit_slips_with_its_body(method: Literal["modal", "taylor"]) -> None:
+    """Of a body that slips forward eight times while its slider goes 20 m: places are rounded by 1e-15 m."""
+    contacts = [
+        ss.Contact(tangential=0, normal=1, friction=0.5, static_friction=0.8, slider_speed=10.0),
+        ss.Contact(
+            tangential=0, normal_force=1.0, friction=0.3, tangential_stiffness=2.8e5, slider_speed=10.0
+        ),
+    ]
+    push = ss.Harmonic({0: 5.0}, frequency=5.0)
+    scene = ss.Scene([1.0, 1.0], np.diag([1e-3, 1e4]), force=[4.5, -10.0], contacts=contacts, loads=[push])
+    run = ss.simulate(scene, ss.State([0.0, 0.0], [10.5, 0.0], "--"), 2.0, method)
+    assert list(run.events.kind[:4]) == ["velocity", "velocity", "slip-", "slip-"]
+    assert len(run.events) == 32
+    begin = run.events.time[run.events.kind == "slip-"]
+    assert np.array_equal(begin[0::2], begin[1::2])
+
+
 def test_jump_of_static_friction() -> None:
     """At the onset the node jumps by (mu_static - mu) N / kt, which turns `mean T` times that into heat."""
     friction, static, stiffness = 0.5, 0.8, 2e4

@@ -130,6 +130,10 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (62, 677, ["stops", "compliant"]),
         # An impact presses a dof against a stop; mass couples a contact with both.
         (71, 985, ["stops"]),
+        # A node at its friction limit, to the rounding of its place, slips with its body.
+        (71, 1272, ["stops", "compliant"]),
+        # A contact at rest but for 1e-15 m/s beside an impact.
+        (83, 325, ["stops"]),
         # Two nodes on one body slip at one place, which the body passes at 1 mm/s.
         (71, 415, ["stops", "compliant"]),
         (71, 1170, ["stops", "compliant"]),

@@ -5,7 +5,7 @@ use crate::contact::coupled::transition::settle_coupled;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::quasi_static::transition::settle_group;
 use crate::contact::settlement::{
-    Departure, SLIP_ROUNDING, Series, Settlement, continuous, of_contact, sliding_status,
+    Departure, NODE_ROUNDING, Series, Settlement, continuous, of_contact, sliding_status,
 };
 use crate::error::run::RunFailure;
 use crate::scene::contact_law::{Contact, Directions};
@@ -150,7 +150,10 @@ fn take_along(
             }
             let force = scene.reaction_value(law.tangential, q, u);
             let limit = law.static_friction * scene.reaction_value(law.normal, q, u);
-            if limit - force.abs() > AT_LIMIT * limit {
+            // Both ends of its spring move with the slider, and their places are rounded.
+            let pulls = scene.stiffness.row(law.tangential).map(|(k, stiffness)| stiffness * q[k]);
+            let size: f64 = pulls.map(f64::abs).sum();
+            if limit - force.abs() > AT_LIMIT * limit + NODE_ROUNDING * size {
                 continue;
             }
             let (bound, kind) = match force > 0.0 {
@@ -173,7 +176,7 @@ fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
     let terms = others.map(|(k, stiffness)| -stiffness / own * u[k]);
     let start = (-law.slider_speed, law.slider_speed.abs());
     let (sum, size) = terms.fold(start, |(sum, size), term| (sum + term, size + term.abs()));
-    sum.abs() <= SLIP_ROUNDING * size
+    sum.abs() <= NODE_ROUNDING * size
 }
 
 /// `g'+ = -e g'-`, and with `impact_friction` the Coulomb impulse of at most `mu p_n` that drives slip
