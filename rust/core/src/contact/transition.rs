@@ -130,7 +130,7 @@ fn take_along(
             let held = law.directions == Directions::Tangential
                 && law.static_friction == law.friction
                 && settlement.statuses[node] == Status::Sticking;
-            if law.tangential_has_mass() || !held || tie == 0.0 {
+            if law.tangential_has_mass() || scene.flows(node) || !held || tie == 0.0 {
                 continue;
             }
             let force = scene.reaction_value(law.tangential, q, u);
