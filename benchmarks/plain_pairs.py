@@ -13,11 +13,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-import skfem
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
 import stickslip as ss
-from meshed import elastic, ring
+from meshed import elastic
 from report import Report, arguments
 
 THICKNESS, HALF_ANGLE = 0.019, np.radians(30.0)
@@ -28,24 +27,19 @@ KICK, WAVES = 0.1, 7
 
 def pad_on_disc(lumped: bool) -> ss.Scene:
     """Return the scene from plain pairs."""
-    top = THICKNESS
-    disc_mesh = ring((6, 36, 2), (0.06, 0.18), (0.0, top), (0.0, 2.0 * np.pi)).with_boundaries(
-        {"hub": lambda x: np.hypot(x[0], x[1]) < 0.0601, "top": lambda x: x[2] > top - 1e-6}
-    )
-    pad_mesh = ring((3, 6, 2), (0.10, 0.16), (top, 2.0 * top), (-HALF_ANGLE, HALF_ANGLE)).with_boundaries(
-        {"face": lambda x: x[2] < top + 1e-6, "back": lambda x: x[2] > 2.0 * top - 1e-6}
-    )
-    hexahedron = skfem.ElementHex1()
-    disc = elastic(disc_mesh, hexahedron, 120e9, 0.25, 7200.0, damping=DAMPING, name="disc")
-    pad = elastic(pad_mesh, hexahedron, 0.9e9, 0.3, 2500.0, damping=DAMPING, name="pad")
+    top, sector = THICKNESS, (-HALF_ANGLE, HALF_ANGLE)
+    disc_mesh = ss.fe.ring((6, 36, 2), (0.06, 0.18), (0.0, 2.0 * np.pi), (0.0, top))
+    pad_mesh = ss.fe.ring((3, 6, 2), (0.10, 0.16), sector, (top, 2.0 * top))
+    disc = elastic(disc_mesh, 120e9, 0.25, 7200.0, damping=DAMPING, name="disc")
+    pad = elastic(pad_mesh, 0.9e9, 0.3, 2500.0, damping=DAMPING, name="pad")
     if lumped:
         disc, pad = disc.lumped(), pad.lumped()
-    disc = disc.held(disc.surface("hub"))
-    pad = pad.held(pad.surface("back"), directions=(1, 2))
+    disc = disc.held(disc.surface("inner"))
+    pad = pad.held(pad.surface("top"), directions=(1, 2))
     pairs = ss.fe.contact_pairs(
-        pad.surface("face"), disc.surface("top"), velocity=ss.fe.Rotation(5.0), friction=0.3
+        pad.surface("bottom"), disc.surface("top"), velocity=ss.fe.Rotation(5.0), friction=0.3
     )
-    pressure = pad.surface("back").pressure(1e5)
+    pressure = pad.surface("top").pressure(1e5)
     return ss.fe.assemble([pad, disc], pairs, force=pressure, impact_friction=not lumped)
 
 

@@ -64,11 +64,7 @@ axes[0].set(xlabel="friction", ylabel="frequency, kHz", title="Modes of steady s
 axes[0].legend(loc="center right")
 cycle.plot(contact=2, ax=axes[1])
 axes[1].set_title("Contact 2 over one period")
-shown = axes[2].scatter(*1e3 * pairs.points[:, :2].T, c=power, cmap="coolwarm", s=120, edgecolor="black")
-shown.set_clim(-abs(power).max(), abs(power).max())
-figure.colorbar(shown, ax=axes[2], label="into the structure, W")
-axes[2].set(xlabel="x, mm", ylabel="y, mm", title="Power of every contact", xlim=(-2, 20), ylim=(-2, 10))
-axes[2].set_aspect("equal")
+pairs.plot(power, axes[2], label="power of every contact, W")
 figure.savefig("calculix-block.png", dpi=110)
 
 # %% [markdown]

@@ -1,8 +1,8 @@
 # %% [markdown]
 # # A finite-element pad on a belt: from a mesh to squeal
 #
-# A block of friction material is held at its back and pressed on a belt. This example meshes and assembles
-# the block with scikit-fem, pairs its face with the belt, finds the friction from which steady sliding is
+# A block of friction material is held at its back and pressed on a belt. This example meshes the block with
+# scikit-fem, pairs its face with the belt, finds the friction from which steady sliding is
 # unstable, and follows the motion of a reduced model into squeal. It needs `pip install 'stickslip[fe]'`.
 # Run it as a script, or open it as a notebook (jupytext, VS Code, Spyder): it draws `pad-modes.png` and
 # `pad-squeal.png`.
@@ -12,8 +12,6 @@ import matplotlib.colors
 import matplotlib.pyplot as plt
 import numpy as np
 import skfem
-from skfem.helpers import dot
-from skfem.models.elasticity import lame_parameters, linear_elasticity
 
 import stickslip as ss
 
@@ -24,14 +22,12 @@ import stickslip as ss
 # the belt with an interference of 2 µm, which presses it on. Units are SI.
 
 # %%
-mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 0.04, 13), np.linspace(0.0, 0.02, 7))
-mesh = mesh.with_boundaries({"face": lambda x: x[1] < 1e-9, "back": lambda x: x[1] > 0.0199})
-basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad1()))
-stiffness = 0.01 * linear_elasticity(*lame_parameters(1e9, 0.3)).assemble(basis)
-mass = 0.01 * 2500.0 * skfem.BilinearForm(lambda u, v, w: dot(u, v)).assemble(basis)
-pad = ss.fe.Body.from_skfem(basis, mass, stiffness, damping=ss.Proportional(stiffness=4e-7))
-pad = pad.held(pad.surface("back"))
-pairs = ss.fe.contact_pairs(pad.surface("face"), None, velocity=(0.5, 0.0), friction=0.5, gap=-2e-6)
+mesh = skfem.MeshQuad.init_tensor(np.linspace(0.0, 0.04, 13), np.linspace(0.0, 0.02, 7)).with_defaults()
+pad = ss.fe.Body.elastic(
+    mesh, young=1e9, poisson=0.3, density=2500.0, thickness=0.01, damping=ss.Proportional(stiffness=4e-7)
+)
+pad = pad.held(pad.surface("top"))
+pairs = ss.fe.contact_pairs(pad.surface("bottom"), None, velocity=(0.5, 0.0), friction=0.5, gap=-2e-6)
 scene = ss.fe.assemble(pad, pairs)
 steady = ss.sliding_equilibrium(scene)
 print(f"{scene.size} dofs, {len(scene.contacts)} contacts, {steady.combination} in steady sliding")

@@ -27,12 +27,9 @@ def box(kind, counts=(3, 1, 2)):
     )
 
 
-@pytest.mark.parametrize(
-    ("mesh", "element"),
-    [(skfem.MeshHex, skfem.ElementHex1()), (skfem.MeshTet, skfem.ElementTetP1())],
-)
-def test_surfaces_of_a_box_in_space(mesh, element):
-    body = elastic(box(mesh), element, name="box")
+@pytest.mark.parametrize("mesh", [skfem.MeshHex, skfem.MeshTet])
+def test_surfaces_of_a_box_in_space(mesh):
+    body = elastic(box(mesh), name="box")
     rng = np.random.default_rng(1)
     for name, outward, area in (
         ("low", [0.0, 0.0, -1.0], BOX[0] * BOX[1]),
@@ -61,7 +58,7 @@ def test_surfaces_of_a_box_in_space(mesh, element):
 
 def test_cells_are_in_the_order_of_vtk():
     """Corners 0 to 3 go round one face, counterclockwise seen from 4 to 7, which lie above them."""
-    body = elastic(box(skfem.MeshHex), skfem.ElementHex1())
+    body = elastic(box(skfem.MeshHex))
     corners = body.points[body.cells["hexahedron"]]
     one, other, up = (corners[:, k] - corners[:, 0] for k in (1, 3, 4))
     np.testing.assert_allclose(corners[:, 2], corners[:, 0] + one + other, atol=1e-15)
@@ -70,13 +67,10 @@ def test_cells_are_in_the_order_of_vtk():
     np.testing.assert_allclose(volume, BOX.prod() / 6, rtol=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("mesh", "element"),
-    [(skfem.MeshHex, skfem.ElementHex1()), (skfem.MeshTet, skfem.ElementTetP1())],
-)
-def test_faces_bound_the_body(mesh, element):
+@pytest.mark.parametrize("mesh", [skfem.MeshHex, skfem.MeshTet])
+def test_faces_bound_the_body(mesh):
     """Their area is that of the box: none is inside, none is missing."""
-    shape = elastic(box(mesh), element).mesh
+    shape = elastic(box(mesh)).mesh
     area = 0.0
     for face in shape.faces():
         first, *others = shape.points[face]
@@ -92,7 +86,7 @@ def test_calculix_stores_the_matrices_that_scikit_fem_assembles():
         mesh=CALCULIX / "pad.inp",
         units="mm-t-s",
     )
-    body = elastic(box(skfem.MeshHex), skfem.ElementHex1())
+    body = elastic(box(skfem.MeshHex))
     body = body.held(body.surface("top"))
     assert body.size == pad.size == 48
     place = {
@@ -112,7 +106,7 @@ def test_calculix_stores_the_matrices_that_scikit_fem_assembles():
 def test_a_plane_body_and_held_dofs():
     mesh = skfem.MeshQuad.init_tensor(np.linspace(0, 0.04, 5), np.linspace(0, 0.02, 3))
     mesh = mesh.with_boundaries({"low": lambda x: x[1] < 1e-9, "top": lambda x: x[1] > 0.02 - 1e-9})
-    body = elastic(mesh, skfem.ElementQuad1())
+    body = elastic(mesh)
     low = body.surface("low")
     np.testing.assert_allclose(low.normals, np.tile([0.0, -1.0], (5, 1)), atol=1e-14)
     assert sum(low.pressure(1e6, thickness=0.01).values()) == pytest.approx(1e6 * 0.04 * 0.01)
@@ -196,7 +190,7 @@ def test_lumped_mass_keeps_the_energy_of_translations():
     expected = 2.0 * count * np.sin((2.0 * modes - 1.0) * np.pi / (4.0 * count))
     found = np.abs(ss.complex_modes(scene, "").eigenvalues[::2])
     np.testing.assert_allclose(found, expected, rtol=1e-12)
-    body = elastic(box(skfem.MeshHex), skfem.ElementHex1())
+    body = elastic(box(skfem.MeshHex))
     lumped = body.lumped().mass
     assert (lumped - scipy.sparse.diags_array(lumped.diagonal())).nnz == 0
     for k in range(3):
@@ -206,7 +200,7 @@ def test_lumped_mass_keeps_the_energy_of_translations():
 
 def test_contacts_of_lumped_bodies_are_not_coupled():
     """With a consistent mass the same impacts ask for impact_friction=True."""
-    body = elastic(box(skfem.MeshHex), skfem.ElementHex1(), 1e9, damping=ss.Proportional(stiffness=1e-6))
+    body = elastic(box(skfem.MeshHex), 1e9, damping=ss.Proportional(stiffness=1e-6))
     for made, coupled in ((body, True), (body.lumped(), False)):
         held = made.held(made.surface("top"))
         low = held.surface("low")

@@ -58,3 +58,23 @@ def test_modes_draw_their_shapes():
         modes.plot(number=len(modes))
     with pytest.raises(ss.InputError, match="number: the scene has no points"):
         ss.complex_modes(scene.replace(mesh=None)).plot(number=0)
+
+
+def test_a_quantity_of_every_pair():
+    body = block(4, 2)
+    pairs = ss.fe.contact_pairs(body.surface("low"), None, velocity=(1.0, 0.0), friction=0.1)
+    (line,) = pairs.plot([5.0, 4.0, 3.0, 2.0, 1.0], label="power, W").lines
+    np.testing.assert_allclose(line.get_xdata(), [0.0, 10.0, 20.0, 30.0, 40.0])
+    order = np.argsort(pairs.points[:, 0])
+    np.testing.assert_allclose(line.get_ydata(), np.arange(5.0, 0.0, -1.0)[order])
+    pad = plate((2, 2, 1), (0.02, 0.03, 0.004), (0.0, 0.0, 0.0))
+    pairs = ss.fe.contact_pairs(pad.surface("bottom"), None, velocity=(1, 0, 0), friction=0.1)
+    axes = pairs.plot(np.arange(9.0) - 3.0, Figure().subplots(), label="power, W")
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("x, mm", "y, mm")
+    (spots,) = axes.collections
+    np.testing.assert_allclose(spots.get_offsets(), 1e3 * pairs.points[:, :2])
+    # Zero is in the middle of the colours.
+    assert spots.get_clim() == (-5.0, 5.0)
+    for values in (np.ones(8), np.full(9, np.nan)):
+        with pytest.raises(ss.InputError, match="values: expected 9 finite numbers, one per pair"):
+            pairs.plot(values)

@@ -5,17 +5,9 @@ import pytest
 import scipy.sparse
 
 import stickslip as ss
-from meshed import block, plate
-
-
-def on_belt(columns, rows, every=1, friction=0.3, **changes):
-    """Return the scene of a block on a belt with one in `every` lower node in contact."""
-    body = block(columns, rows)
-    low = body.surface("low")
-    chosen = low.numbers[np.argsort(low.points[:, 0])][::every]
-    pairs = ss.fe.contact_pairs(low, None, velocity=(1.0, 0.0), friction=friction, gap=-1e-6)
-    kept = [c for c, node in zip(pairs.contacts, pairs.nodes, strict=True) if node in set(chosen)]
-    return ss.fe.assemble(body, kept).replace(**changes)
+from block_cycles import lumped_block, on_belt, pulse, reduced_block
+from meshed import plate
+from stickslip.fe.reduced.lowest_modes import LowestModes
 
 
 @pytest.fixture(scope="module")
@@ -301,31 +293,46 @@ def test_what_is_ill_posed_is_refused(small):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("mesh", "size"), [((20, 10, 4), 420), ((40, 20, 8), 1640)])
-def test_the_cycle_of_the_reduced_model_is_that_of_the_full_one(mesh, size):
-    """A separation pulse of 27.3 or 28.2 us: mean period and share of detached time once it has settled."""
-    scene = on_belt(*mesh, friction=0.2)
-    assert scene.size == size
-    scene = scene.replace(mass=np.asarray(scene.mass.sum(axis=1)).ravel())
-    found = []
-    for modes in (None, 40, 100):
-        reduced = ss.fe.reduce(scene, (1e3, 60e3), combination="++++++", modes=modes or 40)
-        model, kick = reduced.scene, {"q0": 5e-3}
-        if modes is None:
-            model, kick = scene, 5e-3 * reduced.basis[:, model.dofs.index("q0")]
-        start = ss.sliding_equilibrium(model).perturbed(velocity=kick)
-        run = ss.simulate(model, start, duration=1e-2, method="taylor")
-        times, statuses = np.array(run.events.time), list(run.events.combination)
-        late = times > 0.5 * run.duration
-        leaves = [
-            time
-            for time, before, after in zip(times[1:], statuses[:-1], statuses[1:], strict=True)
-            if before == "++++++" != after and time > 0.5 * run.duration
-        ]
-        apart = np.array([status.count("d") for status in statuses])[late][:-1] @ np.diff(times[late])
-        share = apart / (6.0 * (times[late][-1] - times[late][0]))
-        found.append((np.mean(np.diff(leaves)), share))
-    (period, share), *others = found
-    for other, part in others:
+@pytest.mark.parametrize(
+    ("mesh", "boundary"),
+    [((20, 10, 4), "lumped"), ((40, 20, 8), "lumped"), ((20, 10, 4), "massless")],
+)
+def test_the_cycle_of_the_reduced_model_is_that_of_the_full_one(mesh, boundary):
+    """A separation pulse of 27.3 to 28.2 us: mean period and share of detached time once it has settled."""
+    scene = lumped_block(*mesh, boundary)
+    models = [reduced_block(scene, boundary, modes) for modes in (40, 100)]
+    period, share, run = pulse(scene, models[0], full=True)
+    assert (run.balance().impact > 0.0) == (boundary == "lumped")
+    for reduced in models:
+        other, part, _ = pulse(scene, reduced)
         assert other == pytest.approx(period, rel=5e-3)
         assert abs(part - share) < 0.01
+
+
+def test_a_massless_boundary_converges_to_the_full_model_without_mass_there():
+    """The whole mass and its centre stay; with nearly all modes the eigenvalues are the full model's."""
+    plain, scene = (lumped_block(8, 4, 4, boundary) for boundary in ("lumped", "massless"))
+    dofs, x = scene.mesh.dofs, scene.mesh.points[:, 0]
+    for direction in range(2):
+        kept = dofs[:, direction] >= 0
+        masses = [one.mass[dofs[kept, direction]] for one in (plain, scene)]
+        assert masses[1].sum() == pytest.approx(masses[0].sum(), rel=1e-12)
+        assert x[kept] @ masses[1] == pytest.approx(x[kept] @ masses[0], rel=1e-12)
+    assert np.count_nonzero(scene.mass == 0.0) == 2 * len(scene.contacts)
+    most = np.count_nonzero(scene.mass) - 1
+    errors = [
+        ss.fe.reduce(scene, (1e3, 60e3), "massless", combination="+++", modes=modes).errors.error.max()
+        for modes in (10, 20, most)
+    ]
+    assert errors[0] > errors[1] > 100.0 * errors[2]
+    assert errors[2] < 2e-5
+
+
+def test_modes_of_a_structure_with_dofs_without_mass():
+    """They satisfy the equations of these dofs, too, which no product with M sees."""
+    scene = lumped_block(20, 10, 4, "massless")
+    stiffness = scipy.sparse.csc_array(scene.stiffness)
+    squares, shapes = LowestModes(stiffness, scipy.sparse.diags_array(scene.mass), 0.0)(160)
+    residual = stiffness @ shapes - scene.mass[:, None] * shapes * squares
+    scale = np.abs(stiffness).max() * np.abs(shapes).max(axis=0)
+    assert (np.abs(residual).max(axis=0) < 1e-9 * scale).all()

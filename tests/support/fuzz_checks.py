@@ -16,8 +16,7 @@ from fuzz_scenes import contact_directions, fastest, forces, matrices, plain, sl
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
-#: s, and ulp of the time: events that are less apart have no order. So long do slow motions take for the
-#: rounding of a length.
+#: s, and ulp of the time or of a displacement: events that are less apart have no order.
 UNORDERED, UNORDERED_ULP = 2e-16, 2
 #: s; where contact directions depend on each other, events that follow each other faster, at more instants
 #: than so many, are a series.
@@ -103,7 +102,10 @@ class EventList:
         time, contact, kind, after = time[keep], contact[keep], kind[keep], after[keep]
         # Two nodes on one body that came to rest with it slip again at one place: by one method at once, by
         # the other one after the other.
-        apart = np.diff(time) > np.maximum(UNORDERED, UNORDERED_ULP * np.spacing(time[1:]))
+        distance = np.diff(time)
+        apart = distance > np.maximum(UNORDERED, UNORDERED_ULP * np.spacing(time[1:]))
+        for k in np.flatnonzero(apart & (distance <= IN_TURN)):
+            apart[k] = distance[k] > sum(resolution(run, time[j], contact[j], kind[j]) for j in (k, k + 1))
         for group in np.split(np.arange(time.size), np.flatnonzero(apart) + 1):
             order = group[np.lexsort((kind[group], contact[group]))]
             contact[group], kind[group] = contact[order], kind[order]
@@ -127,6 +129,26 @@ class EventList:
             | (self.after[:n] != other.after[:n])
         )
         return int(np.argmax(differs)) if differs.any() else n
+
+
+def resolution(run: ss.Trajectory, time: float, contact: int, kind: str) -> float:
+    """Return what an ulp or two of the largest displacement move an event at a place by, s.
+
+    A gap closes at a place, and a node without mass slips at one; other events, and the limit of several
+    contacts, have 0.
+    """
+    if contact < 0:
+        return 0.0
+    scene, state = run.scene, run.state(np.nextafter(time, 0.0))
+    tangential, normal = (directions[contact] for directions in contact_directions(scene))
+    if kind in ("slip+", "slip-") and scene.contacts[contact].tangential_stiffness is not None:
+        speed = abs(tangential @ state.velocity - slider_speeds(scene, np.array([time]))[0, contact])
+    elif kind in ("impact", "closing"):
+        speed = abs(normal @ state.velocity)
+    else:
+        return 0.0
+    place = UNORDERED_ULP * np.spacing(np.abs(state.position).max())
+    return float(place / speed) if speed > 0.0 else 0.0
 
 
 def nearby(scene: ss.Scene, state: ss.State, direction: int = 0) -> ss.State:
@@ -463,7 +485,11 @@ def rebound_law(sampled: Sampled) -> str:
         load += np.outer(reach, normal + contact.holding * tangential)
     rate = np.sqrt((inverse @ stiffness).sum(axis=1).max())
     size = np.abs(before).max(axis=1, initial=0.0) + np.abs(after).max(axis=1, initial=0.0)
-    rounding = SLACK * size + 4.0 * np.finfo(float).eps * rate * position.max(axis=1, initial=0.0)
+    # Where a contact keeps two masses apart, their distance is a coordinate: modes know the place of the
+    # lighter one to the rounding of the momentum of the heavier one.
+    tied = [np.diag(mass)[direction != 0.0] for direction in contact_directions(scene)[1]]
+    ratio = max((masses.max() / masses.min() for masses in tied if masses.size), default=1.0)
+    rounding = SLACK * size + 4.0 * np.finfo(float).eps * ratio * rate * position.max(axis=1, initial=0.0)
     slack = 2.0 * np.spacing(time)[:, None] * (load @ inverse) + rounding[:, None]
     normal = contact_directions(scene)[1][which]
     restitution = np.array([contact.restitution for contact in contacts])[which]

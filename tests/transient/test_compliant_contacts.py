@@ -1,5 +1,7 @@
 """Compliant contacts: closed forms, an independent brute-force reference, and what must hold in every run."""
 
+from typing import Literal
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -102,6 +104,38 @@ def test_closing_sticks_within_the_cone_of_the_rates(excess: float, ratio: float
     assert list(run.events.kind) == ["closing"]
     expected = "s" if ratio < 1.0 else "+" if slip < 0.0 else "-"
     assert list(run.events.combination) == [expected]
+
+
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+@pytest.mark.parametrize("amplitude", np.linspace(5e3, 6e3, 21))
+def test_a_slip_that_slows_down_fast_ends_once(amplitude: float, method: Literal["modal", "taylor"]) -> None:
+    """At the end of half a period the slip velocity changes by 2e-10 m/s in an ulp of time."""
+    node = ss.Contact(
+        tangential=0, normal_force=1.0, friction=0.3, tangential_stiffness=1e6, slider_speed=1e-3
+    )
+    scene = ss.Scene([1.0], [[1e4]], contacts=[node])
+    run = ss.simulate(scene, ss.State([amplitude], [0.0], "+"), 0.04, method)
+    assert list(run.events.kind) == ["velocity", "slip-"]
+    assert list(run.events.combination) == ["s", "-"]
+    assert run.events.time[0] == pytest.approx(0.01 * np.pi, abs=1e-9)
+
+
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+def test_a_node_at_its_limit_slips_with_its_body(method: Literal["modal", "taylor"]) -> None:
+    """Of a body that slips forward eight times while its slider goes 20 m: places are rounded by 1e-15 m."""
+    contacts = [
+        ss.Contact(tangential=0, normal=1, friction=0.5, static_friction=0.8, slider_speed=10.0),
+        ss.Contact(
+            tangential=0, normal_force=1.0, friction=0.3, tangential_stiffness=2.8e5, slider_speed=10.0
+        ),
+    ]
+    push = ss.Harmonic({0: 5.0}, frequency=5.0)
+    scene = ss.Scene([1.0, 1.0], np.diag([1e-3, 1e4]), force=[4.5, -10.0], contacts=contacts, loads=[push])
+    run = ss.simulate(scene, ss.State([0.0, 0.0], [10.5, 0.0], "--"), 2.0, method)
+    assert list(run.events.kind[:4]) == ["velocity", "velocity", "slip-", "slip-"]
+    assert len(run.events) == 32
+    begin = run.events.time[run.events.kind == "slip-"]
+    assert np.array_equal(begin[0::2], begin[1::2])
 
 
 def test_jump_of_static_friction() -> None:

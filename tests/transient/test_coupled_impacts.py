@@ -209,3 +209,26 @@ def test_contacts_that_hold_all_of_a_scene_come_to_rest():
     assert run.state(0.5).combination == "+++"
     assert run.events.time[-1] < 0.2
     assert np.abs(run.state(0.5).position).max() == 0.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_impulses_that_cancel_move_no_other_contact(seed):
+    """A mass that strikes a moving slider is pushed against a stop, which takes all of the friction impulse.
+
+    Mass couples a third contact with both, which sticks: its slip velocity stays zero to the last bit.
+    """
+    factor = np.random.default_rng(seed).normal(size=(3, 3))
+    mass, tied = np.eye(4), [0, 2, 3]
+    mass[np.ix_(tied, tied)] = factor @ factor.T + 0.3 * np.eye(3)
+    contacts = [
+        ss.Contact(tangential=0, normal=1, friction=0.4, slider_speed=1.0),
+        ss.Contact(normal={0: -1.0}),
+        ss.Contact(tangential=2, normal_force=50.0, friction=1.0),
+    ]
+    stiffness = np.diag([1e3, 1e4, 1e3, 1e3])
+    scene = ss.Scene(mass, stiffness, force=[20.0, -10.0, 1.0, 0.0], contacts=contacts, impact_friction=True)
+    run = ss.simulate(scene, ss.State([0.0, 1e-3, 0.0, 0.0], [0.0, -0.5, 0.0, 0.0], "d+s"), 0.02)
+    first = run.events.time == run.events.time[0]
+    assert list(run.events.contact[first]) == [0]
+    assert run.events.kind[0] == "impact"
+    assert run.events.combination[0] == "++s"

@@ -13,7 +13,16 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import EventList, Sampled, compare, complementarity, energy_residual, impact_law, sensitivity
+from fuzz_checks import (
+    EventList,
+    Sampled,
+    compare,
+    complementarity,
+    energy_residual,
+    impact_law,
+    resolution,
+    sensitivity,
+)
 from fuzz_laws import integrated, phases_by_integrator
 from fuzz_scenes import fuzz_scene
 
@@ -117,6 +126,21 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (62, 251, ["stops", "compliant"]),
         # A vibrating slider, and a load close to resonance.
         (62, 357, ["forced", "compliant"]),
+        # Nine contacts, two of which stick on one direction: the rank of what they hold is ten of eleven.
+        (62, 677, ["stops", "compliant"]),
+        # An impact presses a dof against a stop; mass couples a contact with both.
+        (71, 985, ["stops"]),
+        # A node at its friction limit, to the rounding of its place, slips with its body.
+        (71, 1272, ["stops", "compliant"]),
+        # A contact at rest but for 1e-15 m/s beside an impact.
+        (83, 325, ["stops"]),
+        # Two nodes on one body slip at one place, which the body passes at 1 mm/s.
+        (71, 415, ["stops", "compliant"]),
+        (71, 1170, ["stops", "compliant"]),
+        # An ulp of time changes a slip velocity by more than the rounding of its terms.
+        (71, 1170, ["unsymmetric", "forced", "stops", "compliant"]),
+        # An impact stops a body on which a node goes on sliding; then the body slips the other way.
+        (71, 1213, ["unsymmetric", "forced", "stops", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):
@@ -188,6 +212,41 @@ def test_events_within_two_ulp_of_their_time_have_no_order():
 
     for apart, common in ((1, 2), (2, 2), (3, 0)):
         assert events([0, 1], apart).common(events([1, 0], apart)) == common
+
+
+def test_places_passed_slowly_have_no_order_within_their_rounding():
+    """Two nodes on one body, which passes the place where both slip at 0.1 mm/s."""
+    nodes = [
+        ss.Contact(tangential=0, normal_force=force, friction=1.0, tangential_stiffness=stiffness)
+        for force, stiffness in ((1.0, 1e3), (2.0, 2e3))
+    ]
+    scene = ss.Scene([1.0], [[0.0]], contacts=nodes)
+    run = ss.simulate(scene, ss.State([1.0], [1e-1], "ss", friction_force=[0.0, 0.0]), 0.1)
+    assert list(run.events.kind[:2]) == ["slip-", "slip-"]
+    speed = np.abs(run.state(run.events.time[0]).velocity[0])
+    own = resolution(run, run.events.time[0], 0, "slip-")
+    assert own == pytest.approx(2.0 * np.spacing(1.0) / speed, rel=1e-6)
+    assert resolution(run, run.events.time[0], 0, "velocity") == 0.0
+
+    def events(distance):
+        time = run.events.time[0] + np.array([0.0, distance])
+        listed = SimpleNamespace(time=time, contact=np.array([1, 0]), kind=np.array(["slip-"] * 2))
+        listed.combination = np.array(["s-", "--"])
+        return EventList.of(Listed(run, listed))
+
+    assert list(events(1.5 * own).contact) == [0, 1]
+    assert list(events(3.0 * own).contact) == [1, 0]
+
+
+@dataclass(frozen=True)
+class Listed:
+    """A run with other events."""
+
+    run: ss.Trajectory
+    events: SimpleNamespace
+
+    def __getattr__(self, name):
+        return getattr(self.run, name)
 
 
 def recorded(outcomes):

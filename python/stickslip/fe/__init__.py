@@ -7,9 +7,11 @@ displacements of either scene -> `write_vtu`.
 from stickslip.fe.assembly import assemble
 from stickslip.fe.body import Body
 from stickslip.fe.drawing import draw
+from stickslip.fe.elastic import ring
 from stickslip.fe.formats.readers import read
-from stickslip.fe.pairs import Pairs, Rotation, contact_pairs
+from stickslip.fe.pairs import Pairs, contact_pairs
 from stickslip.fe.reduced.reduction import Reduction, reduce
+from stickslip.fe.rotation import Rotation
 from stickslip.fe.surface import Surface
 from stickslip.fe.vtu import write_vtu
 
@@ -24,5 +26,6 @@ __all__ = [
     "draw",
     "read",
     "reduce",
+    "ring",
     "write_vtu",
 ]

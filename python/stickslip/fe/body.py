@@ -4,22 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
+from stickslip.fe.elastic import elastic_matrices, facet_nodes
+from stickslip.fe.matrices import square
+from stickslip.fe.rotation import Rotation
 from stickslip.fe.surface import Surface
-from stickslip.scene.checks import MatrixLike, Real, described, real_array, real_matrix
+from stickslip.scene.checks import MatrixLike, Real, described, real_array
 from stickslip.scene.contact import nearest
 from stickslip.scene.laws.damping import DampingLike, Proportional
 from stickslip.show.mesh import Mesh
 from stickslip.show.summary import Shown, Summary
 
-#: Relative difference of two entries that mirror each other above which a matrix is not symmetric.
-SYMMETRY = 1e-10
 #: The matrices of a body, by the names of `Scene`.
 MATRICES = ("mass", "stiffness", "damping", "gyroscopic", "circulatory")
 
@@ -244,6 +245,59 @@ class Body(Shown):
         return Mesh(self.points, places, self.cells)
 
     @classmethod
+    def elastic(
+        cls,
+        mesh: Any,
+        *,
+        young: float,
+        poisson: float,
+        density: float,
+        plane: Literal["strain", "stress"] | None = None,
+        thickness: float | None = None,
+        rotation: Rotation | None = None,
+        damping: DampingLike | None = None,
+        name: str | None = None,
+    ) -> Body:
+        """Return the body of one isotropic elastic material on a mesh of scikit-fem.
+
+        ``M = integral of rho N' N``, ``K = integral of (grad N)' C (grad N)`` with linear shape functions N,
+        integrated by two Gauss points per direction (Hughes, The Finite Element Method, 2000, chapters 2, 3
+        and 7). Such cells are too stiff in bending unless several of them lie across it.
+
+        Parameters
+        ----------
+        mesh
+            ``skfem.MeshTri``, ``MeshQuad``, ``MeshTet`` or ``MeshHex``, m; its boundaries become surfaces.
+            `ring` makes one, and ``skfem.Mesh.load`` reads those of gmsh and of other programs.
+        young, poisson, density
+            Pa, 1 and kg/m3.
+        plane
+            Of a mesh in the plane: no displacement across it (``"strain"``, the default) or no stress.
+        thickness
+            Of a mesh in the plane, m; None: 1 m.
+        rotation
+            How the material of a body of revolution turns about its axis. Displacements u are those of the
+            points in space through which the material runs with v, and it moves with ``u' + (v . grad) u``:
+            ``G = D - D'`` with ``D = integral of rho N' (v . grad) N``, and
+            ``integral of rho ((v . grad) N)' ((v . grad) N)`` goes off K. A wave with n nodal diameters that
+            has the frequency w in the material so gets ``w + n speed`` and ``w - n speed``. The stress of the
+            centrifugal force, which adds about speed^2 to squares of frequencies, is left out. Damping acts
+            on u', not on the motion of the material.
+        damping, name
+            As above.
+
+        Raises
+        ------
+        InputError
+            If scikit-fem is missing, the mesh is none of these, has a point in no cell or a cell without
+            volume, a number is out of its range, or a body that rotates is no body of revolution.
+        """
+        basis, mass, stiffness, gyroscopic = elastic_matrices(
+            mesh, young, poisson, density, plane, thickness, rotation
+        )
+        return cls.from_skfem(basis, mass, stiffness, damping=damping, gyroscopic=gyroscopic, name=name)
+
+    @classmethod
     def from_skfem(
         cls,
         basis: Any,
@@ -251,6 +305,7 @@ class Body(Shown):
         stiffness: MatrixLike,
         *,
         damping: DampingLike | None = None,
+        gyroscopic: MatrixLike | None = None,
         name: str | None = None,
     ) -> Body:
         """Return the body of a scikit-fem basis: points, cells and named boundaries of its mesh come along.
@@ -260,7 +315,7 @@ class Body(Shown):
         basis
             ``skfem.Basis(mesh, skfem.ElementVector(...))`` of an element with dofs at the corners only; the
             surfaces are ``mesh.with_boundaries(...)``.
-        mass, stiffness, damping, name
+        mass, stiffness, damping, gyroscopic, name
             As above; what a form of the basis assembles.
 
         Raises
@@ -287,7 +342,7 @@ class Body(Shown):
             )
         if kind == "hexahedron":
             cells = cells[:, SKFEM_HEXAHEDRON]
-        boundaries = {key: _facets(mesh, indices) + 1 for key, indices in (mesh.boundaries or {}).items()}
+        boundaries = {key: facet_nodes(mesh, indices) + 1 for key, indices in (mesh.boundaries or {}).items()}
         points = np.ascontiguousarray(mesh.p.T)[:count]
         return cls(
             mass,
@@ -295,6 +350,7 @@ class Body(Shown):
             points=points,
             dofs=names,
             damping=damping,
+            gyroscopic=gyroscopic,
             cells={kind: cells},
             surfaces=boundaries,
             name=name,
@@ -318,46 +374,6 @@ class Body(Shown):
 
 #: The order of the corners of a hexahedron in scikit-fem, as places in the order of VTK.
 SKFEM_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
-
-
-def square(argument: str, value: Any, size: int | None, sign: int) -> scipy.sparse.csr_array:
-    """Return a sparse square matrix that is finite and symmetric (sign 1), skew (-1), or any (0).
-
-    Raises
-    ------
-    InputError
-        Naming the first entry that is wrong.
-    """
-    rows = scipy.sparse.csr_array(real_matrix(argument, value), dtype=np.float64, copy=True)
-    rows.sum_duplicates()
-    if not rows.shape[0] or (size is not None and rows.shape != (size, size)):
-        raise InputError(f"{argument}: expected shape ({size or 'n'}, {size or 'n'}), got {rows.shape}")
-    entries = rows.tocoo()
-    if not np.isfinite(entries.data).all():
-        k = int(np.flatnonzero(~np.isfinite(entries.data))[0])
-        raise InputError(f"{argument}: must be finite, got {entries.data[k]} at {_entry(entries, k)}")
-    if sign:
-        mirrored = (sign * rows.T).tocsr()
-        wrong = (rows - mirrored).tocoo()
-        if wrong.nnz and np.abs(wrong.data).max() > SYMMETRY * np.abs(rows.data).max(initial=0.0):
-            k = int(np.abs(wrong.data).argmax())
-            i, j = int(wrong.coords[0][k]), int(wrong.coords[1][k])
-            kind = "symmetric" if sign > 0 else "skew-symmetric"
-            hint = ""
-            if argument in ("stiffness", "damping"):
-                other = "circulatory" if argument == "stiffness" else "gyroscopic"
-                hint = f"; split A as {argument}=(A + A.T) / 2, {other}=(A - A.T) / 2"
-            raise InputError(
-                f"{argument}: must be {kind}, got {rows[i, j]:g} at ({i}, {j}) and {rows[j, i]:g} at "
-                f"({j}, {i}){hint}"
-            )
-        rows = (0.5 * (rows + mirrored)).tocsr()
-    rows.sort_indices()
-    return rows
-
-
-def _entry(entries: scipy.sparse.coo_array, k: int) -> str:
-    return f"({entries.coords[0][k]}, {entries.coords[1][k]})"
 
 
 def _nodes(points: Any) -> tuple[NDArray[np.int64], Real | None]:
@@ -386,20 +402,3 @@ def _split(dof: str) -> tuple[int, int]:
     if dot and node.lstrip("-").isdecimal() and direction in ("1", "2", "3", "4", "5", "6"):
         return int(node), int(direction)
     raise InputError(f"dofs: expected names 'node.direction' with a direction 1 to 6, got {dof!r}")
-
-
-def _facets(mesh: Any, indices: Any) -> NDArray[np.int64]:
-    """Return the nodes of facets of scikit-fem, around each."""
-    found = np.asarray(mesh.facets[:, np.asarray(indices)]).T
-    if found.shape[1] != 4:
-        return found
-    # scikit-fem sorts the nodes of a facet: start at the first and go round by the sense of the corners.
-    corners = mesh.p.T[found]
-    middle = corners.mean(axis=1, keepdims=True)
-    first = corners[:, :1] - middle
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, None]
-    side = np.cross(np.broadcast_to(normal, first.shape), first)
-    offsets = corners - middle
-    length, width = (np.linalg.norm(v, axis=-1) for v in (first, side))
-    angle = np.arctan2((offsets * side).sum(-1) / width, (offsets * first).sum(-1) / length)
-    return np.take_along_axis(found, np.argsort(angle, axis=1), axis=1)

@@ -1,4 +1,4 @@
-"""Displacements drawn on the mesh of a scene."""
+"""Displacements drawn on the mesh of a scene, and quantities of its contact pairs."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from stickslip.faults import InputError
+from stickslip.scene.checks import Real, real_array
 from stickslip.scene.scene import Scene, checked
 
 if TYPE_CHECKING:
@@ -53,3 +54,34 @@ def draw(
     if values.shape != (scene.size,) or values.dtype.kind not in "iufc":
         raise InputError(f"displacement: expected shape ({scene.size},), got {values.shape}")
     return draw_mesh(mesh, values, ax, scale, title)
+
+
+def draw_pairs(points: Real, values: ArrayLike, ax: Axes | None, label: str) -> Axes:
+    """Draw a quantity of every contact pair where it lies; see `Pairs.plot`.
+
+    Raises
+    ------
+    InputError
+        If it is not one finite number per pair.
+    """
+    from stickslip.show.style import UNSTABLE, axes_of
+
+    shown = real_array("values", values, 1)
+    if shown.shape != (len(points),) or not np.isfinite(shown).all():
+        raise InputError(f"values: expected {len(points)} finite numbers, one per pair, got {shown}")
+    axes = axes_of(ax)
+    # The surface is seen along the axis of space across which it is widest.
+    wide = np.sort(np.argsort(-np.ptp(points, axis=0), kind="stable")[:2])
+    if points.shape[1] == 2:
+        wide = wide[np.ptp(points[:, wide], axis=0).argmax()]
+        order = np.argsort(points[:, wide])
+        axes.plot(1e3 * points[order, wide], shown[order], "o-", color=UNSTABLE)
+        axes.set(xlabel=f"{'xy'[wide]}, mm", ylabel=label)
+        return axes
+    largest = np.abs(shown).max() or 1.0
+    x, y = 1e3 * points[:, wide].T
+    spots = axes.scatter(x, y, c=shown, cmap="coolwarm", vmin=-largest, vmax=largest, edgecolor="black")
+    axes.figure.colorbar(spots, ax=axes, label=label)
+    axes.set(xlabel=f"{'xyz'[wide[0]]}, mm", ylabel=f"{'xyz'[wide[1]]}, mm")
+    axes.set_aspect("equal", adjustable="datalim")
+    return axes

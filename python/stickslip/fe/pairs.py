@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,9 @@ from stickslip.fe.surface import Surface, bilinear
 from stickslip.scene.checks import Real, described, real_array, real_number
 from stickslip.scene.contact import Contact
 from stickslip.show.summary import Shown, Summary, Table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 #: Velocity of the slider, m/s: one vector, or a function from points (k, d) to velocities (k, d).
 Velocity: TypeAlias = ArrayLike | Callable[[Real], Any]
@@ -27,37 +30,6 @@ TOUCHING = 1e-12
 TRIED = 16
 #: Entries of a direction below this are rounding of its geometry.
 ROUNDING = 1e-14
-
-
-@dataclass(frozen=True)
-class Rotation:
-    """A velocity field: rigid rotation, ``v = speed axis x (point - centre)``, m/s.
-
-    Parameters
-    ----------
-    speed
-        rad/s, counterclockwise about the axis.
-    axis
-        Vector of any length along the axis; in the plane it has no effect.
-    centre
-        A point of the axis, m.
-    """
-
-    speed: float
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    centre: tuple[float, ...] = (0.0, 0.0, 0.0)
-
-    def __call__(self, points: Real) -> Real:
-        """Return the velocities (k, d) at points (k, d)."""
-        dimension = points.shape[1]
-        axis = np.asarray(self.axis, dtype=float)
-        length = np.linalg.norm(axis)
-        if axis.shape != (3,) or not 0.0 < length < np.inf:
-            raise InputError(f"axis: expected a vector of three numbers that is not zero, got {self.axis!r}")
-        arm = np.zeros((len(points), 3))
-        arm[:, :dimension] = points - np.asarray(self.centre, dtype=float)[:dimension]
-        velocity: Real = real_number("speed", self.speed) * np.cross(axis / length, arm)[:, :dimension]
-        return velocity
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,6 +85,27 @@ class Pairs(Shown):
         return Summary(
             [("unpaired nodes", str(self.unpaired.size))], [Table("Contact pairs", headings, rows)]
         )
+
+    def plot(self, values: ArrayLike, ax: Axes | None = None, *, label: str = "") -> Axes:
+        """Draw a quantity of every pair where it lies: on a surface as colours, on a line as a curve.
+
+        Parameters
+        ----------
+        values
+            One number per pair, (k,), such as its power; colours are red above and blue below zero.
+        ax
+            Where to draw; None: on axes of its own.
+        label
+            Name of the quantity, with its unit.
+
+        Raises
+        ------
+        InputError
+            If it is not one finite number per pair.
+        """
+        from stickslip.fe.drawing import draw_pairs
+
+        return draw_pairs(self.points, values, ax, label)
 
 
 def contact_pairs(

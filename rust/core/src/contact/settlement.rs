@@ -39,8 +39,9 @@ impl Departure {
     }
 }
 
-/// Rounding of the slip velocity of a coordinate without mass, which is a sum of few terms, relative to their size.
-const SLIP_ROUNDING: f64 = 16.0 * f64::EPSILON;
+/// Rounding of the slip velocity of a coordinate without mass and of its force, which are sums of few terms, relative to
+/// their size.
+pub(crate) const NODE_ROUNDING: f64 = 16.0 * f64::EPSILON;
 
 /// Statuses and departures of all contacts, and the contacts and kinds of the last event.
 #[derive(Debug)]
@@ -107,7 +108,7 @@ impl Settlement {
                 && !scene.flows(function.contact)
         };
         for EventFunction { contact, functional, .. } in functions.iter().filter(of_nodes) {
-            let rounding = SLIP_ROUNDING * functional.magnitude(q, u);
+            let rounding = NODE_ROUNDING * functional.magnitude(q, u);
             if self.departures[*contact] == Departure::None
                 && functional.value(q, u).abs() <= rounding
             {

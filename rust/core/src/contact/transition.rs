@@ -5,10 +5,10 @@ use crate::contact::coupled::transition::settle_coupled;
 use crate::contact::event_kind::{EventKind, NO_CONTACT};
 use crate::contact::quasi_static::transition::settle_group;
 use crate::contact::settlement::{
-    Departure, Series, Settlement, continuous, of_contact, sliding_status,
+    Departure, NODE_ROUNDING, Series, Settlement, continuous, of_contact, sliding_status,
 };
 use crate::error::run::RunFailure;
-use crate::scene::contact_law::Directions;
+use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -113,7 +113,8 @@ pub(crate) fn settle(
 /// What begins to slip takes the nodes along that it has held at their friction limit: a node under a given normal force
 /// that came to rest with its body stays there until the body slips. Either its spring is stretched further, and it slips
 /// with the body in the same instant; or it sticks, and its force leaves the limit one order of time later than the slip of
-/// the body leaves zero.
+/// the body leaves zero. The same holds for a node that still slides, at slip velocity zero, since an impact has stopped
+/// its body.
 fn take_along(
     scene: &Scene,
     among: impl Iterator<Item = usize> + Clone,
@@ -129,13 +130,30 @@ fn take_along(
             let tie = scene.stiffness.get(law.tangential, scene.contacts[body].tangential);
             let held = law.directions == Directions::Tangential
                 && law.static_friction == law.friction
-                && settlement.statuses[node] == Status::Sticking;
+                && settlement.statuses[node].is_closed();
             if law.tangential_has_mass() || scene.flows(node) || !held || tie == 0.0 {
+                continue;
+            }
+            let status = settlement.statuses[node];
+            if status.is_sliding() {
+                if settlement.departures[node] != Departure::None || !rests(scene, law, u) {
+                    continue;
+                }
+                if status.friction_sign() * tie * slips < 0.0 {
+                    settlement.departures[node] = Departure::Slip(order);
+                } else {
+                    let departure = Departure::Bound(status, order + 1);
+                    let ends = Some(EventKind::Velocity);
+                    settlement.record(node, ends, Status::Sticking, departure);
+                }
                 continue;
             }
             let force = scene.reaction_value(law.tangential, q, u);
             let limit = law.static_friction * scene.reaction_value(law.normal, q, u);
-            if limit - force.abs() > AT_LIMIT * limit {
+            // Both ends of its spring move with the slider, and their places are rounded.
+            let pulls = scene.stiffness.row(law.tangential).map(|(k, stiffness)| stiffness * q[k]);
+            let size: f64 = pulls.map(f64::abs).sum();
+            if limit - force.abs() > AT_LIMIT * limit + NODE_ROUNDING * size {
                 continue;
             }
             let (bound, kind) = match force > 0.0 {
@@ -149,6 +167,16 @@ fn take_along(
             }
         }
     }
+}
+
+/// Whether a node under a given normal force, which slides, has no slip velocity but rounding.
+fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
+    let own = scene.stiffness.get(law.tangential, law.tangential);
+    let others = scene.stiffness.row(law.tangential).filter(|entry| entry.0 != law.tangential);
+    let terms = others.map(|(k, stiffness)| -stiffness / own * u[k]);
+    let start = (-law.slider_speed, law.slider_speed.abs());
+    let (sum, size) = terms.fold(start, |(sum, size), term| (sum + term, size + term.abs()));
+    sum.abs() <= NODE_ROUNDING * size
 }
 
 /// `g'+ = -e g'-`, and with `impact_friction` the Coulomb impulse of at most `mu p_n` that drives slip

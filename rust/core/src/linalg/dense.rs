@@ -10,6 +10,7 @@ use nalgebra::{
 use num_complex::Complex64;
 
 use crate::numerics::double_double::Doubled;
+use crate::numerics::singular_values::pseudo_inverse;
 
 /// Number of rows from which faer's blocked factors take less time than nalgebra's: with 6 rows they take three times as
 /// long (0.8 against 0.3 us), with 32 rows as long, with 128 rows half as long (100 against 230 us).
@@ -96,15 +97,6 @@ pub(crate) fn impulses_of(w: &DMatrix<f64>, rows: &[usize], change: &[f64]) -> V
     let mut impulses = vec![0.0; change.len()];
     rows.iter().zip(&found).for_each(|(&row, &impulse)| impulses[row] = impulse);
     impulses
-}
-
-/// The least-squares inverse: singular values below 1e-10 of the largest count as zero.
-pub(crate) fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
-    let svd = matrix.clone().svd(true, true);
-    let largest = svd.singular_values.amax();
-    // Both factors were asked for.
-    svd.pseudo_inverse(1e-10 * largest)
-        .unwrap_or_else(|_| DMatrix::zeros(matrix.ncols(), matrix.nrows()))
 }
 
 impl<T: Field> Factors<T> {

@@ -9,6 +9,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::numerics::lemke::lemke;
+use crate::numerics::singular_values::SingularValues;
 
 /// Number of exchanges after which the search by exchanges is given up.
 const EXCHANGES: usize = 40;
@@ -159,13 +160,13 @@ impl Complementarity {
             let inside: Vec<usize> = (0..count).filter(|k| choice >> k & 1 == 1).collect();
             let system = self.matrix.select_rows(&inside).select_columns(&inside);
             let load = -self.offsets.select_rows(&inside);
-            let values = system.clone().svd(true, true);
-            let (least, largest) = (values.singular_values.min(), values.singular_values.max());
+            let found = SingularValues::new(&system);
+            let (least, largest) = (found.values.min(), found.values.max());
             if least > DIFFERENT * largest {
                 return false;
             }
-            let nearest = values.solve(&load, DIFFERENT * largest);
-            nearest.is_ok_and(|z| (&system * z - &load).amax() <= DIFFERENT * load.amax())
+            let nearest = found.inverse(DIFFERENT * largest) * &load;
+            (&system * nearest - &load).amax() <= DIFFERENT * load.amax()
         })
     }
 }

@@ -9,5 +9,6 @@ pub(crate) mod lemke;
 pub(crate) mod phi;
 pub(crate) mod platform;
 pub(crate) mod simd;
+pub(crate) mod singular_values;
 
 pub use platform::arithmetic;

@@ -270,7 +270,10 @@ impl ContactProblem {
         let (held, map) = held_rows(statuses, slope);
         let found = Forces::new(&self.w, &held, &map);
         let rhs = DVector::from_iterator(held.len(), held.iter().map(|&row| -self.a0[row]));
-        let forces = &found.of_rows * rhs;
+        let mut forces = &found.of_rows * rhs;
+        // An acceleration of 1e-15 of the others is then still met to its own rounding.
+        let rows = DVector::from_fn(held.len(), |k, _| -self.terms(held[k], &forces).0);
+        forces += &found.of_rows * rows;
         let consistent = held.iter().all(|&row| {
             let (sum, size) = self.terms(row, &forces);
             sum.abs() <= CONSISTENT * size
@@ -602,6 +605,18 @@ mod tests {
             };
             assert_eq!(rod.enumerate().unwrap_err(), expected);
         }
+    }
+
+    /// A contact that closes at 1e-15 m/s beside one at 1 m/s, whose impulse moves the first by the rounding of W.
+    #[test]
+    fn a_rate_below_the_rounding_of_others_is_met() {
+        let smooth = Closed { friction: 0.0, static_friction: 0.0, sliding: None, opens: true };
+        let mut w = DMatrix::identity(4, 4);
+        (w[(1, 3)], w[(3, 1)]) = (-1e-16, -1e-16);
+        let a0 = vec![0.0, -6e-15, 0.0, -1.8].into();
+        let contacts = vec![smooth; 2];
+        let solution = ContactProblem { contacts, w, a0, dependent: true }.solve();
+        assert_eq!(solution.expect("one motion").statuses, [Status::Positive; 2]);
     }
 
     /// A mass between two others, which lie on floors: it lifts them by any split of the force that drives it. Friction under

@@ -17,6 +17,9 @@ const ROUNDS: usize = 64;
 /// Part of its terms below which the rate of a slip velocity is rounding: the start of slip is a root known to rounding.
 const AT_REST: f64 = 1e-9;
 
+/// Part of the changes by single impulses below which their sum is rounding.
+const CANCELLED: f64 = 1e-12;
+
 /// Contacts brought to rest in their normal directions, and the forces that they then have.
 pub(crate) struct Resting {
     pub position: Vec<f64>,
@@ -136,6 +139,14 @@ impl Coupled<'_> {
                     .sum::<f64>();
             }
         }
+    }
+
+    /// Whether impulses (tangential, normal) on contacts change the velocity of a row by no more than their rounding.
+    fn cancel(&self, row: usize, contacts: &[usize], impulses: &DVector<f64>) -> bool {
+        let rows = contacts.iter().flat_map(|&i| [2 * i, 2 * i + 1]);
+        let terms = rows.zip(impulses).map(|(k, impulse)| self.w[(row, k)] * impulse);
+        let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), a: f64| (sum + a, size + a.abs()));
+        sum.abs() <= CANCELLED * size
     }
 
     /// The contacts of a problem with their part of W, and `a0` of their rows.
@@ -274,6 +285,13 @@ impl Coupled<'_> {
                 u[law.normal] = rebound(i);
             }
             if status == Status::Sticking {
+                u[law.tangential] = law.slider_speed;
+            }
+        }
+        // So is a slip velocity that vanished, where the impulses cancel each other.
+        for (i, law) in contacts.iter().enumerate() {
+            let rested = before[law.tangential] == law.slider_speed;
+            if rested && self.cancel(2 * i, &touching, &solution.forces) {
                 u[law.tangential] = law.slider_speed;
             }
         }

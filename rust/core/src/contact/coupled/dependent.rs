@@ -3,7 +3,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::linalg::dense::pseudo_inverse;
+use crate::numerics::singular_values::SingularValues;
 
 /// Relative size below which a singular value, or a factor of a force that nothing determines, is rounding.
 const RANK: f64 = 1e-10;
@@ -37,20 +37,17 @@ impl Forces {
         let scale: Vec<f64> = held.iter().map(|&row| 1.0 / w[(row, row)].sqrt()).collect();
         let rows = w.select_rows(held) * map;
         let scaled = DMatrix::from_fn(count, count, |i, j| scale[i] * rows[(i, j)] * scale[j]);
+        let found = SingularValues::new(&scaled);
+        let lost = RANK * found.values.amax();
         // Rounding of the inverse ties no rows that W does not tie.
-        let inverse = pseudo_inverse(&scaled);
+        let inverse = found.inverse(lost);
         let least = UNTIED * inverse.amax();
         let inverse = inverse.map(|entry| if entry.abs() <= least { 0.0 } else { entry });
         let unscaled = DMatrix::from_fn(count, count, |i, j| scale[i] * inverse[(i, j)] * scale[j]);
-        let svd = scaled.svd(false, true);
-        let largest = svd.singular_values.amax();
-        let null: Vec<DVector<f64>> = match &svd.v_t {
-            Some(v_t) => (0..count)
-                .filter(|&k| svd.singular_values[k] <= RANK * largest)
-                .map(|k| DVector::from_fn(count, |j, _| scale[j] * v_t[(k, j)]))
-                .collect(),
-            None => Vec::new(),
-        };
+        let null: Vec<DVector<f64>> = (0..count)
+            .filter(|&k| found.values[k] <= lost)
+            .map(|k| DVector::from_fn(count, |j, _| scale[j] * found.right[(j, k)]))
+            .collect();
         let mut free = DMatrix::zeros(w.nrows(), null.len());
         for (k, vector) in null.iter().enumerate() {
             let mut column: DVector<f64> = map * vector;

@@ -123,6 +123,20 @@ impl Problem {
         Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false }, sizes }
     }
 
+    /// Takes slip velocities that come to their end to zero, which they are under the statuses `before`: where a slip slows
+    /// down fast, an ulp of time leaves it more than the rounding of its terms.
+    pub fn end_slips(&mut self, before: &[Status]) {
+        let ends = |node: &Node| matches!(node.case, Case::Slipping { ends: true, .. });
+        if !self.nodes.iter().any(ends) {
+            return;
+        }
+        let Some(forces) = self.linear.forces(before) else { return };
+        let rates = &self.linear.w * forces;
+        for k in (0..self.nodes.len()).filter(|&k| ends(&self.nodes[k])) {
+            self.linear.a0[2 * k] = -rates[2 * k];
+        }
+    }
+
     /// The one answer. If static friction exceeds kinetic friction, a contact keeps its status if it can.
     pub fn solve(&self) -> Result<Answer, Unsolved> {
         let choices: Vec<&[Status]> = self.nodes.iter().map(choices).collect();

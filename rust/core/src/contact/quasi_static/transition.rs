@@ -99,7 +99,17 @@ pub(crate) fn settle_group(
             }
         })
         .collect();
-    let answer = event.rates(&cases, &statuses, q, u)?;
+    // A jump of forces or of velocities gives a slip that ends another rate.
+    let impact = triggers.iter().any(|trigger| trigger.1 == EventKind::Impact);
+    let ended: Option<Vec<Status>> = (!jump && !impact).then(|| {
+        let goes_on = |k: usize| match before[k].is_closed() {
+            true if flows(k) => Status::Sticking,
+            true if !slips(k) => Status::Positive,
+            _ => before[k],
+        };
+        (0..count).map(goes_on).collect()
+    });
+    let answer = event.rates(&cases, ended.as_deref(), &statuses, q, u)?;
     let alone = triggers.len() == 1;
     for (k, &contact) in group.contacts.iter().enumerate() {
         let after = answer.statuses[k];
@@ -219,12 +229,7 @@ impl GroupEvent<'_> {
         (status, Departure::None)
     }
 
-    fn solve(
-        &self,
-        cases: &[Case],
-        (a0, sizes): (DVector<f64>, DVector<f64>),
-        level: &'static str,
-    ) -> Result<Answer, RunFailure> {
+    fn problem(&self, cases: &[Case], (a0, sizes): (DVector<f64>, DVector<f64>)) -> Problem {
         let places = self.places();
         let w = DMatrix::from_fn(places.len(), places.len(), |i, j| match (places[i], places[j]) {
             (Some(i), Some(j)) => self.group.flexibility[(i, j)],
@@ -241,7 +246,10 @@ impl GroupEvent<'_> {
                 static_friction: slips * law.static_friction,
             }
         });
-        let problem = Problem::new(nodes.collect(), w, a0, sizes);
+        Problem::new(nodes.collect(), w, a0, sizes)
+    }
+
+    fn solve(&self, problem: &Problem, level: &'static str) -> Result<Answer, RunFailure> {
         problem.solve().map_err(|unsolved| RunFailure::QuasiStatic {
             contacts: self.group.contacts.clone(),
             time: self.time,
@@ -250,10 +258,12 @@ impl GroupEvent<'_> {
         })
     }
 
-    /// Statuses from the rates of the forces.
+    /// Statuses from the rates of the forces. Under the statuses `ended` slips have come to their end; None if their rates
+    /// jump.
     fn rates(
         &self,
         cases: &[Case],
+        ended: Option<&[Status]>,
         statuses: &[Status],
         q: &[f64],
         u: &[f64],
@@ -265,7 +275,11 @@ impl GroupEvent<'_> {
             _ => self.scene.contacts[contact].slider_speed,
         };
         let speeds: Vec<f64> = contacts.flat_map(|each| [speed(each), 0.0]).collect();
-        self.solve(cases, self.relative(&free, &sizes, &speeds), "rates")
+        let mut problem = self.problem(cases, self.relative(&free, &sizes, &speeds));
+        if let Some(before) = ended {
+            problem.end_slips(before);
+        }
+        self.solve(&problem, "rates")
     }
 
     /// The entries of `free` at (tangential, normal) of each contact, relative to its place, and the sizes of the terms.
@@ -299,7 +313,7 @@ impl GroupEvent<'_> {
                 a0[2 * k + 1] = scene.force[scene.contacts[contact].normal];
             }
         }
-        let answer = self.solve(&cases, (a0, sizes), "forces")?;
+        let answer = self.solve(&self.problem(&cases, (a0, sizes)), "forces")?;
         for (place, force) in places.iter().zip(&answer.forces) {
             if let Some(place) = place {
                 free += group.flexibility.column(*place) * *force;

@@ -30,7 +30,8 @@ use crate::contact::coupled::joint_closing::at_rest;
 use crate::error::input::Error;
 use crate::error::run::RunFailure;
 use crate::linalg::components::components;
-use crate::linalg::dense::{Factors, SINGULAR, apply, pseudo_inverse, smallest_relative_pivot};
+use crate::linalg::dense::{Factors, SINGULAR, apply, smallest_relative_pivot};
+use crate::numerics::singular_values::pseudo_inverse;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 

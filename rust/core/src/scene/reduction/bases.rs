@@ -15,8 +15,9 @@ use std::sync::Arc;
 use nalgebra::DMatrix;
 
 use crate::error::input::Error;
-use crate::linalg::dense::{Factors, pseudo_inverse, smallest_relative_pivot};
+use crate::linalg::dense::{Factors, smallest_relative_pivot};
 use crate::linalg::sparse::SparseMatrix;
+use crate::numerics::singular_values::pseudo_inverse;
 use crate::scene::contact_law::{Contact, Directions, INDEPENDENCE};
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
