@@ -1,4 +1,4 @@
-"""Laws of friction that rise with slip speed where slip has no mass, which makes it a motion of first order."""
+"""Laws of friction that rise with slip speed where slip has no mass: a motion of first order."""
 
 from itertools import pairwise
 
@@ -18,7 +18,7 @@ LINEAR = Linear(0.4, SLOPE)
 LAWS = [
     LINEAR,
     Stribeck(0.5, 0.3, 0.1, viscous=2.5),
-    Stribeck(0.3, 0.5, 0.1),
+    Stribeck(0.3, 0.6, 0.3),
     Rational(0.3, 0.5, 0.1),
     Tabulated([0.0, 0.1, 0.3, 2.0], [0.3, 0.35, 0.5, 1.4]),
 ]

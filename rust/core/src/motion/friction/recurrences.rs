@@ -47,9 +47,8 @@ impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
         let unit = self.unit;
-        match Small::new(self, operator) {
-            Ok(small) => unit.run(small),
-            Err(motion) => unit.run(Recurrences { motion, scene, operator }),
+        if !Small::new(self, operator).is_some_and(|small| unit.run(small)) {
+            unit.run(Recurrences { motion: self, scene, operator });
         }
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
