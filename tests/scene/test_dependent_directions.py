@@ -460,3 +460,31 @@ def test_random_scenes(drawn, seed, strength):
                 sign = 1.0 if letter == "+" else -1.0
                 assert sign * slip <= 1e-10
                 assert friction_force == pytest.approx(sign * contact.friction * normal_force, abs=1e-6)
+
+
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+@pytest.mark.parametrize("seed", range(10))
+def test_two_sliders_of_one_speed(seed, method):
+    """A mass sticks on one slider, and slides on another one that vibrates about the same speed.
+
+    Where the speeds are the same, the slip on the second one changes its sign, and the first one still holds.
+    """
+    rng = np.random.default_rng(seed)
+    frequency, speed, phase = rng.uniform(50.0, 90.0), rng.uniform(-0.1, 0.1), rng.uniform(-3.0, 3.0)
+    wave = ss.Harmonic(0.01, frequency, phase)
+    law = {"tangential": 0, "slider_speed": speed}
+    contacts = [
+        ss.Contact(normal=1, friction=0.5, static_friction=1.0, slider_vibration=wave, **law),
+        ss.Contact(normal_force=7.0, friction=1.0, **law),
+    ]
+    scene = ss.Scene([1.0, 1.0], np.diag([1e2, 1e4]), force=[0.0, -10.0], contacts=contacts)
+    ahead = np.cos(phase) > 0.0
+    run = ss.simulate(scene, ss.State([0.0, 0.0], [speed, 0.0], "+s" if ahead else "-s"), 0.05, method)
+    # cos(2 pi f t + phase) = 0
+    zeros = (np.arange(-2, 12) + 0.5 - phase / np.pi) / (2.0 * frequency)
+    zeros = zeros[(zeros > 0.0) & (zeros < 0.05)]
+    assert run.events.time == pytest.approx(zeros, abs=1e-13)
+    assert (run.events.contact == 0).all()
+    assert (run.events.kind == "velocity").all()
+    letters = ["-s", "+s"] if ahead else ["+s", "-s"]
+    assert list(run.events.combination) == [letters[k % 2] for k in range(zeros.size)]

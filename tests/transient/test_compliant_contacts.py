@@ -138,6 +138,28 @@ def test_a_node_at_its_limit_slips_with_its_body(method: Literal["modal", "taylo
     assert np.array_equal(begin[0::2], begin[1::2])
 
 
+@pytest.mark.parametrize("method", ["auto", "taylor"])
+def test_a_node_sticks_while_its_body_slips_from_another_slider(method: Literal["auto", "taylor"]) -> None:
+    """An impact takes a body to the velocity of one slider, 0.02 m/s ahead of that of its node.
+
+    The friction of 20 N does not hold the body against 40 N and the 10 N of the node, which is left behind as
+    ``d'' = -10 - 1e6 d`` and is at its limit again when ``tan(500 t) = 2``.
+    """
+    contacts = [
+        ss.Contact(tangential=0, normal=1, friction=2.0, slider_speed=-0.02),
+        ss.Contact(
+            tangential=0, normal_force=10.0, friction=1.0, tangential_stiffness=1e6, slider_speed=-0.04
+        ),
+    ]
+    scene = ss.Scene(
+        [1.0, 1.0], np.zeros((2, 2)), force=[-40.0, -10.0], contacts=contacts, impact_friction=True
+    )
+    run = ss.simulate(scene, ss.State([0.0, 1e-3], [-0.2, -0.5], "d+"), 0.01, method)
+    assert sorted(run.events.kind[:2]) == ["impact", "velocity"]
+    assert list(run.events.combination) == ["+s", "+s", "++"]
+    assert np.diff(run.events.time) == pytest.approx([0.0, np.arctan(2.0) / 500.0], abs=1e-12)
+
+
 def test_jump_of_static_friction() -> None:
     """At the onset the node jumps by (mu_static - mu) N / kt, which turns `mean T` times that into heat."""
     friction, static, stiffness = 0.5, 0.8, 2e4

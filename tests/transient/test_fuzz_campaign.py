@@ -130,6 +130,10 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (62, 677, ["stops", "compliant"]),
         # An impact presses a dof against a stop; mass couples a contact with both.
         (71, 985, ["stops"]),
+        # Two sliders of one mass, one of which vibrates, have the same speed at some instants.
+        (85, 55, ["unsymmetric", "forced", "stops", "compliant"]),
+        # An impact makes a body slip on its slider, which is faster than that of its node.
+        (85, 149, ["unsymmetric", "forced", "stops", "compliant"]),
         # A node at its friction limit, to the rounding of its place, slips with its body.
         (71, 1272, ["stops", "compliant"]),
         # A contact at rest but for 1e-15 m/s beside an impact.

@@ -131,12 +131,13 @@ fn take_along(
             let held = law.directions == Directions::Tangential
                 && law.static_friction == law.friction
                 && settlement.statuses[node].is_closed();
-            if law.tangential_has_mass() || scene.flows(node) || !held || tie == 0.0 {
+            let by_itself = law.tangential_has_mass() || scene.flows(node);
+            if by_itself || !held || tie == 0.0 || !rests(scene, law, u) {
                 continue;
             }
             let status = settlement.statuses[node];
             if status.is_sliding() {
-                if settlement.departures[node] != Departure::None || !rests(scene, law, u) {
+                if settlement.departures[node] != Departure::None {
                     continue;
                 }
                 if status.friction_sign() * tie * slips < 0.0 {
@@ -169,7 +170,7 @@ fn take_along(
     }
 }
 
-/// Whether a node under a given normal force, which slides, has no slip velocity but rounding.
+/// Whether the body of a node under a given normal force moves with the slider of the node, but for rounding.
 fn rests(scene: &Scene, law: &Contact, u: &[f64]) -> bool {
     let own = scene.stiffness.get(law.tangential, law.tangential);
     let others = scene.stiffness.row(law.tangential).filter(|entry| entry.0 != law.tangential);

@@ -54,10 +54,11 @@ pub(crate) fn settle_coupled(
         if touching && u[law.normal] > 0.0 {
             outcome[i] = (Status::Detached, Departure::Gap(1));
         } else if touching && outcome[i].0.is_closed() || arrived {
+            let ends = trigger == Some(EventKind::Velocity);
             let sliding = match settled {
                 Some((status, _)) => Some(status),
                 // Zero, though as a sum of other velocities it is rounded.
-                None if trigger == Some(EventKind::Velocity) && struck.is_empty() => None,
+                None if struck.is_empty() && (ends || statuses[i] == Status::Sticking) => None,
                 None => sliding_status(u[law.tangential] - law.slider_speed),
             };
             problem.push((i, sliding.map(Status::friction_sign)));
