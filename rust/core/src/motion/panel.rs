@@ -31,6 +31,11 @@ impl Panel {
         &self.coefficients[first..first + groups * GROUP]
     }
 
+    /// Whether all errors are numbers: else the motion has left their range.
+    pub fn is_bounded(&self) -> bool {
+        self.error.iter().sum::<f64>().is_finite()
+    }
+
     /// The coefficients of a function, to be filled in.
     pub(super) fn row(&mut self, function: usize) -> &mut [f64; COEFFICIENTS] {
         self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")

@@ -88,6 +88,7 @@ impl<'a> Run<'a> {
                 scene: &propagators.scene,
                 controls,
                 started: Instant::now(),
+                asked: 0,
                 duration,
                 until: duration,
                 switched: controls.load_time,

@@ -64,6 +64,8 @@ pub(crate) struct RunState<'a> {
     pub scene: &'a Arc<Scene>,
     pub controls: Controls<'a>,
     pub started: Instant,
+    /// Number of panels when the run last asked whether it is interrupted.
+    pub asked: usize,
     pub duration: f64,
     /// The end of the stretch in progress: the duration, or the next time at which a load is switched.
     pub until: f64,

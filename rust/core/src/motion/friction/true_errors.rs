@@ -262,7 +262,7 @@ proptest! {
         for _ in 0..3 {
             motion.expand(&operator, &functions, &mut panel);
             PANELS.fetch_add(1, Ordering::Relaxed);
-            if !panel.error.iter().all(|error| error.is_finite()) {
+            if !panel.is_bounded() {
                 // A law that falls to 0.
                 break;
             }

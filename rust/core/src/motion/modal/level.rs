@@ -1,11 +1,13 @@
 //! The factors that move modes over a panel of one width, and the bound of what its polynomials leave out.
 
+use std::array;
+
 use num_complex::Complex64;
 
 use crate::motion::panel::REACH;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::phi::{exponential_and_phi, inverse, phi2_bound};
-use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, group};
+use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, Lanes, group};
 
 /// Widths grow by powers of two from the one that the fastest mode allows: enough for forty orders
 /// of magnitude between the fastest mode and the duration.
@@ -22,8 +24,9 @@ pub(super) struct Level {
     pub width: f64,
     /// Modes slow enough for the polynomials: a prefix.
     pub slow: usize,
-    /// Powers of each slow mode.
+    /// Powers of each slow mode, and the same powers of each group of modes.
     pub powers: Vec<Powers>,
+    pub phi2: Vec<Series>,
     /// What the polynomials leave out, relative to `reach` of the slow modes.
     pub truncation: f64,
     pub modes: Vec<LevelModes>,
@@ -63,6 +66,39 @@ pub(super) struct Step {
 #[derive(Debug, Clone)]
 pub(super) struct Powers(pub [ComplexGroup; TAIL_GROUPS]);
 
+/// `h^2 phi2(lambda h s) s^2` of a group of modes as a series in s: its coefficients from the second power on, zero for fast modes.
+#[derive(Debug, Clone)]
+pub(super) struct Series([[ComplexGroup; GROUP]; TAIL_GROUPS]);
+
+impl Series {
+    fn of(modes: &[Powers]) -> Self {
+        Self(array::from_fn(|i| {
+            array::from_fn(|lane| {
+                let of = |r: usize| modes.get(r).map(|powers| powers.0[i].get(lane));
+                ComplexGroup::of(array::from_fn(|r| of(r).unwrap_or_default()))
+            })
+        }))
+    }
+
+    /// Its value at s. Horner's rule in s^4 for each power below: one chain of products would be waited for.
+    #[inline(always)]
+    pub fn at<S: Lanes>(&self, simd: S, s: f64) -> ComplexGroup {
+        let square = s * s;
+        let fourth = simd.splat_f64s(square * square);
+        let mut sums = [ComplexGroup::ZERO; GROUP];
+        for coefficients in self.0.iter().rev() {
+            for (sum, &coefficient) in sums.iter_mut().zip(coefficients) {
+                *sum = coefficient.add_scaled(simd, fourth, *sum);
+            }
+        }
+        let (s, square) = (simd.splat_f64s(s), simd.splat_f64s(square));
+        let [even, odd, next_even, next_odd] = sums;
+        let low = even.add_scaled(simd, s, odd);
+        let high = next_even.add_scaled(simd, s, next_odd);
+        ComplexGroup::ZERO.add_scaled(simd, square, low.add_scaled(simd, square, high))
+    }
+}
+
 impl Level {
     pub fn new(lambda: &ComplexVector, count: usize, width: f64) -> Self {
         // Ulps above the reach, so that the fastest mode itself belongs to level 0.
@@ -80,10 +116,13 @@ impl Level {
             }
             LevelModes::of(&modes)
         });
+        let powers: Vec<Powers> =
+            (0..slow).map(|r| Powers::new(lambda.get(r) * width, leading)).collect();
         Self {
             width,
             slow,
-            powers: (0..slow).map(|r| Powers::new(lambda.get(r) * width, leading)).collect(),
+            phi2: powers.chunks(GROUP).map(Series::of).collect(),
+            powers,
             truncation: truncation(),
             modes: modes.collect(),
         }

@@ -22,9 +22,8 @@ use pulp::bytemuck::cast_slice;
 
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::level::{Level, Step};
-use crate::motion::modal::reference::largest;
 use crate::numerics::double_double::Doubled;
-use crate::numerics::simd::{ComplexGroup, Group, Kernel, Lanes, VectorUnit, ZEROS};
+use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 
 /// The first leap, in powers of two panels.
 pub(super) const FIRST_LEAP: usize = 3;
@@ -70,8 +69,7 @@ pub(crate) struct ModalMotion {
     pub(super) bounds: Vec<Bounds>,
     /// Weight times w of one event function.
     pub(super) gains: Vec<ComplexGroup>,
-    /// t^2 phi2, and z and z' at a time within the panel.
-    pub(super) phi2: Vec<ComplexGroup>,
+    /// z and z' at a time within the panel.
     pub(super) at: Vec<[ComplexGroup; 2]>,
     /// Of the basis: the one about which the modes move.
     pub(super) reference: usize,
@@ -124,7 +122,7 @@ impl ModalMotion {
     /// Chooses the equilibrium as the reference, unless it is so far away that the difference would cost digits.
     #[inline(always)]
     fn refer<S: Lanes>(&mut self, simd: S, basis: &ModalBasis, q: &[f64], u: &[f64]) {
-        let allowed = [FARTHEST * largest(q), FARTHEST * largest(u)];
+        let allowed = [FARTHEST * largest(simd, q), FARTHEST * largest(simd, u)];
         for (index, reference) in basis.references.iter().enumerate().rev() {
             self.reference = index;
             let parts = &mut self.parts[..basis.parts];
@@ -156,7 +154,6 @@ impl ModalMotion {
         let bounds = Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, fast: ZEROS };
         self.bounds.resize(groups, bounds);
         self.gains.resize(groups, zero);
-        self.phi2.resize(groups, zero);
         self.at.resize(groups, [zero; 2]);
         self.parts.resize(basis.parts.max(self.parts.len()), ZEROS);
         self.gathered.resize(basis.kept.len().max(self.gathered.len()), [0.0; 2]);
@@ -180,21 +177,42 @@ impl ModalMotion {
         for ((gathered, &k), (about, velocity)) in gathered.iter_mut().zip(&basis.kept).zip(about) {
             *gathered = [q[k] - about, u[k] - velocity];
         }
-        for g in 0..groups {
-            // Two sums, each half as long a chain of additions.
-            let (mut of_q, mut of_u) = (ComplexGroup::ZERO, ComplexGroup::ZERO);
-            let rows = basis.projection.chunks_exact(groups.max(1));
-            for (&[q, u], row) in self.gathered.iter().zip(rows) {
-                of_q = of_q.add_scaled(simd, simd.splat_f64s(q), row[g].position);
-                of_u = of_u.add_scaled(simd, simd.splat_f64s(u), row[g].velocity);
+        // Two groups at a time: what is read of the state serves both.
+        for first in (0..groups).step_by(2) {
+            match groups - first {
+                1 => self.project_groups::<S, 1>(groups, first, simd, basis),
+                _ => self.project_groups::<S, 2>(groups, first, simd, basis),
             }
+        }
+    }
+
+    #[inline(always)]
+    fn project_groups<S: Lanes, const N: usize>(
+        &mut self,
+        groups: usize,
+        first: usize,
+        simd: S,
+        basis: &ModalBasis,
+    ) {
+        // Sums of positions and of velocities, each half as long a chain of additions.
+        let mut sums = [[ComplexGroup::ZERO; 2]; N];
+        let rows = basis.projection.chunks_exact(groups);
+        for (&[q, u], row) in self.gathered.iter().zip(rows) {
+            let (q, u) = (simd.splat_f64s(q), simd.splat_f64s(u));
+            for ([of_q, of_u], factors) in sums.iter_mut().zip(&row[first..first + N]) {
+                *of_q = of_q.add_scaled(simd, q, factors.position);
+                *of_u = of_u.add_scaled(simd, u, factors.velocity);
+            }
+        }
+        let linear = &basis.references[self.reference].linear;
+        for (g, [of_q, of_u]) in (first..).zip(sums) {
             let z = ComplexGroup {
                 re: simd.add_f64s(of_q.re, of_u.re),
                 im: simd.add_f64s(of_q.im, of_u.im),
             };
             let lambda = basis.lambda.0[g];
             let dz = self.force(basis, g).add_product(simd, lambda, z);
-            self.modes[g] = Modes { z, dz, w: reference.linear[g].add_product(simd, lambda, dz) };
+            self.modes[g] = Modes { z, dz, w: linear[g].add_product(simd, lambda, dz) };
         }
     }
 
@@ -250,6 +268,22 @@ impl Modes {
             w: ComplexGroup::ZERO.add_product(simd, step.exponential, w),
         }
     }
+}
+
+/// The largest modulus.
+#[inline(always)]
+fn largest<S: Lanes>(simd: S, x: &[f64]) -> f64 {
+    let (groups, others) = x.as_chunks::<GROUP>();
+    let mut size = ZEROS;
+    for &x in groups {
+        size = simd.max_f64s(size, simd.abs_f64s(group(x)));
+    }
+    let mut size = simd.reduce_max_f64s(size);
+    for x in others {
+        // `f64::max` looks for NaN, which takes three times as long.
+        size = if x.abs() > size { x.abs() } else { size };
+    }
+    size
 }
 
 /// Calls a method with the number of groups as a constant where it is small, so that its loops are unrolled.

@@ -31,11 +31,6 @@ pub(super) struct Reference {
     pub slopes: Vec<f64>,
 }
 
-/// The largest modulus. Phases ask for it: a comparison costs a third of `f64::max`, which looks for NaN.
-pub(super) fn largest(x: &[f64]) -> f64 {
-    x.iter().map(|x| x.abs()).fold(0.0, |size, x| if x > size { x } else { size })
-}
-
 /// The kept coordinates along a reference.
 pub(super) struct At {
     position: Vec<f64>,
@@ -143,7 +138,7 @@ impl At {
             is_steady: velocity.iter().all(|&speed| speed == 0.0),
             linear: modal(&zeros, &velocity, &zeros),
             slopes: functions.iter().map(|function| along(function, &velocity).value()).collect(),
-            speed: largest(&self.velocity),
+            speed: self.velocity.iter().fold(0.0, |size, speed| speed.abs().max(size)),
             velocity: in_groups(&self.velocity),
         }
     }

@@ -5,12 +5,9 @@ use pulp::bytemuck::cast_slice;
 use pulp::cast;
 
 use crate::motion::modal::basis::ModalBasis;
-use crate::motion::modal::level::TAIL_GROUPS;
 use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
 use crate::numerics::phi::exponential_and_phi;
-use crate::numerics::simd::{
-    ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part, group,
-};
+use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part};
 
 /// Largest square of the ratio of static to moving part at which a mode is computed from its rate, which loses three bits.
 const STATIC: f64 = 64.0;
@@ -28,37 +25,18 @@ impl ModalMotion {
     /// z and z' at `offset` after the start of the panel, for the first modes by `z + t z' + t^2 phi2 w` and
     /// `z' + t phi1 w`: on the panel `t^2 phi2(lambda t)` of slow modes is their polynomial, `phi1 = 1 + lambda t phi2`.
     #[inline(always)]
-    fn modes_at<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, offset: f64) {
+    fn modes_at<S: Lanes>(&mut self, simd: S, basis: &ModalBasis, offset: f64) {
         let level = basis.level(self.level);
         let s = offset / level.width;
-        let slow = if (0.0..=1.0).contains(&s) { level.slow } else { 0 };
-        let square = s * s;
-        let fourth = simd.splat_f64s(square * square);
-        let mut power = group([square, square * s, square * square, square * square * s]);
-        let mut place = [ZEROS; TAIL_GROUPS];
-        for powers in &mut place {
-            *powers = power;
-            power = simd.mul_f64s(power, fourth);
-        }
-        let phi2 = &mut self.phi2[..groups];
-        for (phi2, powers) in phi2.iter_mut().zip(level.powers[..slow].chunks(GROUP)) {
-            for (lane, powers) in powers.iter().enumerate() {
-                let mut sum = ComplexGroup::ZERO;
-                for (&place, &powers) in place.iter().zip(&powers.0) {
-                    sum = sum.add_scaled(simd, place, powers);
-                }
-                let (re, im) = (simd.reduce_sum_f64s(sum.re), simd.reduce_sum_f64s(sum.im));
-                phi2.set(lane, Complex64::new(re, im));
-            }
-        }
+        let within = (0.0..=1.0).contains(&s);
+        let (slow, series) = if within { (level.slow, &level.phi2[..]) } else { (0, &[][..]) };
         let t = simd.splat_f64s(offset);
-        let (modes, lambda, at) =
-            (&self.modes[..groups], &basis.lambda.0[..groups], &mut self.at[..groups]);
-        for g in 0..groups {
-            let Modes { z, dz, w } = modes[g];
-            let phi1 = ComplexGroup { re: t, im: ZEROS }.add_product(simd, lambda[g], phi2[g]);
-            at[g] = [
-                z.add_scaled(simd, t, dz).add_product(simd, phi2[g], w),
+        let moved = self.modes.iter().zip(&basis.lambda.0).zip(&mut self.at);
+        for (series, ((&Modes { z, dz, w }, &lambda), at)) in series.iter().zip(moved) {
+            let phi2 = series.at(simd, s);
+            let phi1 = ComplexGroup { re: t, im: ZEROS }.add_product(simd, lambda, phi2);
+            *at = [
+                z.add_scaled(simd, t, dz).add_product(simd, phi2, w),
                 dz.add_product(simd, phi1, w),
             ];
         }
@@ -100,7 +78,7 @@ impl ModalMotion {
         q: &mut [f64],
         u: &mut [f64],
     ) {
-        self.modes_at(groups, simd, basis, offset);
+        self.modes_at(simd, basis, offset);
         let at = &self.at[..groups];
         let time = self.start.high + offset;
         let time = simd.splat_f64s(time);

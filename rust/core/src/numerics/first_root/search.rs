@@ -143,27 +143,19 @@ fn lone_root<S: Lanes>(simd: S, p: Groups<'_>, error: f64, end: f64) -> Option<f
     None
 }
 
-/// A root on [0, 1] of the cubic with values `a > 0 > b` and slopes `da`, `db` at 0 and 1: a start that leaves
-/// two steps or so on p itself.
+/// Nearly the root on [0, 1] of the cubic with values `a > 0 > b` and slopes `da`, `db` at 0 and 1, by Chebyshev's step from
+/// the chord: on p itself two such steps are left. A second one on the cubic would save none of them.
 #[inline(always)]
 fn hermite_root(a: f64, da: f64, b: f64, db: f64) -> f64 {
     let c2 = 3.0 * (b - a) - 2.0 * da - db;
     let c3 = 2.0 * (a - b) + da + db;
-    let (mut low, mut high) = (0.0, 1.0);
-    let mut s = a / (a - b);
-    for _ in 0..2 {
-        let value = ((c3 * s + c2) * s + da) * s + a;
-        let inverse = 1.0 / ((3.0 * c3 * s + 2.0 * c2) * s + da);
-        let newton = value * inverse;
-        if value > 0.0 {
-            low = s;
-        } else {
-            high = s;
-        }
-        let next = s - newton * (1.0 + newton * (3.0 * c3 * s + c2) * inverse);
-        s = if next >= low && next <= high { next } else { 0.5 * (low + high) };
-    }
-    s
+    let s = a / (a - b);
+    let value = ((c3 * s + c2) * s + da) * s + a;
+    let inverse = 1.0 / ((3.0 * c3 * s + 2.0 * c2) * s + da);
+    let newton = value * inverse;
+    let next = s - newton * (1.0 + newton * (3.0 * c3 * s + c2) * inverse);
+    let (low, high) = if value > 0.0 { (s, 1.0) } else { (0.0, s) };
+    if next >= low && next <= high { next } else { 0.5 * (low + high) }
 }
 
 /// Whether p has no root on [0, s) but for the error of its last part. With d = s - r,

@@ -288,7 +288,7 @@ impl<'a> March<'a> {
             (search.pending, search.waiting) = (pending, true);
         }
         self.field.functions(functions, &mut search.panel);
-        if !search.panel.error.iter().all(|error| error.is_finite()) {
+        if !search.panel.is_bounded() {
             return Err(StopReason::Unbounded);
         }
         let unit = self.field.unit();

@@ -65,8 +65,9 @@ impl PanelSearch {
         let mut found = None;
         let mut first = end;
         self.touches.clear();
-        for (index, function) in functions.iter().enumerate() {
-            if self.panel.excluded[index] || skipped == Some(index) {
+        for (index, (function, &excluded)) in functions.iter().zip(&self.panel.excluded).enumerate()
+        {
+            if excluded || skipped == Some(index) {
                 if self.waiting {
                     self.touches.extend(self.pending[index].take());
                 }

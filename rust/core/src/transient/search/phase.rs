@@ -67,7 +67,7 @@ impl PhaseSearch {
             let width = self.on_panel.panel.width;
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
-            if !self.on_panel.panel.error.iter().all(|error| error.is_finite()) {
+            if !self.on_panel.panel.is_bounded() {
                 if let Some((contact, end)) = motion.exhausted() {
                     let time = run.time.after(motion.start()).seconds;
                     let failure = end.failure(contact, time);
@@ -221,11 +221,12 @@ impl PhaseSearch {
     }
 }
 
-fn asked_to_stop(run: &RunState<'_>) -> Option<StopReason> {
-    let interval = (WORK_PER_QUESTION / run.scene.size).max(1);
-    if !run.trajectory.counters.panels.is_multiple_of(interval) {
+fn asked_to_stop(run: &mut RunState<'_>) -> Option<StopReason> {
+    let panels = run.trajectory.counters.panels;
+    if (panels - run.asked) * run.scene.size < WORK_PER_QUESTION {
         return None;
     }
+    run.asked = panels;
     run.controls.asked_to_stop(run.started)
 }
 
