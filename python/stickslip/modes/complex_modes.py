@@ -124,7 +124,7 @@ def complex_modes(
             break
         # Near the real axis half of those found are conjugates.
         asked *= 2
-    modes = _judged(scene, chosen, pencil, merged.kept(_nearest(merged.eigenvalues, points, count)))
+    modes = judged(scene, chosen, pencil, merged.kept(_nearest(merged.eigenvalues, points, count)))
     return dataclasses.replace(modes, missing=None)
 
 
@@ -162,9 +162,9 @@ def band_modes(
     if not certify:
         merged = search.merged()
         inside = merged.kept(region.holds(merged.eigenvalues))
-        return dataclasses.replace(_judged(scene, combination, pencil, inside), missing=None)
+        return dataclasses.replace(judged(scene, combination, pencil, inside), missing=None)
     answer = certified(search, region, width)
-    modes = _judged(scene, combination, pencil, answer.found)
+    modes = judged(scene, combination, pencil, answer.found)
     return dataclasses.replace(modes, missing=answer.missing, doubts=answer.doubts)
 
 
@@ -207,11 +207,11 @@ def _part(modes: Modes, wanted: Any) -> Modes:
     return dataclasses.replace(modes, **columns)
 
 
-def _judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -> Modes:
+def judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) -> Modes:
     """Return the modes of pairs of the upper half plane, each followed by its conjugate."""
     right, left = (np.ascontiguousarray(pencil.unscaled(vectors).T) for vectors in (found.right, found.left))
-    judged = scene.core.judged_pairs(combination, found.eigenvalues, right, left)
-    values = judged["eigenvalues"]
+    parts = scene.core.judged_pairs(combination, found.eigenvalues, right, left)
+    values = parts["eigenvalues"]
     order = np.argsort(np.abs(values), kind="stable")
     places = [(k, turned) for k in order for turned in (False, True) if not turned or values[k].imag != 0.0]
     source = np.array([k for k, _ in places], dtype=int)
@@ -221,7 +221,7 @@ def _judged(scene: Scene, combination: str, pencil: SparsePencil, found: Found) 
         columns = array[..., source]
         return np.where(conjugate, columns.conj(), columns) if np.iscomplexobj(array) else columns
 
-    columns = {name: mirrored(array) for name, array in judged.items()}
+    columns = {name: mirrored(array) for name, array in parts.items()}
     undefined = columns["defective"]
     columns["a"][undefined] = np.nan
     columns["left_displacement"][:, undefined] = np.nan

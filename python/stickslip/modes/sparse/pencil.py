@@ -14,12 +14,16 @@ import scipy.sparse.csgraph
 import scipy.sparse.linalg
 from threadpoolctl import threadpool_limits
 
+from stickslip.modes.sparse.dissection import dissected
 from stickslip.scene.checks import Complex, Real
 from stickslip.scene.scene import Scene
 
 _Item = TypeVar("_Item")
 _Made = TypeVar("_Made")
 
+#: Entries of both factors per row from which nested dissection is tried, too: where fewer fill in, the order
+#: takes longer than what it saves.
+_DISSECTED = 600
 #: A pivot on the diagonal is taken down to this share of the largest entry of its column: fill against
 #: accuracy.
 _PIVOT = 0.01
@@ -31,7 +35,7 @@ class SparsePencil:
 
     Coordinates of the scene are ``q[order] = q_new``, each times its `scaling`. Scaled by the roots of its
     masses, so that vectors are weighed by kinetic energy. The order keeps the fill of a symmetric
-    factorization low (minimum degree on A + A') and is found once.
+    factorization low (minimum degree on A + A', or nested dissection) and is found once.
     """
 
     mass: Any
@@ -58,7 +62,7 @@ class SparsePencil:
         pattern = pattern + pattern.T
         # Only the pattern counts; a dominant diagonal keeps the pivots where they are.
         shifted = pattern + scipy.sparse.diags_array(1.0 + pattern.sum(axis=0))
-        order = np.argsort(_factors(scipy.sparse.csc_array(shifted), "MMD_AT_PLUS_A").perm_c)
+        order = _order(scipy.sparse.csc_array(shifted))
         scale = scipy.sparse.diags_array(scaling)
 
         def prepared(matrix: Any) -> Any:
@@ -127,6 +131,18 @@ def on_all_cores(make: Callable[[_Item], _Made], items: Iterable[_Item]) -> list
     listed = list(items)
     with threadpool_limits(1, user_api="blas"), ThreadPoolExecutor(max(1, os.cpu_count() or 1)) as pool:
         return list(pool.map(make, listed))
+
+
+def _order(matrix: Any) -> Any:
+    """Return an order of a symmetric matrix with a dominant diagonal in which few entries fill in."""
+    factors = _factors(matrix, "MMD_AT_PLUS_A")
+    order, fill = np.argsort(factors.perm_c), factors.nnz
+    if fill > _DISSECTED * order.size:
+        del factors
+        other = dissected(scipy.sparse.csr_array(matrix))
+        if _factors(scipy.sparse.csc_array(matrix[other][:, other]), "NATURAL").nnz < fill:
+            return other
+    return order
 
 
 def _factors(matrix: Any, order: str) -> Any:

@@ -36,6 +36,8 @@ _CLUSTER = 1e-4
 _SINGULAR, _ASIDE = 1e-8, 1e-5
 #: Power of the distance from the shift with which right vectors make up the start for left ones.
 _WEIGHT = 4
+#: Entries of the factors per row from which left vectors share those of the right ones.
+_SHARED = 500
 #: Vectors of a block, dimensions of the largest Krylov space per wanted pair, and dimensions added at least.
 _BLOCK, _DIMENSIONS, _ROUND = 2, 12, 24
 
@@ -108,6 +110,9 @@ def search_near(
     if values.size == 0:
         empty = np.zeros((size, 0), dtype=complex)
         return Found(shift, reach, values, empty, empty)
+    # SuperLU solves with the factors of a transposed matrix one vector after the other, slower than a block
+    # with its own; making these takes longer only where many entries fill in.
+    factors = krylov.factors if krylov.factors.nnz > _SHARED * size else None
     del krylov
     distance = np.abs(values - shift)
     mix = random.standard_normal((values.size, block)) + 1j * random.standard_normal((values.size, block))
@@ -115,7 +120,7 @@ def search_near(
     # matrix: left vectors are conjugate right ones. What converges last has the largest part of the start.
     mix *= ((distance / (distance.max() or 1.0)) ** _WEIGHT)[:, None]
     shapes = states[:size].conj()
-    others, duals, *_ = _Krylov(pencil, shift, unit, "T").nearest(
+    others, duals, *_ = _Krylov(pencil, shift, unit, "T", factors).nearest(
         np.concatenate([shapes @ mix, shapes @ (values[:, None] / unit * mix)]),
         values.size,
         float(distance.max()) * (1.0 + 1e-9),
@@ -132,13 +137,14 @@ def search_near(
 
 
 class _Krylov:
-    """Block Arnoldi of the inverted companion problem, or of that of the transposed pencil.
+    """Block Arnoldi of the inverted companion problem, or of that of the transposed pencil (side "T").
 
-    Either has factors of its own: SuperLU solves with those of a transposed matrix one vector after the
-    other, which takes three times as long as a block, and soon longer than factors do.
+    `factors`: those of ``P(shift)``, if its own are not worth making.
     """
 
-    def __init__(self, pencil: SparsePencil, shift: complex, unit: float, side: str) -> None:
+    def __init__(
+        self, pencil: SparsePencil, shift: complex, unit: float, side: str, factors: Any = None
+    ) -> None:
         self.shift, self.unit, self.size = shift, unit, pencil.size
         mass, damping = pencil.mass, pencil.damping
         if side == "T":
@@ -147,7 +153,8 @@ class _Krylov:
         self.moved = scipy.sparse.csr_array(
             scipy.sparse.hstack([-unit * (damping + shift * mass), -(unit**2) * mass])
         )
-        self.factors = pencil.factors(shift, side)
+        self.trans = "N" if factors is None else side
+        self.factors = pencil.factors(shift, side) if factors is None else factors
 
     def nearest(
         self, start: Complex, count: int, radius: float, begin: int = 0
@@ -185,7 +192,7 @@ class _Krylov:
                 states = (halves @ space.columns.T).reshape(-1, 2 * size)
                 # By columns: scipy's product with several at once takes three times as long.
                 moved = np.stack([self.moved @ state for state in states], axis=1)
-                added = space.append(self.factors.solve(moved))
+                added = space.append(self.factors.solve(moved, self.trans))
                 follows = self.shift / self.unit * added
                 follows[: len(last) // 2] += last[::2]
                 parts = put(added, follows)
