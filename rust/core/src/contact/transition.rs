@@ -132,7 +132,8 @@ fn take_along(
                 && law.static_friction == law.friction
                 && law.friction > 0.0
                 && settlement.statuses[node].is_closed();
-            if law.tangential_has_mass() || !held || tie == 0.0 || !rests(scene, law, u) {
+            let by_itself = law.tangential_has_mass() || scene.flows(node);
+            if by_itself || !held || tie == 0.0 || !rests(scene, law, u) {
                 continue;
             }
             let status = settlement.statuses[node];
