@@ -133,7 +133,6 @@ def test_motion_that_comes_to_rest_is_an_equilibrium():
     [
         (LAWS[0], "no quasi-static motion follows"),
         (LAWS[2], "no quasi-static motion follows"),
-        (LAWS[3], "only motions under constant friction"),
     ],
     ids=repr,
 )

@@ -49,6 +49,7 @@ class Contact:
         Coefficient of kinetic friction, >= 0: ``T = +friction N`` where the slip velocity is negative,
         ``-friction N`` where it is positive. A stop needs none. A coefficient that depends on slip speed is
         given as a law of `stickslip.friction`, or as its table in files, ``{"law": "stribeck", ...}``.
+        Where slip has no mass, the law has to rise with the slip speed.
     static_friction
         Coefficient up to which a sticking contact holds, >= friction at rest; None: equal to the friction at
         rest.

@@ -8,7 +8,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::contact::settlement::Departure;
 use crate::error::input::Error;
-use crate::scene::contact_law::check_finite;
+use crate::scene::contact_law::{Contact, check_finite};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::{Scene, State};
 use crate::scene::status::{Combination, Status};
@@ -51,7 +51,7 @@ pub(crate) fn coordinates_at(
     }
     scene.check_combination(&state.combination)?;
     let (mut q, mut u) = scene.moving_coordinates(&state.position, &state.velocity, time);
-    hold_nodes(scene, state, &mut q)?;
+    hold_nodes(scene, state, &mut q, &u)?;
     let condensed = Condensed::new(scene, &state.combination)?;
     if let Some(condensed) = &condensed {
         condensed.complete(&mut q, &mut u);
@@ -95,6 +95,8 @@ pub(crate) fn coordinates_at(
         let slip = u[law.tangential] - law.slider_speed;
         let consistent = match status {
             Status::Sticking => slip.abs() <= speed_tolerance,
+            // It follows from forces.
+            _ if scene.flows(contact) => status.friction_sign() * slip <= speed_tolerance,
             Status::Positive => slip <= 0.0 || law.static_friction == 0.0,
             _ => slip >= 0.0 || law.static_friction == 0.0,
         };
@@ -167,9 +169,24 @@ pub(crate) fn coordinates_at(
     Ok((q, u))
 }
 
-/// Puts the nodes of compliant contacts that stick where their springs carry the friction forces of the state.
-fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64]) -> Result<(), Error> {
+/// Puts the nodes of compliant contacts that stick where their springs carry the friction forces of the state; and those that
+/// slide by laws, without a friction force where they slide steadily.
+fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<(), Error> {
     let forces = &state.friction_force;
+    let statuses = state.combination.statuses();
+    let spring = |law: &Contact| scene.stiffness.get(law.tangential, law.tangential);
+    for (contact, own) in scene.flowing(&state.combination) {
+        let law = &scene.contacts[contact];
+        let given = forces.get(contact).is_some_and(|&force| force != 0.0);
+        if law.tangential >= scene.dofs && !given {
+            let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
+            let mut held = q.to_vec();
+            closed.for_each(|(law, _)| held[law.normal] = 0.0);
+            let normal = scene.reaction_value(law.normal, &held, u);
+            let friction = own.value(law.slider_speed.abs()) * normal;
+            q[law.tangential] += statuses[contact].friction_sign() * friction / spring(law);
+        }
+    }
     if forces.is_empty() {
         return Ok(());
     }
@@ -181,11 +198,12 @@ fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64]) -> Result<(), Error> 
         });
     }
     check_finite("friction_force", forces)?;
-    for (law, (&status, force)) in
-        scene.contacts.iter().zip(state.combination.statuses().iter().zip(forces))
+    for (contact, (law, (&status, force))) in
+        scene.contacts.iter().zip(statuses.iter().zip(forces)).enumerate()
     {
-        if status == Status::Sticking && law.tangential >= scene.dofs {
-            q[law.tangential] += force / scene.stiffness.get(law.tangential, law.tangential);
+        let held = status == Status::Sticking || status.is_sliding() && scene.flows(contact);
+        if held && law.tangential >= scene.dofs {
+            q[law.tangential] += force / spring(law);
         }
     }
     Ok(())
@@ -265,6 +283,11 @@ fn departure_without_mass(
     u: &[f64],
 ) -> Option<Departure> {
     let law = &scene.contacts[contact];
+    if status.is_sliding() && scene.flows(contact) {
+        let slip = u[law.tangential] - law.slider_speed;
+        let begins = slip.abs() <= START_TOLERANCE * law.slider_speed.abs();
+        return Some(if begins { Departure::Slip(1) } else { Departure::None });
+    }
     let multiplicity = |function: &Functional| {
         let rounding = START_TOLERANCE * function.magnitude(q, u);
         if function.value(q, u).abs() > rounding {

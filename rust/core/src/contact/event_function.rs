@@ -3,6 +3,7 @@
 //! | status | event function, positive while the status holds | at its zero |
 //! | --- | --- | --- |
 //! | `+` / `-` | -s / +s | slip velocity zero |
+//! | `+` / `-` by a law without mass | `abs(T) - mu(0) N` | slip velocity zero |
 //! | `+` / `-` | N | normal force zero |
 //! | `s` | mu_static N - T, mu_static N + T | onset of slip `+`, `-` |
 //! | `d` | g | gap closes |
@@ -135,9 +136,13 @@ fn of_contact(
     };
     match status {
         Status::Positive | Status::Negative => {
-            let sign = -status.friction_sign();
-            let slip = (law.static_friction > 0.0)
-                .then(|| function(EventKind::Velocity, slip_velocity(scene, contact).scaled(sign)));
+            let sign = status.friction_sign();
+            // Where slip has no mass, |s| follows from `R = mu(|s|) N`, and both vanish at once.
+            let slip = || match scene.flows(contact) {
+                true => Functional::sum([(sign, &friction), (-law.friction, &normal)].into_iter()),
+                false => slip_velocity(scene, contact).scaled(-sign),
+            };
+            let slip = (law.static_friction > 0.0).then(|| function(EventKind::Velocity, slip()));
             // A given normal force does not vanish.
             let opens = law.directions != Directions::Tangential;
             let release = opens.then(|| function(EventKind::Release, normal));

@@ -105,6 +105,7 @@ impl Settlement {
         let of_nodes = |function: &&EventFunction| {
             function.trigger == EventKind::Velocity
                 && !scene.contacts[function.contact].tangential_has_mass()
+                && !scene.flows(function.contact)
         };
         for EventFunction { contact, functional, .. } in functions.iter().filter(of_nodes) {
             let rounding = NODE_ROUNDING * functional.magnitude(q, u);

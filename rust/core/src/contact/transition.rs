@@ -131,7 +131,8 @@ fn take_along(
             let held = law.directions == Directions::Tangential
                 && law.static_friction == law.friction
                 && settlement.statuses[node].is_closed();
-            if law.tangential_has_mass() || !held || tie == 0.0 || !rests(scene, law, u) {
+            let by_itself = law.tangential_has_mass() || scene.flows(node);
+            if by_itself || !held || tie == 0.0 || !rests(scene, law, u) {
                 continue;
             }
             let status = settlement.statuses[node];

@@ -261,13 +261,21 @@ pub enum Error {
         /// A contact whose forces are not determined.
         contact: usize,
     },
+    /// Modes of steady sliding by a law where slip has no mass.
+    #[error(
+        "contact {contact}: friction over slip speed makes its tangential direction, which has no mass, a motion of first order, of which modes are not computed; leave tangential_stiffness out, or give the dofs mass"
+    )]
+    FirstOrderModes {
+        /// Index of the contact.
+        contact: usize,
+    },
     /// Friction depends on slip speed where slip has no mass.
     #[error(
         "contact {contact}: friction: a law over slip speed needs mass in the tangential direction: {}; leave tangential_stiffness out, give the dofs mass, or state constant friction",
         if *falls {
             "without it, no quasi-static motion follows from friction that falls with slip speed"
         } else {
-            "without it, only motions under constant friction are computed"
+            "without it, no slip speed follows where friction does not rise with it"
         }
     )]
     LawWithoutMass {

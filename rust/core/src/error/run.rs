@@ -40,6 +40,26 @@ pub enum RunFailure {
         /// Time at which it does, s.
         time: f64,
     },
+    /// A law of friction that levels off has come to where it is level, and slip has no mass.
+    #[error(
+        "contact {contact} at t = {time} s: its friction levels off at this slip speed, and without mass in the tangential direction the slip speed does not follow from a friction force beyond it; state a law that rises at every slip speed, or give the dofs mass"
+    )]
+    LevelFriction {
+        /// Index of the contact.
+        contact: usize,
+        /// Time at which it does, s.
+        time: f64,
+    },
+    /// A contact opens or closes whose slip has no mass and whose friction depends on slip speed.
+    #[error(
+        "contact {contact} at t = {time} s: it opens or closes, and where friction depends on slip speed without mass in the tangential direction, only motions of pressed contacts are computed; leave tangential_stiffness out, give the dofs mass, or state constant friction"
+    )]
+    OpensWithoutMass {
+        /// Index of the contact.
+        contact: usize,
+        /// Time at which it does, s.
+        time: f64,
+    },
     /// After an event a closed contact can neither stick nor slide.
     #[error(
         "contact {contact} at t = {time} s: no status is consistent with the state after the event (normal force {} N, required friction {} N)",

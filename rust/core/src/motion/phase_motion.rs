@@ -7,6 +7,7 @@ use crate::contact::event_function::EventFunction;
 use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::friction::motion::LawMotion;
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::motion::ModalMotion;
 use crate::motion::panel::Panel;
@@ -216,8 +217,8 @@ impl CoupledMotion<'_> {
         }
     }
 
-    /// The contact whose law of friction would be negative from here on.
-    pub fn exhausted(&self) -> Option<usize> {
+    /// The contact whose law of friction does not hold from here on, and why.
+    pub fn exhausted(&self) -> Option<(usize, LawEnd)> {
         match &self.kind {
             Kind::Law(motion, operator) => motion.exhausted(operator),
             _ => None,

@@ -105,10 +105,15 @@ impl EquationOfMotion {
         mass + 4 * self.reduction.size()
     }
 
+    /// The coordinates without mass that are states of first order.
+    pub fn flowing(&self) -> &[usize] {
+        &self.reduction.states[self.reduction.kept.len()..]
+    }
+
     /// Every coordinate that is not held at zero.
     pub fn moving(&self) -> impl Iterator<Item = usize> + '_ {
-        let Reduction { kept, sticking, .. } = &self.reduction;
-        kept.iter().copied().chain(sticking.iter().map(|stick| stick.0))
+        let Reduction { states, sticking, .. } = &self.reduction;
+        states.iter().copied().chain(sticking.iter().map(|stick| stick.0))
     }
 
     /// In the norm of M: the largest ratio of an acceleration and of the force on the contact-free structure that causes

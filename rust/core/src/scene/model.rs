@@ -358,11 +358,13 @@ impl Scene {
 
     /// The state of contact coordinates.
     pub(crate) fn state(&self, q: &[f64], u: &[f64], combination: &Combination) -> State {
-        let held = |(law, &status): (&Contact, &Status)| {
-            let sticks = status == Status::Sticking && law.tangential >= self.dofs;
-            if sticks { self.reaction_value(law.tangential, q, u) } else { 0.0 }
+        let held = |(contact, (law, &status)): (usize, (&Contact, &Status))| {
+            let flows = status.is_sliding() && self.flows(contact);
+            let holds = (status == Status::Sticking || flows) && law.tangential >= self.dofs;
+            if holds { self.reaction_value(law.tangential, q, u) } else { 0.0 }
         };
-        let forces = || self.contacts.iter().zip(combination.statuses()).map(held).collect();
+        let laws = self.contacts.iter().zip(combination.statuses()).enumerate();
+        let forces = || laws.map(held).collect();
         let (position, velocity) = self.dof_state(q, u);
         State {
             position,

@@ -49,16 +49,32 @@ pub(crate) fn settle_group(
     let excess = |k: usize| law(k).static_friction > law(k).friction;
     let slips = |k: usize| law(k).inertia == Inertia::None;
     let count = group.contacts.len();
+    // Where slip follows from a law, the place is a state, and nothing jumps.
+    let flows = |k: usize| scene.flows(group.contacts[k]);
+    let opens = |k: usize| matches!(own[k], Some(EventKind::Closing | EventKind::Release));
+    if let Some(k) = (0..count).find(|&k| flows(k) && opens(k)) {
+        return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
+    }
     let jumps: Vec<bool> =
-        (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some()).collect();
+        (0..count).map(|k| slips(k) && excess(k) && onset(k).is_some() && !flows(k)).collect();
     let jump = switched || jumps.contains(&true);
     let mut statuses = before.clone();
     if jump {
         let cases = (0..count).map(|k| match (onset(k), before[k]) {
             (Some(towards), _) if jumps[k] => Case::Jumping { towards },
+            (_, before) if flows(k) && before.is_closed() => Case::Settled(Status::Sticking),
             (_, before) => Case::Beside { before },
         });
         statuses = event.jump(cases.collect(), q)?;
+        if let Some(k) =
+            (0..count).find(|&k| flows(k) && statuses[k].is_closed() != before[k].is_closed())
+        {
+            return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
+        }
+    }
+    let mut departing = vec![Departure::None; count];
+    for k in (0..count).filter(|&k| flows(k) && before[k].is_closed()) {
+        (statuses[k], departing[k]) = event.flow(group.contacts[k], own[k], before[k], jump, q);
     }
     let cases: Vec<Case> = (0..count)
         .map(|k| {
@@ -71,6 +87,8 @@ pub(crate) fn settle_group(
             match (statuses[k], towards) {
                 _ if touches => Case::Touching,
                 (Status::Detached, _) => Case::Settled(Status::Detached),
+                // Its velocity is given, as that of what sticks.
+                _ if flows(k) => Case::Settled(Status::Sticking),
                 _ if !slips(k) => Case::Settled(Status::Positive),
                 (_, Some(towards)) if law(k).static_friction > 0.0 => Case::Slipping {
                     towards,
@@ -84,15 +102,21 @@ pub(crate) fn settle_group(
     // A jump of forces or of velocities gives a slip that ends another rate.
     let impact = triggers.iter().any(|trigger| trigger.1 == EventKind::Impact);
     let ended: Option<Vec<Status>> = (!jump && !impact).then(|| {
-        let goes_on = |k: usize| {
-            if slips(k) || !before[k].is_closed() { before[k] } else { Status::Positive }
+        let goes_on = |k: usize| match before[k].is_closed() {
+            true if flows(k) => Status::Sticking,
+            true if !slips(k) => Status::Positive,
+            _ => before[k],
         };
         (0..count).map(goes_on).collect()
     });
-    let answer = event.rates(&cases, ended.as_deref(), u)?;
+    let answer = event.rates(&cases, ended.as_deref(), &statuses, q, u)?;
     let alone = triggers.len() == 1;
     for (k, &contact) in group.contacts.iter().enumerate() {
         let after = answer.statuses[k];
+        if flows(k) {
+            settlement.record(contact, own[k], statuses[k], departing[k]);
+            continue;
+        }
         if !slips(k) {
             // If the slip has mass, its velocity decides.
             match cases[k] {
@@ -172,6 +196,39 @@ impl GroupEvent<'_> {
             .collect()
     }
 
+    /// Status and departure of a closed contact whose slip speed follows from its friction force by a law: this force is a
+    /// function of the places, which the event leaves unless others have jumped. Slip begins and ends with the slip speed zero
+    /// where static friction is that of the law at rest.
+    fn flow(
+        &self,
+        contact: usize,
+        own: Option<EventKind>,
+        before: Status,
+        jump: bool,
+        q: &[f64],
+    ) -> (Status, Departure) {
+        let law = &self.scene.contacts[contact];
+        let smooth = law.static_friction == law.friction;
+        let begins = if smooth { Departure::Slip(1) } else { Departure::None };
+        match own {
+            Some(EventKind::SlipPositive) => return (Status::Positive, begins),
+            Some(EventKind::SlipNegative) => return (Status::Negative, begins),
+            Some(EventKind::Velocity) if smooth => {
+                return (Status::Sticking, Departure::Bound(before, 1));
+            }
+            Some(EventKind::Velocity) => return (Status::Sticking, Departure::None),
+            _ if !jump => return (before, Departure::None),
+            _ => {}
+        }
+        let still = vec![0.0; q.len()];
+        let [friction, normal] =
+            [law.tangential, law.normal].map(|row| self.scene.reaction_value(row, q, &still));
+        let towards = if friction > 0.0 { Status::Positive } else { Status::Negative };
+        let limit = if before == towards { law.friction } else { law.static_friction };
+        let status = if friction.abs() > limit * normal { towards } else { Status::Sticking };
+        (status, Departure::None)
+    }
+
     fn problem(&self, cases: &[Case], (a0, sizes): (DVector<f64>, DVector<f64>)) -> Problem {
         let places = self.places();
         let w = DMatrix::from_fn(places.len(), places.len(), |i, j| match (places[i], places[j]) {
@@ -207,15 +264,17 @@ impl GroupEvent<'_> {
         &self,
         cases: &[Case],
         ended: Option<&[Status]>,
+        statuses: &[Status],
+        q: &[f64],
         u: &[f64],
     ) -> Result<Answer, RunFailure> {
         let (free, sizes) = self.free(u, 0.0);
-        let speeds: Vec<f64> = self
-            .group
-            .contacts
-            .iter()
-            .flat_map(|&contact| [self.scene.contacts[contact].slider_speed, 0.0])
-            .collect();
+        let contacts = self.group.contacts.iter().zip(statuses);
+        let speed = |(&contact, &status): (&usize, &Status)| match status.is_sliding() {
+            true if self.scene.flows(contact) => self.scene.flow_rate(contact, status, q),
+            _ => self.scene.contacts[contact].slider_speed,
+        };
+        let speeds: Vec<f64> = contacts.flat_map(|each| [speed(each), 0.0]).collect();
         let mut problem = self.problem(cases, self.relative(&free, &sizes, &speeds));
         if let Some(before) = ended {
             problem.end_slips(before);

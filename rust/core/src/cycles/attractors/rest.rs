@@ -53,7 +53,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         .iter()
         .zip(combination.statuses())
         .any(|(law, &status)| status == Status::Sticking && law.slider_speed != 0.0);
-    if carried {
+    // Nor are modes known where slip has no mass.
+    if carried || moving.flowing(combination).next().is_some() {
         return false;
     }
     let scene = &*moving.at_steady_sliding();

@@ -77,6 +77,7 @@ impl<'a> Flow<'a> {
             .iter()
             .copied()
             .chain(sticking.iter().map(|stick| stick.0).filter(|&k| k < scene.structure()))
+            .chain(equation.flowing().iter().copied())
             .chain(kept.iter().map(|&k| scene.size + k))
             .collect();
         free.sort_unstable();
@@ -174,6 +175,8 @@ impl<'a> Flow<'a> {
             dy.iter_mut().zip(&moving).filter(|entry| !entry.1).for_each(|entry| *entry.0 = 0.0);
         }
         following.for_each(|k| moving[k] = true);
+        // Velocities that follow from forces move with these.
+        self.equation.flowing().iter().for_each(|k| moving[n + k] = true);
         if self.law().is_some() {
             let (motion, from) = &mut *self.running.borrow_mut();
             let (q, u) = start.split_at(n);
@@ -231,7 +234,15 @@ impl<'a> Flow<'a> {
 
     /// `y' = (q', q'')`
     pub fn field(&self, state: &[f64]) -> Vec<f64> {
-        self.rate(state, 1.0, &self.friction(state))
+        let mut field = self.rate(state, 1.0, &self.friction(state));
+        if let Some(law) = self.law().filter(|_| !self.equation.flowing().is_empty()) {
+            let (speed, acceleration) = field.split_at_mut(self.scene.size);
+            law.accelerate_flows(&state[..self.scene.size], speed, acceleration);
+            if let Some(condensed) = &self.basis.condensed {
+                condensed.complete_rates(acceleration);
+            }
+        }
+        field
     }
 
     /// y'' in a state with y' = `field`.
@@ -253,7 +264,7 @@ impl<'a> Flow<'a> {
         let (speed, acceleration) = field.split_at_mut(n);
         self.equation.accelerate(&mut residual, acceleration);
         let Reduction { kept, sticking, .. } = &self.equation.reduction;
-        kept.iter().for_each(|&k| speed[k] = u[k]);
+        kept.iter().chain(self.equation.flowing()).for_each(|&k| speed[k] = u[k]);
         sticking.iter().for_each(|&(k, prescribed)| speed[k] = load * prescribed);
         if let Some(condensed) = &self.basis.condensed {
             condensed.complete_rates(speed);

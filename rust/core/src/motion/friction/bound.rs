@@ -12,8 +12,10 @@
 //! (Gronwall, and `s <= e^(s - 1)`), as long as this is within the neighbourhood in which l_i holds. On a part f of the width,
 //! t falls with f^DEGREE, and nothing else grows.
 
-use crate::motion::friction::motion::LawMotion;
+use crate::contact::functional::Functional;
+use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::series::law_series::{UNIT, product_units, size};
 use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, PanelBound};
 use crate::motion::friction::series::rows::{Measure, Sizes};
@@ -23,6 +25,10 @@ use crate::scene::model::Scene;
 
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
 const TUBE: f64 = 1e-6;
+/// The same where slip has no mass: a law that levels off turns errors of places into far larger ones of slip speed.
+const TUBE_OF_FLOW: f64 = 1e-9;
+/// Its largest change of a normal force there, relative to this force.
+const NARROW: f64 = 0.01;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
 
@@ -53,9 +59,16 @@ impl Kernel for Bound<'_> {
         Measure { sizes, terms, size: scene.size, width: taylor.width }.run(simd);
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
-        let slips = operator.contacts.iter().zip(&*contacts);
+        let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
+        let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
         let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| {
             radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm)
+        });
+        // Where slip has no mass, the slope of its law and its normal force are divided by.
+        let flows = operator.contacts.iter().zip(&*contacts).filter(|of| of.0.flow.is_some());
+        let radius = flows.fold(radius, |radius, (one, sliding)| {
+            let pressed = NARROW * sliding.normal[0].abs() / one.normal_norm.abs();
+            radius.min(TUBE_OF_FLOW * scale).min(pressed)
         });
         for (one, sliding) in operator.contacts.iter().zip(&mut *contacts) {
             let (excess, normal) = (&sliding.series.excess, &sliding.normal);
@@ -64,8 +77,12 @@ impl Kernel for Bound<'_> {
                 rest += n.abs();
                 products += w.abs() * rest;
             }
+            let off = match one.flow {
+                Some(_) => sliding.series.tube(&one.law),
+                None => radius * one.slip_norm,
+            };
             sliding.bounds = ContactBounds {
-                law: sliding.series.bounds(&one.law, radius * one.slip_norm, shortenings),
+                law: sliding.series.bounds(&one.law, off, shortenings),
                 excess: size(excess),
                 pressed: size(normal),
                 products,
@@ -101,6 +118,7 @@ impl Kernel for Bound<'_> {
         let apart = scene.coupled_mass.is_none() && operator.response.is_none();
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
+        let (mut flowing, mut follows) = (0.0, true);
         for (one, sliding) in operator.contacts.iter().zip(contacts) {
             let ContactBounds { law, excess, pressed, products, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
@@ -108,6 +126,23 @@ impl Kernel for Bound<'_> {
             let size = sliding.at_origin_size + Sizes::of(&sizes.all, &one.normal);
             let terms = in_product as f64 * pressed + in_row * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
+            if let Some(flow) = &one.flow {
+                let of = |at_origin: f64, sum: &Functional| at_origin + Sizes::of(&sizes.all, sum);
+                let of_friction = of(sliding.friction_at_origin[1], &flow.friction);
+                let of_normal = of(sliding.at_origin_size, &one.normal);
+                let terms = in_row * (of_friction + one.law.value(0.0) * of_normal);
+                let units = (in_product + 16) as f64;
+                let within = sliding.implicit(one, flow, [radius, off, terms, units]);
+                let ContactBounds { cut, round, gain, by_force, .. } = sliding.bounds;
+                let by_place = flow.weight * by_force;
+                // The own spring of the coordinate takes differences back.
+                let apart = gain - 2.0 * flow.spring / flow.weight;
+                flowing = f64::max(flowing, by_place * apart.max(0.0));
+                truncated = together(truncated, taylor.width * by_place * cut);
+                rounded = together(rounded, taylor.width * by_place * round);
+                follows &= by_force * (gain * radius + cut + round) <= within;
+                continue;
+            }
             let slope = law.slope * one.slip_norm * (pressed + off + unsharp + radius * moved);
             let gain = largest * moved + slope;
             let by_force = taylor.width * one.force_norm;
@@ -125,10 +160,53 @@ impl Kernel for Bound<'_> {
         };
         let load = taylor.width * taylor.force_norm(&operator.taylor);
         rounded += UNIT * in_row * (reach * of_orders + load);
-        let exponent = reach + taylor.width * lipschitz;
+        let exponent = (reach + taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
-        bound.holds = exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
+        bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
+    }
+}
+
+impl Sliding {
+    /// Where slip has no mass: bounds of what its velocity q_t' does not balance, and of its change with the state. Gives the
+    /// distance from the polynomial S within which S has to stay for them. `radius` bounds the error of the state, `off` that of N,
+    /// and `terms` and `units` count rounding of R and N, and of products.
+    ///
+    /// With the polynomials P of the state, R and N of the forces and S of the slip speed, `mu(S) N - R = e` with coefficients
+    /// of order DEGREE or more, and rounding. So the slip speed that belongs to P is at most `|e| / (least mu' least N)` from S, and
+    /// that of a state X at most `(|R'| + mu |N'|) |X - P| / (least mu' least N)` from the one that belongs to P. In the growth of a
+    /// difference of places, which is the largest entry of the norm, the own stiffness counts with its sign:
+    /// `d' = -(K_tt d + ..) / (mu' N)`.
+    fn implicit(
+        &mut self,
+        one: &LawContact,
+        flow: &Flow,
+        [radius, off, terms, units]: [f64; 4],
+    ) -> f64 {
+        let tube = self.series.tube(&one.law);
+        let ContactBounds { law, excess, pressed, products, .. } = self.bounds;
+        let at_rest = one.law.value(0.0);
+        let largest = at_rest + excess + law.truncation + law.rounding;
+        let moving: f64 = self.normal[1..].iter().map(|c| c.abs()).sum();
+        let pressed_least = self.normal[0] - moving - off - radius * one.normal_norm;
+        let slope = self.series.least_slope(&one.law, tube);
+        let divisor = if slope > 0.0 && pressed_least > 0.0 { slope * pressed_least } else { 0.0 };
+        // The first slip speed leaves what the iteration to it has left.
+        let left = (self.series.excess[0] * self.normal[0] - self.force[0]).abs();
+        let slips = law.slope * size(&self.series.slip);
+        let terms = terms + units * (at_rest + excess + slips) * pressed;
+        let cut = products + law.truncation * pressed + largest * off + self.friction_beyond;
+        let round = left + law.rounding * pressed + UNIT * terms;
+        // mu at the slip speed that belongs to P.
+        let balanced = largest + (cut + round) / pressed_least;
+        self.bounds = ContactBounds {
+            cut,
+            round,
+            gain: flow.friction_norm + balanced * one.normal_norm,
+            by_force: 1.0 / divisor,
+            ..self.bounds
+        };
+        tube
     }
 }
 
@@ -142,5 +220,109 @@ impl LawMotion {
     ) -> PanelBound {
         let unit = self.unit;
         unit.run(Bound { motion: self, scene, operator, scale })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::linalg::SparseMatrix;
+    use crate::motion::combination_basis::{CombinationBasis, Propagator};
+    use crate::motion::method::Wanted;
+    use crate::scene::friction::law::FrictionLaw;
+    use crate::scene::status::{Combination, Status};
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    const SPRING: f64 = 50.0;
+    const PRESSED: f64 = 4.0;
+    const SPEED: f64 = 0.2;
+
+    /// A dof without mass on a spring, beside a mass on its own.
+    fn relaxing(law: &FrictionLaw) -> Scene {
+        let contact = ContactInput {
+            tangential: Some(Direction::Dof(1)),
+            normal: None,
+            normal_force: PRESSED,
+            friction: law.value(0.0),
+            static_friction: law.value(0.0),
+            slider_speed: SPEED,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs::default(),
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(vec![1.0, 0.0]),
+            stiffness: SparseMatrix::diagonal(&[100.0, SPRING]),
+            damping: Damping::Proportional { mass: 0.0, stiffness: 0.0 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![0.0; 2],
+            contacts: vec![contact],
+            impact_friction: false,
+            loads: Default::default(),
+        };
+        let scene = Scene::new(input).expect("well-posed");
+        scene.with_friction_laws(vec![Some(law.clone())]).expect("a law that rises")
+    }
+
+    /// The time that the coordinate takes to a place, up to a constant, from `q' = v - |s|` and `mu(|s|) N = k q`.
+    fn time_to(law: &FrictionLaw, place: f64) -> f64 {
+        let excess = SPRING * place / PRESSED - law.value(0.0);
+        match law {
+            FrictionLaw::Linear { slope, .. } => {
+                -PRESSED * slope / SPRING * (SPEED - excess / slope).abs().ln()
+            }
+            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+                let rise = kinetic - at_rest;
+                let (a, b) = (SPEED * rise, SPEED + speed);
+                let left = (rise - a / b) / b * (a - b * excess).abs().ln();
+                PRESSED / SPRING * (excess / b - left)
+            }
+            _ => f64::NAN,
+        }
+    }
+
+    /// Every panel of slip without mass is within its bound of the closed form, and the bound is far below the motion.
+    #[test]
+    fn panels_of_first_order_are_within_their_bounds() {
+        let laws = [
+            FrictionLaw::Linear { at_rest: 0.3, slope: 0.5 },
+            FrictionLaw::Linear { at_rest: 0.3, slope: 0.02 },
+            FrictionLaw::Rational { at_rest: 0.3, kinetic: 0.5, speed: 0.3 },
+        ];
+        for law in &laws {
+            let scene = relaxing(law);
+            let combination = Combination::new(vec![Status::Positive]);
+            let basis =
+                CombinationBasis::new(&scene, &combination, Wanted::Series).expect("slides");
+            let Propagator::Law(operator) = &basis.propagator else { panic!("not by its law") };
+            let own = basis.scene(&scene);
+            let t = scene.contacts[0].tangential;
+            for part in 1..40 {
+                let size = scene.mass.size();
+                let (mut q, mut u) = (vec![0.0; size], vec![0.0; size]);
+                // Faster and slower than steady sliding.
+                q[t] = PRESSED / SPRING * (0.3 + 0.0041 * f64::from(part));
+                basis.complete(&mut q, &mut u);
+                let mut motion = LawMotion::default();
+                motion.restart(own, operator, &basis.functions, &q, &u);
+                let weight = operator.contacts[0].flow.as_ref().expect("no mass").weight;
+                for _ in 0..8 {
+                    let (start, width) = (q[t], motion.end() - motion.start());
+                    motion.state(operator, width, &mut q, &mut u);
+                    // The time to steady sliding is infinite.
+                    if u[t].abs() < 1e-9 {
+                        break;
+                    }
+                    let late = time_to(law, q[t]) - time_to(law, start) - width;
+                    let off = (late * u[t]).abs();
+                    let rounding = 64.0 * f64::EPSILON * (time_to(law, start) * u[t]).abs();
+                    let bound = motion.left_out / weight;
+                    assert!(off <= bound + rounding, "{law:?} {part}: {off:e} {bound:e}");
+                    assert!(bound < 1e-8 * q[t].abs(), "{law:?} {part}: {bound:e}");
+                    motion.advance(own, operator);
+                }
+            }
+        }
     }
 }

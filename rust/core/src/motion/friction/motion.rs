@@ -9,6 +9,8 @@ use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::{Convolutions, SHARING};
+use crate::motion::friction::series::law_contact::Flow;
+use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};
 use crate::motion::friction::series::panel_bound::ContactBounds;
 use crate::motion::friction::series::rows::{LawRows, Products, Sizes};
@@ -43,6 +45,9 @@ pub(super) struct Sliding {
     pub(super) at_origin: f64,
     /// Sum of the absolute values of its terms.
     pub(super) at_origin_size: f64,
+    /// Where slip has no mass: what displacements add to R in the order beyond, and R at the origin at rest as for N.
+    pub(super) friction_beyond: f64,
+    pub(super) friction_at_origin: [f64; 2],
     /// Bound of the error of y.
     pub(super) error: f64,
     pub(super) bounds: ContactBounds,
@@ -101,9 +106,9 @@ pub(crate) struct LawMotion {
     pub(super) left_out: f64,
     /// Pieces that tables have from the end of the panel on, as (place, piece).
     pub(super) next: Option<(usize, usize)>,
-    /// A contact whose law reaches 0 at the end of the panel, and a contact whose law has reached it.
-    pub(super) ends: Option<usize>,
-    pub(super) ended: Option<usize>,
+    /// A contact whose law ends the phase at the end of the panel, and one whose law has ended it.
+    pub(super) ends: Option<(usize, LawEnd)>,
+    pub(super) ended: Option<(usize, LawEnd)>,
     pub(super) unit: VectorUnit,
 }
 
@@ -121,11 +126,12 @@ impl Kernel for Shorten<'_> {
         let Self { motion: LawMotion { taylor, contacts, powers: all, .. }, powers } = self;
         taylor.shorten_by(&powers);
         scale(all, &powers);
-        for Sliding { series, normal, force, beyond, .. } in contacts {
+        for Sliding { series, normal, force, beyond, friction_beyond, .. } in contacts {
             series.shorten(&powers);
             scale(normal, &powers);
             scale(force, &powers);
             *beyond *= powers[COEFFICIENTS];
+            *friction_beyond *= powers[COEFFICIENTS];
         }
     }
 }
@@ -149,12 +155,16 @@ impl LawMotion {
         self.convolutions.resize_with(pairs, Convolutions::new);
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut self.contacts).enumerate()
         {
-            let speed = -one.sign * one.slip.value(q, u);
+            let speed = match one.flow {
+                // Rounding of the start of slip.
+                Some(_) => (-one.sign * one.slip.value(q, u)).max(0.0),
+                None => -one.sign * one.slip.value(q, u),
+            };
             if let FrictionLaw::Tabulated(table) = &one.law {
                 sliding.series.piece = table.piece(speed);
             }
             if one.law.value(speed) < 0.0 {
-                self.ended = Some(place);
+                self.ended = Some((place, LawEnd::Negative));
             }
             let origin = &self.taylor.origin;
             let of_origin = |sum: f64, &(k, weight): &(usize, f64)| sum + weight * origin[k];
@@ -162,6 +172,19 @@ impl LawMotion {
             let Functional { position, constant, .. } = &one.normal;
             sliding.at_origin = position.iter().fold(*constant, of_origin);
             sliding.at_origin_size = position.iter().fold(constant.abs(), size);
+            if let Some(Flow { friction: Functional { position, constant, .. }, .. }) = &one.flow {
+                sliding.friction_at_origin = [
+                    position.iter().fold(*constant, of_origin),
+                    position.iter().fold(constant.abs(), size),
+                ];
+                let [friction, normal] = [sliding.friction_at_origin[0], sliding.at_origin];
+                let stiffness = one.law.slope(speed) * normal;
+                if stiffness > 0.0 && friction.is_finite() {
+                    // A first panel over which the coordinate relaxes by no more than a series can follow.
+                    let rate = operator.relaxation(one, stiffness);
+                    self.share = self.share.min(STEEPEST / (rate * operator.taylor.width()));
+                }
+            }
         }
         self.fill(scene, operator);
     }
@@ -175,9 +198,9 @@ impl LawMotion {
         self.taylor.end()
     }
 
-    /// The contact whose law would be negative from here on.
-    pub fn exhausted(&self, operator: &LawOperator) -> Option<usize> {
-        self.ended.map(|place| operator.contacts[place].contact)
+    /// The contact whose law does not hold from here on, and why.
+    pub fn exhausted(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
+        self.ended.map(|(place, end)| (operator.contacts[place].contact, end))
     }
 
     /// The piece of the table of a contact on the panel.
@@ -194,8 +217,7 @@ impl LawMotion {
     /// The series on the next panel, and how far it holds.
     fn fill(&mut self, scene: &Scene, operator: &LawOperator) {
         self.taylor.width = operator.taylor.width();
-        // The rows of small combinations hold for every width, the sparse recurrences for that of the operator.
-        if operator.rows.is_some() && self.share < 1.0 {
+        if self.share < 1.0 {
             self.taylor.begin_within(self.share);
         }
         self.powers = [1.0; COEFFICIENTS];
@@ -206,9 +228,7 @@ impl LawMotion {
                 break;
             }
         }
-        if operator.rows.is_none() && self.share < 1.0 {
-            self.shorten(self.share);
-        }
+        self.ended = self.ended.or_else(|| self.end_of_flow(operator));
         for _ in 0..TRIALS {
             let mut laws = operator.contacts.iter().zip(&self.contacts);
             // Beyond the range of numbers nothing is near.
@@ -369,7 +389,9 @@ impl LawMotion {
         while time > self.end() {
             let before = self.end();
             self.advance(scene, operator);
-            if !(self.end() > before) {
+            // Where a law has ended the phase, panels may shrink without end.
+            let ended = self.ended.is_some_and(|(_, end)| end != LawEnd::Negative);
+            if ended || !(self.end() > before) {
                 return false;
             }
         }

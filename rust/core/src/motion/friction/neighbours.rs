@@ -94,6 +94,7 @@ impl LawMotion {
         for k in equation.moving() {
             terms[k] = dy[k];
         }
+        // Velocities that follow from forces are found with their order.
         for &k in &equation.reduction.kept {
             terms[n + k] = h * dy[n + k];
         }
@@ -106,8 +107,18 @@ impl LawMotion {
             let q = &terms[k * n..(k + 1) * n];
             let u: Vec<f64> = terms[(k + 1) * n..(k + 2) * n].iter().map(|q| rate * q).collect();
             for (j, one) in operator.contacts.iter().enumerate() {
-                slips[j][k] = -one.sign * one.slip.rate(q, &u);
                 normals[j][k] = one.normal.rate(q, &u);
+                slips[j][k] = match &one.flow {
+                    None => -one.sign * one.slip.rate(q, &u),
+                    Some(flow) => {
+                        let force = flow.friction.rate(q, &u) - one.law.value(0.0) * normals[j][k];
+                        let Slopes { by_slip, by_normal } = &slopes[j];
+                        let of_slip = (1..=k).map(|i| by_slip[i] * slips[j][k - i]).sum::<f64>();
+                        let of_normal =
+                            (0..=k).map(|i| by_normal[i] * normals[j][k - i]).sum::<f64>();
+                        (force - of_slip - of_normal) / by_slip[0]
+                    }
+                };
             }
             let lower = |j: usize, normals: &[[f64; COEFFICIENTS]]| -> f64 {
                 let Slopes { by_slip, by_normal } = &slopes[j];
@@ -126,6 +137,11 @@ impl LawMotion {
             let mut residual = own.residual(0.0, q, &u);
             operator.push(&forces, &mut residual);
             equation.accelerate(&mut residual, &mut acceleration);
+            for (one, slip) in operator.contacts.iter().zip(&slips) {
+                if let Some(flow) = &one.flow {
+                    terms[(k + 1) * n + flow.coordinate] = -one.sign * slip[k] / rate;
+                }
+            }
             let factor = h * h / ((k + 1) * (k + 2)) as f64;
             for &i in &equation.reduction.kept {
                 terms[(k + 2) * n + i] = factor * acceleration[i];

@@ -12,7 +12,7 @@ use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::dense::solve;
-use crate::motion::friction::series::law_contact::LawContact;
+use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::series::rows::LawRows;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::model::Scene;
@@ -72,10 +72,23 @@ impl LawOperator {
             });
             let mut acceleration = vec![0.0; own.size];
             taylor.equation.accelerate(&mut along, &mut acceleration);
+            let sign = combination.statuses()[contact].friction_sign();
+            let flow = scene.flows(contact).then(|| {
+                let friction = reaction(scene, tangential).scaled(sign);
+                Flow {
+                    coordinate: tangential,
+                    slider_speed: scene.contacts[contact].slider_speed,
+                    spring: own.stiffness.get(tangential, tangential).max(0.0),
+                    friction_norm: taylor.dual_norm(own, &friction),
+                    friction,
+                    weight: taylor.weight_of(tangential),
+                }
+            });
             LawContact {
                 contact,
                 law: law.clone(),
-                sign: combination.statuses()[contact].friction_sign(),
+                sign,
+                flow,
                 direction,
                 slip_norm: taylor.dual_norm(own, &slip),
                 normal_norm: taylor.dual_norm(own, &normal),
@@ -97,8 +110,36 @@ impl LawOperator {
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
         let merged = reduction.merges.len() + 2;
         let terms = merged * (0..own.size).map(row).max().unwrap_or(0);
-        let rows = LawRows::new(own, reduction, taylor.equation.moving(), &contacts, functions);
+        let rows = match taylor.equation.flowing() {
+            [] => LawRows::new(own, reduction, taylor.equation.moving(), &contacts, functions),
+            _ => None,
+        };
         Ok(Self { taylor, contacts, response, rows, terms })
+    }
+
+    /// Where slip has no mass: the rate at which its coordinate follows the others, 1/s, for a slope of the friction force over
+    /// the slip speed, N s/m.
+    pub fn relaxation(&self, one: &LawContact, slope: f64) -> f64 {
+        let of = |flow: &Flow| {
+            let pressed = one.law.value(0.0) * one.normal_norm;
+            flow.weight * (flow.friction_norm + pressed) / slope
+        };
+        one.flow.as_ref().map_or(0.0, of)
+    }
+
+    /// Where slip has no mass: how velocities that follow from forces change along rates of the places,
+    /// `mu'(|s|) N |s|' = R' - mu N'`.
+    pub fn accelerate_flows(&self, q: &[f64], rates: &[f64], acceleration: &mut [f64]) {
+        for one in &self.contacts {
+            let Some(flow) = &one.flow else { continue };
+            let still = [];
+            let [pressed, friction] = [&one.normal, &flow.friction].map(|of| of.value(q, &still));
+            let at_rest = one.law.value(0.0);
+            let speed = one.law.speed_at((friction - at_rest * pressed) / pressed);
+            let change = flow.friction.rate(rates, &still)
+                - one.law.value(speed) * one.normal.rate(rates, &still);
+            acceleration[flow.coordinate] = -one.sign * change / (one.law.slope(speed) * pressed);
+        }
     }
 
     /// Adds forces of the laws to a residual.

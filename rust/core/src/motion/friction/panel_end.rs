@@ -2,6 +2,7 @@
 
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
+use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::friction::series::law_series::UNIT;
 use crate::numerics::first_root::polynomial::ROW;
 use crate::numerics::first_root::search::{FirstRoot, Verdict};
@@ -12,7 +13,25 @@ const AT_KNOT: f64 = 1e-12;
 /// A crossing of a speed of a table nearer than this part of the panel is taken at its start.
 const AT_ONCE: f64 = 1e-9;
 
+/// Part of the sizes of its terms below which the normal force of a contact whose slip has no mass counts as zero: as it
+/// vanishes, the node relaxes ever faster, and panels would shrink without end.
+const PRESSED: f64 = 1e-6;
+
 impl LawMotion {
+    /// A contact whose slip has no mass and whose slip speed or normal force ends the phase at the start of the panel.
+    pub(super) fn end_of_flow(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
+        let mut contacts = operator.contacts.iter().zip(&self.contacts).enumerate();
+        contacts.find_map(|(place, (one, sliding))| {
+            one.flow.as_ref()?;
+            let Sliding { series, normal, at_origin_size, .. } = sliding;
+            if !(normal[0] > PRESSED * at_origin_size) {
+                return Some((place, LawEnd::Opening));
+            }
+            let level = !(series.slip[0] < one.law.rises_until()?);
+            level.then_some((place, LawEnd::Level))
+        })
+    }
+
     /// Takes the pieces of tables by the direction in which a slip speed leaves a border of two; whether some changed.
     pub(super) fn change_pieces(&mut self, operator: &LawOperator) -> bool {
         let mut changed = false;
@@ -57,6 +76,13 @@ impl LawMotion {
                     _ => None,
                 }
             };
+            let level = one.flow.as_ref().and_then(|_| one.law.rises_until());
+            if let Some(border) = level.filter(|border| border.is_finite())
+                && let Some(at) = root(border, true, first)
+            {
+                first = at;
+                (self.next, self.ends) = (None, Some((place, LawEnd::Level)));
+            }
             match &one.law {
                 FrictionLaw::Tabulated(table) => {
                     for (border, beyond) in borders(&table.speeds, series.piece) {
@@ -69,7 +95,7 @@ impl LawMotion {
                 FrictionLaw::Linear { at_rest, slope } if *slope < 0.0 => {
                     if let Some(at) = root(-at_rest / slope, true, first) {
                         first = at;
-                        (self.next, self.ends) = (None, Some(place));
+                        (self.next, self.ends) = (None, Some((place, LawEnd::Negative)));
                     }
                 }
                 _ => {}

@@ -3,6 +3,7 @@
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::SHARING;
+use crate::motion::friction::series::law_contact::{Flow, LawContact};
 use crate::motion::friction::small::Small;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Kernel, Lanes, group};
@@ -46,12 +47,15 @@ impl LawMotion {
     /// The recurrences of state, slip speed, normal force and law.
     pub(super) fn recur(&mut self, scene: &Scene, operator: &LawOperator) {
         let unit = self.unit;
-        match Small::new(self, operator) {
-            Ok(small) => unit.run(small),
-            Err(motion) => unit.run(Recurrences { motion, scene, operator }),
+        if !Small::new(self, operator).is_some_and(|small| unit.run(small)) {
+            unit.run(Recurrences { motion: self, scene, operator });
         }
         for (one, sliding) in operator.contacts.iter().zip(&mut self.contacts) {
             sliding.beyond = self.taylor.displacement(&one.normal, COEFFICIENTS).abs();
+            if let Some(flow) = &one.flow {
+                sliding.friction_beyond =
+                    self.taylor.displacement(&flow.friction, COEFFICIENTS).abs();
+            }
         }
     }
 
@@ -103,6 +107,9 @@ impl LawMotion {
             return [0.0; 4];
         };
         let one = &operator.contacts[i];
+        if let Some(flow) = &one.flow {
+            return self.flow(one, flow, i, k, middle);
+        }
         // The slip speed, and the normal force without those of laws.
         let mut slip = match (&operator.rows, one.slip.single()) {
             (Some(_), Some((1, place, weight))) => -one.sign * weight * products.velocity(place),
@@ -125,6 +132,41 @@ impl LawMotion {
             None => series.excess[0].mul_add(of_normal, known),
         };
         [left, right, excess, of_normal]
+    }
+
+    /// The same where slip has no mass: the force is known from its balance, and the slip speed follows.
+    fn flow(
+        &mut self,
+        one: &LawContact,
+        flow: &Flow,
+        i: usize,
+        k: usize,
+        middle: [f64; 2],
+    ) -> [f64; 4] {
+        let Self { taylor, contacts, .. } = self;
+        let Sliding { series, normal, force, at_origin, friction_at_origin, .. } = &mut contacts[i];
+        let mut friction = taylor.coefficient(&flow.friction, k);
+        normal[k] = taylor.coefficient(&one.normal, k);
+        if k == 0 {
+            friction += friction_at_origin[0];
+            normal[0] += *at_origin;
+        }
+        force[k] = friction - one.law.value(0.0) * normal[k];
+        // Without a normal force the phase ends here.
+        let (slip, of_lower) = if !(normal[0] > 0.0) {
+            (0.0, middle[0])
+        } else if k == 0 {
+            (one.law.speed_at(force[0] / normal[0]), 0.0)
+        } else {
+            let known = series.excess[0].mul_add(normal[k], middle[1]);
+            let (without, _) = series.extend(&one.law, k, 0.0, middle[0]);
+            let slip = ((force[k] - known) / normal[0] - without) / series.slope(&one.law);
+            (slip, middle[0])
+        };
+        let (excess, [left, right]) = series.extend(&one.law, k, slip, of_lower);
+        let still = if k == 0 { flow.slider_speed } else { 0.0 };
+        taylor.flow(flow.coordinate, k, still - one.sign * slip);
+        [left, right, excess, normal[k]]
     }
 
     /// The forces of laws of coupled contacts, and the normal forces that they led to.

@@ -37,33 +37,24 @@ pub(super) struct Small<'a> {
 
 impl<'a> Small<'a> {
     /// None of a motion that needs the general recurrences.
-    pub fn new(
-        motion: &'a mut LawMotion,
-        operator: &'a LawOperator,
-    ) -> Result<Self, &'a mut LawMotion> {
-        let slips = || {
-            let rows = operator.rows.as_ref().filter(|rows| rows.is_block())?;
-            let mut slips = [(0, 0.0); SHARING];
-            for (slip, one) in slips.iter_mut().zip(&operator.contacts) {
-                let (1, place, weight) = one.slip.single()? else { return None };
-                *slip = (place, -one.sign * weight);
-            }
-            let fits =
-                (1..=SHARING).contains(&operator.contacts.len()) && operator.response.is_none();
-            fits.then_some((rows, slips))
-        };
-        match slips() {
-            Some((rows, slips)) => Ok(Self { motion, operator, rows, slips }),
-            None => Err(motion),
+    pub fn new(motion: &'a mut LawMotion, operator: &'a LawOperator) -> Option<Self> {
+        let rows = operator.rows.as_ref().filter(|rows| rows.is_block())?;
+        let mut slips = [(0, 0.0); SHARING];
+        for (slip, one) in slips.iter_mut().zip(&operator.contacts) {
+            let (1, place, weight) = one.slip.single()? else { return None };
+            *slip = (place, -one.sign * weight);
         }
+        let fits = (1..=SHARING).contains(&operator.contacts.len()) && operator.response.is_none();
+        fits.then_some(Self { motion, operator, rows, slips })
     }
 }
 
 impl Kernel for Small<'_> {
-    type Output = ();
+    /// Whether the contacts fit; if not, the general recurrences are to be used.
+    type Output = bool;
 
     #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
+    fn run<S: Lanes>(self, simd: S) -> bool {
         match self.rows.states + 1 {
             2 => self.recur::<2, S>(simd),
             3 => self.recur::<3, S>(simd),
@@ -75,16 +66,16 @@ impl Kernel for Small<'_> {
 impl Small<'_> {
     /// With `T` groups of rows, the last one of normal forces and event functions.
     #[inline(always)]
-    fn recur<const T: usize, S: Lanes>(self, simd: S) {
+    fn recur<const T: usize, S: Lanes>(self, simd: S) -> bool {
         let Self { motion, operator, rows, slips } = self;
         let LawMotion { taylor, contacts, convolutions, products, base, .. } = motion;
         let ([convolutions], Some(first)) = (&mut convolutions[..], operator.contacts.first())
         else {
-            return;
+            return false;
         };
         let (of_first, of_second) = contacts.split_at_mut(1);
         let (Some(of_first), of_second) = (of_first.first_mut(), of_second.first_mut()) else {
-            return;
+            return false;
         };
         let mut second = operator.contacts.get(1).zip(of_second);
         let (columns, width) = (rows.columns.as_chunks::<T>().0, taylor.width);
@@ -169,6 +160,7 @@ impl Small<'_> {
         for (order, terms) in orders.iter().zip(terms.chunks_exact_mut(n)).skip(2) {
             terms.copy_from_slice(&pulp::bytemuck::cast_slice::<Group, f64>(order)[..n]);
         }
+        true
     }
 }
 

@@ -101,7 +101,7 @@ impl TaylorMotion {
         self.terms.resize(n * ORDERS, 0.0);
         self.residual.resize(n, 0.0);
         self.combined.resize(n, 0.0);
-        for &k in &operator.equation.reduction.kept {
+        for &k in &operator.equation.reduction.states {
             self.origin[k] = q[k];
             self.terms[n + k] = u[k] * operator.width;
         }
@@ -143,8 +143,12 @@ impl TaylorMotion {
                 force[k] = merges.iter().fold(of_row(k), merged).value();
             }
         }
-        let sizes =
-            operator.equation.reduction.kept.iter().map(|&k| operator.weight[k] * origin[k].abs());
+        let sizes = operator
+            .equation
+            .reduction
+            .states
+            .iter()
+            .map(|&k| operator.weight[k] * origin[k].abs());
         self.scale = operator.omega * sizes.fold(0.0, f64::max);
     }
 
@@ -160,11 +164,11 @@ impl TaylorMotion {
     /// Q_2 and up from Q_0 and Q_1.
     fn fill(&mut self, scene: &Scene, operator: &TaylorOperator) {
         let h = operator.width;
+        self.width = h;
         match &operator.dense {
             Some(rows) => self.by_rows(rows, h, 0..DEGREE, true),
             None => (0..DEGREE).for_each(|k| self.order(scene, operator, k, k == 0)),
         }
-        self.width = h;
         let scale = self.scale(operator);
         let tail = operator.tail(h) * self.last_norm(scene, operator);
         if tail > TRUNCATION * scale {
@@ -181,8 +185,7 @@ impl TaylorMotion {
         k: usize,
         forced: bool,
     ) {
-        let n = self.size;
-        let h = operator.width;
+        let (n, h) = (self.size, self.width);
         if let Some(rows) = &operator.dense {
             return self.by_rows(rows, h, k..k + 1, forced);
         }
@@ -247,6 +250,11 @@ impl TaylorMotion {
         [q, dq]
     }
 
+    /// The rate of a coordinate in order k, from which follows the next order of its place.
+    pub(crate) fn flow(&mut self, coordinate: usize, k: usize, rate: f64) {
+        self.terms[(k + 1) * self.size + coordinate] = self.width * rate / (k + 1) as f64;
+    }
+
     /// The norm of the state to which the terms left out are relative.
     pub(crate) fn scale(&self, operator: &TaylorOperator) -> f64 {
         (0..2).map(|k| self.term_norm(operator, k)).fold(self.scale, f64::max)
@@ -287,7 +295,7 @@ impl TaylorMotion {
         operator
             .equation
             .reduction
-            .kept
+            .states
             .iter()
             .map(|&i| {
                 let position = operator.omega * self.terms[k * n + i].abs();

@@ -61,7 +61,10 @@ impl TaylorOperator {
         let fitted = equation.fitted.clone();
         let scene = fitted.as_deref().unwrap_or(scene);
         let weight: Vec<f64> = (0..scene.size).map(|k| scene.mass.get(k, k).sqrt()).collect();
-        let dense = DenseRows::new(scene, &equation.reduction, equation.moving());
+        let dense = match equation.flowing() {
+            [] => DenseRows::new(scene, &equation.reduction, equation.moving()),
+            _ => None,
+        };
         let mut operator = Self {
             bordered: BorderedRows::new(scene, &equation, functions),
             equation,
@@ -73,9 +76,22 @@ impl TaylorOperator {
             sigma: 0.0,
             function_norms: Vec::new(),
         };
-        let (stiffness, damping) = operator.norms(scene);
+        let (mut stiffness, damping) = operator.norms(scene);
         // omega balances the two blocks; any positive one is valid.
-        operator.omega = if stiffness > 0.0 { stiffness.sqrt() } else { damping.max(1.0) };
+        let balanced =
+            |stiffness: f64| if stiffness > 0.0 { stiffness.sqrt() } else { damping.max(1.0) };
+        operator.omega = balanced(stiffness);
+        if !operator.equation.flowing().is_empty() {
+            // Any positive weight is valid as well: with that of the mass which the spring of the coordinate would swing at
+            // omega, it counts as much as the others.
+            for &k in operator.equation.flowing() {
+                let spring = scene.stiffness.get(k, k).abs();
+                operator.weight[k] =
+                    (if spring > 0.0 { spring } else { 1.0 }).sqrt() / operator.omega;
+            }
+            stiffness = operator.norms(scene).0;
+            operator.omega = balanced(stiffness);
+        }
         let sigma = operator.omega + damping;
         operator.width = if scene.coupled_mass.is_some() { TIGHT_WIDTH } else { WIDTH } / sigma;
         operator.sigma = sigma;
@@ -112,12 +128,17 @@ impl TaylorOperator {
         }
     }
 
+    /// The norm per displacement of a coordinate, where mass couples no coordinates.
+    pub fn weight_of(&self, coordinate: usize) -> f64 {
+        self.omega * self.weight[coordinate]
+    }
+
     /// The norm of a state with these absolute values of q and q', where mass couples no coordinates.
     pub fn largest(&self, [q, u]: &[Vec<f64>; 2]) -> f64 {
-        let kept = self.equation.reduction.kept.iter();
+        let states = self.equation.reduction.states.iter();
         let of = |&k: &usize| self.weight[k] * (self.omega * q[k]).max(u[k]);
         // Beyond the range of numbers, `max` would pass over what is none.
-        kept.map(of).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+        states.map(of).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
     }
 
     /// omega of the norm.
@@ -150,7 +171,11 @@ impl TaylorOperator {
         let reduction = &self.equation.reduction;
         let norm = |matrix: &SparseMatrix| -> f64 {
             let sum = |row: usize| -> f64 {
-                let entries = matrix.row(row).filter(|entry| reduction.place(entry.0).is_some());
+                let moves = |k: usize| {
+                    reduction.place(k).is_some()
+                        || self.weight[k] > 0.0 && self.equation.flowing().contains(&k)
+                };
+                let entries = matrix.row(row).filter(|entry| moves(entry.0));
                 entries.map(|(k, value)| value.abs() / self.weight[k]).sum()
             };
             let of_row = |i: usize| -> f64 {

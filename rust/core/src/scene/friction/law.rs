@@ -47,7 +47,44 @@ pub struct Table {
     pub pieces: Vec<[f64; 4]>,
 }
 
+/// Part of the rise of a bounded law from which on it counts as level.
+const LEVEL: f64 = 1e-2;
+/// Halvings after which no interval of numbers is left.
+const STEPS: usize = 200;
+
 impl Table {
+    /// The slip speed from which on its last piece is level; None if it falls or is level before.
+    fn rises_until(&self) -> Option<f64> {
+        let (&last, rising) = self.speeds.split_last()?;
+        let mut end = last;
+        for (place, &speed) in rising.iter().enumerate() {
+            let [_, b, c, d] = self.pieces[place];
+            let width = self.speeds[place + 1] - speed;
+            let slope = |x: f64| b + x * (2.0 * c + 3.0 * x * d);
+            let turn = (-c / (3.0 * d)).clamp(0.0, width);
+            let least = if d == 0.0 { b } else { b.min(slope(turn)) };
+            if place + 1 < rising.len() {
+                if !(least.min(slope(width)) > 0.0) {
+                    return None;
+                }
+            } else if !(b > 0.0) {
+                return None;
+            } else {
+                // The slope falls to that of the level part; it is a parabola.
+                let (mut low, mut high) = (0.0, width);
+                for _ in 0..STEPS {
+                    let middle = 0.5 * (low + high);
+                    if slope(middle) > LEVEL * b { low = middle } else { high = middle }
+                }
+                if !(slope(turn.min(low)) > 0.0) {
+                    return None;
+                }
+                end = speed + low;
+            }
+        }
+        Some(end)
+    }
+
     /// The piece that holds at a speed; at the border of two the one above it.
     pub fn piece(&self, speed: f64) -> usize {
         self.speeds.partition_point(|&knot| knot <= speed).max(1) - 1
@@ -136,6 +173,74 @@ impl FrictionLaw {
             Self::Rational { at_rest, kinetic, .. } => at_rest > kinetic,
             Self::Tabulated(table) => table.pieces.windows(2).any(|pair| pair[1][0] < pair[0][0]),
         }
+    }
+
+    /// The slip speed up to which mu rises: its slope is positive from rest on, and beyond that speed less than about `LEVEL`
+    /// of its rise is left. Infinite where it rises without end; None if it falls or is level before.
+    pub(crate) fn rises_until(&self) -> Option<f64> {
+        let end = match self {
+            Self::Linear { .. } => f64::INFINITY,
+            // Its slope lies between that at rest and the viscous one.
+            Self::Stribeck { viscous, .. } if *viscous > 0.0 => f64::INFINITY,
+            Self::Stribeck { speed, .. } => -speed * LEVEL.ln(),
+            Self::Rational { speed, .. } => speed / LEVEL,
+            Self::Tabulated(table) => table.rises_until()?,
+        };
+        (self.slope(0.0) > 0.0).then_some(end)
+    }
+
+    /// `mu(|s|) - mu(0)`
+    pub(crate) fn excess(&self, speed: f64) -> f64 {
+        match self {
+            Self::Linear { slope, .. } => slope * speed,
+            Self::Stribeck { at_rest, kinetic, speed: scale, viscous } => {
+                (at_rest - kinetic) * (-speed / scale).exp_m1() + viscous * speed
+            }
+            Self::Rational { at_rest, kinetic, speed: scale } => {
+                (kinetic - at_rest) * (speed / scale) / (1.0 + speed / scale)
+            }
+            Self::Tabulated(table) => match table.pieces[0] {
+                [_, b, c, d] if table.piece(speed) == 0 => speed * (b + speed * (c + speed * d)),
+                [at_rest, ..] => self.value(speed) - at_rest,
+            },
+        }
+    }
+
+    /// The slip speed at which a law that rises has this `mu(|s|) - mu(0)`, at most the one up to which it rises; somewhat below
+    /// 0 where the excess is.
+    pub(crate) fn speed_at(&self, excess: f64) -> f64 {
+        let Some(end) = self.rises_until() else { return f64::NAN };
+        let guess = excess / self.slope(0.0);
+        if let Self::Linear { .. } = self {
+            return guess;
+        }
+        if !(excess > 0.0) {
+            // Rounding: the law goes on as it begins.
+            return guess;
+        }
+        let (mut low, mut high) = (0.0, guess.min(end));
+        while self.excess(high) < excess {
+            if high >= end {
+                return end;
+            }
+            (low, high) = (high, (2.0 * high).min(end));
+        }
+        let mut speed = high;
+        for _ in 0..STEPS {
+            let off = self.excess(speed) - excess;
+            if off > 0.0 {
+                high = speed;
+            } else {
+                low = speed;
+            }
+            let next = speed - off / self.slope(speed);
+            let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
+            if next == speed {
+                break;
+            }
+            speed = next;
+        }
+        speed
     }
 
     /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.

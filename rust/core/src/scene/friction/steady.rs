@@ -16,11 +16,19 @@ use crate::scene::status::{Combination, Status};
 impl Scene {
     /// The same scene with laws of friction over slip speed, one entry per contact; None where it is constant. `friction`
     /// of the contacts has to be their law at rest.
-    pub fn with_friction_laws(mut self, laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
-        for (contact, law) in laws.iter().enumerate() {
-            let Some(law) = law else { continue };
+    ///
+    /// Where slip has no mass, the slip speed follows from the friction force by a law that rises; one that falls is refused,
+    /// and one that is constant is a number.
+    pub fn with_friction_laws(mut self, mut laws: Vec<Option<FrictionLaw>>) -> Result<Self, Error> {
+        for (contact, given) in laws.iter_mut().enumerate() {
+            let Some(law) = given else { continue };
             law.validate(contact)?;
-            if !self.contacts[contact].tangential_has_mass() {
+            if self.contacts[contact].tangential_has_mass() {
+                continue;
+            }
+            if law.linear() == Some(0.0) {
+                *given = None;
+            } else if law.rises_until().is_none() {
                 return Err(Error::LawWithoutMass { contact, falls: law.falls() });
             }
         }
@@ -46,6 +54,36 @@ impl Scene {
         let statuses = combination.statuses().iter().enumerate();
         let sliding = statuses.filter(|(_, status)| status.is_sliding());
         sliding.filter_map(|(contact, _)| Some((contact, self.friction_law(contact)?)))
+    }
+
+    /// Those of them whose slip has no mass, so that their tangential coordinate is a state of first order.
+    pub(crate) fn flowing<'a>(
+        &'a self,
+        combination: &'a Combination,
+    ) -> impl Iterator<Item = (usize, &'a FrictionLaw)> {
+        self.sliding_by_law(combination).filter(|of| !self.contacts[of.0].tangential_has_mass())
+    }
+
+    /// Whether slip of a contact follows from its friction force by a law, without mass.
+    pub(crate) fn flows(&self, contact: usize) -> bool {
+        self.friction_law(contact).is_some() && !self.contacts[contact].tangential_has_mass()
+    }
+
+    /// The velocity of the tangential coordinate of such a contact that slides in a direction, from the balance of its forces:
+    ///
+    /// ```text
+    /// mu(|s|) N = sigma (K q - F)_t,   q_t' = v - sigma |s|,   sigma = T / (mu N)
+    /// ```
+    pub(crate) fn flow_rate(&self, contact: usize, status: Status, q: &[f64]) -> f64 {
+        let own = &self.contacts[contact];
+        let Some(law) = self.friction_law(contact) else { return own.slider_speed };
+        let sign = status.friction_sign();
+        let reaction = |row: usize| self.stiffness.row_dot(row, q) - self.force[row];
+        let (friction, normal) = (sign * reaction(own.tangential), reaction(own.normal));
+        if !(normal > 0.0) {
+            return own.slider_speed;
+        }
+        own.slider_speed - sign * law.speed_at((friction - law.value(0.0) * normal) / normal)
     }
 
     /// The coefficient of kinetic friction of a contact at its slip velocity in a state.

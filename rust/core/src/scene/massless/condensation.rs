@@ -31,6 +31,8 @@ pub(crate) struct Condensed {
     closed: Vec<usize>,
     /// Coordinate and speed of sticking contacts.
     sticking: Vec<(usize, f64)>,
+    /// Contacts that slide by laws, whose coordinates are states of first order; with their statuses.
+    flowing: Vec<(usize, Status)>,
     parts: Vec<Elimination>,
 }
 
@@ -55,11 +57,19 @@ struct Elimination {
 impl Scene {
     /// The scene whose coordinates move by themselves in a combination: without coordinates that follow from their rows, or in
     /// the coordinates of the combination if directions depend on each other. If friction depends on slip speed, it is
-    /// the scene of small motions about steady sliding.
+    /// the scene of small motions about steady sliding, which has to be of second order.
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
+        match self.flowing(combination).next() {
+            Some((contact, _)) => Err(Error::FirstOrderModes { contact }),
+            None => self.resting(combination),
+        }
+    }
+
+    /// The same for states of rest, which need no mass.
+    pub(crate) fn resting(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
         if self.has_friction_laws() {
             let linear = self.linearised(combination)?.into_owned();
-            return Ok(Cow::Owned(linear.moving(combination)?.into_owned()));
+            return Ok(Cow::Owned(linear.resting(combination)?.into_owned()));
         }
         Ok(match Condensed::new(self, combination)? {
             Some(condensed) => Cow::Owned(condensed.scene),
@@ -76,6 +86,9 @@ impl Condensed {
         }
         let (mut closed, mut sticking) = (Vec::new(), Vec::new());
         let mut merged = vec![None; scene.size];
+        let flowing: Vec<(usize, Status)> =
+            scene.flowing(combination).map(|(i, _)| (i, combination.statuses()[i])).collect();
+        let flows = |k: usize| flowing.iter().any(|&(i, _)| scene.contacts[i].tangential == k);
         for (law, &status) in scene.contacts.iter().zip(combination.statuses()) {
             if law.normal_has_mass() || !status.is_closed() {
                 continue;
@@ -86,11 +99,12 @@ impl Condensed {
             }
             if status == Status::Sticking {
                 sticking.push((law.tangential, law.slider_speed));
-            } else {
+            } else if !flows(law.tangential) {
                 merged[law.tangential] = Some((law.normal, -status.friction_sign() * law.friction));
             }
         }
-        let held = |k: usize| closed.contains(&k) || sticking.iter().any(|stick| stick.0 == k);
+        let held =
+            |k: usize| closed.contains(&k) || flows(k) || sticking.iter().any(|stick| stick.0 == k);
         let mut parts = Vec::new();
         let mut followers = Vec::new();
         for group in &scene.massless.groups {
@@ -142,7 +156,6 @@ impl Condensed {
             size: scene.size,
             dofs: scene.dofs,
             contacts: scene.contacts.clone(),
-            // Their contacts slip with mass.
             laws: scene.laws.clone(),
             impact_friction: scene.impact_friction,
             coordinates: scene.coordinates.clone(),
@@ -161,7 +174,7 @@ impl Condensed {
             drive: scene.drive.clone(),
             bare: scene.bare.clone(),
         };
-        Ok(Some(Self { scene: condensed, followers, closed, sticking, parts }))
+        Ok(Some(Self { scene: condensed, followers, closed, sticking, flowing, parts }))
     }
 
     /// Sets the places and velocities of the coordinates without mass, of those that follow and of those that contacts hold.
@@ -172,6 +185,9 @@ impl Condensed {
         self.sticking.iter().for_each(|&(k, speed)| u[k] = speed);
         for Follower { coordinate, constant, terms } in &self.followers {
             q[*coordinate] = terms.iter().fold(*constant, |sum, &(k, weight)| sum + weight * q[k]);
+        }
+        for &(contact, status) in &self.flowing {
+            u[self.scene.contacts[contact].tangential] = self.scene.flow_rate(contact, status, q);
         }
         self.complete_rates(u);
     }
@@ -249,6 +265,9 @@ fn eliminated(
             || scene.contacts.iter().zip(combination.statuses()).any(|(law, &status)| {
                 law.tangential == k && status == Status::Sticking && !law.tangential_has_mass()
             })
+            || scene
+                .flowing(combination)
+                .any(|(contact, _)| scene.contacts[contact].tangential == k)
     };
     let mut others: Vec<usize> = rows
         .iter()

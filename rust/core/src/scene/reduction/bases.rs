@@ -61,6 +61,8 @@ pub struct Reduction {
     pub merges: Vec<RowMerge>,
     /// Coordinate and speed, m/s, of every contact that sticks, and of every switched load.
     pub sticking: Vec<(usize, f64)>,
+    /// The coordinates left free, and after them those without mass that slide by laws, which are states of first order.
+    pub states: Vec<usize>,
     /// The place of each coordinate among those kept.
     places: Vec<Option<usize>>,
     /// Whether the motion depends on how the forces of closed contacts are split, which nothing determines.
@@ -127,7 +129,8 @@ impl Reduction {
         kept.iter().enumerate().for_each(|(place, &k)| places[k] = Some(place));
         if !scene.dependents.is_empty() {
             let (merges, is_split) = dependent_merges(scene, statuses, &places, friction);
-            return Self { kept, merges, sticking, places, is_split };
+            let states = kept.clone();
+            return Self { kept, merges, sticking, states, places, is_split };
         }
         let mut merges: Vec<RowMerge> = scene
             .contacts
@@ -142,7 +145,10 @@ impl Reduction {
             })
             .collect();
         merges.sort_unstable_by_key(|merge| merge.position);
-        Self { kept, merges, sticking, places, is_split: false }
+        let flowing =
+            scene.flowing(combination).map(|(contact, _)| scene.contacts[contact].tangential);
+        let states = kept.iter().copied().chain(flowing.filter(|&k| places[k].is_none())).collect();
+        Self { kept, merges, sticking, states, places, is_split: false }
     }
 
     /// m, the number of coordinates left free.

@@ -142,7 +142,7 @@ impl Scene {
             return Ok(statics.steady(combination, reduced.stiffness));
         }
         scene.check_combination(combination)?;
-        let moving = scene.moving(combination)?;
+        let moving = scene.resting(combination)?;
         let reduction = Reduction::new(&moving, combination).checked(combination)?;
         let statics = Statics::in_bases(scene, combination, &reduction)?;
         let rest = || {

@@ -59,7 +59,7 @@ impl Statics {
 
     /// The same without the dense matrices of the combination.
     pub fn of(scene: &Scene, combination: &Combination) -> Result<Self, Error> {
-        let moving = scene.moving(combination)?;
+        let moving = scene.resting(combination)?;
         let reduction = Reduction::new(&moving, combination).checked(combination)?;
         Self::in_bases(scene, combination, &reduction)
     }
@@ -70,7 +70,7 @@ impl Statics {
         reduction: &Reduction,
     ) -> Result<Self, Error> {
         let condensed = Condensed::new(scene, combination)?;
-        let scene = &*scene.moving(combination)?;
+        let scene = &*scene.resting(combination)?;
         let (m, statuses) = (reduction.size(), combination.statuses());
         let mut rows = DMatrix::zeros(statuses.len(), m);
         let mut offsets = vec![0.0; statuses.len()];

@@ -68,9 +68,9 @@ impl PhaseSearch {
             let last = motion.start() + width >= remaining;
             let end = if last { ((remaining - motion.start()) / width).min(1.0) } else { 1.0 };
             if !self.on_panel.panel.is_bounded() {
-                if let Some(contact) = motion.exhausted() {
+                if let Some((contact, end)) = motion.exhausted() {
                     let time = run.time.after(motion.start()).seconds;
-                    let failure = RunFailure::NegativeFriction { contact, time };
+                    let failure = end.failure(contact, time);
                     return stop(run, motion, 0.0, StopReason::Failed(failure));
                 }
                 return stop_unbounded(run, motion.start());

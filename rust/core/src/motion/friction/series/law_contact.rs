@@ -19,6 +19,30 @@ pub(crate) struct LawContact {
     pub slip_norm: f64,
     pub normal_norm: f64,
     pub force_norm: f64,
+    /// Where slip has no mass.
+    pub flow: Option<Flow>,
+}
+
+/// A contact whose tangential coordinate has no mass and is a state of first order: its slip speed follows from
+///
+/// ```text
+/// mu(|s|) N = R = sigma (K q - F)_t,   q_t' = v - sigma |s|
+/// ```
+///
+/// in every order k of the series, as `mu'(S_0) N_0 S_k = R_k - mu(0) N_k - (terms of lower orders of S)`.
+#[derive(Debug)]
+pub(crate) struct Flow {
+    pub coordinate: usize,
+    /// v
+    pub slider_speed: f64,
+    /// R
+    pub friction: Functional,
+    /// Change of R per displacement of the coordinate, in the direction of R.
+    pub spring: f64,
+    /// Bound of R per norm of a state.
+    pub friction_norm: f64,
+    /// The norm per displacement of the coordinate.
+    pub weight: f64,
 }
 
 impl LawContact {

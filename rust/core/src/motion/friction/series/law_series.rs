@@ -122,6 +122,59 @@ impl LawSeries {
         (of_order, [left, of_inner])
     }
 
+    /// The factor of S_k in the coefficient of order k > 0, `mu'(S_0)`.
+    pub fn slope(&self, law: &FrictionLaw) -> f64 {
+        let Self { slip, inner, piece, .. } = self;
+        match law {
+            FrictionLaw::Linear { slope, .. } => *slope,
+            FrictionLaw::Stribeck { at_rest, kinetic, speed, viscous } => {
+                viscous - (at_rest - kinetic) / speed * inner[0]
+            }
+            FrictionLaw::Rational { at_rest, kinetic, speed } => {
+                -(at_rest - kinetic) / speed * inner[0] * inner[0]
+            }
+            FrictionLaw::Tabulated(table) => {
+                let [_, b, c, d] = table.pieces[*piece];
+                let x = slip[0] - table.speeds[*piece];
+                b + x * (2.0 * c + 3.0 * x * d)
+            }
+        }
+    }
+
+    /// A bound from below of `mu'(S)` on the panel, also where S is off by `beyond`.
+    pub fn least_slope(&self, law: &FrictionLaw, beyond: f64) -> f64 {
+        let wide = self.range() + beyond;
+        let (low, high) = (self.slip[0] - wide, self.slip[0] + wide);
+        let least = match law {
+            FrictionLaw::Linear { slope, .. } => *slope,
+            // These slopes are monotone.
+            FrictionLaw::Stribeck { .. } => law.slope(low).min(law.slope(high)),
+            FrictionLaw::Rational { speed, .. } if low <= -speed => f64::NEG_INFINITY,
+            FrictionLaw::Rational { .. } => law.slope(low).min(law.slope(high)),
+            FrictionLaw::Tabulated(table) => {
+                let [_, b, c, d] = table.pieces[self.piece];
+                let slope = |x: f64| b + x * (2.0 * c + 3.0 * x * d);
+                let [low, high] = [low, high].map(|speed| speed - table.speeds[self.piece]);
+                let ends = slope(low).min(slope(high));
+                let turn = -c / (3.0 * d);
+                if d > 0.0 && low < turn && turn < high { ends.min(slope(turn)) } else { ends }
+            }
+        };
+        least * (1.0 - 1e-9)
+    }
+
+    /// A distance from the polynomial of S in which Lipschitz bounds are taken where slip has no mass.
+    pub fn tube(&self, law: &FrictionLaw) -> f64 {
+        match law {
+            FrictionLaw::Linear { .. } => f64::MAX,
+            FrictionLaw::Stribeck { .. } | FrictionLaw::Rational { .. } => 1e-3 * self.reach(law),
+            FrictionLaw::Tabulated(table) => {
+                let [low, high] = [0, 1].map(|i| table.speeds.get(self.piece + i).copied());
+                1e-3 * (high.unwrap_or(f64::NAN) - low.unwrap_or(f64::NAN))
+            }
+        }
+    }
+
     /// How far S may move from S_0 on a panel.
     pub fn reach(&self, law: &FrictionLaw) -> f64 {
         match law {

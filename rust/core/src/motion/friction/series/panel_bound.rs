@@ -46,6 +46,8 @@ pub(crate) struct ContactBounds {
     pub cut: f64,
     pub round: f64,
     pub gain: f64,
+    /// Where slip has no mass: the change of its speed per error of the force that it follows from.
+    pub by_force: f64,
 }
 
 impl ContactBounds {

@@ -1,0 +1,333 @@
+"""Laws of friction that rise with slip speed where slip has no mass: a motion of first order."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from mpmath import mp
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import stickslip as ss
+from return_map import assert_multipliers
+from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
+
+#: Slope of a law, s/m, slider speed, m/s, given normal force, N, and spring of a node, N/m.
+SLOPE, SPEED, PRESSED, SPRING = 0.3, 0.2, 10.0, 700.0
+LINEAR = Linear(0.4, SLOPE)
+LAWS = [
+    LINEAR,
+    Stribeck(0.5, 0.3, 0.1, viscous=2.5),
+    Stribeck(0.3, 0.6, 0.3),
+    Rational(0.3, 0.5, 0.1),
+    Tabulated([0.0, 0.1, 0.3, 2.0], [0.3, 0.35, 0.5, 1.4]),
+]
+
+
+def block(law: Law | float, **changes) -> ss.Scene:
+    """Return a mass of 1 kg with a node on a belt, under a given normal force."""
+    given = {"normal_force": PRESSED, "slider_speed": SPEED, "tangential_stiffness": SPRING}
+    loads = changes.pop("loads", ())
+    node = ss.Contact(tangential=0, friction=law, **{**given, **changes})
+    return ss.Scene([1.0], [[100.0]], damping=[[0.4]], contacts=[node], loads=loads)
+
+
+def slip_speed(law: Law, friction: float, pressed: float) -> float:
+    """Return the slip speed at which a law has a friction force, of its sign; 0 where the force holds."""
+    excess = abs(friction) / pressed - law.coefficient(0.0)
+    if excess <= 0.0:
+        return 0.0
+    top = 2.0 if isinstance(law, Tabulated) else 1e3
+    speed = brentq(
+        lambda s: law.coefficient(s) - law.coefficient(0.0) - excess, 0.0, top, xtol=1e-17, rtol=1e-15
+    )
+    return float(np.copysign(speed, friction))
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_slip_agrees_with_an_integrator(law):
+    scene = block(law)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.6})
+    run = ss.simulate(scene, start, 3.0)
+    assert run.events.time.size >= 2
+
+    def rate(_: float, y: np.ndarray, slides: bool) -> list[float]:
+        place, velocity, node = y
+        friction = SPRING * (node - place)
+        slip = slip_speed(law, friction, PRESSED) if slides else 0.0
+        return [velocity, friction - 100.0 * place - 0.4 * velocity, SPEED - slip]
+
+    friction = float(run.sample([0.0]).friction_force.values[0, 0])
+    y = np.array([start.position[0], start.velocity[0], start.position[0] + friction / SPRING])
+    instants = [0.0, *run.events.time[run.events.time < 0.8], 0.8]
+    for begin, end in pairwise(instants):
+        slides = run.state(0.5 * (begin + end)).combination != "s"
+        path = solve_ivp(rate, (begin, end), y, method="DOP853", rtol=1e-13, atol=1e-15, args=(slides,))
+        y = path.y[:, -1]
+        state = run.state(end)
+        force = run.sample([end]).friction_force.values[0, 0]
+        found = [*state.position, *state.velocity, state.position[0] + force / SPRING]
+        np.testing.assert_allclose(found, y, rtol=0.0, atol=1e-11)
+    # Works of some joules.
+    assert abs(run.balance().residual) < 1e-12
+    sample = run.energy(np.linspace(0.01, 3.0, 60))
+    powers = sample.contact_power.sum("contact") + sample.external_power - sample.damping_power
+    np.testing.assert_allclose(sample.energy_rate, powers, atol=1e-11)
+
+
+def test_a_node_without_mass_relaxes_exponentially():
+    """With `k q + mu(|s|) N = 0` and a linear law of slope m, `q' = v - (k q / N - mu_0) / m`."""
+    k, pressed, at_rest, slope, speed, start = 50.0, 4.0, 0.3, 0.5, 0.2, 0.02
+    law = Linear(at_rest, slope)
+    contact = ss.Contact(tangential=1, normal_force=pressed, friction=law, slider_speed=speed)
+    scene = ss.Scene([1.0, 0.0], np.diag([100.0, k]), contacts=[contact])
+    run = ss.simulate(scene, ss.State([0.1, start], [0.0, 0.0], "s"), 1.0)
+    onset = (at_rest * pressed / k - start) / speed
+    assert list(run.events.kind) == ["slip+"]
+    assert run.events.time[0] == pytest.approx(onset, abs=4.0 * np.finfo(float).eps)
+    last = pressed * (at_rest + slope * speed) / k
+    for time in (0.05, 0.1, 0.4, 0.9):
+        gone = np.exp(-k / (slope * pressed) * (time - onset))
+        state = run.state(time)
+        assert state.position[1] == pytest.approx(last + (at_rest * pressed / k - last) * gone, abs=1e-16)
+        rate = (last - at_rest * pressed / k) * k / (slope * pressed) * gone
+        assert state.velocity[1] == pytest.approx(rate, abs=1e-14)
+        assert state.position[0] == pytest.approx(0.1 * np.cos(10.0 * time), abs=1e-15)
+
+
+def test_a_stribeck_law_agrees_with_thirty_digits():
+    law = LAWS[1]
+    scene = block(law)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": -0.1})
+    run = ss.simulate(scene, start, 0.05)
+    assert run.events.time.size == 0
+    friction = float(run.sample([0.0]).friction_force.values[0, 0])
+    with mp.workdps(30):
+        falling, scale = mp.mpf(law.static) - mp.mpf(law.kinetic), mp.mpf(law.speed)
+        wanted = mp.mpf(friction) / mp.mpf(PRESSED) - mp.mpf(law.kinetic)
+
+        def coefficient(speed):
+            return falling * mp.exp(-speed / scale) + mp.mpf(law.viscous) * speed
+
+        def rate(_, y):
+            # The slip speed is an entry in place of the node: `mu'(|s|) N |s|' = k (v - |s| - x')`.
+            place, velocity, speed = y
+            force = mp.mpf(PRESSED) * (mp.mpf(law.kinetic) + coefficient(speed))
+            slope = mp.mpf(law.viscous) - falling / scale * mp.exp(-speed / scale)
+            faster = SPRING * (mp.mpf(SPEED) - speed - velocity) / (slope * mp.mpf(PRESSED))
+            return [velocity, force - 100 * place - mp.mpf(0.4) * velocity, faster]
+
+        first = mp.findroot(lambda speed: coefficient(speed) - wanted, mp.mpf(SPEED))
+        path = mp.odefun(rate, 0, [mp.mpf(start.position[0]), mp.mpf(start.velocity[0]), first])
+        expected = [float(entry) for entry in path(mp.mpf(0.05))[:2]]
+    state = run.state(0.05)
+    np.testing.assert_allclose([*state.position, *state.velocity], expected, rtol=0.0, atol=4e-16)
+
+
+def test_a_mass_that_vanishes_has_the_same_motion():
+    law = LINEAR
+    nodes = block(law)
+    rest = ss.sliding_equilibrium(nodes)
+    expected = ss.simulate(nodes, rest.perturbed(velocity={"x1": 0.15}), 0.06)
+    steady = law.coefficient(SPEED) * PRESSED / SPRING
+    differences = []
+    for mass in (1e-5, 1e-6, 1e-7):
+        contact = ss.Contact(tangential=1, normal_force=PRESSED, friction=law, slider_speed=SPEED)
+        stiffness = [[100.0 + SPRING, -SPRING], [-SPRING, SPRING]]
+        scene = ss.Scene([1.0, mass], stiffness, damping=np.diag([0.4, 0.0]), contacts=[contact])
+        start = ss.State([rest.position[0], rest.position[0] + steady], [0.15, 0.0], "+")
+        run = ss.simulate(scene, start, 0.06)
+        differences.append(abs(run.state(0.06).velocity[0] - expected.state(0.06).velocity[0]))
+    assert differences[0] < 1e-3
+    # In proportion to the mass.
+    assert differences[1] == pytest.approx(0.1 * differences[0], rel=0.05)
+    assert differences[2] == pytest.approx(0.01 * differences[0], rel=0.05)
+
+
+def test_static_friction_above_the_law_begins_slip_at_a_finite_speed():
+    run = ss.simulate(block(LINEAR, static_friction=0.5), ss.State([0.0], [0.0], "s"), 4.0)
+    assert run.events.kind[0] == "slip+"
+    onset = run.events.time[0]
+    sample = run.sample([onset])
+    assert sample.friction_force.values[0, 0] == pytest.approx(0.5 * PRESSED, rel=1e-12)
+    # 0.5 = 0.4 + 0.3 |s|
+    power = run.energy([onset]).wear_power.values[0, 0]
+    assert power == pytest.approx(PRESSED * 0.1 / SLOPE, rel=1e-9)
+
+
+def test_normal_force_of_a_spring_agrees_with_an_integrator():
+    normal_spring = 900.0
+    contact = ss.Contact(
+        tangential=0,
+        normal=1,
+        friction=LINEAR,
+        slider_speed=SPEED,
+        tangential_stiffness=SPRING,
+        normal_stiffness=normal_spring,
+    )
+    stiffness, damping = np.array([[100.0, -40.0], [-40.0, 300.0]]), np.array([0.4, 0.8])
+    force = np.array([0.0, -12.0])
+    scene = ss.Scene([1.0, 1.5], stiffness, damping=np.diag(damping), force=force, contacts=[contact])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.1, "x2": -0.05})
+    run = ss.simulate(scene, start, 2.0)
+
+    def rate(_: float, y: np.ndarray) -> list[float]:
+        friction, pressed = SPRING * (y[4] - y[0]), -normal_spring * y[1]
+        rest = force - stiffness @ y[:2] - damping * y[2:4] + [friction, pressed]
+        return [*y[2:4], rest[0], rest[1] / 1.5, SPEED - slip_speed(LINEAR, friction, pressed)]
+
+    friction = float(run.sample([0.0]).friction_force.values[0, 0])
+    y = np.r_[start.position, start.velocity, start.position[0] + friction / SPRING]
+    instants = [0.0, *run.events.time, 2.0]
+    for begin, end in pairwise(instants):
+        path = solve_ivp(rate, (begin, end), y, method="DOP853", rtol=1e-13, atol=1e-15, max_step=0.05)
+        y = path.y[:, -1]
+    state = run.state(2.0)
+    np.testing.assert_allclose([*state.position, *state.velocity], y[:4], rtol=0.0, atol=1e-11)
+    assert abs(run.balance().residual) < 1e-12
+
+
+def boundary(laws: list[Law | float]) -> ss.Scene:
+    """Return two masses, each tied to a dof without mass on a belt; springs tie these to each other."""
+    stiffness = np.array(
+        [
+            [300.0, 0.0, -200.0, 0.0],
+            [0.0, 400.0, 0.0, -250.0],
+            [-200.0, 0.0, 500.0, -120.0],
+            [0.0, -250.0, -120.0, 600.0],
+        ]
+    )
+    contacts = [
+        ss.Contact(tangential=2, normal_force=8.0, friction=laws[0], slider_speed=0.2),
+        ss.Contact(tangential=3, normal_force=6.0, friction=laws[1], slider_speed=0.1),
+    ]
+    damping = np.diag([0.4, 0.6, 0.0, 0.0])
+    return ss.Scene([1.0, 1.5, 0.0, 0.0], stiffness, damping=damping, contacts=contacts)
+
+
+def test_contacts_that_springs_tie_agree_with_an_integrator():
+    scene = boundary([LINEAR, LINEAR])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.8, "x2": -0.7})
+    run = ss.simulate(scene, start, 2.5)
+    assert run.events.time.size > 10
+
+    def rate(_: float, y: np.ndarray) -> np.ndarray:
+        forces = scene.stiffness @ y[:4]
+        given = zip(forces[2:], (8.0, 6.0), (0.2, 0.1), strict=True)
+        slips = [speed - slip_speed(LINEAR, friction, pressed) for friction, pressed, speed in given]
+        return np.r_[y[4:], slips, (-forces[:2] - np.array([0.4, 0.6]) * y[4:]) / [1.0, 1.5]]
+
+    y = np.r_[start.position, start.velocity[:2]]
+    instants = [0.0, *run.events.time, 2.5]
+    for begin, end in pairwise(instants):
+        if end > begin:
+            path = solve_ivp(rate, (begin, end), y, method="DOP853", rtol=1e-13, atol=1e-15, max_step=0.05)
+            y = path.y[:, -1]
+    state = run.state(2.5)
+    np.testing.assert_allclose([*state.position, *state.velocity[:2]], y, rtol=0.0, atol=1e-11)
+    assert abs(run.balance().residual) < 1e-12
+
+
+@pytest.mark.parametrize("laws", [[LINEAR, 0.5], [LAWS[3], LINEAR], [0.5, LAWS[1]]], ids=repr)
+def test_energy_closes_beside_other_contacts_without_mass(laws):
+    scene = boundary(laws)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.1, "x2": -0.7})
+    run = ss.simulate(scene, start, 4.0)
+    assert run.events.time.size > 3
+    assert abs(run.balance().residual) < 1e-12
+
+
+def test_a_motion_goes_on_from_its_states():
+    scene = block(LINEAR)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.6})
+    run = ss.simulate(scene, start, 1.0)
+    for phase in (0, 1, 2):
+        begin = 0.5 * (np.r_[0.0, run.events.time][phase] + run.events.time[phase])
+        later = ss.simulate(scene, run.state(begin), 1.0 - begin)
+        np.testing.assert_allclose(later.events.time + begin, run.events.time[phase:], rtol=0.0, atol=1e-14)
+
+
+def test_switched_loads_change_the_slip_speed_at_once():
+    contact = ss.Contact(tangential=1, normal_force=4.0, friction=LINEAR, slider_speed=SPEED)
+    loads = [ss.Steps({"x2": 1.0}, times=[0.1, 0.2], values=[0.0, 0.5, 5.0])]
+    scene = ss.Scene([1.0, 0.0], np.diag([100.0, 50.0]), contacts=[contact], loads=loads)
+    run = ss.simulate(scene, ss.State([0.0, 0.037], [0.0, 0.0], "+"), 0.3)
+    assert list(run.events.kind).count("load") == 2
+    for time in (0.1, 0.2):
+        before, after = (run.state(instant).position[1] for instant in (time - 1e-12, time))
+        assert after == pytest.approx(before, abs=1e-11)
+    assert abs(run.balance().residual) < 1e-12
+
+
+@pytest.mark.parametrize("law", [LINEAR, LAWS[1], LAWS[3]], ids=repr)
+def test_multipliers_are_those_of_differenced_runs(law):
+    contacts = [
+        ss.Contact(tangential=0, normal_force=10.0, friction=Stribeck(0.5, 0.3, 0.1), slider_speed=0.1),
+        ss.Contact(tangential=2, normal_force=2.0, friction=law, slider_speed=0.1),
+    ]
+    stiffness = [[140.0, -40.0, 0.0], [-40.0, 400.0, -300.0], [0.0, -300.0, 320.0]]
+    scene = ss.Scene([1.0, 0.8, 0.0], stiffness, damping=np.diag([0.1, 0.1, 0.0]), contacts=contacts)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.01})
+    cycle = ss.simulate(scene, start, 60.0).limit_cycle()
+    assert len(cycle.combinations) > 1
+    assert_multipliers(cycle, 1e-6)
+
+
+@pytest.mark.parametrize("given", [{"x2": 1.5}, None], ids=["opens", "closes"])
+def test_opening_and_closing_end_a_run_with_the_reason(given):
+    contact = ss.Contact(
+        tangential=0,
+        normal=1,
+        friction=LINEAR,
+        slider_speed=SPEED,
+        tangential_stiffness=SPRING,
+        normal_stiffness=900.0,
+    )
+    stiffness = [[100.0, -40.0], [-40.0, 300.0]]
+    scene = ss.Scene([1.0, 1.5], stiffness, force=[0.0, -12.0], contacts=[contact])
+    start = ss.State([0.0, 0.01], [0.0, 0.0], "d")
+    if given is not None:
+        start = ss.sliding_equilibrium(scene).perturbed(velocity=given)
+    with pytest.raises(ss.RunError, match="only motions of pressed contacts"):
+        ss.simulate(scene, start, 3.0)
+
+
+def test_a_law_that_levels_off_ends_a_run_with_the_reason():
+    law = Tabulated([0.0, 0.1, 0.3, 1.0], [0.3, 0.35, 0.5, 0.6])
+    contact = ss.Contact(tangential=1, normal_force=4.0, friction=law, slider_speed=SPEED)
+    # The load falls so fast that the spring of the node takes it past the largest friction force.
+    loads = [ss.Harmonic({"x2": 40.0}, frequency=0.5)]
+    scene = ss.Scene([1.0, 0.0], np.diag([100.0, 50.0]), contacts=[contact], loads=loads)
+    with pytest.raises(ss.RunError, match="levels off"):
+        ss.simulate(scene, ss.State([0.0, 0.82], [0.0, 0.0], "s"), 3.0)
+
+
+def test_a_law_of_one_value_is_a_number():
+    number, law = (
+        ss.simulate(block(friction), ss.State([0.05], [0.3], "s"), 5.0)
+        for friction in (0.5, Linear(0.5, 0.0))
+    )
+    assert number.events.time.size > 0
+    np.testing.assert_array_equal(number.events.time, law.events.time)
+
+
+@pytest.mark.parametrize(
+    ("law", "reason"),
+    [
+        (Stribeck(0.5, 0.3, 0.1), "no quasi-static motion follows"),
+        (Linear(0.5, -0.2), "no quasi-static motion follows"),
+        (Stribeck(0.5, 0.3, 0.1, viscous=1.0), "no quasi-static motion follows"),
+        (Tabulated([0.0, 0.1, 0.2, 0.3], [0.3, 0.4, 0.4, 0.5]), "does not rise"),
+    ],
+    ids=repr,
+)
+def test_laws_that_do_not_rise_are_refused_with_the_reason(law, reason):
+    with pytest.raises(ss.InputError, match="contact 0: friction") as refused:
+        block(law)
+    assert reason in str(refused.value)
+    assert "tangential_stiffness" in str(refused.value)
+
+
+def test_modes_of_first_order_slip_are_refused_with_the_reason():
+    with pytest.raises(ss.InputError, match="motion of first order"):
+        ss.complex_modes(block(LINEAR))
