@@ -24,16 +24,12 @@ import stickslip as ss
 
 # %%
 turning = ss.fe.Rotation(5.0)
-disc = ss.fe.Body.elastic(
-    ss.fe.ring((10, 80, 3), radii=(0.06, 0.16), angles=(0.0, 2.0 * np.pi), heights=(0.0, 0.019)),
-    **{"young": 120e9, "poisson": 0.25, "density": 7200.0, "rotation": turning, "name": "disc"},
-    damping=ss.Proportional(mass=60.0, stiffness=1e-7),
-)
-pad = ss.fe.Body.elastic(
-    ss.fe.ring((3, 6, 4), radii=(0.10, 0.15), angles=np.radians((-21.0, 21.0)), heights=(0.019, 0.038)),
-    **{"young": 0.9e9, "poisson": 0.3, "density": 2500.0, "name": "pad"},
-    damping=ss.Proportional(stiffness=5e-6),
-)
+iron = {"young": 120e9, "poisson": 0.25, "density": 7200.0, "damping": ss.Proportional(60.0, 1e-7)}
+lining = {"young": 0.9e9, "poisson": 0.3, "density": 2500.0, "damping": ss.Proportional(stiffness=5e-6)}
+disc = ss.fe.ring((10, 80, 3), radii=(0.06, 0.16), angles=(0.0, 2.0 * np.pi), heights=(0.0, 0.019))
+pad = ss.fe.ring((3, 6, 4), radii=(0.10, 0.15), angles=np.radians((-21.0, 21.0)), heights=(0.019, 0.038))
+disc = ss.fe.Body.elastic(disc, **iron, rotation=turning, name="disc")
+pad = ss.fe.Body.elastic(pad, **lining, name="pad")
 disc, pad = disc.held(disc.surface("inner")), pad.held(pad.surface("top"), directions=(1, 2))
 pairs = ss.fe.contact_pairs(pad.surface("bottom"), disc.surface("top"), velocity=turning, friction=0.3)
 scene = ss.fe.assemble([pad, disc], pairs, force=pad.surface("top").pressure(1e6))
