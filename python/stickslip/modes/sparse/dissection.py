@@ -1,9 +1,9 @@
 """Nested dissection: an order of elimination with little fill for graphs of meshes.
 
 A set of vertices that separates a graph into two halves comes last, its halves before it in the same manner
-(George, SIAM J. Numer. Anal. 10, 1973): entries between the halves stay zero. Separators are levels of a
-breadth-first search from an end of the graph (George, Liu, Computer Solution of Large Sparse Positive
-Definite Systems, 1981, chapter 8), of which a vertex without neighbours beyond goes to its half.
+(George, SIAM Journal on Numerical Analysis 10, 1973): entries between the halves stay zero. Separators are
+levels of a breadth-first search from an end of the graph (George, Liu, Computer Solution of Large Sparse
+Positive Definite Systems, 1981, chapter 8), of which a vertex without neighbours beyond goes to its half.
 """
 
 from __future__ import annotations
