@@ -195,8 +195,8 @@ impl<'a> Run<'a> {
             let contact = search.triggers[0].0;
             return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
         }
-        let (series, settled) = self.settle(search, settlement);
-        if let Err(failure) = settled {
+        let series = self.series(search);
+        if let Err(failure) = self.settle(search, settlement, &series) {
             return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
         }
         // An event is part of the motion once the phase that it begins can be propagated.
@@ -257,15 +257,11 @@ impl<'a> Run<'a> {
         &mut self,
         search: &PhaseSearch,
         settlement: &mut Settlement,
-    ) -> (Series, Result<(), RunFailure>) {
-        let series = match self.state.scene.contacts_coupled() {
-            true => self.series(search),
-            false => Series::default(),
-        };
+        series: &Series,
+    ) -> Result<(), RunFailure> {
         let RunState { scene, time, q, u, .. } = &mut self.state;
         let all = 0..scene.contacts.len();
-        let settled = settle(scene, time.seconds, &search.triggers, all, settlement, &series, q, u);
-        (series, settled)
+        settle(scene, time.seconds, &search.triggers, all, settlement, series, q, u)
     }
 
     /// The states at the starts of some phases of a motion, the first of which is kept: the run is repeated from there.
@@ -312,7 +308,8 @@ impl<'a> Run<'a> {
                 _ => unreachable!("what ended by an event does so again"),
             };
             run.advance(after, &mut search);
-            let (_, settled) = run.settle(&search, &mut settlement);
+            let series = run.series(&search);
+            let settled = run.settle(&search, &mut settlement, &series);
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
             let basis = &trajectory.bases[trajectory.phases[phase].basis];
@@ -343,6 +340,9 @@ impl<'a> Run<'a> {
 
     /// The limits for a series of impacts over several contacts at this instant.
     fn series(&self, search: &PhaseSearch) -> Series {
+        if !self.state.scene.contacts_coupled() {
+            return Series::default();
+        }
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
         let RunState { scene, q, .. } = &self.state;
         let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
