@@ -37,18 +37,8 @@ from typing import Any, Literal
 import numpy as np
 
 import stickslip as ss
-from fuzz_checks import (
-    PASSED,
-    Sampled,
-    accumulations,
-    balance_residual,
-    compare,
-    complementarity,
-    continuity,
-    energy_residual,
-    impact_law,
-    sensitivity,
-)
+from fuzz_checks import Sampled, balance_residual, complementarity, continuity, energy_residual, impact_law
+from fuzz_events import PASSED, accumulations, compare, sensitivity
 from fuzz_laws import beside_a_faster_mass, phases_by_integrator
 from fuzz_scenes import EXTRAS, contact_directions, from_time, fuzz_scene
 

@@ -13,21 +13,8 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import (
-    IN_TURN,
-    EventList,
-    Sampled,
-    accumulations,
-    compare,
-    complementarity,
-    continuity,
-    energy_residual,
-    impact_law,
-    nearby,
-    rebound_law,
-    resolution,
-    sensitivity,
-)
+from fuzz_checks import Sampled, complementarity, continuity, energy_residual, impact_law, rebound_law
+from fuzz_events import IN_TURN, EventList, accumulations, compare, nearby, resolution, sensitivity
 from fuzz_laws import integrated, phases_by_integrator
 from fuzz_scenes import contact_directions, fuzz_scene
 
