@@ -15,6 +15,8 @@ from fuzz_scenes import contact_directions, forces, matrices, slider_speeds
 PASSED = ("ok", "sensitive", "near tie", "several")
 #: s; the figure that the campaign promises, far above what well-conditioned runs need
 TIME_TOLERANCE = 1e-9
+#: s; the time of a touch, where a force is level, is known to the root of rounding.
+TOUCH = 1e-8
 #: s, and ulp of the time or of a displacement: events that are less apart have no order.
 UNORDERED, UNORDERED_ULP = 2e-16, 2
 #: s; where contact directions depend on each other, events that follow each other faster, at more instants
@@ -51,26 +53,36 @@ class EventList:
     after: np.ndarray
 
     @classmethod
-    def of(cls, run: ss.Trajectory, limits: Sequence[tuple[float, int]] = ()) -> EventList:
-        """Return the events of a run, to be compared with one of which these are the `accumulations`.
+    def of(cls, run: ss.Trajectory, limits: Sequence[tuple[float, int, str]] = ()) -> EventList:
+        """Return the events of a run, to be compared with one of which these are the `limits`.
 
         An accumulation ends a series whose rest is below rounding. If the last impact of a series leaves the
         contact closed, by rounding as well, no accumulation comes any more: that impact counts as one.
+
+        Where the other run touches a friction limit, this one may slip, and stick again at once: a body that a
+        vibrating slider carries brings its node to one limit in every period, whatever its state is.
         """
         time, contact, after = (
             part.copy() for part in (run.events.time, run.events.contact, run.events.combination)
         )
         # Wide enough for any kind.
         kind = run.events.kind.astype("U12")
-        listed = [(t, i, TIME_TOLERANCE) for t, i in limits]
+        listed = [(t, i, TIME_TOLERANCE) for t, i, what in limits if what == "accumulation"]
         if run.scene.core.dependent:
             # So does an impact in the instant in which the series of another contact ends.
-            listed += [(t, i, IN_TURN) for t, _ in accumulations(run) for i in range(len(run.scene.contacts))]
+            ends = [t for t, _, what in limits_of(run) if what == "accumulation"]
+            listed += [(t, i, IN_TURN) for t in ends for i in range(len(run.scene.contacts))]
         for limit, which, apart in listed:
             own = np.flatnonzero((contact == which) & (np.abs(time - limit) <= apart))
             last = own[np.isin(kind[own], ["impact", "accumulation"])][-1:]
             kind[[k for k in last if after[k][which] != "d"]] = "accumulation"
         keep = np.ones(time.size, dtype=bool)
+        for touch, which, what in limits:
+            if what not in ("slip+", "slip-"):
+                continue
+            own = np.flatnonzero((contact == which) & (np.abs(time - touch) <= TOUCH))
+            if list(kind[own]) == [what, "velocity"] and own[0] > 0 and after[own[1]] == after[own[0] - 1]:
+                keep[own] = False
         coupled = run.scene.mass.ndim == 2 or run.scene.core.dependent
         # Where directions depend on each other, a contact may open and close again on the way to a limit.
         repeated = ["impact", "accumulation", "release"] if run.scene.core.dependent else ["impact"]
@@ -133,10 +145,11 @@ class EventList:
         return int(np.argmax(differs)) if differs.any() else n
 
 
-def accumulations(run: ss.Trajectory) -> list[tuple[float, int]]:
-    """Return the times, s, and contacts of the accumulations of a run."""
+def limits_of(run: ss.Trajectory) -> list[tuple[float, int, str]]:
+    """Return the accumulations and touches of a run: time, s, contact, and what a touch could have been."""
     listed = np.flatnonzero(run.events.kind == "accumulation")
-    return [(float(run.events.time[k]), int(run.events.contact[k])) for k in listed]
+    ends = [(float(run.events.time[k]), int(run.events.contact[k]), "accumulation") for k in listed]
+    return ends + [(touch.time, touch.contact, touch.alternative) for touch in run.grazings]
 
 
 def resolution(run: ss.Trajectory, time: float, contact: int, kind: str) -> float:
@@ -206,13 +219,13 @@ def sensitivity(
     run: ss.Trajectory,
     follow: Callable[[ss.State, float, float], ss.Trajectory],
     directions: int = 1,
-    limits: Sequence[tuple[float, int]] = (),
+    limits: Sequence[tuple[float, int, str]] = (),
 ) -> np.ndarray:
     """Return what nudges have moved the time of each event by so far, s; infinite from where they change one.
 
     Rounding acts all along: a dissipative scene forgets its start, and amplifies what comes later. So the run
     is nudged at its start and within the longest phase of every eighth of its events, and followed again; in
-    another direction of every ninth, and so on. The limits are the accumulations of the run to compare with.
+    another direction of every ninth, and so on. The limits are those of the run to compare with.
     """
     events, edges = EventList.of(run, limits), np.concatenate([[0.0], run.events.time])
     spans, middles = np.diff(edges), 0.5 * (edges[:-1] + edges[1:])
@@ -225,7 +238,7 @@ def sensitivity(
         ]
         for begin, state in starts:
             nudged = follow(nearby(run.scene, state, direction, begin), run.duration - begin, begin)
-            later = EventList.of(nudged, [(t - begin, i) for t, i in (*accumulations(run), *limits)])
+            later = EventList.of(nudged, [(t - begin, *rest) for t, *rest in (*limits_of(run), *limits)])
             tail = events.since(begin)
             same = tail.common(later)
             effect = np.full(len(tail), np.inf)
@@ -259,8 +272,8 @@ def compare(
     itself. A *sensitive* scene is compared up to where that is `HORIZON`; a *near tie* is an event that
     nudged runs of neither method share. Nothing else excuses a difference.
     """
-    one = EventList.of(modal, accumulations(taylor))
-    other = EventList.of(taylor, accumulations(modal))
+    one = EventList.of(modal, limits_of(taylor))
+    other = EventList.of(taylor, limits_of(modal))
     common = one.common(other)
     difference = np.abs(one.time[:common] - other.time[:common])
     late = difference > TIME_TOLERANCE
