@@ -59,8 +59,8 @@ class EventList:
         An accumulation ends a series whose rest is below rounding. If the last impact of a series leaves the
         contact closed, by rounding as well, no accumulation comes any more: that impact counts as one.
 
-        Where the other run touches a friction limit, this one may slip, and stick again at once: a body that a
-        vibrating slider carries brings its node to one limit in every period, whatever its state is.
+        Where the other run touches a friction limit, this one may slip, and stick again at once: a body that
+        a vibrating slider carries brings its node to one limit in every period, whatever its state is.
         """
         time, contact, after = (
             part.copy() for part in (run.events.time, run.events.contact, run.events.combination)
