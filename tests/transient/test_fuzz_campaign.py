@@ -158,6 +158,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (91, 31, ["unsymmetric", "forced", "stops", "compliant"]),
         # A stop on the dof of a friction force that another stop takes: it lifted off by their rounding.
         (91, 2398, ["stops"]),
+        # A stop on a dof that a slider carries off it: by rounding it was still shut, and struck once more.
+        (91, 2178, ["unsymmetric", "forced", "stops", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):

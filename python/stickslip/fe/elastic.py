@@ -57,6 +57,8 @@ def elastic_matrices(
     kind = type(mesh).__name__
     if not isinstance(mesh, skfem.Mesh) or kind not in ELEMENTS:
         raise InputError(f"mesh: expected a MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem, got {kind}")
+    if not (rotation is None or isinstance(rotation, Rotation)):
+        raise InputError(f"rotation: expected a Rotation, got {described(rotation)}")
     stretch, density = _positive("young", young), _positive("density", density)
     contraction = real_number("poisson", poisson)
     if not -1.0 < contraction < 0.5:
@@ -80,7 +82,7 @@ def elastic_matrices(
     empty = ~(np.abs(taken).min(axis=1) > 0.0)
     if empty.any():
         raise InputError(f"mesh: cell {int(empty.argmax())} has no volume")
-    folded = taken.min(axis=1) * taken.max(axis=1) < 0.0
+    folded = (taken.min(axis=1) < 0.0) & (taken.max(axis=1) > 0.0)
     if folded.any():
         cell = int(folded.argmax())
         raise InputError(
@@ -94,8 +96,6 @@ def elastic_matrices(
     stiffness = scipy.sparse.csr_array(deep * elasticity.linear_elasticity(first, shear).assemble(basis))
     if rotation is None:
         return basis, {"mass": mass, "stiffness": stiffness, "damping": damping}
-    if not isinstance(rotation, Rotation):
-        raise InputError(f"rotation: expected a Rotation, got {described(rotation)}")
 
     def velocity(points: Any) -> Any:
         """Return the velocities of the material at points (d, ...)."""

@@ -70,7 +70,8 @@ pub(crate) struct Series {
 }
 
 impl Settlement {
-    /// A contact whose gap is zero and opens departs from zero, whatever the event was.
+    /// A contact whose gap is zero and opens departs from zero, whatever the event was. A gap that is a sum of other
+    /// coordinates may be negative by their rounding.
     pub fn depart(
         &mut self,
         scene: &Scene,
@@ -84,7 +85,7 @@ impl Settlement {
             if *departure == Departure::None
                 && self.statuses[contact] == Status::Detached
                 && law.normal_has_mass()
-                && q[law.normal] == 0.0
+                && q[law.normal] <= 0.0
                 && u[law.normal] > 0.0
             {
                 *departure = Departure::Gap(1);

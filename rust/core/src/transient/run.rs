@@ -10,6 +10,7 @@ use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
 use crate::error::input::Error;
 use crate::error::run::RunFailure;
+use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::{AT_ONCE, Cost, Novelty, Rental};
 use crate::motion::phase_motion::Motion;
@@ -220,10 +221,7 @@ impl<'a> Run<'a> {
         );
         let RunState { scene, trajectory, q, u, .. } = &mut self.state;
         let basis = &trajectory.bases[self.known[*current].basis];
-        basis.complete(q, u);
-        if !scene.massless.is_empty() {
-            settlement.depart_with_bodies(scene, &basis.functions, q, u);
-        }
+        complete(scene, basis, settlement, q, u);
         motion.restart(basis, q, u);
         Ok(None)
     }
@@ -313,12 +311,9 @@ impl<'a> Run<'a> {
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
             let basis = &trajectory.bases[trajectory.phases[phase].basis];
-            basis.complete(&mut run.state.q, &mut run.state.u);
-            if !run.state.scene.massless.is_empty() {
-                let RunState { scene, q, u, .. } = &run.state;
-                settlement.depart_with_bodies(scene, &basis.functions, q, u);
-            }
-            motion.restart(basis, &run.state.q, &run.state.u);
+            let RunState { scene, q, u, .. } = &mut run.state;
+            complete(scene, basis, &mut settlement, q, u);
+            motion.restart(basis, q, u);
             states.extend_from_slice(&run.state.q);
             states.extend_from_slice(&run.state.u);
         }
@@ -455,6 +450,23 @@ impl<'a> Run<'a> {
         counters.combinations += usize::from(computed);
         bases.push(basis);
         Ok(bases.len() - 1)
+    }
+}
+
+/// Brings the coordinates that follow from others up to date as a phase begins, and adds the departures of those.
+fn complete(
+    scene: &Scene,
+    basis: &CombinationBasis,
+    settlement: &mut Settlement,
+    q: &mut [f64],
+    u: &mut [f64],
+) {
+    basis.complete(q, u);
+    if !scene.massless.is_empty() {
+        settlement.depart_with_bodies(scene, &basis.functions, q, u);
+    }
+    if !scene.dependents.is_empty() {
+        settlement.depart(scene, 0..scene.contacts.len(), q, u);
     }
 }
 
