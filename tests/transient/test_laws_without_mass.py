@@ -292,6 +292,23 @@ def test_opening_and_closing_end_a_run_with_the_reason(given):
         ss.simulate(scene, start, 3.0)
 
 
+def test_a_normal_force_that_all_but_vanishes_ends_a_run_with_the_reason():
+    """Friction couples two modes, and the motion grows until the contact opens."""
+    contact = ss.Contact(
+        tangential=0,
+        normal=1,
+        friction=Rational(0.4, 0.8, 0.2),
+        slider_speed=0.3,
+        tangential_stiffness=4000.0,
+        normal_stiffness=900.0,
+    )
+    stiffness = [[1000.0, -60.0], [-60.0, 100.0]]
+    scene = ss.Scene([1.0, 1.0], stiffness, damping=0.05 * np.eye(2), force=[0.0, -12.0], contacts=[contact])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.01})
+    with pytest.raises(ss.RunError, match="only motions of pressed contacts"):
+        ss.simulate(scene, start, 12.0)
+
+
 def test_a_law_that_levels_off_ends_a_run_with_the_reason():
     law = Tabulated([0.0, 0.1, 0.3, 1.0], [0.3, 0.35, 0.5, 0.6])
     contact = ss.Contact(tangential=1, normal_force=4.0, friction=law, slider_speed=SPEED)
