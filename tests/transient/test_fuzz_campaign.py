@@ -165,6 +165,14 @@ def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
     assert np.abs(modal.time - series.time).max() < 1e-12
 
 
+def test_impulses_that_are_the_rounding_of_another_lift_nothing_off():
+    """A mass strikes its floor and a body on two others at once, and the floor takes the whole impulse."""
+    scene, start = fuzz_scene(93, 326, ["unsymmetric", "forced", "stops", "compliant"])
+    modal, series = (ss.simulate(scene, start, 0.08, method).events for method in ("modal", "taylor"))
+    assert np.array_equal(modal.contact, series.contact)
+    assert np.abs(modal.time - series.time).max() < 1e-11
+
+
 def test_two_slips_of_one_body_end_at_one_instant():
     """Both nodes leave their friction limits at second order; to first order rounding decided, 30 times."""
     scene, start = fuzz_scene(86, 163, ["stops", "compliant"])

@@ -19,6 +19,8 @@ const AT_REST: f64 = 1e-9;
 
 /// Part of the changes by single impulses below which their sum is rounding.
 const CANCELLED: f64 = 1e-12;
+/// Part of the changes that impulses could cause at most, `sqrt(W_rr W_kk) p_k`, below which a change is their rounding.
+const ROUNDED: f64 = 64.0 * f64::EPSILON;
 
 /// Contacts brought to rest in their normal directions, and the forces that they then have.
 pub(crate) struct Resting {
@@ -144,9 +146,14 @@ impl Coupled<'_> {
     /// Whether impulses (tangential, normal) on contacts change the velocity of a row by no more than their rounding.
     fn cancel(&self, row: usize, contacts: &[usize], impulses: &DVector<f64>) -> bool {
         let rows = contacts.iter().flat_map(|&i| [2 * i, 2 * i + 1]);
-        let terms = rows.zip(impulses).map(|(k, impulse)| self.w[(row, k)] * impulse);
-        let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), a: f64| (sum + a, size + a.abs()));
-        sum.abs() <= CANCELLED * size
+        let (mut sum, mut size, mut most) = (0.0_f64, 0.0, 0.0);
+        for (k, impulse) in rows.zip(impulses) {
+            let change = self.w[(row, k)] * impulse;
+            sum += change;
+            size += change.abs();
+            most += (self.w[(row, row)] * self.w[(k, k)]).sqrt() * impulse.abs();
+        }
+        sum.abs() <= CANCELLED * size + ROUNDED * most
     }
 
     /// The contacts of a problem with their part of W, and `a0` of their rows.
