@@ -36,9 +36,12 @@ def test_an_example_runs_and_draws_its_figures(name, tmp_path, monkeypatch):
         assert found["steady"].combination == "+" * 28
         assert abs(found["reduced"].errors.missing) < 0.01
         # One mode grows, and the reduced model has its growth within some per cent of 35 1/s.
-        full, small = found["full"], found["small"]
+        full, small = (found["reduced"].errors[name].to_numpy() for name in ("full", "reduced"))
         assert [(values.real > 0.0).sum() for values in (full, small)] == [1, 1]
         assert small.real.max() == pytest.approx(full.real.max(), rel=0.05)
+        # The example is what a user writes: forty lines.
+        code = [line for line in text.splitlines() if line.strip() and not line.startswith("#")]
+        assert len(code) <= 40
         cycle = found["cycle"]
         assert cycle.stable
         assert cycle.frequency == pytest.approx(3206.31, rel=1e-4)

@@ -71,7 +71,7 @@ _Growth = tuple[float, float, float]
 _Settled = tuple[str, Cycle | None, _Growth, Trajectory | None]
 
 class _ModesData(TypedDict):
-    """2m modes of the core; matrices of complex numbers are Fortran-contiguous."""
+    """Modes of the core; matrices of complex numbers are Fortran-contiguous."""
 
     eigenvalues: _Complex  # (2m,)
     right_displacement: _Complex  # (m, 2m)

@@ -54,6 +54,12 @@ def test_surfaces_of_a_box_in_space(mesh):
         pulled = surface.traction([1e5, 0.0, 0.0])
         assert sum(pulled.values()) == pytest.approx(1e5 * area, rel=1e-12)
         assert {dof.rsplit(".", 1)[1] for dof in pulled} == {"1"}
+    for traction, told in (
+        (5.0, "expected a 1-dimensional array"),
+        ([1.0, 0.0], "expected 3 components, got 2"),
+    ):
+        with pytest.raises(ss.InputError, match=f"traction: {told}"):
+            surface.traction(traction)
 
 
 def test_cells_are_in_the_order_of_vtk():

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 
 import stickslip as ss
 from meshed import block, plate
+from stickslip.fe.drawing import draw_pairs
 
 
 def test_a_plane_mesh_displaced():
@@ -78,3 +79,18 @@ def test_a_quantity_of_every_pair():
     for values in (np.ones(8), np.full(9, np.nan)):
         with pytest.raises(ss.InputError, match="values: expected 9 finite numbers, one per pair"):
             pairs.plot(values)
+
+
+@pytest.mark.parametrize(
+    ("along", "names"), [((1, 0, 0), "xy"), ((0, 1, 0), "xy"), ((0, 0, 1), "xz"), ((1, 1, 0), "xy")]
+)
+@pytest.mark.parametrize("count", [1, 4])
+def test_pairs_on_a_line_in_space(along, names, count):
+    """Such as those of a single row of nodes: the line lies in the picture."""
+    points = np.linspace(0.0, 0.03, count)[:, None] * np.array(along)
+    axes = draw_pairs(points, np.arange(1.0, count + 1.0), Figure().subplots(), "power, W")
+    axes.figure.canvas.draw()
+    (spots,) = axes.collections
+    shown = [points[:, "xyz".index(name)] for name in (names if count > 1 else "xy")]
+    np.testing.assert_allclose(spots.get_offsets(), 1e3 * np.column_stack(shown))
+    assert np.ptp(axes.get_xlim()) > 0.0 < np.ptp(axes.get_ylim())

@@ -32,13 +32,16 @@ def by_dof(body, values):
     return np.array([values[int(n) - 1, int(k) - 1] for n, k in (dof.split(".") for dof in body.dofs)])
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize(
+    ("kind", "plane"),
+    [(kind, plane) for kind in KINDS[:2] for plane in ("strain", "stress")]
+    + [(kind, None) for kind in KINDS[2:]],
+)
 def test_the_patch_test(kind, plane):
     """A linear displacement has a constant stress: no force inside, and the energy of Hooke's law."""
     mesh = brick(kind)
     dimension = len(mesh.p)
-    options, depth = ({"plane": plane, "thickness": 0.01}, 0.01) if dimension == 2 else ({}, 1.0)
+    options, depth = ({}, 1.0) if plane is None else ({"plane": plane, "thickness": 0.01}, 0.01)
     body = ss.fe.Body.elastic(mesh, **STEEL, **options)
     gradient = 1e-3 * np.random.default_rng(2).standard_normal((dimension, dimension))
     moved = by_dof(body, mesh.p.T @ gradient.T)
@@ -49,12 +52,7 @@ def test_the_patch_test(kind, plane):
     assert np.abs(force[inside > 0]).max() < 1e-12 * scale
     young, poisson = STEEL["young"], STEEL["poisson"]
     strain = 0.5 * (gradient + gradient.T)
-    first = (
-        young
-        * poisson
-        / (1.0 + poisson)
-        / (1.0 - poisson * (2.0 if dimension == 3 or plane == "strain" else 1.0))
-    )
+    first = young * poisson / (1.0 + poisson) / (1.0 - poisson * (1.0 if plane == "stress" else 2.0))
     stress = first * np.trace(strain) * np.eye(dimension) + young / (1.0 + poisson) * strain
     volume = np.prod((0.05, 0.03, 0.02)[:dimension]) * depth
     assert moved @ force == pytest.approx(volume * (stress * strain).sum(), rel=1e-12)
@@ -198,6 +196,106 @@ def test_waves_of_a_ring_that_turns():
             assert abs(nearest - wanted) < (2 * np.pi * waves / count) ** 2 / 6 * waves * speed
 
 
+@pytest.mark.parametrize("speed", [300.0, -900.0])
+def test_waves_of_a_ring_that_turns_in_its_own_plane(speed):
+    """A thin ring bends without extension: ``u_r = -du_t/dangle``.
+
+    With ``u_t = a cos n angle + b sin n angle``
+    the kinetic energy of ``u' + speed du/dangle`` is, up to a factor, ``(n^2 + 1)(a'^2 + b'^2)
+    + 2 speed n (n^2 - 1)(a' b - a b') + speed^2 (n^2 - 1)^2 (a^2 + b^2)``: with
+    ``e = speed (n^2 - 1) / (n^2 + 1)`` the frequencies are ``sqrt(w^2 - e^2) + n e`` and ``... - n e``.
+    """
+    count, thick, radius = 72, 5e-4, 0.1
+    angles, node = 2 * np.pi * np.arange(count) / count, np.arange(count)
+    around = np.array([np.cos(angles), np.sin(angles)])
+    after = (node + 1) % count
+    mesh = skfem.MeshQuad(
+        np.hstack([(radius - thick) * around, radius * around]),
+        np.array([node, node + count, after + count, after]),
+    )
+    still, turns = (
+        ss.fe.Body.elastic(mesh, **STEEL, plane="stress", rotation=rotation)
+        for rotation in (None, ss.fe.Rotation(speed))
+    )
+    squares = scipy.linalg.eigh(still.stiffness.toarray(), still.mass.toarray(), eigvals_only=True)
+    turning = ss.complex_modes(ss.fe.assemble(turns), "").eigenvalues
+    for waves in (2, 3):
+        # After the free motions, pairs with two, three, ... waves.
+        w = np.sqrt(squares[2 * waves - 1 : 2 * waves + 1]).mean()
+        e = speed * (waves**2 - 1) / (waves**2 + 1)
+        for sign in (-1, 1):
+            wanted = np.sqrt(w**2 - e**2) + sign * waves * e
+            # What a ring of finite thickness and of straight cells has apart from the thin round one.
+            error = thick / radius + (2 * np.pi * waves / count) ** 2 / 6
+            assert np.abs(turning - 1j * wanted).min() < error * waves * abs(e)
+
+
+@pytest.mark.parametrize("speed", [300.0, 3000.0])
+def test_damping_in_proportion_to_stiffness_takes_energy_at_every_speed(speed):
+    """Inertia softens K, which becomes negative; damping refers to the K of the material."""
+    mesh = ss.fe.ring((1, 16, 1), (0.09, 0.1), (0.0, 2 * np.pi), (0.0, 0.01))
+    still, turns = (
+        ss.fe.Body.elastic(mesh, **STEEL, rotation=rotation, damping=ss.Proportional(1e-3, 1e-6))
+        for rotation in (None, ss.fe.Rotation(speed))
+    )
+    # With the gyroscopic matrix, which is skew-symmetric.
+    both = ss.complex_modes(ss.fe.assemble(turns), "").damping
+    damping = 0.5 * (both + both.T)
+    size = np.abs(damping).max()
+    assert scipy.linalg.eigvalsh(turns.stiffness.toarray()).min() < -1e-9 * abs(turns.stiffness).max()
+    assert scipy.linalg.eigvalsh(damping).min() > 0.0
+    np.testing.assert_allclose(
+        damping, (1e-3 * still.mass + 1e-6 * still.stiffness).toarray(), rtol=0, atol=1e-13 * size
+    )
+
+
+def test_a_rotation_is_that_about_its_axis():
+    points = np.array([[0.3, -0.2, 0.5], [1.0, 0.0, 0.0]])
+    axis, centre = np.array([1.0, 2.0, -2.0]), np.array([0.1, 0.2, 0.3])
+    expected = 4.0 * np.cross(axis / 3.0, points - centre)
+    for length in (1.0, 1e-200, 1e200):
+        found = ss.fe.Rotation(4.0, length * axis, list(centre))(points)
+        np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-15)
+    plane = np.array([[1.0, 0.0], [0.0, 2.0]])
+    np.testing.assert_allclose(ss.fe.Rotation(2.0)(plane), [[0.0, 2.0], [-4.0, 0.0]])
+    np.testing.assert_allclose(
+        ss.fe.Rotation(2.0, (0, 0, -3), (1.0, 0.0))(plane), [[0.0, 0.0], [4.0, 2.0]], atol=1e-15
+    )
+    assert ss.fe.Rotation(2, [0, 0, 1]) == ss.fe.Rotation(2.0)
+    assert len({ss.fe.Rotation(2.0, np.array([0, 0, 1])), ss.fe.Rotation(2.0)}) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "points", "told"),
+    [
+        ((np.nan,), None, "speed: must be finite, got nan"),
+        (("5",), None, "speed: expected a real number, got '5'"),
+        (
+            (1.0, (0, 0, 0)),
+            None,
+            r"axis: expected a vector of three numbers that is not zero, got \(0, 0, 0\)",
+        ),
+        ((1.0, (0, 1)), None, r"axis: expected .*, got \(0, 1\)"),
+        ((1.0, (0, np.nan, 1)), None, r"axis: expected .*, got \(0, nan, 1\)"),
+        ((1.0, "z"), None, "axis: expected real numbers, got"),
+        ((1.0, (0, 0, 1), (0.0,)), None, r"centre: expected two or three finite numbers, got \(0.0,\)"),
+        ((1.0, (0, 0, 1), (0.0, np.inf)), None, "centre: expected two or three finite numbers, got"),
+        ((1.0, (0, 0, 1), (0, 0)), np.zeros((2, 3)), r"centre: expected three numbers for points in space"),
+        (
+            (1.0, (1, 0, 0)),
+            np.zeros((2, 2)),
+            r"axis: expected \(0, 0, 1\) or \(0, 0, -1\) for points in the plane",
+        ),
+        ((1.0, (1, 0, 1)), np.zeros((2, 2)), r"axis: expected .*, got \(1.0, 0.0, 1.0\)"),
+        ((1.0,), np.zeros(3), "points: expected a 2-dimensional array"),
+        ((1.0,), np.zeros((1, 4)), "points: expected 2 or 3 coordinates each, got 4"),
+    ],
+)
+def test_rotations_that_are_refused(arguments, points, told):
+    with pytest.raises(ss.InputError, match=told):
+        ss.fe.Rotation(*arguments)(points)
+
+
 def test_the_mesh_of_a_file_comes_with_its_boundaries(tmp_path):
     mesh = brick(skfem.MeshTet).with_defaults()
     mesh.save(tmp_path / "part.msh", file_format="gmsh")
@@ -217,9 +315,34 @@ def flat():
     return skfem.MeshTri(mesh.p * [[1.0], [0.0]], mesh.t)
 
 
+def folded(kind):
+    """Return four cells, the last of which has two corners exchanged."""
+    mesh = brick(kind, (4, 1, 1), bent=0.0)
+    cells = mesh.t.copy()
+    cells[[0, 1], 3] = cells[[1, 0], 3]
+    return kind(mesh.p, cells)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_cells_of_either_hand(kind):
+    """A mesh that is a mirror image has the same matrices, with the sign of one direction turned."""
+    mesh = brick(kind)
+    mirrored = kind(mesh.p * np.r_[-1.0, np.ones(len(mesh.p) - 1)][:, None], mesh.t)
+    one, other = (ss.fe.Body.elastic(each, **STEEL) for each in (mesh, mirrored))
+    sign = by_dof(one, np.tile(np.r_[-1.0, np.ones(len(mesh.p) - 1)], (mesh.p.shape[1], 1)))
+    turned = sign[:, None] * other.stiffness.toarray() * sign
+    np.testing.assert_allclose(turned, one.stiffness.toarray(), rtol=0, atol=1e-12 * abs(one.stiffness).max())
+
+
 @pytest.mark.parametrize(
     ("mesh", "changes", "told"),
     [
+        (
+            folded(skfem.MeshQuad),
+            {},
+            "mesh: cell 3 is folded: its corners, points .*, go round the wrong way",
+        ),
+        (folded(skfem.MeshHex), {}, "mesh: cell 3 is folded"),
         (None, {}, "mesh: expected a MeshTri, MeshQuad, MeshTet or MeshHex of scikit-fem, got NoneType"),
         (skfem.MeshTri2(), {}, "mesh: expected .* got MeshTri2"),
         (skfem.MeshLine(), {}, "mesh: expected .* got MeshLine1"),
@@ -229,6 +352,8 @@ def flat():
         (skfem.MeshTri(), {"density": np.inf}, "density: must be positive and finite, got inf"),
         (skfem.MeshTri(), {"poisson": 0.5}, "poisson: must be above -1 and below 0.5, got 0.5"),
         (skfem.MeshTri(), {"plane": "shell"}, "plane: expected 'strain' or 'stress', got 'shell'"),
+        (skfem.MeshTri(), {"plane": np.ones(2)}, "plane: expected 'strain' or 'stress', got array"),
+        (skfem.MeshTri(), {"thickness": np.ones(2)}, "thickness: expected a real number, got array"),
         (skfem.MeshTri(), {"thickness": -1.0}, "thickness: must be positive and finite, got -1"),
         (skfem.MeshHex(), {"thickness": 1.0}, "plane, thickness: only a mesh in the plane has them"),
         (skfem.MeshHex(), {"rotation": 5.0}, "rotation: expected a Rotation, got"),
@@ -248,8 +373,11 @@ def test_bodies_that_are_refused(mesh, changes, told):
     ("changes", "told"),
     [
         ({"counts": (2, 12)}, "counts: expected three numbers, got"),
+        ({"counts": 3}, "counts: expected three numbers, got 3"),
+        ({"counts": np.array(3)}, r"counts: expected three numbers, got array\(3\)"),
+        ({"counts": (2, [1, 2], 1)}, "counts: expected an integer >= 1"),
         ({"counts": (2, 0, 1)}, "counts: expected an integer >= 1"),
-        ({"counts": (2, 2, 1)}, "counts: a full turn needs at least three cells, got 2"),
+        ({"counts": (2, 2, 1)}, "counts, angles: a full turn needs at least three cells, got 2"),
         ({"radii": (0.2, 0.1)}, "radii: expected a lower and a higher number, got"),
         ({"radii": (0.0, 0.1)}, "radii: must be positive, got 0"),
         ({"heights": (0.0,)}, "heights: expected a lower and a higher number, got"),

@@ -67,8 +67,9 @@ def test_a_complex_mode_moves_with_its_phases(scene, tmp_path):
 def test_a_state_a_vector_and_a_scale(scene, tmp_path):
     steady = ss.sliding_equilibrium(scene)
     for given in (steady, steady.position):
-        ss.fe.write_vtu(tmp_path / "steady.pvd", scene, given)
-        times, (file,) = listed(tmp_path / "steady.pvd")
+        path = tmp_path / "new" / "folder" / "steady.pvd"
+        ss.fe.write_vtu(path, scene, given)
+        times, (file,) = listed(path)
         assert times == [0.0]
         shown = meshio.read(file).point_data["displacement"][:, :2]
         np.testing.assert_array_equal(shown, scene.mesh.displacements(steady.position))

@@ -2,6 +2,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from stickslip.scene.laws.friction import Stribeck
 
 EPS = np.finfo(float).eps
 LOCK_IN = 0.612484152848669
@@ -133,3 +134,51 @@ def test_hostile_input():
         ss.sensitivity(ss.models.two_subsystems, parameters=("vertical_stiffness",))
     with pytest.raises(ss.InputError, match="matrix: expected one of"):
         ss.entry_sensitivity(scene, "inertia")
+
+
+def rubbing(**changes) -> ss.Scene:
+    """Return two dofs under a Stribeck law, one of them along the normal direction."""
+    contact = {
+        "tangential": 0,
+        "normal": 1,
+        "friction": Stribeck(0.5, 0.3, 0.1),
+        "slider_speed": 0.2,
+        **changes,
+    }
+    stiffness = [[100.0, -20.0, 5.0], [-20.0, 300.0, 10.0], [5.0, 10.0, 200.0]]
+    return ss.Scene(
+        np.ones(3),
+        stiffness,
+        damping=0.7 * np.eye(3),
+        force=[0.0, -10.0, 2.0],
+        contacts=[ss.Contact(**contact)],
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("slider_speed", 0.2), ("friction_static", 0.5), ("friction_speed", 0.1)]
+)
+def test_a_law_over_slip_speed_is_differentiated(name, value):
+    scene, step = rubbing(), 1e-4 * value
+    above, below = (
+        ss.complex_modes(scene.replace(**{name: value + side * step})).eigenvalues for side in (1.0, -1.0)
+    )
+    expected = (above - below) / (2.0 * step)
+    for found in (ss.sensitivity(scene, parameters=[name]), ss.sensitivity(scene, over={name: value})):
+        # Differences err by the square of the step.
+        np.testing.assert_allclose(found.derivative.to_numpy()[0], expected, rtol=1e-6, atol=1e-9)
+
+
+def test_stiffness_that_moves_the_slope_of_friction_is_refused():
+    with pytest.raises(ss.InputError, match="stiffness also changes normal forces"):
+        ss.entry_sensitivity(rubbing(), "stiffness")
+    assert np.isfinite(ss.entry_sensitivity(rubbing(), "damping")).all()
+
+
+def test_a_compliant_contact_is_differentiated():
+    scene = rubbing(friction=0.4, normal_stiffness=800.0, tangential_stiffness=600.0)
+    below, above = (
+        ss.complex_modes(scene.replace(friction=0.4 + step)).eigenvalues for step in (-1e-5, 1e-5)
+    )
+    found = ss.sensitivity(scene).derivative.to_numpy()[0]
+    np.testing.assert_allclose(found, (above - below) / 2e-5, rtol=1e-6, atol=1e-9)

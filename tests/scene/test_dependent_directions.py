@@ -247,6 +247,39 @@ def test_a_vibrating_slider_beside_a_stop_on_the_same_dof():
         assert abs(run.balance().residual) <= 1e-13 * run.balance().turnover
 
 
+@pytest.mark.parametrize("method", ["modal", "taylor"])
+def test_a_load_on_two_masses_that_a_stop_ties(method):
+    """They move as one: `(m_0 + m_1) x'' + (k_0 + k_1) x = k_0 g + F cos wt`.
+
+    Five stops on three masses: modes with and without the load have to be in the same coordinates.
+    """
+    mass, stiffness, gap = [0.7, 1.1, 1.6], [2500.0, 3200.0, 3900.0], 1e-3
+    force, rate = 0.5, 2 * np.pi * 20.0
+    normals = [{2: 1.0}, {1: 1.0}, {0: 1.0, 2: -1.0}, {1: 1.0, 0: -1.0}, {0: 1.0, 1: -1.0}]
+    scene = ss.Scene(
+        mass,
+        np.diag(stiffness),
+        # 5 N press the two masses together.
+        force=[-5.0, 5.0, 0.0],
+        contacts=[ss.Contact(normal=normal, gap=gap) for normal in normals],
+        loads=[ss.Harmonic(amplitude={1: force}, frequency=rate / (2 * np.pi))],
+    )
+    place = 2e-4
+    start = ss.State([place - gap, place, 0.0], [0.0] * 3, "dddd+")
+    run = ss.simulate(scene, start, 2e-3, method)
+    assert len(run.events) == 0
+    # x of the second mass; the first one is `gap` below it.
+    m, k = mass[0] + mass[1], stiffness[0] + stiffness[1]
+    rest = stiffness[0] * gap / k
+    forced = force / (k - m * rate**2)
+    time = np.linspace(0.0, 2e-3, 9)
+    own = np.sqrt(k / m)
+    expected = rest + forced * np.cos(rate * time) + (place - rest - forced) * np.cos(own * time)
+    found = run.sample(time).position.values
+    assert found[:, 1] == pytest.approx(expected, abs=64.0 * EPS * rest)
+    assert found[:, 0] == pytest.approx(expected - gap, abs=64.0 * EPS * rest)
+
+
 def test_a_pad_that_tips():
     """Pulled at its centre of mass, height h above the belt, it tips about its front edge when P h > W a."""
     height, half = 0.5, 0.2

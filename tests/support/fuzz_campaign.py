@@ -40,9 +40,11 @@ import stickslip as ss
 from fuzz_checks import (
     PASSED,
     Sampled,
+    accumulations,
     balance_residual,
     compare,
     complementarity,
+    continuity,
     energy_residual,
     impact_law,
     sensitivity,
@@ -186,8 +188,8 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         modal,
         taylor,
         lambda directions: (
-            sensitivity(modal, nudged(by_modes), directions),
-            sensitivity(taylor, nudged("taylor"), directions),
+            sensitivity(modal, nudged(by_modes), directions, accumulations(taylor)),
+            sensitivity(taylor, nudged("taylor"), directions, accumulations(modal)),
         ),
     )
     outcome.verdict, outcome.detail = comparison.verdict, comparison.detail
@@ -199,6 +201,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
     outcome.energy_until = one.powers_until
     failures = {
         "hang": ", ".join(run.stop_reason for run in (modal, taylor) if run.stop_reason == "time_limit"),
+        "continuity": continuity(modal) or continuity(taylor),
         "complementarity": complementarity(one) or complementarity(other),
         "impact": impact_law(one) or impact_law(other),
         "energy": f"residual {outcome.energy_residual:.2e}"
@@ -235,8 +238,8 @@ def examine_sparse(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         local,
         whole,
         lambda directions: (
-            sensitivity(local, by("local"), directions),
-            sensitivity(whole, by("taylor"), directions),
+            sensitivity(local, by("local"), directions, accumulations(whole)),
+            sensitivity(whole, by("taylor"), directions, accumulations(local)),
         ),
     )
     outcome.verdict, outcome.detail = comparison.verdict, comparison.detail
@@ -246,6 +249,7 @@ def examine_sparse(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         outcome.verdict, outcome.detail = "stop", f"{local.stop_reason}, {whole.stop_reason}"
     sampled = Sampled(local, powers=False)
     for verdict, detail in {
+        "continuity": continuity(local),
         "complementarity": complementarity(sampled),
         "impact": impact_law(sampled),
     }.items():

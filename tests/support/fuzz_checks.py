@@ -37,6 +37,8 @@ SPREAD = 10.0
 HORIZON = 1e-6
 #: Rounding of a state: some hundred ulp, the limit of the condition of modes, over some dozens of phases.
 SLACK = 3e-12
+#: The same of a sum of modes of the largest condition, some hundred, which is lost twice.
+SUPERPOSED = 2e-11
 #: Part of the energy of a state below which works are not balanced: a state is known to some hundred ulp.
 BALANCED = 1e-4
 #: Phases that add as much to that: each rounds the state by an ulp or two.
@@ -65,13 +67,29 @@ class EventList:
     after: np.ndarray
 
     @classmethod
-    def of(cls, run: ss.Trajectory) -> EventList:
-        time, contact, kind = run.events.time.copy(), run.events.contact.copy(), run.events.kind.copy()
-        after = run.events.combination.copy()
+    def of(cls, run: ss.Trajectory, limits: Sequence[tuple[float, int]] = ()) -> EventList:
+        """Return the events of a run, to be compared with one of which these are the `accumulations`.
+
+        An accumulation ends a series whose rest is below rounding. If the last impact of a series leaves the
+        contact closed, by rounding as well, no accumulation comes any more: that impact counts as one.
+        """
+        time, contact, after = (
+            part.copy() for part in (run.events.time, run.events.contact, run.events.combination)
+        )
+        # Wide enough for any kind.
+        kind = run.events.kind.astype("U12")
+        listed = [(t, i, TIME_TOLERANCE) for t, i in limits]
+        if run.scene.core.dependent:
+            # So does an impact in the instant in which the series of another contact ends.
+            listed += [(t, i, IN_TURN) for t, _ in accumulations(run) for i in range(len(run.scene.contacts))]
+        for limit, which, apart in listed:
+            own = np.flatnonzero((contact == which) & (np.abs(time - limit) <= apart))
+            last = own[np.isin(kind[own], ["impact", "accumulation"])][-1:]
+            kind[[k for k in last if after[k][which] != "d"]] = "accumulation"
         keep = np.ones(time.size, dtype=bool)
         coupled = run.scene.mass.ndim == 2 or run.scene.core.dependent
-        # Where directions depend on each other, a contact may open and close again at a limit.
-        repeated = ["impact", "accumulation"] if run.scene.core.dependent else ["impact"]
+        # Where directions depend on each other, a contact may open and close again on the way to a limit.
+        repeated = ["impact", "accumulation", "release"] if run.scene.core.dependent else ["impact"]
         # What would be merged with the last ones may be missing.
         until = time[-1] - TIME_TOLERANCE if run.stop_reason == "max_events" else np.inf
         for k in np.flatnonzero(kind == "accumulation"):
@@ -105,7 +123,7 @@ class EventList:
         distance = np.diff(time)
         apart = distance > np.maximum(UNORDERED, UNORDERED_ULP * np.spacing(time[1:]))
         for k in np.flatnonzero(apart & (distance <= IN_TURN)):
-            apart[k] = distance[k] > sum(resolution(run, time[j], contact[j], kind[j]) for j in (k, k + 1))
+            apart[k] = distance[k] > max(resolution(run, time[j], contact[j], kind[j]) for j in (k, k + 1))
         for group in np.split(np.arange(time.size), np.flatnonzero(apart) + 1):
             order = group[np.lexsort((kind[group], contact[group]))]
             contact[group], kind[group] = contact[order], kind[order]
@@ -131,28 +149,45 @@ class EventList:
         return int(np.argmax(differs)) if differs.any() else n
 
 
+def accumulations(run: ss.Trajectory) -> list[tuple[float, int]]:
+    """Return the times, s, and contacts of the accumulations of a run."""
+    listed = np.flatnonzero(run.events.kind == "accumulation")
+    return [(float(run.events.time[k]), int(run.events.contact[k])) for k in listed]
+
+
 def resolution(run: ss.Trajectory, time: float, contact: int, kind: str) -> float:
-    """Return what an ulp or two of the largest displacement move an event at a place by, s.
+    """Return what two ulp of the displacements at its contact move an event at a place by, s.
 
     A gap closes at a place, and a node without mass slips at one; other events, and the limit of several
     contacts, have 0.
     """
-    if contact < 0:
+    if contact < 0 or kind not in ("slip+", "slip-", "impact", "closing"):
         return 0.0
     scene, state = run.scene, run.state(np.nextafter(time, 0.0))
     tangential, normal = (directions[contact] for directions in contact_directions(scene))
-    if kind in ("slip+", "slip-") and scene.contacts[contact].tangential_stiffness is not None:
-        speed = abs(tangential @ state.velocity - slider_speeds(scene, np.array([time]))[0, contact])
-    elif kind in ("impact", "closing"):
-        speed = abs(normal @ state.velocity)
-    else:
+    own = scene.contacts[contact]
+    if kind in ("impact", "closing"):
+        speed = normal @ state.velocity
+        size = np.abs(normal) @ np.abs(state.position) + abs(own.gap)
+    elif own.tangential_stiffness is None:
         return 0.0
-    place = UNORDERED_ULP * np.spacing(np.abs(state.position).max())
-    return float(place / speed) if speed > 0.0 else 0.0
+    else:
+        speed = tangential @ state.velocity - slider_speeds(scene, np.array([time]))[0, contact]
+        size = np.abs(tangential) @ np.abs(state.position)
+    return float(UNORDERED_ULP * np.spacing(size) / abs(speed)) if speed != 0.0 else 0.0
 
 
-def nearby(scene: ss.Scene, state: ss.State, direction: int = 0) -> ss.State:
-    """Return the state moved by `NUDGE` and `NOISE`; what closed and sticking contacts hold stays so."""
+def at_rest(scene: ss.Scene) -> float:
+    """Return a bound of the displacements at which the loads would be held without contacts, m."""
+    loads = np.abs(forces(scene, np.linspace(0.0, 0.1, 64))).max(axis=0)
+    return float((np.abs(np.linalg.inv(matrices(scene)[2])) @ loads).max())
+
+
+def nearby(scene: ss.Scene, state: ss.State, direction: int = 0, time: float = 0.0) -> ss.State:
+    """Return the state at a time moved by `NUDGE` and `NOISE`.
+
+    What closed and sticking contacts hold stays so.
+    """
     pattern = np.cos((1 + direction) * np.arange(state.velocity.size))
     status = list(enumerate(state.combination))
     tangential, normal = contact_directions(scene)
@@ -164,8 +199,7 @@ def nearby(scene: ss.Scene, state: ss.State, direction: int = 0) -> ss.State:
         result[held] = entries[held]
         return result
 
-    loads = np.abs(forces(scene, np.linspace(0.0, 0.1, 64))).max(axis=0)
-    size = max(np.abs(state.position).max(), (np.abs(np.linalg.inv(matrices(scene)[2])) @ loads).max())
+    size = max(np.abs(state.position).max(), at_rest(scene))
     position = moved(state.position, size, pattern, closed)
     # What flies stays off its slider by what is nudged: a state on it and closing is no start.
     for (i, letter), contact in zip(status, scene.contacts, strict=True):
@@ -175,19 +209,28 @@ def nearby(scene: ss.Scene, state: ss.State, direction: int = 0) -> ss.State:
             position[dof] += max(least - normal[i, dof] * position[dof] - contact.gap, 0.0) / normal[i, dof]
     speed = np.abs(state.velocity).max()
     velocity = moved(state.velocity, speed, pattern[::-1], closed + sticking)
+    # What has hardly begun to slide goes on to.
+    slip = tangential @ velocity - slider_speeds(scene, np.array([time]))[0]
+    for (i, letter), along in zip(status, slip, strict=True):
+        if (letter == "+" and along > 0.0) or (letter == "-" and along < 0.0):
+            begins = tangential[i] != 0.0
+            velocity[begins] = state.velocity[begins]
     return ss.State(position, velocity, state.combination, friction_force=state.friction_force)
 
 
 def sensitivity(
-    run: ss.Trajectory, follow: Callable[[ss.State, float, float], ss.Trajectory], directions: int = 1
+    run: ss.Trajectory,
+    follow: Callable[[ss.State, float, float], ss.Trajectory],
+    directions: int = 1,
+    limits: Sequence[tuple[float, int]] = (),
 ) -> np.ndarray:
     """Return what nudges have moved the time of each event by so far, s; infinite from where they change one.
 
     Rounding acts all along: a dissipative scene forgets its start, and amplifies what comes later. So the run
     is nudged at its start and within the longest phase of every eighth of its events, and followed again; in
-    another direction of every ninth, and so on.
+    another direction of every ninth, and so on. The limits are the accumulations of the run to compare with.
     """
-    events, edges = EventList.of(run), np.concatenate([[0.0], run.events.time])
+    events, edges = EventList.of(run, limits), np.concatenate([[0.0], run.events.time])
     spans, middles = np.diff(edges), 0.5 * (edges[:-1] + edges[1:])
     moved = np.zeros(len(events))
     for direction in range(directions):
@@ -197,7 +240,8 @@ def sensitivity(
             (t, run.state(t)) for t in (float(middles[part[np.argmax(spans[part])]]) for part in parts)
         ]
         for begin, state in starts:
-            later = EventList.of(follow(nearby(run.scene, state, direction), run.duration - begin, begin))
+            nudged = follow(nearby(run.scene, state, direction, begin), run.duration - begin, begin)
+            later = EventList.of(nudged, [(t - begin, i) for t, i in (*accumulations(run), *limits)])
             tail = events.since(begin)
             same = tail.common(later)
             effect = np.full(len(tail), np.inf)
@@ -231,7 +275,8 @@ def compare(
     itself. A *sensitive* scene is compared up to where that is `HORIZON`; a *near tie* is an event that
     nudged runs of neither method share. Nothing else excuses a difference.
     """
-    one, other = EventList.of(modal), EventList.of(taylor)
+    one = EventList.of(modal, accumulations(taylor))
+    other = EventList.of(taylor, accumulations(modal))
     common = one.common(other)
     difference = np.abs(one.time[:common] - other.time[:common])
     late = difference > TIME_TOLERANCE
@@ -327,6 +372,26 @@ class Sampled:
         """Position and velocity just after the impacts."""
         position, velocity = self.run.event_states()
         return position[self.impacts], velocity[self.impacts]
+
+
+def continuity(run: ss.Trajectory) -> str:
+    """Return at which event positions jump, or ``""``.
+
+    By more than what velocities make of four ulp of time, and rounding: modes at the limit of their condition
+    leave `SUPERPOSED` of the displacements, and some `NOISE` of those `at_rest` about which they move.
+    """
+    time = np.unique(run.events.time)
+    time = time[(time > 0.0) & (time < run.duration)]
+    before, after = (run.sample(np.nextafter(time, side)) for side in (0.0, np.inf))
+    size = np.maximum(np.abs(before.position.values), np.abs(after.position.values)).max(axis=1)
+    speed = np.maximum(np.abs(before.velocity.values), np.abs(after.velocity.values)).max(axis=1)
+    jump = np.abs(after.position.values - before.position.values).max(axis=1)
+    rounding = SUPERPOSED * size + 16.0 * NOISE * at_rest(run.scene)
+    wrong = jump > rounding + 4.0 * np.spacing(time) * speed
+    if not wrong.any():
+        return ""
+    k = int(np.argmax(wrong))
+    return f"a position jumps by {jump[k]:.2e} m at {float(time[k])!r} s"
 
 
 def coefficients(contacts: Sequence[ss.Contact], slip: np.ndarray) -> np.ndarray:
@@ -485,12 +550,16 @@ def rebound_law(sampled: Sampled) -> str:
         load += np.outer(reach, normal + contact.holding * tangential)
     rate = np.sqrt((inverse @ stiffness).sum(axis=1).max())
     size = np.abs(before).max(axis=1, initial=0.0) + np.abs(after).max(axis=1, initial=0.0)
+    rounding = SLACK * size
+    displaced = 4.0 * np.finfo(float).eps * rate * position.max(axis=1, initial=0.0)
+    pushed = 2.0 * np.spacing(time)[:, None] * (load @ inverse)
     # Where a contact keeps two masses apart, their distance is a coordinate: modes know the place of the
-    # lighter one to the rounding of the momentum of the heavier one.
-    tied = [np.diag(mass)[direction != 0.0] for direction in contact_directions(scene)[1]]
-    ratio = max((masses.max() / masses.min() for masses in tied if masses.size), default=1.0)
-    rounding = SLACK * size + 4.0 * np.finfo(float).eps * ratio * rate * position.max(axis=1, initial=0.0)
-    slack = 2.0 * np.spacing(time)[:, None] * (load @ inverse) + rounding[:, None]
+    # lighter one to the rounding of the momentum of the heavier one. So they do in another contact of these.
+    keeps = contact_directions(scene)[1] != 0.0
+    heavier = np.array([np.ptp(np.log(np.diag(mass)[own])) if own.any() else 0.0 for own in keeps])
+    shared = keeps.astype(int) @ keeps.T > 0
+    ratio = np.exp(np.where(shared, heavier, 0.0).max(axis=1))[which]
+    slack = pushed + (rounding + ratio * displaced)[:, None]
     normal = contact_directions(scene)[1][which]
     restitution = np.array([contact.restitution for contact in contacts])[which]
     arrived, left = np.sum(normal * before, axis=1), np.sum(normal * after, axis=1)
@@ -502,6 +571,7 @@ def rebound_law(sampled: Sampled) -> str:
             f"restitution {restitution[k]}"
         )
     touched = np.any(contact_directions(scene), axis=(0, 1))
+    slack = pushed + (rounding + displaced)[:, None]
     elsewhere = np.abs((after - before) @ sampled.matrices[0]) > slack @ mass
     if elsewhere[:, ~touched].any():
         k = int(np.argmax(elsewhere[:, ~touched].any(axis=1)))

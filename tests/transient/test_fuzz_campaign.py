@@ -14,17 +14,22 @@ import pytest
 import fuzz_campaign
 import stickslip as ss
 from fuzz_checks import (
+    IN_TURN,
     EventList,
     Sampled,
+    accumulations,
     compare,
     complementarity,
+    continuity,
     energy_residual,
     impact_law,
+    nearby,
+    rebound_law,
     resolution,
     sensitivity,
 )
 from fuzz_laws import integrated, phases_by_integrator
-from fuzz_scenes import fuzz_scene
+from fuzz_scenes import contact_directions, fuzz_scene
 
 pytestmark = pytest.mark.slow
 
@@ -145,12 +150,22 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (71, 1170, ["unsymmetric", "forced", "stops", "compliant"]),
         # An impact stops a body on which a node goes on sliding; then the body slips the other way.
         (71, 1213, ["unsymmetric", "forced", "stops", "compliant"]),
+        # Two stops rest on two ways in turn, down to a limit that one method takes for an accumulation.
+        (91, 61, ["stops"]),
+        # The same with a third contact, whose last impact is in the instant of the accumulation.
+        (91, 2157, ["stops"]),
+        # Three masses between stops under loads: modes of other coordinates than those of the motion.
+        (91, 31, ["unsymmetric", "forced", "stops", "compliant"]),
+        # A stop on the dof of a friction force that another stop takes: it lifted off by their rounding.
+        (91, 2398, ["stops"]),
+        # A stop on a dof that a slider carries off it: by rounding it was still shut, and struck once more.
+        (91, 2178, ["unsymmetric", "forced", "stops", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):
     outcome = fuzz_campaign.run_scene(seed, extras, index)
     assert outcome.verdict == "ok", outcome
-    assert outcome.compared == outcome.distinct > 50
+    assert outcome.compared == outcome.distinct > 40
 
 
 def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
@@ -218,7 +233,7 @@ def test_events_within_two_ulp_of_their_time_have_no_order():
 
     def events(contacts, apart):
         time = 2.0 + apart * np.spacing(2.0) * np.arange(2)
-        kind, combination = np.array(["slip+", "slip+"]), np.array(["ss", "++"])
+        kind, combination = np.array(["velocity", "velocity"]), np.array(["ss", "++"])
         found = SimpleNamespace(time=time, contact=np.array(contacts), kind=kind, combination=combination)
         scene = SimpleNamespace(mass=np.ones(4), core=SimpleNamespace(dependent=False))
         return EventList.of(SimpleNamespace(events=found, scene=scene, stop_reason="duration"))
@@ -227,28 +242,50 @@ def test_events_within_two_ulp_of_their_time_have_no_order():
         assert events([0, 1], apart).common(events([1, 0], apart)) == common
 
 
-def test_places_passed_slowly_have_no_order_within_their_rounding():
-    """Two nodes on one body, which passes the place where both slip at 0.1 mm/s."""
+def nodes_on_one_body(speed):
+    """The run of a body that passes the place where both of its nodes slip at this speed, and the time."""
     nodes = [
         ss.Contact(tangential=0, normal_force=force, friction=1.0, tangential_stiffness=stiffness)
         for force, stiffness in ((1.0, 1e3), (2.0, 2e3))
     ]
     scene = ss.Scene([1.0], [[0.0]], contacts=nodes)
-    run = ss.simulate(scene, ss.State([1.0], [1e-1], "ss", friction_force=[0.0, 0.0]), 0.1)
+    # They slip at 1 mm, which their springs of 3 kN/m let it reach at that speed.
+    run = ss.simulate(
+        scene, ss.State([1.0], [np.sqrt(speed**2 + 3e-3)], "ss", friction_force=[0.0, 0.0]), 0.1
+    )
     assert list(run.events.kind[:2]) == ["slip-", "slip-"]
-    speed = np.abs(run.state(run.events.time[0]).velocity[0])
-    own = resolution(run, run.events.time[0], 0, "slip-")
-    assert own == pytest.approx(2.0 * np.spacing(1.0) / speed, rel=1e-6)
-    assert resolution(run, run.events.time[0], 0, "velocity") == 0.0
+    return run, float(run.events.time[0])
 
-    def events(distance):
-        time = run.events.time[0] + np.array([0.0, distance])
-        listed = SimpleNamespace(time=time, contact=np.array([1, 0]), kind=np.array(["slip-"] * 2))
-        listed.combination = np.array(["s-", "--"])
-        return EventList.of(Listed(run, listed))
 
-    assert list(events(1.5 * own).contact) == [0, 1]
-    assert list(events(3.0 * own).contact) == [1, 0]
+def order(run, distance, kinds=("slip-", "slip-")):
+    """The order in which events of contacts 1 and 0 at this distance are compared."""
+    time = run.events.time[0] + np.array([0.0, distance])
+    listed = SimpleNamespace(time=time, contact=np.array([1, 0]), kind=np.array(kinds))
+    listed.combination = np.array(["s-", "--"])
+    return list(EventList.of(Listed(run, listed)).contact)
+
+
+def test_places_passed_slowly_have_no_order_within_their_rounding():
+    """Two ulp of the place, at the speed at which it is passed."""
+    run, time = nodes_on_one_body(0.1)
+    own = resolution(run, time, 0, "slip-")
+    assert own == pytest.approx(2.0 * np.spacing(1.0) / np.abs(run.state(time).velocity[0]), rel=1e-6)
+    assert own < IN_TURN
+    assert order(run, 0.9 * own) == [0, 1]
+    assert order(run, 1.1 * own) == [1, 0]
+    # Of an end of slip the time is not that of a place, but the place of the other event is as uncertain.
+    assert resolution(run, time, 0, "velocity") == 0.0
+    assert order(run, 0.9 * own, ("slip-", "velocity")) == [0, 1]
+    assert order(run, 1.1 * own, ("slip-", "velocity")) == [1, 0]
+    assert order(run, 0.9 * own, ("velocity", "velocity")) == [1, 0]
+
+
+def test_no_place_is_passed_so_slowly_that_events_lose_their_order_for_long():
+    run, time = nodes_on_one_body(1e-4)
+    own = resolution(run, time, 0, "slip-")
+    assert own > 2.0 * IN_TURN
+    assert order(run, 0.9 * IN_TURN) == [0, 1]
+    assert order(run, 1.1 * IN_TURN) == [1, 0]
 
 
 @dataclass(frozen=True)
@@ -260,6 +297,94 @@ class Listed:
 
     def __getattr__(self, name):
         return getattr(self.run, name)
+
+
+def test_a_wrong_rebound_is_seen():
+    """By one part in 1e9 of the largest speed, or an impulse on a mass without contacts."""
+    scene, start = fuzz_scene(81, 45, ["stops"])
+    sampled = Sampled(ss.simulate(scene, start, fuzz_campaign.DURATION), powers=False)
+    assert not rebound_law(sampled)
+    position, velocity = sampled.after
+    events, normal = sampled.run.events, contact_directions(scene)[1]
+    free = np.flatnonzero(~np.any(contact_directions(scene), axis=(0, 1)))
+    seen = 0
+    for k, event in enumerate(sampled.impacts):
+        if np.count_nonzero(np.abs(events.time - events.time[event]) <= IN_TURN) > 1:
+            continue
+        for direction, named in (
+            (normal[events.contact[event]], "restitution"),
+            (np.eye(scene.size)[free[0]], "elsewhere"),
+        ):
+            broken = velocity.copy()
+            broken[k] += 1e-9 * np.abs(velocity[k]).max() * direction
+            sampled.after = (position, broken)
+            assert f"impact of contact {events.contact[event]} at" in rebound_law(sampled)
+            assert named in rebound_law(sampled)
+        seen += 1
+    assert seen > 5
+
+
+def series(ends, kinds):
+    """A series of impacts of contact 0 from 1 us before its limit at 1 s, and its last events.
+
+    On the way contact 1 opens and closes.
+    """
+    time = np.concatenate([1.0 - 1e-7 * 0.5 ** np.arange(20.0, 26.0), np.full(len(kinds), 1.0)])
+    own = SimpleNamespace(
+        time=np.append(time, 2.0),
+        contact=np.array([0, 1, 0, 1, 0, 1, *ends, 0]),
+        kind=np.array(["impact", "release"] * 3 + [*kinds, "release"]),
+        combination=np.array(["dd"] * 6 + ["ss"] * len(kinds) + ["ds"]),
+    )
+    scene = SimpleNamespace(mass=np.ones(4), core=SimpleNamespace(dependent=True), contacts=[None] * 2)
+    return SimpleNamespace(events=own, scene=scene, stop_reason="duration")
+
+
+def test_a_series_may_end_by_an_accumulation_or_by_its_last_impact():
+    both = series([0, 1], ["accumulation", "accumulation"])
+    for other in (series([0, 1], ["impact", "impact"]), series([0, 1], ["accumulation", "impact"])):
+        one, two = EventList.of(both, accumulations(other)), EventList.of(other, accumulations(both))
+        assert one.common(two) == len(one) == len(two) == 3
+    # A contact that does not come to rest is no end of a series.
+    flies = series([0, 1], ["impact", "impact"])
+    flies.events.combination[6:8] = "dd"
+    one, two = EventList.of(both, accumulations(flies)), EventList.of(flies, accumulations(both))
+    assert one.common(two) < len(one)
+    # One that ends without the other contact is another event.
+    alone = series([0], ["accumulation"])
+    one, two = EventList.of(both, accumulations(alone)), EventList.of(alone, accumulations(both))
+    assert one.common(two) < len(one)
+
+
+def test_what_has_hardly_begun_to_slide_goes_on_to_in_a_nudged_state():
+    """Beside a fast mass, whose rounding is more than the slip velocity."""
+    contacts = [ss.Contact(tangential=0, normal_force=1.0, friction=0.5, slider_speed=1.0)]
+    scene = ss.Scene([1.0, 1.0], np.diag([1.0, 1.0]), contacts=contacts)
+    for status, slip in (("+", -1e-14), ("-", 1e-14)):
+        start = ss.State([0.0, 0.0], [1.0 + slip, 1e3], status)
+        for direction in range(4):
+            state = nearby(scene, start, direction)
+            assert state.velocity[1] != start.velocity[1]
+            assert np.sign(state.velocity[0] - 1.0) == np.sign(slip)
+            ss.simulate(scene, state, 1e-3)
+
+
+def test_a_position_that_jumps_is_seen():
+    scene, start = fuzz_scene(1, 1)
+    run = ss.simulate(scene, start, 0.01)
+    assert len(run.events) > 4
+    assert not continuity(run)
+    late = run.events.time[len(run.events) // 2]
+    size = np.abs(run.event_states()[0]).max()
+
+    def sample(times):
+        states = run.sample(times)
+        position = states.position.copy()
+        position.values[:, 0] += 1e-9 * size * (np.asarray(times) > late)
+        return SimpleNamespace(position=position, velocity=states.velocity)
+
+    broken = SimpleNamespace(events=run.events, duration=run.duration, scene=scene, sample=sample)
+    assert f"at {float(late)!r} s" in continuity(broken)
 
 
 def recorded(outcomes):

@@ -326,8 +326,3 @@ def test_laws_that_do_not_rise_are_refused_with_the_reason(law, reason):
         block(law)
     assert reason in str(refused.value)
     assert "tangential_stiffness" in str(refused.value)
-
-
-def test_modes_of_first_order_slip_are_refused_with_the_reason():
-    with pytest.raises(ss.InputError, match="motion of first order"):
-        ss.complex_modes(block(LINEAR))

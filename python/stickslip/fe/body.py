@@ -11,7 +11,7 @@ import scipy.sparse
 from numpy.typing import ArrayLike, NDArray
 
 from stickslip.faults import InputError
-from stickslip.fe.elastic import elastic_matrices, facet_nodes
+from stickslip.fe.elastic import elastic_matrices, mesh_parts
 from stickslip.fe.matrices import square
 from stickslip.fe.rotation import Rotation
 from stickslip.fe.surface import Surface
@@ -261,8 +261,9 @@ class Body(Shown):
         """Return the body of one isotropic elastic material on a mesh of scikit-fem.
 
         ``M = integral of rho N' N``, ``K = integral of (grad N)' C (grad N)`` with linear shape functions N,
-        integrated by two Gauss points per direction (Hughes, The Finite Element Method, 2000, chapters 2, 3
-        and 7). Such cells are too stiff in bending unless several of them lie across it.
+        integrated exactly up to degree 2 by three points in a triangle, four in a tetrahedron, and by two
+        Gauss points per direction in quadrilaterals and hexahedra (Hughes, The Finite Element Method, 2000,
+        chapters 2, 3 and 7). Such cells are too stiff in bending unless several of them lie across it.
 
         Parameters
         ----------
@@ -279,23 +280,27 @@ class Body(Shown):
             How the material of a body of revolution turns about its axis. Displacements u are those of the
             points in space through which the material runs with v, and it moves with ``u' + (v . grad) u``:
             ``G = D - D'`` with ``D = integral of rho N' (v . grad) N``, and
-            ``integral of rho ((v . grad) N)' ((v . grad) N)`` goes off K. A wave with n nodal diameters that
-            has the frequency w in the material so gets ``w + n speed`` and ``w - n speed``. The stress of the
-            centrifugal force, which adds about speed^2 to squares of frequencies, is left out. Damping acts
-            on u', not on the motion of the material.
-        damping, name
+            ``integral of rho ((v . grad) N)' ((v . grad) N)`` goes off K. The two waves with n nodal
+            diameters and the frequency w at rest get ``w + n speed`` and ``w - n speed`` if all their motion
+            is along the axis. For a thin ring that bends in its plane the same kinetic energy gives
+            ``sqrt(w^2 - e^2) + n e`` and ``sqrt(w^2 - e^2) - n e`` with
+            ``e = speed (n^2 - 1) / (n^2 + 1)`` (Bryan, Proceedings of the Cambridge Philosophical Society 7,
+            1890, in the frame of the ring). The stress of the centrifugal force, which adds about speed^2 to
+            squares of frequencies, is left out. Damping acts on u', not on the motion of the material.
+        damping
+            As above. `Proportional` damping of a body that rotates refers to its K at rest, and becomes a
+            matrix.
+        name
             As above.
 
         Raises
         ------
         InputError
-            If scikit-fem is missing, the mesh is none of these, has a point in no cell or a cell without
-            volume, a number is out of its range, or a body that rotates is no body of revolution.
+            If scikit-fem is missing, the mesh is none of these, has a point in no cell, a folded cell or one
+            without volume, a number is out of its range, or a body that rotates is no body of revolution.
         """
-        basis, mass, stiffness, gyroscopic = elastic_matrices(
-            mesh, young, poisson, density, plane, thickness, rotation
-        )
-        return cls.from_skfem(basis, mass, stiffness, damping=damping, gyroscopic=gyroscopic, name=name)
+        basis, matrices = elastic_matrices(mesh, young, poisson, density, plane, thickness, rotation, damping)
+        return cls.from_skfem(basis, **matrices, name=name)
 
     @classmethod
     def from_skfem(
@@ -323,36 +328,16 @@ class Body(Shown):
         InputError
             If the element has other dofs, or anything is ill-posed.
         """
-        mesh, rows = basis.mesh, np.asarray(basis.nodal_dofs)
-        count = mesh.p.shape[1]
-        if rows.shape != mesh.p.shape or rows.size != basis.N:
-            raise InputError(
-                "basis: expected an ElementVector with dofs at the corners of the cells only, such as "
-                "that of ElementHex1"
-            )
-        names = [""] * basis.N
-        for k, row in enumerate(rows):
-            for node, dof in enumerate(row):
-                names[dof] = f"{node + 1}.{k + 1}"
-        kinds = {(2, 3): "triangle", (2, 4): "quad", (3, 4): "tetra", (3, 8): "hexahedron"}
-        cells = np.asarray(mesh.t).T + 1
-        if (kind := kinds.get((mesh.p.shape[0], cells.shape[1]))) is None:
-            raise InputError(
-                f"basis: cells of {cells.shape[1]} nodes in {mesh.p.shape[0]} dimensions are not known here"
-            )
-        if kind == "hexahedron":
-            cells = cells[:, SKFEM_HEXAHEDRON]
-        boundaries = {key: facet_nodes(mesh, indices) + 1 for key, indices in (mesh.boundaries or {}).items()}
-        points = np.ascontiguousarray(mesh.p.T)[:count]
+        parts = mesh_parts(basis)
         return cls(
             mass,
             stiffness,
-            points=points,
-            dofs=names,
+            points=parts.points,
+            dofs=parts.dofs,
             damping=damping,
             gyroscopic=gyroscopic,
-            cells={kind: cells},
-            surfaces=boundaries,
+            cells=parts.cells,
+            surfaces=parts.surfaces,
             name=name,
         )
 
@@ -370,10 +355,6 @@ class Body(Shown):
         if self._surfaces:
             facts.append(("surfaces", ", ".join(self._surfaces)))
         return Summary(facts + [("note", note) for note in self.notes])
-
-
-#: The order of the corners of a hexahedron in scikit-fem, as places in the order of VTK.
-SKFEM_HEXAHEDRON = [0, 3, 6, 2, 1, 5, 7, 4]
 
 
 def _nodes(points: Any) -> tuple[NDArray[np.int64], Real | None]:

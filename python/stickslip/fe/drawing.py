@@ -70,7 +70,7 @@ def draw_pairs(points: Real, values: ArrayLike, ax: Axes | None, label: str) -> 
     if shown.shape != (len(points),) or not np.isfinite(shown).all():
         raise InputError(f"values: expected {len(points)} finite numbers, one per pair, got {shown}")
     axes = axes_of(ax)
-    # The surface is seen along the axis of space across which it is widest.
+    # Seen along the axis of space along which the points are least wide.
     wide = np.sort(np.argsort(-np.ptp(points, axis=0), kind="stable")[:2])
     if points.shape[1] == 2:
         wide = wide[np.ptp(points[:, wide], axis=0).argmax()]

@@ -87,7 +87,10 @@ class Pairs(Shown):
         )
 
     def plot(self, values: ArrayLike, ax: Axes | None = None, *, label: str = "") -> Axes:
-        """Draw a quantity of every pair where it lies: on a surface as colours, on a line as a curve.
+        """Draw a quantity of every pair where it lies: in space as colours, in the plane as a curve.
+
+        Pairs in space are seen along the coordinate axis along which they are least wide, pairs in the plane
+        stand over the axis along which they are widest; coordinates are in mm.
 
         Parameters
         ----------
@@ -97,6 +100,10 @@ class Pairs(Shown):
             Where to draw; None: on axes of its own.
         label
             Name of the quantity, with its unit.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
 
         Raises
         ------

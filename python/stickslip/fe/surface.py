@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.faults import InputError
-from stickslip.scene.checks import Real, real_number
+from stickslip.scene.checks import Real, real_array, real_number
 
 #: Corners of a quadrilateral, and Gauss points that integrate its bilinear shape functions exactly.
 CORNERS = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
@@ -135,11 +135,17 @@ class Surface:
         return self._loaded("pressure", -self.areas * self._scaled("pressure", pressure, thickness))
 
     def traction(self, traction: Sequence[float], thickness: float = 1.0) -> dict[str, float]:
-        """Return the forces of a traction, a vector (d,) in Pa, by the names of dofs."""
-        areas = self.areas
-        vector = np.array([self._scaled("traction", one, thickness) for one in traction])
-        if vector.shape != areas.shape[1:]:
-            raise InputError(f"traction: expected {areas.shape[1]} components, got {len(vector)}")
+        """Return the forces of a traction, a vector (d,) in Pa, by the names of dofs.
+
+        Raises
+        ------
+        InputError
+            If the surface has no facets, or the traction is not d finite numbers.
+        """
+        areas, given = self.areas, real_array("traction", traction, 1)
+        if given.shape != areas.shape[1:]:
+            raise InputError(f"traction: expected {areas.shape[1]} components, got {given.size}")
+        vector = np.array([self._scaled("traction", one, thickness) for one in given.tolist()])
         return self._loaded("traction", np.linalg.norm(areas, axis=1)[:, None] * vector)
 
     def _scaled(self, argument: str, value: Any, thickness: float) -> float:

@@ -37,7 +37,8 @@ def write_vtu(
     Parameters
     ----------
     path
-        The ``.pvd`` file. The others lie beside it: ``squeal_0000.vtu``, ...
+        The ``.pvd`` file. The others lie beside it: ``squeal_0000.vtu``, ... Missing folders
+        are made.
     scene
         A scene of meshed bodies, as `assemble` returns it.
     displacements
@@ -78,6 +79,7 @@ def write_vtu(
     if not cells:
         cells = [("vertex", np.arange(len(mesh.points))[:, None])]
     points = _in_space(mesh.points)
+    target.parent.mkdir(parents=True, exist_ok=True)
     written = [target]
     lines = ['<?xml version="1.0"?>', '<VTKFile type="Collection" version="0.1">', "  <Collection>"]
     for k, (time, fields) in enumerate(zip(times, frames_of, strict=True)):

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 import scipy.fft
@@ -97,12 +97,7 @@ class Sliding:
         InputError
             If a scene on the way is ill-posed, or the model is not a smooth function of the parameter.
         """
-        # Friction does not enter linearly where dofs have no mass, directions depend on each other, or it is
-        # a law over slip speed.
-        model = self.family.model
-        if not isinstance(model, Scene) or (
-            model.core.has_massless or model.core.dependent or model.core.has_friction_laws
-        ):
+        if not friction_enters_linearly(self.family.model):
             return Interpolation(self, name, fixed).path(lower, upper)
         # Both ends are validated; what lies between them is then valid as well.
         scene = self.family.scene({**fixed, name: lower})
@@ -111,6 +106,17 @@ class Sliding:
         self.check_direction(letters, name, (lower, upper), fixed)
         moving = moved_friction(scene, name)
         return _core.Path.contact_law(scene.core, other.core, letters, moving, lower, upper)
+
+
+def friction_enters_linearly(model: object) -> TypeGuard[Scene]:
+    """Return whether a model is a scene of whose parameters modes feel friction alone, and feel it linearly.
+
+    They do not where dofs have no mass, directions depend on each other, or friction is a law over slip
+    speed.
+    """
+    return isinstance(model, Scene) and not (
+        model.core.has_massless or model.core.dependent or model.core.has_friction_laws
+    )
 
 
 def moved_friction(scene: Scene, name: str) -> list[int]:

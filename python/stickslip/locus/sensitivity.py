@@ -23,7 +23,7 @@ from stickslip import _core
 from stickslip.faults import InputError
 from stickslip.locus.asked import asked
 from stickslip.locus.band.path import INTERPOLATED, Projected, wanted_region
-from stickslip.locus.path import Sliding, moved_friction
+from stickslip.locus.path import Sliding, friction_enters_linearly, moved_friction
 from stickslip.locus.units import parameter_units
 from stickslip.modes.complex_modes import complex_modes
 from stickslip.modes.modes import Modes
@@ -97,7 +97,7 @@ def sensitivity(
     modes = complex_modes(scene, combination, band=band, growth=growth)
     large = scipy.sparse.issparse(modes.mass)
     right, left = modes.right_displacement, modes.left_displacement
-    if isinstance(family.model, Scene):
+    if friction_enters_linearly(family.model):
         of_contacts = _sparse_contact_change if large else _contact_change
         changes = [of_contacts(scene, modes.combination, name) for name in names]
     else:
@@ -159,7 +159,7 @@ def entry_sensitivity(
     Raises
     ------
     InputError
-        If `matrix` is none of these.
+        If `matrix` is none of these, or changes the normal forces of contacts under laws over slip speed.
     """
     modes = complex_modes(scene, combination)
     reduced = reduce(scene, modes.combination)
@@ -170,6 +170,12 @@ def entry_sensitivity(
         raise InputError(
             "damping: beta K is formed from what the dofs with mass feel, where others have none or contacts"
             " are compliant; state it as a matrix to differentiate"
+        )
+    loaded = any(isinstance(one.friction, Law) and one.normal is not None for one in scene.contacts)
+    if loaded and matrix in ("stiffness", "circulatory"):
+        raise InputError(
+            f"matrix: {matrix} also changes normal forces, and with them the slope of friction over slip"
+            " speed; differentiate a function that returns the scene"
         )
     factors = {
         "mass": value**2 + law.mass * value,
@@ -217,11 +223,6 @@ def _contact_change(scene: Scene, combination: str | None, name: str) -> Change:
 
 def _sparse_contact_change(scene: Scene, letters: str, name: str) -> Change:
     """Return what friction higher by one adds: it enters linearly."""
-    if scene.core.has_massless or scene.core.dependent or scene.core.has_friction_laws:
-        raise InputError(
-            f"{name}: friction does not enter a scene of this size linearly, as some dofs have no mass, "
-            "directions depend on each other, or friction is a law; differentiate a function that returns it"
-        )
     moving = moved_friction(scene, name)
     raised = [
         dataclasses.replace(contact, friction=contact.friction + 1.0, static_friction=None)

@@ -68,6 +68,7 @@ def complex_modes(
     InputError
         If `combination` does not fit the scene, or a slider speed is zero where none is given; if `band`,
         `growth`, `near`, `count` or `transverse` is ill-posed, or both `band` and `near` are given.
+        If a contact slips without mass at a speed at which its law of friction has levelled off.
     NoSteadySlidingError
         If none is given and a contact would pull in steady sliding. With a combination the modes are computed
         whether or not the static load keeps its contacts closed.
@@ -82,7 +83,12 @@ def complex_modes(
     vectors (Saad 2011, chapters 6 and 8). Every eigenvalue is then corrected by ``v' P(lambda) x / v'
     P'(lambda) x`` with the stated matrices in doubled precision, so that its error is about `condition` times
     rounding times ``|lambda|``; `residual` is ``|P(lambda) x| / ((|lambda|^2 |M| + |lambda| |C| + |K|) |x|)``
-    in the largest entry and row sum, `condition` ``2 |lambda| |x|_M |v|_M / |v' P'(lambda) x|``.
+    in the largest entry and row sum, `condition` ``(2 |lambda| |x|_M |v|_M + |x_s|_C |v_s|_C) / |v'
+    P'(lambda) x|``, s being the coordinates that slip without mass.
+
+    A contact that slips without mass under a law of friction moves by the slope of the law: with N_0 its
+    normal force and v the slip speed, ``N_0 mu'(v) x_s' + (K x)_s = 0``, a state of first order, with one
+    eigenvalue.
 
     Shifts are added until their discs cover the band. Whether an eigenvalue was missed is then counted by the
     winding of ``det P`` round a wide contour, with those found divided out: see `Modes.missing`.

@@ -53,8 +53,10 @@ class Modes(Shown):
     ``A = [[C_s, M_s], [M_s, 0]]``, ``B = [[K_s, 0], [0, -M_s]]``; right vectors r = (xi, lambda xi) with
     ``lambda A r = -B r``, left vectors l = (v, lambda v) with ``lambda l' A = -l' B`` (plain transpose). m
     eigenvalues, sorted by modulus, the two of a conjugate pair adjacent, positive imaginary part first; real
-    ones occur. The number of a mode is its place among them, from 0 on: what tables and figures show, one of
-    each pair, is what `modes[number]` and every function of a mode takes.
+    ones occur. Each of the k free coordinates gives two of them, but slip without mass under a law of
+    friction gives one: its column of M_s is zero. The number of a mode is its place among them, from 0 on:
+    what tables and figures show, one of each pair, is what `modes[number]` and every function of a mode
+    takes.
 
     Attributes
     ----------
@@ -63,7 +65,7 @@ class Modes(Shown):
     eigenvalues
         lambda, (m,), 1/s; a positive real part grows.
     right_displacement, left_displacement
-        Columns xi and v, (m / 2, m); the largest entry of each xi is 1, and v is nan where a mode is
+        Columns xi and v, (k, m); the largest entry of each xi is 1, and v is nan where a mode is
         defective.
     a, b
         (m,), ``lambda = -b / a``; nan where a mode is defective and has no bi-orthogonal pair.
@@ -82,7 +84,7 @@ class Modes(Shown):
         about ``sqrt(epsilon s / (|v|' |M_s| |xi|))``; the smaller one counts. Whatever says ``unstable`` or
         ``stable`` (sweeps, verdicts, studies, tables) takes a growth rate within it as zero.
     mass, damping, stiffness
-        M_s, C_s and K_s, (m / 2, m / 2); sparse if only a part of the modes of a large scene was computed.
+        M_s, C_s and K_s, (k, k); sparse if only a part of the modes of a large scene was computed.
     missing
         Number of eigenvalues that were asked for and not found, conjugates included, by the winding of det P
         round the band: near 0 if they are all here. Not a whole number, since it is an integral by
@@ -114,7 +116,7 @@ class Modes(Shown):
 
     @cached_property
     def right(self) -> Complex:
-        """Columns (xi, lambda xi), (m, m).
+        """Columns (xi, lambda xi), (2k, m).
 
         ``left.T @ A @ right = diag(a)``, ``left.T @ B @ right = diag(b)``.
         """
@@ -122,17 +124,17 @@ class Modes(Shown):
 
     @cached_property
     def left(self) -> Complex:
-        """Columns (v, lambda v), (m, m)."""
+        """Columns (v, lambda v), (2k, m)."""
         return np.concatenate([self.left_displacement, self.left_displacement * self.eigenvalues])
 
     @cached_property
     def state_a(self) -> Matrix:
-        """A, (m, m)."""
+        """A, (2k, 2k)."""
         return _blocks(self.damping, self.mass, self.mass, 0.0 * self.mass)
 
     @cached_property
     def state_b(self) -> Matrix:
-        """B, (m, m)."""
+        """B, (2k, 2k)."""
         zero = 0.0 * self.mass
         return _blocks(self.stiffness, zero, zero, -self.mass)
 

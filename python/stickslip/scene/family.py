@@ -282,7 +282,7 @@ class Family:
         return arguments, law
 
     def value(self, name: str) -> float:
-        """Return the number that a parameter of a function has where nothing is said.
+        """Return the number that a parameter has where nothing is said.
 
         Raises
         ------
@@ -290,6 +290,8 @@ class Family:
             If it has none, or several.
         """
         entry, place, count, late = self.slot(name)
+        if isinstance(self.model, Scene):
+            entry, late = name, True
         if late:
             scene = self.scene({})
             loads = load_parameters(scene.loads, scene.contacts)

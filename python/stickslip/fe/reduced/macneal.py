@@ -13,6 +13,17 @@ The contact displacements ``p = B' x`` take the place of the forces: ``l = Y^-1 
     K = [[Y^-1, -Y^-1 P], [-P' Y^-1, diag(w^2) + P' Y^-1 P]],   P = B' Phi,   M = diag(0, 1).
 
 All that is static is exact. Damping and gyroscopic forces act on the modes alone: R is that of rest.
+
+Of the inertia of the modes left out R knows nothing. One further mode per contact direction carries it: with
+``V = R B``, ``m1 = V' M_z V``, ``m2 = V' M_z R M_z V`` these modes are ``psi = w^2 R M_z V z`` where
+``m2 z = m1 z / w^2``, ``z' m1 z = 1``, and ``R - sum of psi psi' / w^2`` takes the place of R. Here
+``M_z = P M P``, ``P = 1 - B (B' B)^-1 B'``, is the mass without that of the contact displacements, which
+would strike against the contacts as if it were on stiff springs. As ``psi_i' K psi_j`` is w_i^2 for i = j and
+else zero, the equations above hold as they stand; the amplitude of such a mode in a displacement x without
+the modes Phi is ``z' V' M_z x``. Where nothing has mass at the contacts, the flexibility
+``B' (R + w^2 R M R + w^4 R M R M R + ...) B`` is exact up to the terms written: this is the block Gauss-Radau
+rule with a node at infinite frequency (Golub, Meurant, Matrices, Moments and Quadrature with Applications,
+2010, chapter 6).
 """
 
 from __future__ import annotations
@@ -22,9 +33,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 import scipy.sparse
+from scipy.sparse.linalg import splu
 
 from stickslip.faults import InputError
-from stickslip.fe.reduced.contact_coordinates import Coordinate, contact_directions, sparse
+from stickslip.fe.reduced.contact_coordinates import INDEPENDENT, Coordinate, contact_directions, sparse
 from stickslip.fe.reduced.lowest_modes import LowestModes
 from stickslip.fe.reduced.model import Model, dual, projected
 from stickslip.scene.checks import Real
@@ -34,6 +46,9 @@ from stickslip.scene.scene import Scene
 #: The shift that makes K regular where the structure moves freely, of the highest frequency wanted: the
 #: correction for it shrinks by this number squared, over that of the first mode left out, in every step.
 _SHIFT = 0.1
+#: Part of the flexibility of every contact direction that must stay without mass: with less, too few modes
+#: are left out for further ones to stand for them, and contacts would become rigid.
+_MASSLESS = 0.01
 #: Relative change of R that counts as none, and steps that may lead there.
 _SETTLED, _STEPS = 1e-15, 200
 
@@ -54,7 +69,7 @@ class MacNeal:
         self.modes = LowestModes(stiffness, mass, (_SHIFT * 2.0 * np.pi * highest) ** 2)
 
     def model(self, count: int) -> Model:
-        """Return the reduced matrices with so many modes.
+        """Return the reduced matrices with so many modes of the structure, and the further ones.
 
         Raises
         ------
@@ -63,16 +78,28 @@ class MacNeal:
         """
         scene, b = self.scene, len(self.kinds)
         squares, shapes = self.modes(count)
-        left = self._left_out(shapes)
+        left = self._left_out(shapes, np.column_stack([self.directions.toarray(), scene.force]))
         caused, rest = left[:, :b], left[:, b]
+        more, further, weights = self._further(shapes, caused)
+        caused = caused - further @ ((further.T @ self.directions) / more[:, None])
+        rest = rest - further @ (further.T @ scene.force / more)
+        taken = np.vstack(
+            [
+                dual(scene, self.directions, shapes),
+                weights - (weights @ shapes) @ (shapes.T @ self.modes.mass),
+            ]
+        )
+        squares, shapes = np.r_[squares, more], np.hstack([shapes, further])
+        count = squares.size
         flexible = self.directions.T @ caused
-        try:
-            rigid = scipy.linalg.cho_solve(scipy.linalg.cho_factor(0.5 * (flexible + flexible.T)), np.eye(b))
-        except scipy.linalg.LinAlgError:
+        flexible = 0.5 * (flexible + flexible.T)
+        sizes = np.sqrt(np.maximum(np.diag(flexible), 0.0))
+        if not (sizes.min() > 0.0 and np.linalg.eigvalsh(flexible / np.outer(sizes, sizes))[0] > INDEPENDENT):
             raise InputError(
                 "contacts: the modes left out do not move them independently; their directions depend on one "
                 "another, or there are too many modes"
-            ) from None
+            )
+        rigid = np.linalg.inv(flexible)
         rigid = 0.5 * (rigid + rigid.T)
         seen = self.directions.T @ shapes
         pushed = caused @ rigid
@@ -96,7 +123,7 @@ class MacNeal:
             squares=squares,
             basis=basis,
             offset=offset,
-            dual=dual(scene, self.directions, shapes),
+            dual=taken,
             mass=scipy.linalg.block_diag(zero, np.eye(count)),
             damping=damping,
             gyroscopic=gyroscopic,
@@ -106,11 +133,49 @@ class MacNeal:
             lumping="",
         )
 
-    def _left_out(self, shapes: Real) -> Real:
-        """Return ``R [B, f]``, (n, b + 1): ``(K + s M) y = g + s M y`` with modes taken out of g and of y."""
+    def _further(self, shapes: Real, caused: Real) -> tuple[Real, Real, Real]:
+        """Return squares, psi (n, b) and ``z' V' M_z`` (b, n) of the modes for the inertia of those left out.
+
+        None of them where too few modes are left out.
+        """
+        none = np.zeros(0), shapes[:, :0], shapes[:, :0].T
+        flexible = self.directions.T @ caused
+        try:
+            pushed = self._inner(self.modes.mass @ self._inner(caused))
+            moved = self._left_out(shapes, pushed)
+            first, second = caused.T @ pushed, pushed.T @ moved
+            inverse, mix = scipy.linalg.eigh(0.5 * (second + second.T), 0.5 * (first + first.T))
+            if not inverse[0] > 0.0:
+                return none
+            carried = mix.T @ first
+            kept = flexible - (carried.T / inverse) @ carried
+            if not scipy.linalg.eigvalsh(kept + kept.T, flexible + flexible.T)[0] > _MASSLESS:
+                return none
+        except scipy.linalg.LinAlgError:
+            return none
+        squares, mix = 1.0 / inverse[::-1], mix[:, ::-1]
+        return squares, (moved @ mix) * squares, (pushed @ mix).T
+
+    def _inner(self, vectors: Real) -> Real:
+        """Return ``P vectors``: without their contact displacements.
+
+        Raises
+        ------
+        scipy.linalg.LinAlgError
+            If the directions depend on one another.
+        """
+        directions = self.directions
+        try:
+            factor = splu(scipy.sparse.csc_array(directions.T @ directions))
+        except RuntimeError as error:
+            raise scipy.linalg.LinAlgError(str(error)) from None
+        inner: Real = vectors - directions @ factor.solve(directions.T @ vectors)
+        return inner
+
+    def _left_out(self, shapes: Real, forces: Real) -> Real:
+        """Return ``R forces``, (n, k): ``(K + s M) y = g + s M y`` with modes taken out of g and of y."""
         mass = self.modes.mass
-        given = np.column_stack([self.directions.toarray(), self.scene.force])
-        given -= mass @ (shapes @ (shapes.T @ given))
+        given = forces - mass @ (shapes @ (shapes.T @ forces))
         found = np.zeros(given.shape)
         for _ in range(_STEPS):
             before = found

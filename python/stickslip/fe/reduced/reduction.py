@@ -54,7 +54,8 @@ class Reduction(Shown):
         ``lumped``, ``consistent`` or ``massless``.
     frequencies
         Frequencies of the modes, Hz, (q,): of the structure with held contacts or, with the massless
-        boundary, of the free structure.
+        boundary, of the free structure; there the last ones, one per contact direction where enough modes
+        are left out, stand for the inertia of all others.
     basis, offset
         ``x = offset + basis y``: (n, m) and (n,), m. The offset is the displacement of the structure with
         held contacts under the constant forces, so that their static effect is exact.
@@ -144,8 +145,9 @@ class Reduction(Shown):
         return "Reduction\n" + "\n".join(f"  {name}: {value}" for name, value in self.summary().facts)
 
     def summary(self) -> Summary:
-        """Return sizes, and how well the eigenvalues of the band agree."""
-        errors = self.errors.error.to_numpy()
+        """Return sizes, how well the eigenvalues of the band agree, and the largest growth."""
+        full, reduced, errors = (self.errors[name].to_numpy() for name in ("full", "reduced", "error"))
+        missing = abs(self.errors.attrs["missing"])
         facts = [
             ("full", f"{self.full.size} dofs, {len(self.full.contacts)} contacts"),
             (
@@ -155,22 +157,15 @@ class Reduction(Shown):
             ),
             ("boundary", f"{self.boundary}{self.errors.attrs['lumping']}"),
             (
-                "largest error",
-                f"{errors.max():.2g} of {errors.size} eigenvalues of {self.errors.attrs['combination']}",
+                "band",
+                f"{errors.size} eigenvalues of {self.errors.attrs['combination']}, {missing:.2f} missing",
             ),
+            ("largest error", f"{errors.max():.2g}"),
+            ("largest growth", f"{_growth(full)}; reduced {_growth(reduced)}"),
         ]
         rows = [
-            (
-                str(k),
-                abs(full) / (2.0 * np.pi),
-                abs(reduced) / (2.0 * np.pi),
-                full.real,
-                reduced.real,
-                float(error),
-            )
-            for k, (full, reduced, error) in enumerate(
-                zip(self.errors.full.to_numpy(), self.errors.reduced.to_numpy(), errors, strict=True)
-            )
+            (str(k), abs(one) / (2.0 * np.pi), abs(other) / (2.0 * np.pi), one.real, other.real, float(error))
+            for k, (one, other, error) in enumerate(zip(full, reduced, errors, strict=True))
         ]
         headings = ("mode", "full, Hz", "reduced, Hz", "growth, 1/s", "reduced growth, 1/s", "error")
         return Summary(facts, [Table("Eigenvalues of full and reduced scene", headings, rows)])
@@ -201,15 +196,16 @@ def reduce(
         Model of the inertia S that the modes leave at the contacts. ``lumped``: row sums within the normal
         and within the tangential direction, so that an impact of one contact moves no other. ``consistent``:
         S itself, so that mass couples the contacts. ``massless``: modes of the free structure in place of
-        those with held contacts, and no inertia at the contacts, so that there are no impacts; for scenes
-        without a circulatory matrix.
+        those with held contacts, one further mode per contact direction that stands for the inertia of all
+        others, and no inertia at the contacts, so that there are no impacts; for scenes without a circulatory
+        matrix.
     tolerance
         Largest relative distance of an eigenvalue.
     combination
         Status combination whose eigenvalues are compared; None: that of steady sliding.
     modes
-        Number of modes; None: as many as the tolerance requires. With a number, the result states its errors
-        whatever they are.
+        Number of modes of the structure; None: as many as the tolerance requires. With a number, the result
+        states its errors whatever they are.
     modal_damping
         Damping ratio of the modes of the reduced structure without its contacts, added to the damping that
         the scene has. The errors are those without it.
@@ -290,6 +286,11 @@ def reduce(
         errors_of,
         model.dual,
     )
+
+
+def _growth(values: Complex) -> str:
+    worst = max(values, key=np.real)
+    return f"{worst.real:.3g} 1/s at {abs(worst) / (2.0 * np.pi):.5g} Hz"
 
 
 def _upper(modes: Modes) -> Complex:

@@ -20,11 +20,12 @@ import scipy.sparse.linalg
 
 from stickslip import _core
 from stickslip.faults import InputError
+from stickslip.locus.band.states import States
 from stickslip.locus.path import Interpolation, Sliding
 from stickslip.modes.complex_modes import FEW, band_modes, region_of
 from stickslip.modes.sparse.pencil import SparsePencil, sparse_array
 from stickslip.modes.sparse.region import Region
-from stickslip.scene.checks import Complex, Real
+from stickslip.scene.checks import Complex, Flags, Real
 from stickslip.scene.scene import Scene
 
 #: Relative error of a projected eigenvalue, times its condition, up to which the space is large enough.
@@ -59,6 +60,7 @@ class BandPath:
     def __post_init__(self) -> None:
         self.letters = self.sliding.letters(self._scene(self.lower))
         self.scaling: Real = np.zeros(0)
+        self.first_order: Flags = np.zeros(0, dtype=bool)
         self.columns: list[Real] = []
         self._add(self.lower, certify=True)
         self._add(self.upper, certify=True)
@@ -106,6 +108,7 @@ class BandPath:
         if not self.scaling.size:
             inertia = np.abs(modes.mass.diagonal())
             self.scaling = 1.0 / np.sqrt(np.where(inertia > 0.0, inertia, 1.0))
+            self.first_order = inertia == 0.0
         agrees = len(self.known) >= 2 and self._agrees(value, chosen, modes.condition[upper])
         self.known[value] = (chosen, modes.condition[upper])
         vectors = [modes.right_displacement[:, upper], modes.left_displacement[:, upper]]
@@ -130,7 +133,7 @@ class BandPath:
     def _agrees(self, value: float, exact: Complex, condition: Real) -> bool:
         """Return whether the projected eigenvalues at a value are the exact ones of the band."""
         mass, damping, stiffness = self.path.matrices(value)[:3]
-        ritz = _eigenvalues(mass, damping, stiffness)
+        ritz: Complex = scipy.linalg.eigvals(States.of(mass, damping, stiffness).matrix)
         inside = self.region.holds(exact)
         projected = ritz[self.region.holds(ritz) & (ritz.imag >= 0.0)]
         if not inside.any():
@@ -141,8 +144,9 @@ class BandPath:
 
     def _built(self) -> _core.Path:
         together = np.concatenate(self.columns, axis=1)
-        left, sizes, _ = scipy.linalg.svd(together, full_matrices=False)
-        basis = left[:, sizes > _DIRECTION * sizes[0]] * self.scaling[:, None]
+        # Slip under a law may have no mass: directions of its own have none in the space either.
+        spaces = [_space(together, part) for part in (~self.first_order, self.first_order)]
+        basis = np.concatenate(spaces, axis=1) * self.scaling[:, None]
         return Projected(self.sliding, self.name, self.fixed, INTERPOLATED, basis).path(
             self.lower, self.upper
         )
@@ -166,12 +170,13 @@ class Projected(Interpolation):
         return (*projected, load @ self.basis, rows @ self.basis, offsets, speeds)
 
 
-def _eigenvalues(mass: Real, damping: Real, stiffness: Real) -> Complex:
-    size = mass.shape[0]
-    inverse = np.linalg.solve(mass, np.concatenate([-stiffness, -damping], axis=1))
-    state = np.concatenate([np.concatenate([np.zeros((size, size)), np.eye(size)], axis=1), inverse])
-    values: Complex = scipy.linalg.eigvals(state)
-    return values
+def _space(columns: Real, part: Flags) -> Real:
+    """Return orthonormal directions of what columns span in a part of their rows; zero in the others."""
+    directions, sizes, _ = scipy.linalg.svd(columns[part], full_matrices=False)
+    wanted = sizes > _DIRECTION * sizes.max(initial=0.0)
+    space = np.zeros((part.size, np.count_nonzero(wanted)))
+    space[part] = directions[:, wanted]
+    return space
 
 
 def is_large(sliding: Sliding, name: str, value: float, fixed: Mapping[str, float]) -> bool:

@@ -11,6 +11,7 @@ import scipy.optimize
 from threadpoolctl import threadpool_limits
 
 from stickslip import _core
+from stickslip.locus.band.states import States
 from stickslip.modes.sparse.region import Region
 from stickslip.scene.checks import Complex, Real
 
@@ -40,28 +41,24 @@ class _Point:
     @classmethod
     def of(cls, path: _core.Path, value: float) -> _Point:
         mass, damping, stiffness, *changes = path.matrices(value)
-        size = mass.shape[0]
-        inverse = np.linalg.solve(mass, np.concatenate([-stiffness, -damping], axis=1))
-        # In units of the fastest eigenvalue both halves of a state have the same size.
-        unit = np.sqrt(np.abs(np.linalg.norm(stiffness) / np.linalg.norm(mass))) or 1.0
-        inverse[:, :size] /= unit
-        upper = np.concatenate([np.zeros((size, size)), unit * np.eye(size)], axis=1)
-        values, vectors = scipy.linalg.eig(np.concatenate([upper, inverse]))
+        states = States.of(mass, damping, stiffness)
+        values, vectors = scipy.linalg.eig(states.matrix)
         # Rows of the inverse are left vectors, bi-orthogonal also where eigenvalues are equal.
         with np.errstate(all="ignore"):
-            duals = np.linalg.inv(vectors)
-            right = vectors[:size]
-            left = np.linalg.solve(mass.T, duals[:, size:].T)
+            right, left = states.shapes(vectors), states.lefts(np.linalg.inv(vectors))
             a = np.einsum("ij,ij->j", left, 2.0 * (mass @ right) * values + damping @ right)
             left = left / a
             moved = [change @ right for change in changes]
             slope = -np.einsum("ij,ij->j", left, (moved[0] * values + moved[1]) * values + moved[2])
 
-            def inertia(x: Complex) -> Real:
-                length: Real = np.sqrt(np.einsum("ij,ij->j", x.conj(), mass @ x).real)
-                return length
+            def length(matrix: Real, x: Complex) -> Real:
+                size: Real = np.sqrt(np.einsum("ij,ij->j", x.conj(), matrix @ x).real)
+                return size
 
-            condition = 2.0 * np.abs(values) * inertia(right) * inertia(left)
+            condition = 2.0 * np.abs(values) * length(mass, right) * length(mass, left)
+            s = ~states.second
+            slip = damping[np.ix_(s, s)]
+            condition += length(slip, right[s]) * length(slip, left[s])
         condition = np.where(np.isfinite(condition), condition, np.inf)
         return cls(value, values, right, left, mass, damping, slope, condition)
 

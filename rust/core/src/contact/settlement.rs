@@ -11,14 +11,14 @@ pub(crate) enum Departure {
     #[default]
     None,
     /// The slip velocity: 2 after an onset of slip with mu_static = mu, else 1.
-    Slip(usize),
+    Slip(u8),
     /// The gap: 1 after a bounce or a release without mass, 2 when a normal force was already negative, 3 after a release.
-    Gap(usize),
+    Gap(u8),
     /// Normal force, and both bounds of what sticks, of a contact without mass: 1 after its gap has closed.
-    Force(usize),
+    Force(u8),
     /// The bound in one direction of what sticks without mass: 2 after slip has come to an end, 1 when another contact
     /// has ended it.
-    Bound(Status, usize),
+    Bound(Status, u8),
     /// Slip velocity and normal force at once, each 1.
     SlipAndForce,
 }
@@ -32,7 +32,7 @@ impl Departure {
             | (Self::Gap(multiplicity), Impact | Closing)
             | (Self::Force(multiplicity), Release | SlipPositive | SlipNegative)
             | (Self::Bound(Status::Positive, multiplicity), SlipPositive)
-            | (Self::Bound(Status::Negative, multiplicity), SlipNegative) => multiplicity,
+            | (Self::Bound(Status::Negative, multiplicity), SlipNegative) => multiplicity.into(),
             (Self::SlipAndForce, Velocity | Release) => 1,
             _ => 0,
         }
@@ -70,7 +70,8 @@ pub(crate) struct Series {
 }
 
 impl Settlement {
-    /// A contact whose gap is zero and opens departs from zero, whatever the event was.
+    /// A contact whose gap is zero and opens departs from zero, whatever the event was. A gap that is a sum of other
+    /// coordinates may be negative by their rounding.
     pub fn depart(
         &mut self,
         scene: &Scene,
@@ -84,7 +85,7 @@ impl Settlement {
             if *departure == Departure::None
                 && self.statuses[contact] == Status::Detached
                 && law.normal_has_mass()
-                && q[law.normal] == 0.0
+                && q[law.normal] <= 0.0
                 && u[law.normal] > 0.0
             {
                 *departure = Departure::Gap(1);

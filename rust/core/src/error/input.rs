@@ -261,13 +261,15 @@ pub enum Error {
         /// A contact whose forces are not determined.
         contact: usize,
     },
-    /// Modes of steady sliding by a law where slip has no mass.
+    /// Steady sliding where a law levels off and slip has no mass.
     #[error(
-        "contact {contact}: friction over slip speed makes its tangential direction, which has no mass, a motion of first order, of which modes are not computed; leave tangential_stiffness out, or give the dofs mass"
+        "contact {contact}: its friction levels off at the slip speed {speed} m/s of steady sliding, and without mass in the tangential direction no small motion about it follows; state a law that rises there, or give the dofs mass"
     )]
-    FirstOrderModes {
+    LevelSteadySliding {
         /// Index of the contact.
         contact: usize,
+        /// Slip speed of steady sliding, m/s.
+        speed: f64,
     },
     /// Friction depends on slip speed where slip has no mass.
     #[error(

@@ -21,14 +21,17 @@ impl EigenPair {
         norm(&self.right) * norm(&self.left) / self.product().norm()
     }
 
-    /// The condition of a pair of `(gamma x, x')` in the gamma in which it is smallest: the scale of velocity
-    /// against position is for each mode its own.
-    pub fn scaled_condition(&self) -> f64 {
-        let m = self.right.len() / 2;
-        let block = |range: std::ops::Range<usize>| {
-            norm(&self.right[range.clone()]) * norm(&self.left[range])
-        };
-        (block(0..m) + block(m..2 * m)) / self.product().norm()
+    /// The condition of a pair whose entries are in up to three blocks, in the units of the blocks in which it is smallest:
+    /// the scale of velocity against position is for each mode its own.
+    pub fn scaled_condition(&self, block: impl Fn(usize) -> usize) -> f64 {
+        let mut squares = [[0.0; 2]; 3];
+        for (i, (x, y)) in self.right.iter().zip(&self.left).enumerate() {
+            let [right, left] = &mut squares[block(i)];
+            *right += x.norm_sqr();
+            *left += y.norm_sqr();
+        }
+        let sizes = squares.map(|[right, left]| right.sqrt() * left.sqrt());
+        sizes.iter().sum::<f64>() / self.product().norm()
     }
 }
 

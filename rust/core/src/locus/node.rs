@@ -48,7 +48,7 @@ pub(crate) struct Node {
     real: Vec<bool>,
 }
 
-/// An eigenvalue among all 2m: a mode of the node, or its conjugate.
+/// An eigenvalue among all: a mode of the node, or its conjugate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Member {
     pub mode: usize,
@@ -118,7 +118,7 @@ impl Node {
         Ok(division)
     }
 
-    /// All 2m eigenvalues, conjugates adjacent, positive imaginary part first.
+    /// All eigenvalues, conjugates adjacent, positive imaginary part first.
     pub fn members(&self) -> Vec<Member> {
         let mut members = Vec::with_capacity(2 * self.modes.len());
         for (mode, entry) in self.modes.iter().enumerate() {

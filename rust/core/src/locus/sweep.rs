@@ -235,9 +235,12 @@ const SMALL: usize = 16;
 
 /// At parameter values of a path.
 pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error> {
-    let factor = |piece: &Piece, t| MassFactor::new(&piece.mass.rows(t), &path.combination);
-    let piece = path.piece_of_constant_mass().filter(|_| !values.is_empty());
-    let shared = piece.map(|piece| factor(piece, 0.0)).transpose()?;
+    let factor =
+        |piece: &Piece, t| MassFactor::new(piece.mass.rows(t).to_dense(), &path.combination);
+    let proportional = |piece: &&Piece| matches!(piece.damping, PathDamping::Proportional { .. });
+    let piece = path.piece_of_constant_mass().filter(proportional);
+    let shared =
+        piece.filter(|_| !values.is_empty()).map(|piece| factor(piece, 0.0)).transpose()?;
     let verdict = |&value: &f64| {
         let (piece, t) = path.place(value);
         let stiffness = piece.stiffness.at(t);

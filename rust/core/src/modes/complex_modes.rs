@@ -21,7 +21,8 @@ use crate::scene::status::Combination;
 /// Stands for the left vector of a defective mode, and for numbers that are divided by its product with the right one.
 const UNDEFINED: Complex64 = Complex64::new(f64::NAN, f64::NAN);
 
-/// All 2m modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first.
+/// All modes of a combination, sorted by modulus, conjugates adjacent, positive imaginary part first: 2m less one for each
+/// coordinate of first order.
 /// Matrices are column-major: one mode after the other. Only the displacement parts of the vectors are kept.
 #[derive(Debug, Clone)]
 pub struct Modes {

@@ -14,7 +14,7 @@ use crate::linalg::dense::regular_solution;
 use crate::linalg::eigen;
 use crate::modes::mass_factor::MassFactor;
 use crate::modes::quadratic_pencil::{DoubledRows, Pencil, PencilDamping};
-use crate::modes::solvers::general::state_matrix;
+use crate::modes::solvers::general::StateForm;
 use crate::modes::solvers::proportional::roots_of_mode;
 use crate::modes::spectrum::{Vectors, spectrum};
 use crate::numerics::double_double::Doubled;
@@ -206,16 +206,15 @@ fn proportional_values(kappas: &[Complex64], alpha: f64, beta: f64, lambdas: &mu
 
 /// The verdict on a pencil.
 pub(crate) fn pencil_growth(pencil: &Pencil) -> Result<Growth, Error> {
-    let factor = MassFactor::new(&pencil.mass, &pencil.combination)?;
-    let stiffness = pencil.stiffness.to_dense();
     match &pencil.damping {
         &PencilDamping::Proportional { alpha, beta } => {
+            let factor = MassFactor::new(pencil.mass.to_dense(), &pencil.combination)?;
+            let stiffness = pencil.stiffness.to_dense();
             proportional_growth(&factor, &stiffness, [alpha, beta], || Cow::Borrowed(pencil))
         }
         PencilDamping::General(rows) => {
-            let (stiffness, damping) =
-                (factor.normalised(&stiffness), factor.normalised(&rows.to_dense()));
-            growth_of(&eigen::values(state_matrix(&stiffness, &damping)), || Cow::Borrowed(pencil))
+            let (_, form) = StateForm::of(pencil, rows)?;
+            growth_of(&eigen::values(form.matrix), || Cow::Borrowed(pencil))
         }
     }
 }

@@ -4,8 +4,9 @@ use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use num_complex::Complex64;
 
 use crate::error::input::Error;
-use crate::linalg::dense::{Factors, SINGULAR, cholesky, is_symmetric, smallest_relative_pivot};
-use crate::modes::quadratic_pencil::DoubledRows;
+use crate::linalg::dense::{
+    Factors, SINGULAR, cholesky, is_diagonal, is_symmetric, smallest_relative_pivot,
+};
 use crate::scene::status::Combination;
 
 pub(crate) enum MassFactor {
@@ -19,11 +20,9 @@ pub(crate) enum MassFactor {
 
 impl MassFactor {
     /// Of the mass of a combination.
-    pub fn new(mass: &DoubledRows, combination: &Combination) -> Result<Self, Error> {
-        let is_diagonal = mass.is_diagonal();
-        let mass = mass.to_dense();
+    pub fn new(mass: DMatrix<f64>, combination: &Combination) -> Result<Self, Error> {
         let diagonal = mass.diagonal();
-        if is_diagonal && diagonal.iter().all(|&entry| entry > 0.0) {
+        if is_diagonal(&mass) && diagonal.iter().all(|&entry| entry > 0.0) {
             return Ok(Self::Diagonal(diagonal.map(f64::sqrt)));
         }
         if is_symmetric(&mass)

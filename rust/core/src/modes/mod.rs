@@ -1,6 +1,7 @@
 //! Complex modes and growth of one status combination.
 
 pub(crate) mod complex_modes;
+pub(crate) mod first_order;
 pub(crate) mod growth;
 pub(crate) mod mass_factor;
 pub(crate) mod mode;

@@ -10,7 +10,7 @@ use crate::linalg::parallel::each;
 use crate::linalg::sparse::SparseMatrix;
 use crate::modes::complex_modes::normalised;
 use crate::modes::mode::Mode;
-use crate::modes::quadratic_pencil::Pencil;
+use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
@@ -35,7 +35,8 @@ pub struct JudgedPair {
     pub shape: Vec<Complex64>,
     /// `a = v' (C + 2 lambda M) xi`
     pub a: Complex64,
-    /// Condition number of the eigenvalue in mass-normalised, scaled state space, `2 |lambda| |xi|_M |v|_M / |a|`.
+    /// Condition number of the eigenvalue in mass-normalised, scaled state space,
+    /// `(2 |lambda| |xi|_M |v|_M + |xi_s|_C |v_s|_C) / |a|` with the coordinates s that have no mass.
     pub condition: f64,
     /// Whether the condition number is so large that the mode has no left vector.
     pub defective: bool,
@@ -78,11 +79,18 @@ pub fn judged_pairs(
         let parts = part(|z| z.re).into_iter().zip(part(|z| z.im));
         parts.map(|(re, im)| Complex64::new(re, im)).collect()
     };
-    Ok(each(pencil.size, pairs, |pair| judged(&pencil, norms, pair, over_dofs)))
+    let damping = |k: usize| match &pencil.damping {
+        PencilDamping::General(rows) => rows.diagonal(k),
+        PencilDamping::Proportional { .. } => 0.0,
+    };
+    let first_order: Vec<(usize, f64)> =
+        pencil.first_order().into_iter().map(|k| (k, damping(k))).collect();
+    Ok(each(pencil.size, pairs, |pair| judged(&pencil, &first_order, norms, pair, over_dofs)))
 }
 
 fn judged(
     pencil: &Pencil,
+    first_order: &[(usize, f64)],
     [mass, damping, stiffness]: [f64; 3],
     (start, right, left): Triple,
     over_dofs: impl Fn(&[Complex64]) -> Vec<Complex64>,
@@ -102,7 +110,12 @@ fn judged(
         let terms = pencil.mass.rounded_product(vector).zip(vector);
         terms.map(|(product, z)| z.conj() * product).sum::<Complex64>().norm().sqrt()
     };
-    let condition = 2.0 * size * inertia(&right) * inertia(&left) / a.norm();
+    let along = |vector: &[Complex64]| {
+        let terms = first_order.iter().map(|&(k, damping)| damping.abs() * vector[k].norm_sqr());
+        terms.sum::<f64>().sqrt()
+    };
+    let second = 2.0 * size * inertia(&right) * inertia(&left);
+    let condition = (second + along(&right) * along(&left)) / a.norm();
     let mode = normalised(Mode {
         eigenvalue,
         a,

@@ -85,6 +85,10 @@ impl DoubledRows {
         columns.iter().copied().zip(entries.iter().copied())
     }
 
+    pub fn diagonal(&self, k: usize) -> f64 {
+        self.row(k).filter(|entry| entry.0 == k).map(|(_, value)| value.high).sum()
+    }
+
     /// The matrix times a vector, in doubled precision.
     pub fn product(&self, vector: &[Complex64]) -> Vec<DoubledComplex> {
         (0..self.size())
@@ -136,10 +140,6 @@ impl DoubledRows {
             self.row(i).for_each(|(j, value)| dense[(i, j)] = value);
         }
         dense
-    }
-
-    pub fn is_diagonal(&self) -> bool {
-        (0..self.size()).all(|i| self.row(i).all(|(j, _)| j == i))
     }
 
     pub fn frobenius(&self) -> f64 {

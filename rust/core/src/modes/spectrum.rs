@@ -1,7 +1,7 @@
 //! The quadratic eigenproblem of one status combination: `(lambda^2 M + lambda C + K) xi = 0`.
 //!
 //! With `C = alpha M + beta K` the m by m problem `K xi = kappa M xi` gives all 2m modes, otherwise a linearisation of
-//! twice the size. Every eigenvalue is then corrected by one generalized Rayleigh quotient
+//! twice the size, without the velocities of [coordinates of first order](crate::modes::first_order). Every eigenvalue is then corrected by one generalized Rayleigh quotient
 //! `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order in the errors of the vectors,
 //! with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
@@ -11,7 +11,7 @@ use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
 use crate::modes::quadratic_pencil::{Pencil, PencilDamping};
 use crate::modes::refinement::inverse_iteration::InverseIteration;
-use crate::modes::solvers::general::general_modes;
+use crate::modes::solvers::general::{StateForm, general_modes};
 use crate::modes::solvers::problem::Problem;
 use crate::modes::solvers::proportional::proportional_modes;
 
@@ -61,16 +61,18 @@ fn is_imprecise(mode: &Mode) -> bool {
 
 /// The modes from the solver that computes all of them at once.
 fn all_at_once(pencil: &Pencil, vectors: Vectors) -> Result<Vec<Mode>, Error> {
-    let m = pencil.size;
-    let factor = MassFactor::new(&pencil.mass, &pencil.combination)?;
-    let stiffness = factor.normalised(&pencil.stiffness.to_dense());
-    let problem = Problem { pencil, factor, norms: pencil.norms() };
-    let is_refined = vectors == Vectors::Refined && m <= REFINED_SIZE;
+    let is_refined = vectors == Vectors::Refined && pencil.size <= REFINED_SIZE;
+    let problem = |factor| Problem { pencil, factor, norms: pencil.norms() };
     Ok(match &pencil.damping {
         &PencilDamping::Proportional { alpha, beta } => {
-            proportional_modes(&problem, &stiffness, is_refined, [alpha, beta])
+            let factor = MassFactor::new(pencil.mass.to_dense(), &pencil.combination)?;
+            let stiffness = factor.normalised(&pencil.stiffness.to_dense());
+            proportional_modes(&problem(factor), &stiffness, is_refined, [alpha, beta])
         }
-        PencilDamping::General(damping) => general_modes(&problem, damping, &stiffness, is_refined),
+        PencilDamping::General(damping) => {
+            let (factor, form) = StateForm::of(pencil, damping)?;
+            general_modes(&problem(factor), damping, &form, is_refined)
+        }
     })
 }
 

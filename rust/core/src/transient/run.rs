@@ -10,6 +10,7 @@ use crate::contact::settlement::{Departure, Series, Settlement};
 use crate::contact::transition::settle;
 use crate::error::input::Error;
 use crate::error::run::RunFailure;
+use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::{AT_ONCE, Novelty, Rental};
 use crate::motion::phase_motion::Motion;
@@ -195,8 +196,8 @@ impl<'a> Run<'a> {
             let contact = search.triggers[0].0;
             return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
         }
-        let (series, settled) = self.settle(search, settlement);
-        if let Err(failure) = settled {
+        let series = self.series(search);
+        if let Err(failure) = self.settle(search, settlement, &series) {
             return Ok(Some(self.ended_at_event(StopReason::Failed(failure))));
         }
         // An event is part of the motion once the phase that it begins can be propagated.
@@ -220,10 +221,7 @@ impl<'a> Run<'a> {
         );
         let RunState { scene, trajectory, q, u, .. } = &mut self.state;
         let basis = &trajectory.bases[self.known[*current].basis];
-        basis.complete(q, u);
-        if !scene.massless.is_empty() {
-            settlement.depart_with_bodies(scene, &basis.functions, q, u);
-        }
+        complete(scene, basis, settlement, q, u);
         motion.restart(basis, q, u);
         Ok(None)
     }
@@ -257,15 +255,11 @@ impl<'a> Run<'a> {
         &mut self,
         search: &PhaseSearch,
         settlement: &mut Settlement,
-    ) -> (Series, Result<(), RunFailure>) {
-        let series = match self.state.scene.contacts_coupled() {
-            true => self.series(search),
-            false => Series::default(),
-        };
+        series: &Series,
+    ) -> Result<(), RunFailure> {
         let RunState { scene, time, q, u, .. } = &mut self.state;
         let all = 0..scene.contacts.len();
-        let settled = settle(scene, time.seconds, &search.triggers, all, settlement, &series, q, u);
-        (series, settled)
+        settle(scene, time.seconds, &search.triggers, all, settlement, series, q, u)
     }
 
     /// The states at the starts of some phases of a motion, the first of which is kept: the run is repeated from there.
@@ -312,16 +306,14 @@ impl<'a> Run<'a> {
                 _ => unreachable!("what ended by an event does so again"),
             };
             run.advance(after, &mut search);
-            let (_, settled) = run.settle(&search, &mut settlement);
+            let series = run.series(&search);
+            let settled = run.settle(&search, &mut settlement, &series);
             debug_assert!(settled.is_ok());
             run.state.trajectory.events.extend(trajectory.events_at(phase).cloned());
             let basis = &trajectory.bases[trajectory.phases[phase].basis];
-            basis.complete(&mut run.state.q, &mut run.state.u);
-            if !run.state.scene.massless.is_empty() {
-                let RunState { scene, q, u, .. } = &run.state;
-                settlement.depart_with_bodies(scene, &basis.functions, q, u);
-            }
-            motion.restart(basis, &run.state.q, &run.state.u);
+            let RunState { scene, q, u, .. } = &mut run.state;
+            complete(scene, basis, &mut settlement, q, u);
+            motion.restart(basis, q, u);
             states.extend_from_slice(&run.state.q);
             states.extend_from_slice(&run.state.u);
         }
@@ -343,6 +335,9 @@ impl<'a> Run<'a> {
 
     /// The limits for a series of impacts over several contacts at this instant.
     fn series(&self, search: &PhaseSearch) -> Series {
+        if !self.state.scene.contacts_coupled() {
+            return Series::default();
+        }
         let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
         let RunState { scene, q, .. } = &self.state;
         let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
@@ -455,6 +450,23 @@ impl<'a> Run<'a> {
         counters.combinations += usize::from(computed);
         bases.push(basis);
         Ok(bases.len() - 1)
+    }
+}
+
+/// Brings the coordinates that follow from others up to date as a phase begins, and adds the departures of those.
+fn complete(
+    scene: &Scene,
+    basis: &CombinationBasis,
+    settlement: &mut Settlement,
+    q: &mut [f64],
+    u: &mut [f64],
+) {
+    basis.complete(q, u);
+    if !scene.massless.is_empty() {
+        settlement.depart_with_bodies(scene, &basis.functions, q, u);
+    }
+    if !scene.dependents.is_empty() {
+        settlement.depart(scene, 0..scene.contacts.len(), q, u);
     }
 }
 

@@ -288,11 +288,13 @@ impl Coupled<'_> {
                 u[law.tangential] = law.slider_speed;
             }
         }
-        // So is a slip velocity that vanished, where the impulses cancel each other.
+        // So is one that vanished before, where the impulses cancel each other.
         for (i, law) in contacts.iter().enumerate() {
-            let rested = before[law.tangential] == law.slider_speed;
-            if rested && self.cancel(2 * i, &touching, &solution.forces) {
-                u[law.tangential] = law.slider_speed;
+            let rows = [(2 * i, law.tangential, law.slider_speed), (2 * i + 1, law.normal, 0.0)];
+            for (row, coordinate, rest) in rows {
+                if before[coordinate] == rest && self.cancel(row, &touching, &solution.forces) {
+                    u[coordinate] = rest;
+                }
             }
         }
         let struck =

@@ -53,7 +53,7 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         .iter()
         .zip(combination.statuses())
         .any(|(law, &status)| status == Status::Sticking && law.slider_speed != 0.0);
-    // Nor are modes known where slip has no mass.
+    // Slip without mass answers a change of friction at once, which these bounds leave out.
     if carried || moving.flowing(combination).next().is_some() {
         return false;
     }

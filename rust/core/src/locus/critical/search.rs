@@ -218,11 +218,11 @@ impl Search<'_> {
     }
 
     /// Where det K_s changes its sign: a real eigenvalue passes zero. The sign beyond tells the direction, because
-    /// `det P(lambda)` has the sign of det M for large lambda: an odd number of positive eigenvalues makes it change.
+    /// `det P(lambda)` has the sign of its leading matrix for large lambda: an odd number of positive eigenvalues makes it change.
     fn divergences(&self) -> Vec<CriticalPoint> {
         let sign = |p: f64| {
-            let [mass, _, stiffness, ..] = self.path.matrices(p);
-            determinant_sign(mass) * determinant_sign(stiffness)
+            let pencil = self.path.pencil(p);
+            determinant_sign(pencil.leading()) * determinant_sign(pencil.stiffness.to_dense())
         };
         let mut points = Vec::new();
         let mut last: Option<(usize, f64)> = None;

@@ -1,12 +1,14 @@
-//! Modes with general damping, by the linearisation of `y = (gamma x, x')` with `gamma^2 = |M^-1 K|` (scaling of Fan, Lin
+//! Modes with general damping, by the linearisation with states `y = (gamma x, x')` with `gamma^2 = |M^-1 K|` (scaling of Fan, Lin
 //! and Van Dooren 2004).
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
 
+use crate::error::input::Error;
 use crate::linalg::eigen;
 use crate::linalg::eigenpair::{EigenPair, norm};
 use crate::linalg::parallel::each;
+use crate::modes::mass_factor::MassFactor;
 use crate::modes::mode::{BACKWARD_STABLE, Mode};
 use crate::modes::quadratic_pencil::{DoubledRows, Pencil, Products};
 use crate::modes::refinement::vectors::Eigenvectors;
@@ -18,31 +20,88 @@ const GENERAL_ROUNDS: usize = 2;
 /// A mode with the rows of `P(lambda) xi`.
 type GeneralMode = (Mode, Vec<Complex64>);
 
-/// All modes, from the rows of C and the mass-normalised stiffness.
+/// The standard eigenproblem of a quadratic one: its matrix, over the states `(gamma x_r, x')` of which those of the
+/// coordinates s of first order hold x_s in place of x_s'.
+pub(crate) struct StateForm {
+    pub matrix: DMatrix<f64>,
+    gamma: f64,
+    /// r, the coordinates with mass.
+    second: Vec<usize>,
+}
+
+impl StateForm {
+    /// Of a pencil with these rows of C, with the factor of its leading matrix.
+    pub fn of(pencil: &Pencil, damping: &DoubledRows) -> Result<(MassFactor, Self), Error> {
+        let ([mass, damping, stiffness], first) = pencil.raised(damping);
+        let factor = MassFactor::new(mass, &pencil.combination)?;
+        let (damping, stiffness) = (factor.normalised(&damping), factor.normalised(&stiffness));
+        let gamma = scale(&stiffness, &damping);
+        let m = pencil.size;
+        let second: Vec<usize> = (0..m).filter(|k| first.binary_search(k).is_err()).collect();
+        let count = second.len();
+        let mut matrix = DMatrix::zeros(count + m, count + m);
+        for (place, &k) in second.iter().enumerate() {
+            matrix[(place, count + k)] = gamma;
+            matrix.view_mut((count, place), (m, 1)).copy_from(&(stiffness.column(k) / -gamma));
+        }
+        matrix.view_mut((count, count), (m, m)).copy_from(&-damping);
+        Ok((factor, Self { matrix, gamma, second }))
+    }
+
+    /// The block of an entry of a state: x_r, x_r' or x_s.
+    fn block(&self, entry: usize) -> usize {
+        match entry.checked_sub(self.second.len()) {
+            None => 0,
+            Some(k) if self.second.binary_search(&k).is_ok() => 1,
+            Some(_) => 2,
+        }
+    }
+
+    /// The shape of a right vector. Places and velocities both hold that of x_r; the larger ones hold more of its digits.
+    fn shape(&self, value: Complex64, state: &[Complex64]) -> Vec<Complex64> {
+        let (places, rates) = state.split_at(self.second.len());
+        let velocities: Vec<Complex64> = self.second.iter().map(|&k| rates[k]).collect();
+        let by_places = norm(places) >= norm(&velocities);
+        let unit = if by_places { self.gamma.into() } else { value };
+        let mut shape: Vec<Complex64> = rates.iter().map(|x| unit * x).collect();
+        let of_second = if by_places { places } else { &velocities };
+        self.second.iter().zip(of_second).for_each(|(&k, &x)| shape[k] = x);
+        shape
+    }
+}
+
+/// gamma as a power of two, so that the scaling itself is exact.
+fn scale(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> f64 {
+    let row_sum =
+        |matrix: &DMatrix<f64>| matrix.row_iter().map(|row| row.lp_norm(1)).fold(0.0, f64::max);
+    // Bodies that nothing holds or damps have no scale, and any will do.
+    match row_sum(stiffness).sqrt().max(row_sum(damping)) {
+        0.0 => 1.0,
+        gamma => gamma.log2().round().exp2(),
+    }
+}
+
+/// All modes, from the rows of C and the standard eigenproblem.
 pub(crate) fn general_modes(
     problem: &Problem<'_>,
     damping_rows: &DoubledRows,
-    stiffness: &DMatrix<f64>,
+    form: &StateForm,
     is_refined: bool,
 ) -> Vec<Mode> {
     let m = problem.pencil.size;
-    let damping = problem.factor.normalised(&damping_rows.to_dense());
     let solved = |pair: EigenPair| {
-        let (upper, lower) = pair.right.split_at(m);
-        // Both blocks hold the shape; the larger one holds more of its digits.
-        let shape = if norm(upper) >= norm(lower) { upper } else { lower };
-        let condition = match pair.scaled_condition() {
+        let condition = match pair.scaled_condition(|entry| form.block(entry)) {
             condition if condition.is_nan() => f64::INFINITY,
             condition => condition,
         };
         Solved {
             value: pair.value,
             condition,
-            right: problem.factor.right(shape.to_vec()),
-            left: problem.factor.left(pair.left[m..].to_vec()),
+            right: problem.factor.right(form.shape(pair.value, &pair.right)),
+            left: problem.factor.left(pair.left[form.second.len()..].to_vec()),
         }
     };
-    let pairs = eigen::real_matrix(&state_matrix(stiffness, &damping));
+    let pairs = eigen::real_matrix(&form.matrix);
     let solved = problem.general_corrected(each(m, pairs, solved), damping_rows);
     let rounds = match is_refined {
         true => GENERAL_ROUNDS,
@@ -126,23 +185,4 @@ impl Problem<'_> {
             (mode, rows)
         })
     }
-}
-
-/// The linearisation of `y = (gamma x, x')`, of mass-normalised stiffness and damping.
-pub(crate) fn state_matrix(stiffness: &DMatrix<f64>, damping: &DMatrix<f64>) -> DMatrix<f64> {
-    let m = stiffness.nrows();
-    let row_sum =
-        |matrix: &DMatrix<f64>| matrix.row_iter().map(|row| row.lp_norm(1)).fold(0.0, f64::max);
-    // Bodies that nothing holds or damps have no scale, and any will do.
-    let gamma = match row_sum(stiffness).sqrt().max(row_sum(damping)) {
-        0.0 => 1.0,
-        gamma => gamma,
-    };
-    // gamma enters as a power of two, so the scaling itself is exact.
-    let gamma = gamma.log2().round().exp2();
-    let mut state = DMatrix::zeros(2 * m, 2 * m);
-    state.view_mut((0, m), (m, m)).fill_diagonal(gamma);
-    state.view_mut((m, 0), (m, m)).copy_from(&(stiffness / -gamma));
-    state.view_mut((m, m), (m, m)).copy_from(&-damping);
-    state
 }

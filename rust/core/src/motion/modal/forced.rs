@@ -61,6 +61,7 @@ pub(crate) fn forced_modes(
     reduced: &Reduced,
 ) -> Result<Vec<Mode>, Error> {
     let structure = Reduced::new(bare, &reduced.combination)?;
+    debug_assert!(reduced.reduction.kept.starts_with(&structure.reduction.kept));
     let pencil = Pencil::new(structure.scene(bare), &reduced.combination, &structure.reduction);
     let mut modes = spectrum(&pencil, Vectors::Refined)?;
     let (m, size) = (structure.size(), reduced.size());

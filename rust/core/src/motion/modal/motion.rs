@@ -67,8 +67,6 @@ pub(crate) struct ModalMotion {
     pub(super) modes: Vec<Modes>,
     pub(super) middle: Vec<Modes>,
     pub(super) bounds: Vec<Bounds>,
-    /// Weight times w of one event function.
-    pub(super) gains: Vec<ComplexGroup>,
     /// z and z' at a time within the panel.
     pub(super) at: Vec<[ComplexGroup; 2]>,
     /// Of the basis: the one about which the modes move.
@@ -76,8 +74,6 @@ pub(crate) struct ModalMotion {
     /// The parts of the reference with the sticking contacts where they are: at local time 0, of the force p at the start
     /// of the panel.
     pub(super) parts: Vec<Group>,
-    /// (q, q') of the kept coordinates at local time 0, from the reference.
-    pub(super) gathered: Vec<[f64; 2]>,
     /// q at local time 0 of the coordinates that stick, in the order of the basis.
     pub(super) stuck: Vec<f64>,
 }
@@ -92,10 +88,7 @@ impl ModalMotion {
         self.leap = FIRST_LEAP;
         self.stuck.clear();
         self.stuck.extend(basis.sticking.iter().map(|&(k, _)| q[k]));
-        if self.modes.len() < basis.groups
-            || self.parts.len() < basis.parts
-            || self.gathered.len() < basis.kept.len()
-        {
+        if self.modes.len() < basis.groups || self.parts.len() < basis.parts {
             self.grow(basis);
         }
         self.unit.run(Project { motion: self, basis, q, u });
@@ -153,10 +146,8 @@ impl ModalMotion {
         self.middle.resize(groups, modes);
         let bounds = Bounds { affine: ZEROS, curvature: ZEROS, beyond: ZEROS, fast: ZEROS };
         self.bounds.resize(groups, bounds);
-        self.gains.resize(groups, zero);
         self.at.resize(groups, [zero; 2]);
         self.parts.resize(basis.parts.max(self.parts.len()), ZEROS);
-        self.gathered.resize(basis.kept.len().max(self.gathered.len()), [0.0; 2]);
     }
 
     #[inline(always)]
@@ -169,19 +160,11 @@ impl ModalMotion {
         u: &[f64],
     ) {
         self.refer(simd, basis, q, u);
-        let reference = &basis.references[self.reference];
-        let gathered = &mut self.gathered[..basis.kept.len()];
-        let about: &[f64] = cast_slice(&self.parts[..basis.positions]);
-        let velocity: &[f64] = cast_slice(&reference.velocity);
-        let about = about.iter().zip(velocity);
-        for ((gathered, &k), (about, velocity)) in gathered.iter_mut().zip(&basis.kept).zip(about) {
-            *gathered = [q[k] - about, u[k] - velocity];
-        }
         // Two groups at a time: what is read of the state serves both.
         for first in (0..groups).step_by(2) {
             match groups - first {
-                1 => self.project_groups::<S, 1>(groups, first, simd, basis),
-                _ => self.project_groups::<S, 2>(groups, first, simd, basis),
+                1 => self.project_groups::<S, 1>(groups, first, simd, basis, q, u),
+                _ => self.project_groups::<S, 2>(groups, first, simd, basis, q, u),
             }
         }
     }
@@ -193,18 +176,23 @@ impl ModalMotion {
         first: usize,
         simd: S,
         basis: &ModalBasis,
+        q: &[f64],
+        u: &[f64],
     ) {
+        let reference = &basis.references[self.reference];
+        let about: &[f64] = cast_slice(&self.parts[..basis.positions]);
+        let velocity: &[f64] = cast_slice(&reference.velocity);
         // Sums of positions and of velocities, each half as long a chain of additions.
         let mut sums = [[ComplexGroup::ZERO; 2]; N];
         let rows = basis.projection.chunks_exact(groups);
-        for (&[q, u], row) in self.gathered.iter().zip(rows) {
-            let (q, u) = (simd.splat_f64s(q), simd.splat_f64s(u));
+        let at = basis.kept.iter().zip(about.iter().zip(velocity));
+        for ((&k, (about, velocity)), row) in at.zip(rows) {
+            let (q, u) = (simd.splat_f64s(q[k] - about), simd.splat_f64s(u[k] - velocity));
             for ([of_q, of_u], factors) in sums.iter_mut().zip(&row[first..first + N]) {
                 *of_q = of_q.add_scaled(simd, q, factors.position);
                 *of_u = of_u.add_scaled(simd, u, factors.velocity);
             }
         }
-        let linear = &basis.references[self.reference].linear;
         for (g, [of_q, of_u]) in (first..).zip(sums) {
             let z = ComplexGroup {
                 re: simd.add_f64s(of_q.re, of_u.re),
@@ -212,7 +200,7 @@ impl ModalMotion {
             };
             let lambda = basis.lambda.0[g];
             let dz = self.force(basis, g).add_product(simd, lambda, z);
-            self.modes[g] = Modes { z, dz, w: linear[g].add_product(simd, lambda, dz) };
+            self.modes[g] = Modes { z, dz, w: reference.linear[g].add_product(simd, lambda, dz) };
         }
     }
 

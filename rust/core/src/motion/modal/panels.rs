@@ -157,7 +157,6 @@ impl ModalMotion {
         let rounding = unit * (2 * basis.count + 3 * DEGREE + 10 + 8 * self.panels as usize) as f64;
         let (modes, at) = (&self.modes[..groups], &level.modes[..groups]);
         let (middle, bounds) = (&mut self.middle[..groups], &mut self.bounds[..groups]);
-        let gains = &mut self.gains[..groups];
         let half = 0.5 * width;
         for g in 0..groups {
             let LevelModes { reach, fast_reach, middle_reach, .. } = at[g];
@@ -209,7 +208,6 @@ impl ModalMotion {
                 affine = simd.mul_add_f64s(weight.magnitude, bounds[g].affine, affine);
                 curvature = simd.mul_add_f64s(weight.magnitude, bounds[g].curvature, curvature);
                 fast = simd.mul_add_f64s(weight.magnitude, bounds[g].fast, fast);
-                gains[g] = ComplexGroup::ZERO.add_product(simd, weight.of, modes[g].w);
             }
             let (affine, curvature) =
                 (simd.reduce_sum_f64s(affine), simd.reduce_sum_f64s(curvature));
@@ -217,7 +215,8 @@ impl ModalMotion {
             panel.curvature_error[index] = rounding * curvature + remainder;
             panel.error[index] = rounding * (of_offset + affine + curvature) + remainder;
             let mut tail = [ZEROS; TAIL_GROUPS];
-            for (gains, powers) in gains.iter().zip(level.powers.chunks(GROUP)) {
+            for (g, powers) in level.powers.chunks(GROUP).enumerate() {
+                let gains = ComplexGroup::ZERO.add_product(simd, weights[g].of, modes[g].w);
                 let (re, im): ([f64; GROUP], [f64; GROUP]) = (cast(gains.re), cast(gains.im));
                 for (lane, powers) in powers.iter().enumerate() {
                     let gain = ComplexGroup {

@@ -111,7 +111,9 @@ impl Scene {
             let terms = dependents[index].terms.iter().filter(|term| term.0 < self.structure());
             let size = terms.clone().fold(0.0, |size: f64, term| size.max(term.1.abs()));
             let free = terms.filter(|term| !held.contains(&term.0));
-            let largest = free.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
+            // Of equal ones the last coordinate, in whatever order the terms are: the modes of the scene without loads have
+            // to be in the same coordinates.
+            let largest = free.max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()).then(a.0.cmp(&b.0)));
             // Without one it is held by what is held already.
             let Some(&(given, pivot)) = largest.filter(|term| term.1.abs() > INDEPENDENCE * size)
             else {

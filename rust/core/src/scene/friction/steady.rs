@@ -8,6 +8,7 @@ use std::borrow::Cow;
 
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::scene::contact_law::Inertia;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::model::Scene;
@@ -143,7 +144,8 @@ impl Scene {
         Ok(self.about(combination, &pressed))
     }
 
-    /// Small motions about a steady state of a combination with given normal forces of its contacts.
+    /// Small motions about a steady state of a combination with given normal forces of its contacts. Slip without mass moves by
+    /// itself, with a damper and no mass.
     pub(crate) fn about(&self, combination: &Combination, pressed: &[f64]) -> Cow<'_, Self> {
         let steady = self.at_steady_sliding();
         let dampers: Vec<(usize, f64)> = self
@@ -156,8 +158,20 @@ impl Scene {
         if dampers.is_empty() {
             return steady;
         }
-        let damping = self.damping_beside(&dampers);
-        Cow::Owned(Self { damping, proportional: None, ..steady.into_owned() })
+        let mut scene = Self {
+            damping: self.damping_beside(&dampers),
+            proportional: None,
+            ..steady.into_owned()
+        };
+        let mut flowing = Vec::new();
+        for (contact, _) in self.flowing(combination) {
+            scene.contacts[contact].inertia = Inertia::Tangential;
+            flowing.push(scene.contacts[contact].tangential);
+        }
+        if !flowing.is_empty() {
+            scene.massless = scene.massless.without(&flowing);
+        }
+        Cow::Owned(scene)
     }
 
     /// The scene with dampers between bodies and sliders, by contact, N s/m, beside the friction of its laws at rest.

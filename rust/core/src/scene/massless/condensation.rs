@@ -57,12 +57,15 @@ struct Elimination {
 impl Scene {
     /// The scene whose coordinates move by themselves in a combination: without coordinates that follow from their rows, or in
     /// the coordinates of the combination if directions depend on each other. If friction depends on slip speed, it is
-    /// the scene of small motions about steady sliding, which has to be of second order.
+    /// the scene of small motions about steady sliding.
     pub(crate) fn moving(&self, combination: &Combination) -> Result<Cow<'_, Self>, Error> {
-        match self.flowing(combination).next() {
-            Some((contact, _)) => Err(Error::FirstOrderModes { contact }),
-            None => self.resting(combination),
+        for (contact, law) in self.flowing(combination) {
+            let speed = self.contacts[contact].slider_speed.abs();
+            if !law.rises_until().is_some_and(|end| speed < end) {
+                return Err(Error::LevelSteadySliding { contact, speed });
+            }
         }
+        self.resting(combination)
     }
 
     /// The same for states of rest, which need no mass.

@@ -13,7 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::error::input::Error;
 use crate::linalg::components::components;
-use crate::linalg::dense::cholesky;
+use crate::linalg::dense::{Factors, cholesky};
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Inertia};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
@@ -98,6 +98,29 @@ impl Massless {
 
     pub fn contains(&self, coordinate: usize) -> bool {
         self.coordinates.binary_search(&coordinate).is_ok()
+    }
+
+    /// The same where some of the coordinates move by themselves: the flexibility of the others is that with these held.
+    pub fn without(&self, moving: &[usize]) -> Self {
+        let stays = |k: &usize| !moving.contains(k);
+        let part = |group: &Group| {
+            let places = 0..group.coordinates.len();
+            let (kept, held): (Vec<usize>, Vec<usize>) =
+                places.partition(|&place| stays(&group.coordinates[place]));
+            let block =
+                |i: &[usize], j: &[usize]| group.flexibility.select_rows(i).select_columns(j);
+            let loosened = Factors::new(block(&held, &held)).solve(block(&held, &kept));
+            Group {
+                coordinates: kept.iter().map(|&place| group.coordinates[place]).collect(),
+                contacts: group.contacts.clone(),
+                flexibility: block(&kept, &kept) - block(&kept, &held) * loosened,
+            }
+        };
+        let groups = self.groups.iter().map(part).filter(|group| !group.coordinates.is_empty());
+        Self {
+            groups: groups.collect(),
+            coordinates: self.coordinates.iter().copied().filter(stays).collect(),
+        }
     }
 
     /// The coordinates without mass of a part of a scene with these coordinates and contacts, both ascending.
