@@ -94,7 +94,9 @@ def main() -> None:
         print(*rows[-1], file=sys.stderr, flush=True)
     times = [f"{name}, ms" for name in ("dense matrices", *METHODS)]
     report.table(("free modes", "contacts", "events", *times, "gain"), rows)
-    report.text("A dash: a combination without sound modes. Gain: over the better of dense matrices and modes.")
+    report.text(
+        "A dash: a combination without sound modes.", "Gain: over the better of dense matrices and modes."
+    )
     report.finish(options.into, "stickslip", "numpy")
 
 

@@ -64,7 +64,7 @@ def in_matrices(scene):
 
 
 @pytest.mark.parametrize("lumped", [False, True])
-@pytest.mark.parametrize("seed", (0, 1, 2, 4, 7, 8, 9))
+@pytest.mark.parametrize("seed", [0, 1, 2, 4, 7, 8, 9])
 def test_the_same_events_as_of_dense_matrices(seed, lumped):
     scene = dense_scene(seed, lumped=lumped)
     start = pushed(scene, seed)
