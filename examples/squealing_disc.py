@@ -59,7 +59,7 @@ feeds = power > 0.0
 print(run, f"{cycle.stability} cycle at {cycle.frequency:.2f} Hz, {len(cycle.phases)} phases", sep="\n")
 print(f"{feeds.sum()} contacts feed {power[feeds].sum():.3g} W, the others {power[~feeds].sum():.3g} W")
 modes = reduced.expand(ss.complex_modes(reduced.scene, steady.combination))
-growing = int(np.argmax(modes.eigenvalue.real))
+growing = int(modes.eigenvalue.real.argmax("mode"))
 period = cycle.run.sample(np.linspace(0.0, cycle.period, 48))
 ss.fe.write_vtu("squeal/cycle.pvd", scene, reduced.expand(period))
 ss.fe.write_vtu("squeal/mode.pvd", scene, modes, mode=growing)

@@ -37,18 +37,8 @@ from typing import Any, Literal
 import numpy as np
 
 import stickslip as ss
-from fuzz_checks import (
-    PASSED,
-    Sampled,
-    accumulations,
-    balance_residual,
-    compare,
-    complementarity,
-    continuity,
-    energy_residual,
-    impact_law,
-    sensitivity,
-)
+from fuzz_checks import Sampled, balance_residual, complementarity, continuity, energy_residual, impact_law
+from fuzz_events import PASSED, compare, limits_of, sensitivity
 from fuzz_laws import beside_a_faster_mass, phases_by_integrator
 from fuzz_scenes import EXTRAS, contact_directions, from_time, fuzz_scene
 
@@ -188,8 +178,8 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         modal,
         taylor,
         lambda directions: (
-            sensitivity(modal, nudged(by_modes), directions, accumulations(taylor)),
-            sensitivity(taylor, nudged("taylor"), directions, accumulations(modal)),
+            sensitivity(modal, nudged(by_modes), directions, limits_of(taylor)),
+            sensitivity(taylor, nudged("taylor"), directions, limits_of(modal)),
         ),
     )
     outcome.verdict, outcome.detail = comparison.verdict, comparison.detail
@@ -238,8 +228,8 @@ def examine_sparse(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
         local,
         whole,
         lambda directions: (
-            sensitivity(local, by("local"), directions, accumulations(whole)),
-            sensitivity(whole, by("taylor"), directions, accumulations(local)),
+            sensitivity(local, by("local"), directions, limits_of(whole)),
+            sensitivity(whole, by("taylor"), directions, limits_of(local)),
         ),
     )
     outcome.verdict, outcome.detail = comparison.verdict, comparison.detail

@@ -9,7 +9,8 @@ from scipy import sparse
 from scipy.integrate import solve_ivp
 
 import stickslip as ss
-from fuzz_checks import SPREAD, coefficients
+from fuzz_checks import coefficients
+from fuzz_events import SPREAD
 from fuzz_scenes import contact_directions, fastest, forces, matrices, slider_speeds
 
 #: Phases that an integrator follows, how long it does, as a multiple of the time of the fastest mode, and by

@@ -13,21 +13,8 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import (
-    IN_TURN,
-    EventList,
-    Sampled,
-    accumulations,
-    compare,
-    complementarity,
-    continuity,
-    energy_residual,
-    impact_law,
-    nearby,
-    rebound_law,
-    resolution,
-    sensitivity,
-)
+from fuzz_checks import Sampled, complementarity, continuity, energy_residual, impact_law, rebound_law
+from fuzz_events import IN_TURN, EventList, compare, limits_of, nearby, resolution, sensitivity
 from fuzz_laws import integrated, phases_by_integrator
 from fuzz_scenes import contact_directions, fuzz_scene
 
@@ -160,6 +147,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (91, 2398, ["stops"]),
         # A stop on a dof that a slider carries off it: by rounding it was still shut, and struck once more.
         (91, 2178, ["unsymmetric", "forced", "stops", "compliant"]),
+        # A vibrating slider carries a body, whose node touches its friction limit in every period.
+        (93, 77, ["unsymmetric", "forced", "stops", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):
@@ -337,23 +326,43 @@ def series(ends, kinds):
         combination=np.array(["dd"] * 6 + ["ss"] * len(kinds) + ["ds"]),
     )
     scene = SimpleNamespace(mass=np.ones(4), core=SimpleNamespace(dependent=True), contacts=[None] * 2)
-    return SimpleNamespace(events=own, scene=scene, stop_reason="duration")
+    return SimpleNamespace(events=own, scene=scene, stop_reason="duration", grazings=())
 
 
 def test_a_series_may_end_by_an_accumulation_or_by_its_last_impact():
     both = series([0, 1], ["accumulation", "accumulation"])
     for other in (series([0, 1], ["impact", "impact"]), series([0, 1], ["accumulation", "impact"])):
-        one, two = EventList.of(both, accumulations(other)), EventList.of(other, accumulations(both))
+        one, two = EventList.of(both, limits_of(other)), EventList.of(other, limits_of(both))
         assert one.common(two) == len(one) == len(two) == 3
     # A contact that does not come to rest is no end of a series.
     flies = series([0, 1], ["impact", "impact"])
     flies.events.combination[6:8] = "dd"
-    one, two = EventList.of(both, accumulations(flies)), EventList.of(flies, accumulations(both))
+    one, two = EventList.of(both, limits_of(flies)), EventList.of(flies, limits_of(both))
     assert one.common(two) < len(one)
     # One that ends without the other contact is another event.
     alone = series([0], ["accumulation"])
-    one, two = EventList.of(both, accumulations(alone)), EventList.of(alone, accumulations(both))
+    one, two = EventList.of(both, limits_of(alone)), EventList.of(alone, limits_of(both))
     assert one.common(two) < len(one)
+
+
+def test_a_touch_may_be_a_slip_that_ends_at_once():
+    def listed(distance, after):
+        own = SimpleNamespace(
+            time=np.array([0.5, 1.0, 1.0 + distance, 2.0]),
+            contact=np.array([1, 0, 0, 1]),
+            kind=np.array(["release", "slip+", "velocity", "impact"]),
+            combination=np.array(["sd", "+d", after, "sd"]),
+        )
+        scene = SimpleNamespace(mass=np.ones(4), core=SimpleNamespace(dependent=False))
+        return SimpleNamespace(events=own, scene=scene, stop_reason="duration", grazings=())
+
+    touch = [(1.0 + 2e-9, 0, "slip+")]
+    assert len(EventList.of(listed(1e-9, "sd"), touch)) == 2
+    # The other run does not touch there, or this one slips for long, or to somewhere else.
+    assert len(EventList.of(listed(1e-9, "sd"))) == 4
+    assert len(EventList.of(listed(1e-9, "sd"), [(1.0, 1, "slip+"), (1.0, 0, "slip-")])) == 4
+    assert len(EventList.of(listed(2e-8, "sd"), touch)) == 4
+    assert len(EventList.of(listed(1e-9, "-d"), touch)) == 4
 
 
 def test_what_has_hardly_begun_to_slide_goes_on_to_in_a_nudged_state():

@@ -292,6 +292,23 @@ def test_opening_and_closing_end_a_run_with_the_reason(given):
         ss.simulate(scene, start, 3.0)
 
 
+def test_a_normal_force_that_all_but_vanishes_ends_a_run_with_the_reason():
+    """Friction couples two modes, and the motion grows until the contact opens."""
+    contact = ss.Contact(
+        tangential=0,
+        normal=1,
+        friction=Rational(0.4, 0.8, 0.2),
+        slider_speed=0.3,
+        tangential_stiffness=4000.0,
+        normal_stiffness=900.0,
+    )
+    stiffness = [[1000.0, -60.0], [-60.0, 100.0]]
+    scene = ss.Scene([1.0, 1.0], stiffness, damping=0.05 * np.eye(2), force=[0.0, -12.0], contacts=[contact])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.01})
+    with pytest.raises(ss.RunError, match="only motions of pressed contacts"):
+        ss.simulate(scene, start, 12.0)
+
+
 def test_a_law_that_levels_off_ends_a_run_with_the_reason():
     law = Tabulated([0.0, 0.1, 0.3, 1.0], [0.3, 0.35, 0.5, 0.6])
     contact = ss.Contact(tangential=1, normal_force=4.0, friction=law, slider_speed=SPEED)
@@ -326,3 +343,22 @@ def test_laws_that_do_not_rise_are_refused_with_the_reason(law, reason):
         block(law)
     assert reason in str(refused.value)
     assert "tangential_stiffness" in str(refused.value)
+
+
+@pytest.mark.parametrize("force", [0.0, 0.05])
+def test_a_node_starts_with_the_friction_force_of_the_state_also_without_any(force):
+    """On a body held at rest: `c k^-1 T' + T = c v` with a damper `c = slope N` between node and slider."""
+    law = Linear(0.0, 0.5)
+    node = ss.Contact(
+        tangential=0, normal_force=2.0, friction=law, slider_speed=0.1, tangential_stiffness=1e3
+    )
+    # So heavy that it does not move: 1e-15 m/s after 10 ms.
+    scene = ss.Scene([1e12], [[1e12]], contacts=[node])
+    run = ss.simulate(scene, ss.State([0.0], [0.0], "+", friction_force=[force]), 0.01)
+    time = np.linspace(0.0, 0.01, 5)
+    damper = 0.5 * 2.0
+    expected = damper * 0.1 + (force - damper * 0.1) * np.exp(-time * 1e3 / damper)
+    np.testing.assert_allclose(run.sample(time).friction_force.values[:, 0], expected, atol=1e-12)
+    # Without a force in the state it slides steadily.
+    steady = ss.simulate(scene, ss.State([0.0], [0.0], "+"), 0.01)
+    np.testing.assert_allclose(steady.sample(time).friction_force.values[:, 0], damper * 0.1, rtol=1e-12)

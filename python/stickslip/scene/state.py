@@ -37,8 +37,9 @@ class State:
     dofs
         Names of the dofs; None: ``x1``, ``x2``, ...
     friction_force
-        (c,), N: friction forces that sticking compliant contacts hold, one entry per contact; None: zero. The
-        friction forces of all other contacts follow from the state, and their entries are ignored.
+        (c,), N: friction forces that the springs of compliant contacts hold where these stick, or slide by a
+        law over slip speed; one entry per contact. None: zero where they stick, those of steady sliding where
+        they slide. Those of all other contacts follow from the state, and their entries are ignored.
 
     Raises
     ------

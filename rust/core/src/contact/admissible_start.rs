@@ -169,25 +169,24 @@ pub(crate) fn coordinates_at(
     Ok((q, u))
 }
 
-/// Puts the nodes of compliant contacts that stick where their springs carry the friction forces of the state; and those that
-/// slide by laws, without a friction force where they slide steadily.
+/// Puts nodes of compliant contacts where their springs carry the friction forces of the state: those that stick, and those that
+/// slide by laws. If the state has no friction forces, these slide steadily.
 fn hold_nodes(scene: &Scene, state: &State, q: &mut [f64], u: &[f64]) -> Result<(), Error> {
     let forces = &state.friction_force;
     let statuses = state.combination.statuses();
     let spring = |law: &Contact| scene.stiffness.get(law.tangential, law.tangential);
-    for (contact, own) in scene.flowing(&state.combination) {
-        let law = &scene.contacts[contact];
-        let given = forces.get(contact).is_some_and(|&force| force != 0.0);
-        if law.tangential >= scene.dofs && !given {
-            let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
-            let mut held = q.to_vec();
-            closed.for_each(|(law, _)| held[law.normal] = 0.0);
-            let normal = scene.reaction_value(law.normal, &held, u);
-            let friction = own.value(law.slider_speed.abs()) * normal;
-            q[law.tangential] += statuses[contact].friction_sign() * friction / spring(law);
-        }
-    }
     if forces.is_empty() {
+        let mut held = q.to_vec();
+        let closed = scene.contacts.iter().zip(statuses).filter(|(_, s)| s.is_closed());
+        closed.for_each(|(law, _)| held[law.normal] = 0.0);
+        for (contact, own) in scene.flowing(&state.combination) {
+            let law = &scene.contacts[contact];
+            if law.tangential >= scene.dofs {
+                let normal = scene.reaction_value(law.normal, &held, u);
+                let friction = own.value(law.slider_speed.abs()) * normal;
+                q[law.tangential] += statuses[contact].friction_sign() * friction / spring(law);
+            }
+        }
         return Ok(());
     }
     if forces.len() != scene.contacts.len() {

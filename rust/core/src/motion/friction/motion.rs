@@ -149,7 +149,7 @@ impl LawMotion {
         self.taylor.begin(scene, &operator.taylor, functions, q, u);
         self.base.clone_from(&self.taylor.force);
         (self.next, self.ends, self.ended) = (None, None, None);
-        self.share = 1.0;
+        (self.share, self.left_out) = (1.0, 0.0);
         self.contacts.resize_with(operator.contacts.len(), Sliding::default);
         let pairs = operator.contacts.len().div_ceil(SHARING);
         self.convolutions.resize_with(pairs, Convolutions::new);
@@ -257,6 +257,9 @@ impl LawMotion {
             self.shorten(if factor > 0.2 { factor.min(0.95) } else { 0.2 });
             self.left_out = f64::INFINITY;
             self.contacts.iter_mut().for_each(|sliding| sliding.error = f64::INFINITY);
+        }
+        if !self.left_out.is_finite() {
+            self.ended = self.ended.or_else(|| self.end_of_flow(operator));
         }
         self.share = GROWTH * self.taylor.width / operator.taylor.width();
         self.cut(operator);

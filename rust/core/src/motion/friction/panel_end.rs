@@ -16,15 +16,18 @@ const AT_ONCE: f64 = 1e-9;
 /// Part of the sizes of its terms below which the normal force of a contact whose slip has no mass counts as zero: as it
 /// vanishes, the node relaxes ever faster, and panels would shrink without end.
 const PRESSED: f64 = 1e-6;
+/// The same where already no panel is short enough for a bound: its node then relaxes too fast for the rounding of places.
+const HARDLY_PRESSED: f64 = 1e-2;
 
 impl LawMotion {
     /// A contact whose slip has no mass and whose slip speed or normal force ends the phase at the start of the panel.
     pub(super) fn end_of_flow(&self, operator: &LawOperator) -> Option<(usize, LawEnd)> {
+        let pressed = if self.left_out.is_finite() { PRESSED } else { HARDLY_PRESSED };
         let mut contacts = operator.contacts.iter().zip(&self.contacts).enumerate();
         contacts.find_map(|(place, (one, sliding))| {
             one.flow.as_ref()?;
             let Sliding { series, normal, at_origin_size, .. } = sliding;
-            if !(normal[0] > PRESSED * at_origin_size) {
+            if !(normal[0] > pressed * at_origin_size) {
                 return Some((place, LawEnd::Opening));
             }
             let level = !(series.slip[0] < one.law.rises_until()?);

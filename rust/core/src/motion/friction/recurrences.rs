@@ -103,35 +103,21 @@ impl LawMotion {
     #[inline(always)]
     fn law(&mut self, operator: &LawOperator, i: usize, k: usize, middle: [f64; 2]) -> [f64; 4] {
         let Self { taylor, contacts, products, .. } = self;
-        let Some(Sliding { series, normal, force, at_origin, .. }) = contacts.get_mut(i) else {
-            return [0.0; 4];
-        };
+        let Some(sliding) = contacts.get_mut(i) else { return [0.0; 4] };
         let one = &operator.contacts[i];
         if let Some(flow) = &one.flow {
             return self.flow(one, flow, i, k, middle);
         }
         // The slip speed, and the normal force without those of laws.
-        let mut slip = match (&operator.rows, one.slip.single()) {
+        let slip = match (&operator.rows, one.slip.single()) {
             (Some(_), Some((1, place, weight))) => -one.sign * weight * products.velocity(place),
             _ => -one.sign * taylor.coefficient(&one.slip, k),
         };
-        let mut of_normal = match &operator.rows {
+        let of_normal = match &operator.rows {
             Some(rows) => products.outputs(rows, k)[i],
             None => taylor.coefficient(&one.normal, k),
         };
-        if k == 0 {
-            slip -= one.sign * one.slip.constant;
-            of_normal += *at_origin;
-        }
-        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
-        normal[k] = of_normal;
-        // The normal force of this order is known last.
-        let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
-        force[k] = match operator.response {
-            Some(_) => known,
-            None => series.excess[0].mul_add(of_normal, known),
-        };
-        [left, right, excess, of_normal]
+        sliding.step(one, k, [slip, of_normal], middle, operator.response.is_some()).0
     }
 
     /// The same where slip has no mass: the force is known from its balance, and the slip speed follows.

@@ -128,11 +128,11 @@ impl Small<'_> {
             let normals: [f64; GROUP] = cast(found[T - 1]);
             let velocity = |(place, weight): (usize, f64)| weight * numbers[1][place % ROOM];
             let of = [velocity(slips[0]), normals[0]];
-            let (a, force_a) = law(first, of_first, k, of, [middle[0], middle[1]]);
+            let (a, force_a) = of_first.step(first, k, of, [middle[0], middle[1]], false);
             let (b, force_b) = match &mut second {
                 Some((one, sliding)) => {
                     let of = [velocity(slips[1]), normals[1]];
-                    law(one, sliding, k, of, [middle[2], middle[3]])
+                    sliding.step(one, k, of, [middle[2], middle[3]], false)
                 }
                 None => ([0.0; 4], 0.0),
             };
@@ -164,25 +164,28 @@ impl Small<'_> {
     }
 }
 
-/// One law and its force, from slip velocity and normal force, and the terms of its two products with lower orders. Gives the
-/// factors of both products.
-#[inline(always)]
-fn law(
-    one: &LawContact,
-    sliding: &mut Sliding,
-    k: usize,
-    [mut slip, mut of_normal]: [f64; 2],
-    middle: [f64; 2],
-) -> ([f64; 4], f64) {
-    let Sliding { series, normal, force, at_origin, .. } = sliding;
-    if k == 0 {
-        slip -= one.sign * one.slip.constant;
-        of_normal += *at_origin;
+impl Sliding {
+    /// One law and its force, from slip velocity and normal force, and the terms of its two products with lower orders. Gives the
+    /// factors of both products, and the force, of coupled contacts as far as it follows from lower orders of N.
+    #[inline(always)]
+    pub(super) fn step(
+        &mut self,
+        one: &LawContact,
+        k: usize,
+        [mut slip, mut of_normal]: [f64; 2],
+        middle: [f64; 2],
+        coupled: bool,
+    ) -> ([f64; 4], f64) {
+        let Self { series, normal, force, at_origin, .. } = self;
+        if k == 0 {
+            slip -= one.sign * one.slip.constant;
+            of_normal += *at_origin;
+        }
+        let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
+        normal[k] = of_normal;
+        let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
+        // The normal force of this order is known last.
+        force[k] = if coupled { known } else { series.excess[0].mul_add(of_normal, known) };
+        ([left, right, excess, of_normal], force[k])
     }
-    let (excess, [left, right]) = series.extend(&one.law, k, slip, middle[0]);
-    normal[k] = of_normal;
-    let known = if k == 0 { 0.0 } else { excess.mul_add(normal[0], middle[1]) };
-    // The normal force of this order is known last.
-    force[k] = series.excess[0].mul_add(of_normal, known);
-    ([left, right, excess, of_normal], force[k])
 }
