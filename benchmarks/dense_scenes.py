@@ -3,8 +3,11 @@
 The scenes are models of an elastic block on a belt (`quad_block.py` in `tests/support`) of 50 to 300
 coordinates with 4 to 40 contacts: masses lumped at the contacts, and modes of the block held there, which
 K couples with the contacts and C = beta K damps. *Dense rows* are the better of modes and of series of
-the same scene with two modes tied by a spring too weak to be seen: series then multiply with dense
-matrices, as for any other dense scene.
+the same scene with two modes tied by a spring too weak to be seen, and a load that is switched after the
+run: series then multiply with dense matrices.
+
+A second table has models by modes of the block without its contacts, each of which moves all of them: both
+matrices are dense in contact coordinates, and series go in the modes with held contacts.
 """
 
 from __future__ import annotations
@@ -20,13 +23,15 @@ import stickslip as ss
 from report import Report, arguments
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "support"))
-from quad_block import reduced_block
+from quad_block import free_block, reduced_block
 
 #: (coordinates, contacts)
 SIZES = tuple((n, c) for n in (50, 100, 200, 300) for c in (4, 10, 20, 40) if 2 * c < n)
 #: Elements along the belt, and between two contacts.
 MESHES = {4: (39, 13), 10: (36, 4), 20: (38, 2), 40: (39, 1)}
 EVENTS = (200, 2000)
+#: Elements of blocks by free modes, elements between two contacts, and modes.
+FREE = ((12, 6, 4, 60), (12, 6, 4, 100), (12, 6, 2, 100), (20, 10, 3, 200))
 
 
 def scene_of(coordinates: int, contacts: int) -> tuple[ss.Scene, ss.State]:
@@ -36,11 +41,20 @@ def scene_of(coordinates: int, contacts: int) -> tuple[ss.Scene, ss.State]:
     return scene, ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
 
 
-def tied(scene: ss.Scene) -> ss.Scene:
-    """Return the scene with two modes tied by 1e-12 N/m."""
+def in_dense_rows(scene: ss.Scene) -> ss.Scene:
+    """Return the scene with two modes tied by 1e-12 N/m, and a load of 1e-12 N after 1e6 s."""
     stiffness = np.array(scene.stiffness)
     stiffness[-2, -1] = stiffness[-1, -2] = 1e-12
-    return scene.replace(stiffness=stiffness)
+    return scene.replace(stiffness=stiffness, loads=[ss.Steps({scene.dofs[-1]: 1e-12}, [1e6], [0.0, 1.0])])
+
+
+def free_scene_of(columns: int, rows: int, every: int, modes: int) -> tuple[ss.Scene, ss.State]:
+    """Return a block by free modes and its steady sliding, the first contact disturbed."""
+    scene = free_block(columns, rows, every, modes)
+    directions = np.array([row for one in scene.contacts for row in (one.tangential, one.normal)])
+    velocity = np.linalg.lstsq(directions, 0.5 * np.eye(len(directions))[0], rcond=None)[0]
+    disturbed = dict(zip(scene.dofs, velocity, strict=True))
+    return scene, ss.sliding_equilibrium(scene).perturbed(velocity=disturbed)
 
 
 def main() -> None:
@@ -53,7 +67,7 @@ def main() -> None:
         scene, start = scene_of(coordinates, contacts)
         for most in EVENTS:
             took = [seconds(scene, start, method, 1.0, most) for method in METHODS]
-            before = min(took[0], seconds(tied(scene), start, "taylor", 1.0, most))
+            before = min(took[0], seconds(in_dense_rows(scene), start, "taylor", 1.0, most))
             gains.append((coordinates / contacts, before / min(took)))
             choices.append(took[2] / min(took[:2]))
             cells = [f"{1e3 * t:.0f}" if math.isfinite(t) else "-" for t in (before, *took)]
@@ -68,6 +82,20 @@ def main() -> None:
         f"Gain with 12 coordinates a contact or more: {min(wide):.1f} to {max(wide):.1f},",
         f"median {np.median(wide):.1f}; elsewhere {min(narrow):.1f} to {max(narrow):.1f}.",
         f"auto over the better of modal and taylor: largest {max(choices):.2f}.",
+    )
+    rows = []
+    for columns, across, every, modes in FREE[:2] if options.quick else FREE:
+        scene, start = free_scene_of(columns, across, every, modes)
+        before = seconds(in_dense_rows(scene), start, "taylor", 1.0, EVENTS[0])
+        took = [before, *(seconds(scene, start, method, 1.0, EVENTS[0]) for method in METHODS)]
+        cells = [f"{1e3 * t:.0f}" if math.isfinite(t) else "-" for t in took]
+        gain = min(took[:2]) / min(took)
+        rows.append([str(modes), str(len(scene.contacts)), str(EVENTS[0]), *cells, f"{gain:.1f}"])
+        print(*rows[-1], file=sys.stderr, flush=True)
+    times = [f"{name}, ms" for name in ("dense matrices", *METHODS)]
+    report.table(("free modes", "contacts", "events", *times, "gain"), rows)
+    report.text(
+        "A dash: a combination without sound modes.", "Gain: over the better of dense matrices and modes."
     )
     report.finish(options.into, "stickslip", "numpy")
 

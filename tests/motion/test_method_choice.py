@@ -1,5 +1,6 @@
 """What `method="auto"` chooses, by counts of what it computed."""
 
+import numpy as np
 import pytest
 
 import stickslip as ss
@@ -13,11 +14,22 @@ def kicked(scene, speed=0.5):
 def test_coupled_masses_go_by_modes():
     """A term of the series of 209 coordinates is a product with the dense inverse of their mass."""
     scene = quad_block(14, 7, 14, lumped=False)
+    # Damping in two parts, which modes with held contacts do not serve.
+    scene = scene.replace(damping=10.0 * np.asarray(scene.mass) + 1e-7 * np.asarray(scene.stiffness))
     run = ss.simulate(scene, kicked(scene), 2e-4, "auto")
     # One phase, begun by series and soon left to modes; series alone need twice as many panels.
     assert run.counters["phases"] == 1
     assert run.counters["taylor_phases"] == 0
     assert run.counters["panels"] < 120
+
+
+def test_coupled_masses_stay_with_series_in_held_modes():
+    """In these modes a term costs little, so that modes of the combination pay after thousands of panels."""
+    scene = quad_block(14, 7, 14, lumped=False)
+    short, long = (ss.simulate(scene, kicked(scene), duration, "auto") for duration in (2e-4, 1.0))
+    assert short.counters["taylor_phases"] == short.counters["phases"] == 1
+    assert (long.counters["taylor_phases"], long.counters["phases"]) == (0, 1)
+    assert 1000 < long.counters["panels"] < 5000
 
 
 @pytest.mark.slow

@@ -79,6 +79,25 @@ def quad_block(columns, rows, every=1, *, lumped=True, sparse=False, friction=0.
     )
 
 
+def free_block(columns, rows, every, modes):
+    """Return a model of the block by modes without contacts; every contact moves all of them."""
+    scene = quad_block(columns, rows, lumped=False)
+    squares, shapes = scipy.linalg.eigh(
+        np.asarray(scene.stiffness), np.asarray(scene.mass), subset_by_index=(0, modes - 1)
+    )
+    return ss.Scene(
+        np.ones(modes),
+        np.diag(squares),
+        damping=scene.damping,
+        force=shapes.T @ scene.force,
+        contacts=[
+            ss.Contact(tangential=shapes[2 * k], normal=shapes[2 * k + 1], friction=0.3, slider_speed=1.0)
+            for k in range(0, columns + 1, every)
+        ],
+        impact_friction=True,
+    )
+
+
 def reduced_block(columns, rows, every, modes):
     """Return a Craig-Bampton model of the block with dense stiffness, and masses lumped at its contacts.
 

@@ -9,7 +9,7 @@ use faer::linalg::evd::{
     self_adjoint_evd_scratch,
 };
 use faer::{Auto, Mat, Par, Spec};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use num_complex::Complex64;
 
 use crate::linalg::banded_vectors::Banded;
@@ -73,6 +73,19 @@ fn connected_blocks(matrix: &DMatrix<f64>) -> Vec<Vec<usize>> {
 
 fn symmetric_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
     let n = matrix.nrows();
+    let (values, vectors) = symmetric(matrix)
+        .unwrap_or_else(|| (DVector::from_element(n, f64::NAN), DMatrix::zeros(n, n)));
+    (0..n)
+        .map(|j| {
+            let vector: Vec<Complex64> = vectors.column(j).iter().map(|&x| x.into()).collect();
+            EigenPair { value: values[j].into(), right: vector.clone(), left: vector }
+        })
+        .collect()
+}
+
+/// Eigenvalues of a symmetric matrix and its orthonormal eigenvectors, columns; None without convergence.
+pub(crate) fn symmetric(matrix: &DMatrix<f64>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    let n = matrix.nrows();
     let mut values = Diag::<f64>::zeros(n);
     let mut vectors = Mat::<f64>::zeros(n, n);
     // The library solves large matrices by divide and conquer until the secular equation, whose unit is the inverse of
@@ -95,13 +108,8 @@ fn symmetric_block(matrix: &DMatrix<f64>) -> Vec<EigenPair> {
         MemStack::new(&mut memory),
         params,
     );
-    (0..n)
-        .map(|j| {
-            let value = if converged.is_ok() { values[j] } else { f64::NAN };
-            let vector: Vec<Complex64> = (0..n).map(|i| Complex64::from(vectors[(i, j)])).collect();
-            EigenPair { value: Complex64::from(value), right: vector.clone(), left: vector }
-        })
-        .collect()
+    converged.ok()?;
+    Some((DVector::from_fn(n, |j, _| values[j]), DMatrix::from_fn(n, n, |i, j| vectors[(i, j)])))
 }
 
 fn general_block(mut matrix: DMatrix<f64>) -> Vec<EigenPair> {

@@ -15,6 +15,7 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::forced::forced_modes;
+use crate::motion::taylor::held_modes::HeldModes;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
@@ -48,6 +49,16 @@ pub(crate) struct CombinationBasis {
 
 impl CombinationBasis {
     pub fn new(scene: &Scene, combination: &Combination, wanted: Wanted) -> Result<Self, Error> {
+        Self::beside(scene, combination, wanted, || None)
+    }
+
+    /// The same, with series in the modes with held contacts where there are such modes.
+    pub fn beside<'a>(
+        scene: &Scene,
+        combination: &Combination,
+        wanted: Wanted,
+        modes: impl Fn() -> Option<&'a Arc<HeldModes>>,
+    ) -> Result<Self, Error> {
         scene.check_combination(combination)?;
         let linear = of_phase(scene, combination);
         let is_linear = matches!(linear, Cow::Owned(_));
@@ -77,7 +88,10 @@ impl CombinationBasis {
         }
         let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
         let series = || {
-            let operator = TaylorOperator::new(scene, combination, &functions)?;
+            let operator = match modes().filter(|_| condensed.is_none() && fitted.is_none()) {
+                Some(modes) => TaylorOperator::in_modes(modes, combination)?,
+                None => TaylorOperator::new(scene, combination, &functions)?,
+            };
             Ok(Propagator::Taylor(Box::new(operator)))
         };
         let by_law = scene.sliding_by_law(combination).next();

@@ -15,6 +15,7 @@ use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::taylor::bordered::border_of;
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
+use crate::scene::inertia::border::Border;
 use crate::scene::model::Scene;
 
 /// Number of free coordinates up to which modes are computed at once: a small scene meets few combinations, each often.
@@ -40,6 +41,13 @@ const BORDER_ROW: f64 = 6.0;
 const BORDER_ENTRY: f64 = 0.04;
 /// Rows whose work is that on the coordinates beside the border.
 const OTHER_ROWS: f64 = 14.0;
+/// Coordinates up to which modes with held contacts are considered, since nothing interrupts their eigenproblem, and by what
+/// factor they must make series quicker.
+const LARGEST_HELD: usize = 500;
+const GAIN: f64 = 2.0;
+/// Work on a panel in these modes relative to that of a reduced model, measured beside the modes of meshes with 110 and 420
+/// dofs and two contacts. Mass couples their contacts, so that every force is a sum over all coordinates.
+const IN_HELD_MODES: f64 = 2.5;
 /// Number of free coordinates up to which modes are considered: nothing interrupts an eigenproblem, and a larger one
 /// would delay Ctrl-C by more than a tenth of a second. If mass couples coordinates, series cost more, and a longer delay
 /// is accepted.
@@ -52,6 +60,37 @@ pub(crate) fn largest(scene: &Scene) -> usize {
 pub(crate) fn marches_locally(scene: &Scene) -> bool {
     let is_sparse = || !DenseRows::are_quicker(scene) && border_of(scene).is_none();
     scene.size > largest(scene) && is_sparse()
+}
+
+/// Whether series in the modes with held contacts are quicker than those of a dense scene as it is, so much so that their
+/// eigenproblem does not count.
+pub(crate) fn pays_held_modes(scene: &Scene) -> bool {
+    let n = scene.size;
+    let rows = 2 * scene.contacts.len();
+    (DenseRows::are_quicker(scene) || !scene.mass.is_diagonal())
+        && n <= LARGEST_HELD
+        && Border::is_worth(n, rows)
+        && border_of(scene).is_none()
+        && work_of_order(scene, n) > GAIN * work_of_border(rows, n)
+}
+
+/// Work on one order of a series of a scene with `free` coordinates, in multiplications of a sparse product.
+fn work_of_order(scene: &Scene, free: usize) -> f64 {
+    if let Some(border) = border_of(scene) {
+        work_of_border(border.coordinates.len(), scene.size)
+    } else if DenseRows::are_quicker(scene) {
+        DENSE_ENTRY * (free * scene.size) as f64
+    } else {
+        let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };
+        let inverse = scene.coupled_mass.as_ref().map_or(0.0, |mass| mass.work());
+        (scene.stiffness.entries() + damping) as f64 + inverse
+    }
+}
+
+/// The same where contacts are the border of the stiffness of `size` coordinates.
+fn work_of_border(rows: usize, size: usize) -> f64 {
+    let rows = rows as f64;
+    BORDER_ORDER + BORDER_ROW * rows + BORDER_ENTRY * (rows + OTHER_ROWS) * size as f64
 }
 
 /// Work on one combination, in multiplications of a sparse product.
@@ -81,20 +120,14 @@ impl Cost {
         } else {
             f64::INFINITY
         };
-        let border = border_of(scene);
-        let order = if let Some(border) = border {
-            let rows = border.coordinates.len() as f64;
-            let entries = (rows + OTHER_ROWS) * scene.size as f64;
-            BORDER_ORDER + BORDER_ROW * rows + BORDER_ENTRY * entries
-        } else if DenseRows::are_quicker(scene) {
-            DENSE_ENTRY * m * scene.size as f64
-        } else {
-            let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };
-            let inverse = scene.coupled_mass.as_ref().map_or(0.0, |mass| mass.work());
-            (scene.stiffness.entries() + damping) as f64 + inverse
-        };
-        let share = if border.is_some() { BORDER_SHARE } else { SHARE };
-        Self { modes, panel: COEFFICIENTS as f64 * order, phase: 7.0 * m.powi(2), share }
+        let share = if border_of(scene).is_some() { BORDER_SHARE } else { SHARE };
+        let panel = COEFFICIENTS as f64 * work_of_order(scene, free);
+        Self { modes, panel, phase: 7.0 * m.powi(2), share }
+    }
+
+    /// The same where the scene is one in its modes with held contacts.
+    pub fn in_held_modes(self) -> Self {
+        Self { panel: IN_HELD_MODES * self.panel, ..self }
     }
 }
 

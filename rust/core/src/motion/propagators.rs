@@ -10,6 +10,8 @@ use crate::motion::combination_basis::{CombinationBasis, Propagator};
 use crate::motion::local::locality::Locality;
 use crate::motion::local::reach::Reaches;
 use crate::motion::method::Wanted;
+use crate::motion::method_cost::{Cost, pays_held_modes};
+use crate::motion::taylor::held_modes::HeldModes;
 use crate::scene::model::Scene;
 use crate::scene::partition::{Block, blocks_of};
 use crate::scene::status::Combination;
@@ -27,6 +29,7 @@ pub struct Propagators {
     pub(crate) scene: Arc<Scene>,
     parts: OnceLock<Vec<Part>>,
     locality: OnceLock<Result<Arc<Reaches>, Error>>,
+    held: OnceLock<Option<Arc<HeldModes>>>,
     memory: Mutex<Memory>,
 }
 
@@ -80,6 +83,7 @@ impl Propagators {
             scene: Scene::driven(scene),
             parts: OnceLock::new(),
             locality: OnceLock::new(),
+            held: OnceLock::new(),
             memory: Mutex::default(),
         }
     }
@@ -114,6 +118,20 @@ impl Propagators {
             .clone()
     }
 
+    /// The modes of the structure with held contacts, where series are quicker in them.
+    fn held_modes(&self) -> Option<&Arc<HeldModes>> {
+        let found = || HeldModes::new(&self.scene).map(Arc::new);
+        self.held.get_or_init(|| pays_held_modes(&self.scene).then(found).flatten()).as_ref()
+    }
+
+    /// The work on a combination with `free` coordinates.
+    pub(crate) fn cost(&self, free: usize) -> Cost {
+        match self.held_modes() {
+            None => Cost::new(&self.scene, free),
+            Some(modes) => Cost::new(&modes.scene, free).in_held_modes(),
+        }
+    }
+
     /// The basis of a combination, and whether it had to be computed.
     pub(crate) fn basis(
         &self,
@@ -125,7 +143,7 @@ impl Propagators {
             return Ok((Arc::clone(basis), false));
         }
         let basis = if self.parts().is_empty() {
-            CombinationBasis::new(&self.scene, combination, wanted)?
+            CombinationBasis::beside(&self.scene, combination, wanted, || self.held_modes())?
         } else {
             let part =
                 |part: &Part| part.propagators.basis(&part.block.statuses(combination), wanted);

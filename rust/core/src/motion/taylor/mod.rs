@@ -2,5 +2,6 @@
 
 pub(crate) mod bordered;
 pub(crate) mod dense_rows;
+pub(crate) mod held_modes;
 pub(crate) mod motion;
 pub(crate) mod operator;

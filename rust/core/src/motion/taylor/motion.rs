@@ -14,7 +14,7 @@ use crate::contact::functional::Functional;
 use crate::motion::panel::Panel;
 use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow, Order};
 use crate::motion::taylor::dense_rows::{DenseRows, Orders};
-use crate::motion::taylor::operator::TaylorOperator;
+use crate::motion::taylor::operator::{InModes, TaylorOperator};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
 use crate::numerics::simd::GROUP;
@@ -40,6 +40,8 @@ pub(crate) struct TaylorMotion {
     size: usize,
     /// q at local time 0, from which displacements count, and `L' (F - K q)` there.
     pub(crate) origin: Vec<f64>,
+    /// The same place in the coordinates of the scene, where the series moves in others.
+    place: Vec<f64>,
     pub(crate) force: Vec<f64>,
     /// Norm of the origin.
     scale: f64,
@@ -78,8 +80,15 @@ impl TaylorMotion {
         q: &[f64],
         u: &[f64],
     ) {
-        self.begin(scene, operator, functions, q, u);
-        self.fill(scene, operator);
+        let Some(InModes { modes, functions }) = &operator.held else {
+            self.begin(scene, operator, functions, q, u);
+            return self.fill(scene, operator);
+        };
+        let [z, rates] = [q, u].map(|of| modes.amplitudes(of));
+        self.begin(&modes.scene, operator, functions, &z, &rates);
+        self.place.clone_from(&self.origin);
+        modes.free().iter().for_each(|&k| self.place[k] = q[k]);
+        self.fill(&modes.scene, operator);
     }
 
     /// The same without its series.
@@ -322,12 +331,11 @@ impl TaylorMotion {
         }
         let rate = (k + 1) as f64 / self.width;
         let norm = |terms: &[f64]| {
-            let sum: f64 = match operator.lumped {
-                true => terms.iter().zip(&operator.weight).map(|(x, w)| (w * x) * (w * x)).sum(),
-                false => {
-                    terms.iter().enumerate().map(|(k, x)| x * scene.mass.row_dot(k, terms)).sum()
-                }
-            };
+            let sum: f64 = terms.iter().zip(&operator.weight).map(|(x, w)| (w * x) * (w * x)).sum();
+            let square = |k: usize| operator.weight[k] * terms[k] * operator.weight[k];
+            let coupled = operator.coupled.iter();
+            let beside = coupled.map(|&k| terms[k] * (scene.mass.row_dot(k, terms) - square(k)));
+            let sum = sum + beside.sum::<f64>();
             // Beyond the range of numbers there is no bound.
             if sum.is_finite() { sum.max(0.0).sqrt() } else { f64::INFINITY }
         };
@@ -342,6 +350,7 @@ impl TaylorMotion {
         functions: &[EventFunction],
         panel: &mut Panel,
     ) {
+        let (scene, functions) = operator.inside(scene, functions);
         let tail = operator.tail(self.width) * self.last_norm(scene, operator);
         self.expand_within(operator, functions, panel, tail);
     }
@@ -550,7 +559,7 @@ impl TaylorMotion {
 
     pub fn advance(&mut self, scene: &Scene, operator: &TaylorOperator) {
         self.step(operator);
-        self.fill(scene, operator);
+        self.fill(operator.inside(scene, &[]).0, operator);
     }
 
     /// Moves the start to the end of the panel.
@@ -599,7 +608,15 @@ impl TaylorMotion {
     pub fn state(&self, operator: &TaylorOperator, offset: f64, q: &mut [f64], u: &mut [f64]) {
         // A coordinate that is held at zero has no terms and stays at zero.
         self.horner(offset / self.width, q, u);
-        q.iter_mut().zip(&self.origin).for_each(|(q, origin)| *q += origin);
+        let origin = match &operator.held {
+            None => &self.origin,
+            Some(InModes { modes, .. }) => {
+                modes.displace(q);
+                modes.displace(u);
+                &self.place
+            }
+        };
+        q.iter_mut().zip(origin).for_each(|(q, origin)| *q += origin);
         for &(i, speed) in &operator.equation.reduction.sticking {
             u[i] = speed;
         }

@@ -8,12 +8,15 @@
 //! coordinates, or stiffness couples them through contacts alone, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it are known for the scene as a whole, and a
 //! combination multiplies them by what its friction adds.
 
-use crate::contact::event_function::EventFunction;
+use std::sync::Arc;
+
+use crate::contact::event_function::{EventFunction, event_functions};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
 use crate::motion::taylor::bordered::BorderedRows;
 use crate::motion::taylor::dense_rows::DenseRows;
+use crate::motion::taylor::held_modes::HeldModes;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
@@ -35,18 +38,48 @@ pub(crate) struct TaylorOperator {
     pub(super) bordered: Option<BorderedRows>,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
     pub(super) weight: Vec<f64>,
-    /// Whether mass couples no coordinates.
-    pub(super) lumped: bool,
+    /// Coordinates that mass couples to others.
+    pub(super) coupled: Vec<usize>,
     /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
     pub(super) omega: f64,
     pub(super) width: f64,
     /// Norm of the first-order system.
     sigma: f64,
+    /// The coordinates in which the series moves, where they are not those of the scene.
+    pub(super) held: Option<InModes>,
     /// For each event function the factor from the norm of a state to a bound of its value.
     pub(super) function_norms: Vec<f64>,
 }
 
+/// The modes with held contacts, and the event functions of the combination in them.
+#[derive(Debug)]
+pub(super) struct InModes {
+    pub modes: Arc<HeldModes>,
+    pub functions: Vec<EventFunction>,
+}
+
 impl TaylorOperator {
+    /// The same in the modes of the structure with held contacts.
+    pub fn in_modes(modes: &Arc<HeldModes>, combination: &Combination) -> Result<Self, Error> {
+        let functions = event_functions(&modes.scene, combination)?;
+        let operator = Self::new(&modes.scene, combination, &functions)?;
+        let held = Some(InModes { modes: Arc::clone(modes), functions });
+        Ok(Self { held, ..operator })
+    }
+
+    /// The scene and the event functions in the coordinates of the series, from those of the scene.
+    #[inline]
+    pub(super) fn inside<'a>(
+        &'a self,
+        scene: &'a Scene,
+        functions: &'a [EventFunction],
+    ) -> (&'a Scene, &'a [EventFunction]) {
+        match &self.held {
+            None => (scene, functions),
+            Some(InModes { modes, functions }) => (&modes.scene, functions),
+        }
+    }
+
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
         self.equation.numbers() + self.bordered.as_ref().map_or(0, BorderedRows::numbers)
@@ -69,11 +102,14 @@ impl TaylorOperator {
             bordered: BorderedRows::new(scene, &equation, functions),
             equation,
             dense,
-            lumped: scene.mass.is_diagonal(),
+            coupled: (0..scene.size)
+                .filter(|&k| scene.mass.row(k).any(|entry| entry.0 != k))
+                .collect(),
             weight,
             omega: 0.0,
             width: 0.0,
             sigma: 0.0,
+            held: None,
             function_norms: Vec::new(),
         };
         let (mut stiffness, damping) = operator.norms(scene);

@@ -30,12 +30,18 @@ pub(crate) struct Border {
 }
 
 impl Border {
+    /// Whether so many rows are few enough beside all coordinates.
+    pub fn is_worth(size: usize, rows: usize) -> bool {
+        size >= SMALLEST && size as f64 >= PER_ROW * rows as f64
+    }
+
     /// Of M and K and the coordinates of contacts that have mass; None where other coordinates are coupled, or where
     /// other products are quicker.
     pub fn new(mass: &SparseMatrix, stiffness: &SparseMatrix, contact: &[usize]) -> Option<Self> {
         let n = mass.size();
-        let small = n < SMALLEST || (n as f64) < PER_ROW * contact.len() as f64;
-        if small || 2 * contact.len() * n > PER_ENTRY * stiffness.entries() {
+        if !Self::is_worth(n, contact.len())
+            || 2 * contact.len() * n > PER_ENTRY * stiffness.entries()
+        {
             return None;
         }
         let mut is_border = vec![false; n];

@@ -1,0 +1,105 @@
+"""Series of dense scenes in the modes of the structure with held contacts, beside other ways."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import stickslip as ss
+
+#: s, of the damping.
+BETA = 2e-6
+
+
+def dense_scene(seed, *, lumped=False):
+    """Return a scene of 60 dofs with dense matrices and contacts along directions of several dofs each."""
+    rng = np.random.default_rng(seed)
+    size, contacts = 60, int(rng.integers(2, 5))
+    turn = np.linalg.qr(rng.standard_normal((size, size)))[0]
+    stiffness = turn * np.geomspace(1e4, 1e8, size) @ turn.T
+    mass = np.exp(rng.uniform(-1.0, 1.0, size))
+    directions = np.zeros((2 * contacts, size))
+    for row, dofs in zip(directions, rng.permutation(size)[: 6 * contacts].reshape(-1, 3), strict=True):
+        row[dofs] = rng.standard_normal(3)
+    if not lumped:
+        mixed = rng.standard_normal((size, size)) / size
+        mass = np.diag(mass) + mixed @ mixed.T
+    return ss.Scene(
+        mass,
+        0.5 * (stiffness + stiffness.T),
+        damping=ss.Proportional(mass=5.0, stiffness=BETA),
+        force=-directions[1::2].T @ rng.uniform(50.0, 100.0, contacts),
+        contacts=[
+            ss.Contact(
+                tangential=directions[2 * k],
+                normal=directions[2 * k + 1],
+                friction=0.4,
+                static_friction=[0.4, 0.6][k % 2],
+                slider_speed=[0.1, -0.2][k % 2],
+                restitution=0.5 * (k % 2),
+            )
+            for k in range(contacts)
+        ],
+        impact_friction=True,
+    )
+
+
+def pushed(scene, seed):
+    """Return steady sliding, with slip velocities disturbed."""
+    rng = np.random.default_rng(seed)
+    start = ss.sliding_equilibrium(scene)
+    rows = np.array([direction for one in scene.contacts for direction in (one.tangential, one.normal)])
+    change = np.zeros(len(rows))
+    speeds = np.array([one.slider_speed for one in scene.contacts])
+    change[::2] = rng.uniform(0.0, 0.9, len(speeds)) * speeds
+    velocity = np.linalg.lstsq(rows, change, rcond=None)[0]
+    return start.perturbed(velocity=dict(zip(scene.dofs, velocity, strict=True)))
+
+
+def in_matrices(scene):
+    """Return the scene with its damping as a matrix, which series take as it is."""
+    mass = np.asarray(scene.mass, dtype=float)
+    mass = np.diag(mass) if mass.ndim == 1 else mass
+    return scene.replace(damping=5.0 * mass + BETA * np.asarray(scene.stiffness, dtype=float))
+
+
+@pytest.mark.parametrize("lumped", [False, True])
+@pytest.mark.parametrize("seed", [0, 1, 2, 4, 7, 8, 9])
+def test_the_same_events_as_of_dense_matrices(seed, lumped):
+    scene = dense_scene(seed, lumped=lumped)
+    start = pushed(scene, seed)
+    runs = [
+        ss.simulate(which, start, 1.0, method, max_events=60)
+        for which, method in [(scene, "taylor"), (in_matrices(scene), "taylor"), (scene, "modal")]
+    ]
+    first, *others = ([(event.contact, str(event.kind)) for event in run.events] for run in runs)
+    assert len(first) >= 20
+    for run, other in zip(runs[1:], others, strict=True):
+        assert other == first
+        times = [[event.time for event in one.events] for one in (runs[0], run)]
+        np.testing.assert_allclose(times[0], times[1], rtol=1e-10)
+    instants = np.linspace(0.0, min(run.events[-1].time for run in runs), 200, endpoint=False)
+    samples = [run.sample(instants) for run in runs]
+    for sample in samples[1:]:
+        for quantity in ("position", "velocity", "normal_force"):
+            found, expected = samples[0][quantity].to_numpy(), sample[quantity].to_numpy()
+            near = np.isclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
+            # A sample within rounding of an event may lie on either side of it.
+            assert np.mean(near.all(axis=1)) > 0.98
+
+
+def test_panels_are_as_long_as_those_of_dense_matrices():
+    scene = dense_scene(0)
+    start = pushed(scene, 0)
+    runs = [ss.simulate(which, start, 0.02, "taylor") for which in (scene, in_matrices(scene))]
+    assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
+    assert abs(runs[0].counters["panels"] - runs[1].counters["panels"]) <= 0.02 * runs[1].counters["panels"]
+
+
+def test_a_motion_is_restored_to_the_last_bit():
+    scene = dense_scene(1)
+    run = ss.simulate(scene, pushed(scene, 1), 1.0, "taylor", max_events=20)
+    again = pickle.loads(pickle.dumps(run))
+    times = np.linspace(0.0, run.duration, 50)
+    for quantity in ("position", "velocity"):
+        np.testing.assert_array_equal(again.sample(times)[quantity], run.sample(times)[quantity])
