@@ -1,9 +1,9 @@
 //! The quadratic eigenproblem of one status combination: `(lambda^2 M + lambda C + K) xi = 0`.
 //!
 //! With `C = alpha M + beta K` the m by m problem `K xi = kappa M xi` gives all 2m modes, otherwise a linearisation of
-//! twice the size, without the velocities of [coordinates of first order](crate::modes::first_order). Every eigenvalue is then corrected by one generalized Rayleigh quotient
-//! `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order in the errors of the vectors,
-//! with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
+//! twice the size, without the velocities of [coordinates of first order](crate::modes::first_order). Every eigenvalue is
+//! then corrected by one generalized Rayleigh quotient `v' P(lambda) xi / v' P'(lambda) xi`, whose error is of second order
+//! in the errors of the vectors, with the residual `P(lambda) xi` of the *unreduced* matrices in doubled precision.
 
 use crate::error::input::Error;
 use crate::linalg::parallel::each;

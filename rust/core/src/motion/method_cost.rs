@@ -55,8 +55,8 @@ pub(crate) fn largest(scene: &Scene) -> usize {
     if scene.mass.is_diagonal() { 200 } else { 500 }
 }
 
-/// Whether a run of a coupled scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for modes,
-/// and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
+/// Whether a run of a coupled scene by [`crate::motion::method::Method::Auto`] is a local march, if it can be: too large for
+/// modes, and sparse, so that an event that reaches a part of it costs that part of its work, and no event more than all of it.
 pub(crate) fn marches_locally(scene: &Scene) -> bool {
     let is_sparse = || !DenseRows::are_quicker(scene) && border_of(scene).is_none();
     scene.size > largest(scene) && is_sparse()

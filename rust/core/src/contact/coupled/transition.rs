@@ -73,7 +73,8 @@ pub(crate) fn settle_coupled(
             outcome[i] = match status {
                 Status::Detached => (status, Departure::Gap(2)),
                 Status::Sticking => (status, Departure::None),
-                // A contact that slips goes on; the onset of slip keeps its multiplicity unless a jump of the forces pushes the contact.
+                // A contact that slips goes on; the onset of slip keeps its multiplicity unless a jump of the forces pushes
+                // the contact.
                 _ if sliding.is_some() && !is_pushed(i, outcome[i].1) => (status, outcome[i].1),
                 _ => (status, Departure::Slip(1)),
             };

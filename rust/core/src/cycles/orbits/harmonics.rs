@@ -9,8 +9,8 @@
 //! int_0^tau e^{(lambda - i k omega) t} dt = tau phi1((lambda - i k omega) tau)
 //! ```
 //!
-//! The mean, and all coefficients of phases without a well-conditioned modal basis or under loads in time, are integrated by Gauss's
-//! rule on pieces short enough for rounding: on a piece of length h the m-point rule leaves at most
+//! The mean, and all coefficients of phases without a well-conditioned modal basis or under loads in time, are integrated by
+//! Gauss's rule on pieces short enough for rounding: on a piece of length h the m-point rule leaves at most
 //! `h^{2m+1} (m!)^4 / ((2m + 1) ((2m)!)^3) |f^(2m)|`, and here `|f^(2m)| <= rho^{2m} |f|` with
 //! rho = the fastest eigenvalue plus k omega.
 

@@ -218,7 +218,8 @@ impl Search<'_> {
     }
 
     /// Where det K_s changes its sign: a real eigenvalue passes zero. The sign beyond tells the direction, because
-    /// `det P(lambda)` has the sign of its leading matrix for large lambda: an odd number of positive eigenvalues makes it change.
+    /// `det P(lambda)` has the sign of its leading matrix for large lambda: an odd number of positive eigenvalues makes it
+    /// change.
     fn divergences(&self) -> Vec<CriticalPoint> {
         let sign = |p: f64| {
             let pencil = self.path.pencil(p);

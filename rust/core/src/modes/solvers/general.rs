@@ -1,5 +1,5 @@
-//! Modes with general damping, by the linearisation with states `y = (gamma x, x')` with `gamma^2 = |M^-1 K|` (scaling of Fan, Lin
-//! and Van Dooren 2004).
+//! Modes with general damping, by the linearisation with states `y = (gamma x, x')` with `gamma^2 = |M^-1 K|` (scaling of
+//! Fan, Lin and Van Dooren 2004).
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;

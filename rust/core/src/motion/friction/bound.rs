@@ -2,8 +2,8 @@
 //!
 //! The polynomial P of the state obeys `P' = A P + f + sum b_i y_i(P) - D` with a defect D whose coefficients are
 //! those that the series leaves out, all of order DEGREE or more, and the rounding of the others: finite sums. With the norm
-//! sigma of A and a Lipschitz bound l_i of y_i around P, `L = h (sigma + sum |b_i| l_i)` and `|D| <= t s^DEGREE + r`, the error of
-//! P on a panel of width h is at most
+//! sigma of A and a Lipschitz bound l_i of y_i around P, `L = h (sigma + sum |b_i| l_i)` and `|D| <= t s^DEGREE + r`, the
+//! error of P on a panel of width h is at most
 //!
 //! ```text
 //! |X - P| <= h int e^(L (1 - s)) |D| ds <= h t / (DEGREE - L) + h r (e^L - 1) / L
@@ -169,14 +169,14 @@ impl Kernel for Bound<'_> {
 
 impl Sliding {
     /// Where slip has no mass: bounds of what its velocity q_t' does not balance, and of its change with the state. Gives the
-    /// distance from the polynomial S within which S has to stay for them. `radius` bounds the error of the state, `off` that of N,
-    /// and `terms` and `units` count rounding of R and N, and of products.
+    /// distance from the polynomial S within which S has to stay for them. `radius` bounds the error of the state, `off`
+    /// that of N, and `terms` and `units` count rounding of R and N, and of products.
     ///
     /// With the polynomials P of the state, R and N of the forces and S of the slip speed, `mu(S) N - R = e` with coefficients
-    /// of order DEGREE or more, and rounding. So the slip speed that belongs to P is at most `|e| / (least mu' least N)` from S, and
-    /// that of a state X at most `(|R'| + mu |N'|) |X - P| / (least mu' least N)` from the one that belongs to P. In the growth of a
-    /// difference of places, which is the largest entry of the norm, the own stiffness counts with its sign:
-    /// `d' = -(K_tt d + ..) / (mu' N)`.
+    /// of order DEGREE or more, and rounding. So the slip speed that belongs to P is at most `|e| / (least mu' least N)`
+    /// from S, and that of a state X at most `(|R'| + mu |N'|) |X - P| / (least mu' least N)` from the one that belongs to
+    /// P. In the growth of a difference of places, which is the largest entry of the norm, the own stiffness counts with its
+    /// sign: `d' = -(K_tt d + ..) / (mu' N)`.
     fn implicit(
         &mut self,
         one: &LawContact,

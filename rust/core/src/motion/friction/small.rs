@@ -1,4 +1,5 @@
-//! The recurrences of a panel of at most two contacts and few coordinates, whose rows are one block and whose contacts are not coupled.
+//! The recurrences of a panel of at most two contacts and few coordinates, whose rows are one block and whose contacts are
+//! not coupled.
 //!
 //! The general recurrences spend most of their time on finding places; here the newest order stays in registers.
 

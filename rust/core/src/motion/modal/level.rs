@@ -66,7 +66,8 @@ pub(super) struct Step {
 #[derive(Debug, Clone)]
 pub(super) struct Powers(pub [ComplexGroup; TAIL_GROUPS]);
 
-/// `h^2 phi2(lambda h s) s^2` of a group of modes as a series in s: its coefficients from the second power on, zero for fast modes.
+/// `h^2 phi2(lambda h s) s^2` of a group of modes as a series in s: its coefficients from the second power on, zero for fast
+/// modes.
 #[derive(Debug, Clone)]
 pub(super) struct Series([[ComplexGroup; GROUP]; TAIL_GROUPS]);
 

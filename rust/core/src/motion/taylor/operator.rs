@@ -5,8 +5,8 @@
 //! `|X_D| rho / (1 - rho)` with `rho = sigma h / (D + 1)`.
 //!
 //! Where mass is diagonal, the norm is the largest entry, and that of a matrix its largest row sum. Where mass couples
-//! coordinates, or stiffness couples them through contacts alone, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it are known for the scene as a whole, and a
-//! combination multiplies them by what its friction adds.
+//! coordinates, or stiffness couples them through contacts alone, it is that of M, `|x|^2 = x' M x`: bounds of K and C in it
+//! are known for the scene as a whole, and a combination multiplies them by what its friction adds.
 
 use std::sync::Arc;
 

@@ -10,7 +10,8 @@ pub(crate) const COEFFICIENTS: usize = DEGREE + 1;
 pub(crate) const ROW: usize = (COEFFICIENTS + 3).next_multiple_of(GROUP);
 
 /// 1, factor, factor^2 .., each the rounded product of the one before with the factor: coefficients that are scaled by them obey
-/// linear recurrences as before, but for one rounding. In products of series `p_j p_{k-j}` differs from `p_k` by up to k roundings.
+/// linear recurrences as before, but for one rounding. In products of series `p_j p_{k-j}` differs from `p_k` by up to k
+/// roundings.
 pub(crate) fn powers<const N: usize>(factor: f64) -> [f64; N] {
     let mut powers = [1.0; N];
     for k in 1..N {

@@ -1,8 +1,8 @@
 //! A mass that is not diagonal in contact coordinates, or beside a stiffness that couples through contacts alone.
 //!
-//! In these coordinates it has two blocks: that of the contact coordinates, which statuses reduce, and that of the free ones, the same
-//! in every status (see [`crate::scene::coordinates::contact_coordinates`]). The first is small. Of the second only factors are
-//! kept, so that a sparse mass stays sparse.
+//! In these coordinates it has two blocks: that of the contact coordinates, which statuses reduce, and that of the free
+//! ones, the same in every status (see [`crate::scene::coordinates::contact_coordinates`]). The first is small. Of the
+//! second only factors are kept, so that a sparse mass stays sparse.
 
 use std::sync::Arc;
 

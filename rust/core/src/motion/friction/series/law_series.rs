@@ -34,8 +34,8 @@ const INVERSE: [f64; COEFFICIENTS] = {
 const FAR: f64 = 600.0;
 
 /// Units of rounding of the coefficients of a product, relative to the sums of their terms' absolute values: those of the sum
-/// itself, and per shortening of the panel three coefficients that are scaled, and at most DEGREE units between the rounded powers
-/// of the factor, `p_j p_{k-j}` and `p_k`.
+/// itself, and per shortening of the panel three coefficients that are scaled, and at most DEGREE units between the rounded
+/// powers of the factor, `p_j p_{k-j}` and `p_k`.
 pub(crate) fn product_units(shortenings: usize) -> usize {
     DEGREE + 4 + shortenings * (DEGREE + 3)
 }
