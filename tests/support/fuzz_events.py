@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import stickslip as ss
-from fuzz_scenes import contact_directions, forces, matrices, slider_speeds
+from fuzz_terms import contact_directions, forces, matrices, slider_speeds
 
 #: What may come of a scene; near ties are counted, since they are where a difference could hide. *Several* is
 #: a run that ends where its contact problem has several solutions for a reason that holds (`undecided`).

@@ -13,10 +13,12 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import Sampled, complementarity, continuity, energy_residual, impact_law, rebound_law
+from fuzz_checks import complementarity, continuity, energy_residual, impact_law, rebound_law
 from fuzz_events import IN_TURN, EventList, compare, limits_of, nearby, resolution, sensitivity
 from fuzz_laws import integrated, phases_by_integrator
-from fuzz_scenes import contact_directions, fuzz_scene
+from fuzz_samples import Sampled
+from fuzz_scenes import fuzz_scene
+from fuzz_terms import contact_directions
 
 pytestmark = pytest.mark.slow
 
