@@ -2,9 +2,12 @@
 //!
 //! Up to [`ENUMERATED`] contacts every combination of statuses is tried, so that a second solution is seen.
 
+use nalgebra::DVector;
+
 use crate::contact::coupled::contact_problem::{
-    CONSISTENT, ContactProblem, ROUNDING, Solution, Unsolved, choices,
+    CONSISTENT, ContactProblem, Solution, Unsolved, choices,
 };
+use crate::linalg::components::components;
 use crate::scene::status::Status;
 
 /// Contacts up to which all 4^c combinations are tried.
@@ -13,10 +16,45 @@ const ENUMERATED: usize = 5;
 const EXHAUSTED: usize = 8;
 
 impl ContactProblem {
+    /// The solution of each group of contacts that act on each other, side by side.
+    pub fn solve(&self) -> Result<Solution, Unsolved> {
+        let count = self.contacts.len();
+        let groups = self.groups();
+        if groups.len() == 1 {
+            return self.solve_group();
+        }
+        let mut whole =
+            Solution { statuses: vec![Status::Detached; count], forces: DVector::zeros(2 * count) };
+        for group in groups {
+            let rows: Vec<usize> = group.iter().flat_map(|&i| [2 * i, 2 * i + 1]).collect();
+            let part = Self {
+                contacts: group.iter().map(|&i| self.contacts[i]).collect(),
+                w: self.w.select_rows(&rows).select_columns(&rows),
+                a0: self.a0.select_rows(&rows),
+                dependent: self.dependent,
+            };
+            let solution = part.solve_group()?;
+            for (&i, status) in group.iter().zip(solution.statuses) {
+                whole.statuses[i] = status;
+            }
+            for (&row, &force) in rows.iter().zip(&solution.forces) {
+                whole.forces[row] = force;
+            }
+        }
+        Ok(whole)
+    }
+
+    /// The contacts in groups: W has no entries between contacts of two of them.
+    fn groups(&self) -> Vec<Vec<usize>> {
+        let count = self.contacts.len();
+        let act = |i: usize, j: usize| self.w.view((2 * i, 2 * j), (2, 2)).amax() > 0.0;
+        components(count, |i, found| found.extend((0..count).filter(|&j| act(i, j) || act(j, i))))
+    }
+
     /// If there are more contacts than are enumerated, Lemke's method in two units of force (an approach may be 1e-14 of the
     /// slip) and Gauss-Seidel iteration propose the statuses. A proposal counts if its linear equations, solved to rounding,
     /// satisfy every inequality. There is no solution only if no method finds one.
-    pub fn solve(&self) -> Result<Solution, Unsolved> {
+    fn solve_group(&self) -> Result<Solution, Unsolved> {
         let count = self.contacts.len();
         if count <= ENUMERATED {
             return self.enumerate();
@@ -28,29 +66,32 @@ impl ContactProblem {
             .filter(|&unit| unit > 0.0)
             .find_map(|unit| self.verified(&self.lemke_statuses(unit)?));
         match lemke.or_else(|| self.gauss_seidel()) {
-            Some(solution) => Ok(self.at_rest(solution)),
+            Some(solution) => Ok(self.holding(solution)),
             None if count <= EXHAUSTED => self.enumerate(),
             None => Err(Unsolved::None),
         }
     }
 
-    /// The same motion with the name that enumeration tries first: contacts that others hold stick. Friction elements on one
-    /// direction share its force in any way within their limits, and one of them alone at its limit is no slip.
-    fn at_rest(&self, solution: Solution) -> Solution {
-        if !self.dependent {
-            return solution;
-        }
-        let rests = |i: usize| {
-            let (acceleration, size) = self.terms(2 * i, &solution.forces);
-            acceleration.abs() <= ROUNDING * size
+    /// The solution in which contacts stick that another solution lets slip though static friction can hold them. Contacts
+    /// that others hold stick, too: friction elements on one direction share its force in any way within their limits, and one
+    /// of them alone at its limit is no slip.
+    fn holding(&self, mut solution: Solution) -> Solution {
+        let held = |solution: &Solution, i: usize| {
+            let contact = &self.contacts[i];
+            let begins = contact.sliding.is_none() && contact.static_friction > 0.0;
+            if !(begins && solution.statuses[i].is_sliding()) {
+                return None;
+            }
+            let mut statuses = solution.statuses.clone();
+            statuses[i] = Status::Sticking;
+            let holds = contact.static_friction > contact.friction;
+            self.verified(&statuses).filter(|other| holds || self.same_motion(other, solution))
         };
-        let named = self.contacts.iter().zip(&solution.statuses).enumerate();
-        let named = named.map(|(i, (contact, &status))| {
-            let free = contact.sliding.is_none() && contact.static_friction > 0.0;
-            if free && status.is_sliding() && rests(i) { Status::Sticking } else { status }
-        });
-        let other = self.verified(&named.collect::<Vec<_>>());
-        other.filter(|other| self.same_motion(other, &solution)).unwrap_or(solution)
+        let contacts = 0..self.contacts.len();
+        while let Some(other) = contacts.clone().find_map(|i| held(&solution, i)) {
+            solution = other;
+        }
+        solution
     }
 
     /// The one solution. With static above kinetic friction a contact at rest that could stick could also slip under the
@@ -236,6 +277,51 @@ mod tests {
                 ContactProblem { contacts: vec![contact; 2], w: w.clone(), a0, dependent: false };
             let solution = problem.solve().expect("one motion");
             assert_eq!(solution.statuses, expected);
+        }
+    }
+
+    /// Bodies that nothing ties: the second needs the static friction of both of its contacts, and three others slip.
+    #[test]
+    fn static_friction_holds_what_it_can_among_many_contacts() {
+        let law = |friction, static_friction, sliding| Closed {
+            friction,
+            static_friction,
+            sliding,
+            opens: true,
+        };
+        let sliding = law(0.5, 0.5, Some(1.0));
+        let contacts =
+            vec![sliding, law(0.2, 0.3, None), sliding, law(0.8, 0.8, None), sliding, sliding];
+        let w = DMatrix::from_fn(12, 12, |i, j| {
+            let body = |row: usize| if row == 2 || row == 6 { 1 } else { 2 + row };
+            f64::from(u8::from(body(i) == body(j)))
+        });
+        let a0 = DVector::from_fn(12, |row, _| if row == 2 || row == 6 { -1.05 } else { -1.0 });
+        let problem = ContactProblem { contacts, w, a0, dependent: true };
+        assert_eq!(
+            problem.enumerate().expect("one motion").statuses,
+            problem.solve().expect("one motion").statuses
+        );
+        // Also by the methods for many contacts.
+        let iterated = problem.holding(problem.gauss_seidel().expect("one motion"));
+        assert!(problem.same_motion(&iterated, &problem.enumerate().expect("one motion")));
+    }
+
+    /// Six contacts that all act on each other, with static friction of up to 1.6 times the kinetic one.
+    #[test]
+    fn static_friction_holds_what_it_can_beyond_enumeration() {
+        let mut state = 5;
+        for draw in 0..100 {
+            let seed: Vec<f64> = (0..160).map(|_| below(&mut state, 2047) / 1024.0 - 1.0).collect();
+            let contacts = (0..6).map(|_| {
+                let friction = 0.1 + below(&mut state, 1024) / 2048.0;
+                let static_friction = friction * (1.0 + 0.6 * below(&mut state, 1024) / 1024.0);
+                Closed { friction, static_friction, sliding: None, opens: true }
+            });
+            let problem = random_problem(contacts.collect(), &seed);
+            let found = problem.solve().expect("a motion");
+            let one = problem.enumerate();
+            assert!(one.is_err() || problem.same_motion(&one.expect("a motion"), &found), "{draw}");
         }
     }
 
