@@ -89,8 +89,9 @@ impl Scene {
         let mass = match mass {
             MassInput::Lumped(mass) => core::scene::Mass::Lumped(vector(&mass)),
             MassInput::Full(MatrixInput::Dense(mass)) => {
-                let &[rows, columns] = mass.shape() else { unreachable!("two axes by type") };
-                core::scene::Mass::Full(from_rows(rows, columns, entries(mass.as_array())))
+                let mass = mass.as_array();
+                let (rows, columns) = mass.dim();
+                core::scene::Mass::Full(from_rows(rows, columns, entries(mass)))
             }
             MassInput::Full(mass) => core::scene::Mass::Sparse(mass.to_matrix(py, "mass")?),
         };
