@@ -102,7 +102,8 @@ class MacNeal:
                 "contacts: the modes left out do not move them independently; their directions depend on one "
                 "another, or there are too many modes"
             )
-        rigid = _symmetric(np.linalg.inv(flexible))
+        inverse: Real = np.linalg.inv(flexible)
+        rigid = _symmetric(inverse)
         seen = self.directions.T @ shapes
         pushed = caused @ rigid
         tied = rigid @ seen
