@@ -102,8 +102,7 @@ class MacNeal:
                 "contacts: the modes left out do not move them independently; their directions depend on one "
                 "another, or there are too many modes"
             )
-        inverse: Real = np.linalg.inv(flexible)
-        rigid = _symmetric(inverse)
+        rigid = _symmetric(scipy.linalg.inv(flexible))
         seen = self.directions.T @ shapes
         pushed = caused @ rigid
         tied = rigid @ seen
