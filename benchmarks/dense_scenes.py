@@ -4,8 +4,8 @@ The scenes are models of an elastic block on a belt (`quad_block.py` in `tests/s
 coordinates with 4 to 40 contacts: masses lumped at the contacts, and modes of the block held there, which
 K couples with the contacts and C = beta K damps. *Dense rows* are the better of modes and of series of
 the same scene with two modes tied by a spring too weak to be seen, and a load that is switched after the
-run: series then multiply with dense matrices. ``python benchmarks/dense_scenes.py OLD`` with a checkout that has
-its compiled core in place measures the best method of that build instead, in turns.
+run: series then multiply with dense matrices. ``python benchmarks/dense_scenes.py OLD`` with a checkout that
+has its compiled core in place measures the best method of that build instead, in turns.
 
 A second table has models by modes of the block without its contacts, each of which moves all of them: both
 matrices are dense in contact coordinates, and series go in the modes with held contacts.

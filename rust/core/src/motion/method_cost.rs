@@ -190,26 +190,29 @@ mod tests {
         Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0 })
     }
 
-    /// The work on so many phases of so many panels each, if the rule takes so much of the run for over.
-    fn work(panels: usize, phases: usize, done: impl Fn(usize) -> f64) -> [f64; 3] {
-        let mut rental = rental();
-        let Cost { modes, panel, phase } = rental.cost;
-        let mut work = 0.0;
+    /// The work on so many phases of so many panels each, if after some phases and panels so much of the run is over; and by modes
+    /// or series alone.
+    fn work(panels: usize, phases: usize, done: impl Fn(usize, usize) -> f64) -> [f64; 3] {
+        let mut rental = Some(rental());
+        let Cost { modes, panel, phase } = self::rental().cost;
+        let (settled, mut work) = (Novelty::default(), 0.0);
         for past in 0..phases {
-            let allowed = rental.panels(Novelty::default(), done(past));
-            if rental.is_over(Novelty::default(), done(past)) {
+            if rental.is_some_and(|rental| rental.is_over(settled, done(past, 0))) {
+                (rental, work) = (None, work + modes);
+            }
+            let Some(known) = &mut rental else {
                 work += phase;
-            } else {
-                let used = panels.min(allowed);
-                rental.add(used);
-                work += used as f64 * panel;
-                if rental.is_over(Novelty::default(), done(past)) {
-                    work += modes + phase;
-                }
+                continue;
+            };
+            let is_enough = |used: usize| used >= known.panels(settled, done(past, used));
+            let used = (1..panels).find(|&used| is_enough(used)).unwrap_or(panels);
+            known.add(used);
+            work += used as f64 * panel;
+            if used < panels {
+                (rental, work) = (None, work + modes + phase);
             }
         }
-        let by_series = (phases * panels) as f64 * panel;
-        [work, modes + phases as f64 * phase, by_series]
+        [work, modes + phases as f64 * phase, (phases * panels) as f64 * panel]
     }
 
     /// Whatever the number of phases after which the combination is left for ever, and whatever is taken for the rest.
@@ -219,7 +222,7 @@ mod tests {
             let done = f64::from(percent) / 100.0;
             let share = (done / (1.0 - done)).clamp(SHARE, LATEST);
             for phases in [1, 2, 3, 5, 9, 17, 33, 65, 150, 400, 1000] {
-                let [work, by_modes, by_series] = self::work(panels, phases, |_| done);
+                let [work, by_modes, by_series] = self::work(panels, phases, |_, _| done);
                 // A panel is not cut.
                 assert!(work <= (1.0 + share) * by_modes + 25.0);
                 assert!(work <= (1.0 + 1.0 / share) * by_series + 15.0);
@@ -230,14 +233,12 @@ mod tests {
     /// A combination that returns evenly until the end of the run.
     #[test]
     fn work_is_near_that_of_the_better_method_if_the_run_goes_on_as_it_did() {
-        for panels in 2..40 {
-            for phases in 1..400 {
-                let even = |past: usize| past as f64 / phases as f64;
-                let [work, by_modes, by_series] = self::work(panels, phases, even);
-                // Within one phase.
-                let whole = 10.0 * panels as f64 + 25.0;
-                assert!(work <= (1.0 + SHARE) * by_modes.min(by_series) + whole);
-            }
+        for (panels, phases) in (2..40).flat_map(|panels| (1..300).map(move |p| (panels, p))) {
+            let even = |past, used| (past * panels + used) as f64 / (phases * panels) as f64;
+            let [work, by_modes, by_series] = self::work(panels, phases, even);
+            // Within one phase.
+            let whole = 10.0 * panels as f64 + 15.0;
+            assert!(work <= (1.0 + SHARE) * by_modes.min(by_series) + whole);
         }
     }
 
