@@ -71,18 +71,18 @@ _Growth = tuple[float, float, float]
 _Settled = tuple[str, Cycle | None, _Growth, Trajectory | None]
 
 class _ModesData(TypedDict):
-    """Modes of the core; matrices of complex numbers are Fortran-contiguous."""
+    """k modes over m coordinates; matrices of complex numbers are Fortran-contiguous."""
 
-    eigenvalues: _Complex  # (2m,)
-    right_displacement: _Complex  # (m, 2m)
-    left_displacement: _Complex  # (m, 2m)
-    a: _Complex  # (2m,)
-    b: _Complex  # (2m,)
-    shapes: _Complex  # (n, 2m)
-    condition: _Real  # (2m,)
-    defective: NDArray[np.bool_]  # (2m,)
-    residual: _Real  # (2m,)
-    rounding: _Real  # (2m,)
+    eigenvalues: _Complex  # (k,)
+    right_displacement: _Complex  # (m, k)
+    left_displacement: _Complex  # (m, k)
+    a: _Complex  # (k,)
+    b: _Complex  # (k,)
+    shapes: _Complex  # (n, k)
+    condition: _Real  # (k,)
+    defective: NDArray[np.bool_]  # (k,)
+    residual: _Real  # (k,)
+    rounding: _Real  # (k,)
     mass: _Real  # (m, m)
     damping: _Real  # (m, m)
     stiffness: _Real  # (m, m)
@@ -203,8 +203,8 @@ class Path:
     def eigenproblems(self) -> int: ...  # begun along the path by now
     # M, C, K and their derivatives to the parameter, (m, m) each
     def matrices(self, value: float) -> list[_Real]: ...
-    # at k ascending values, 2m branches: eigenvalue, slope, a (complex), condition: (k, 2m); meetings: (j,);
-    # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, 2m)
+    # at k ascending values, b branches: eigenvalue, slope, a (complex), condition: (k, b); meetings: (j,);
+    # steady_sliding: (k,) bool; normal_force: (k, c); with vectors also right, left: (k, m, b)
     def sweep(self, values: _Real, vectors: bool, modes: int | None = None) -> dict[str, Any]: ...
     # kind, contact (of a separation), parameter, eigenvalue, other eigenvalue, slope of every critical
     # point, and whether steady sliding exists there; number of eigenproblems of the mesh, of starts for

@@ -6,6 +6,7 @@ import pytest
 
 import stickslip as ss
 from pad_on_disc import pad_on_disc
+from quad_block import quad_block
 from return_map import differenced_multipliers
 from stickslip.cycles.attractors import described, disturbed_sliding
 from stickslip.cycles.bifurcation import table
@@ -145,6 +146,20 @@ def test_a_search_ends_with_its_time_limit_and_tells_what_it_knows(pad):
     assert stopped.value.partial.stop_reason == "time_limit"
     # In time it is the cycle.
     assert run.limit_cycle(further=1.0, time_limit=1e9).stable is True
+
+
+def test_a_disturbance_from_the_modes_of_a_band():
+    """Of a large scene they are computed by shift and invert, and have the same shape."""
+    scene = quad_block(20, 10, 2, sparse=True)
+    modes = ss.complex_modes(scene)
+    growing = modes.frequencies[modes.eigenvalues.real.argmax()]
+    start = disturbed_sliding(scene, band=(growing - 1e3, growing + 1e3))
+    expected = disturbed_sliding(scene)
+    sign = np.sign(start.velocity @ expected.velocity)
+    size = np.abs(expected.velocity).max()
+    np.testing.assert_allclose(start.velocity, sign * expected.velocity, rtol=0, atol=1e-6 * size)
+    with pytest.raises(ss.InputError, match="band: steady sliding has no mode from 1 to 2 Hz"):
+        disturbed_sliding(scene, band=(1.0, 2.0))
 
 
 @pytest.mark.parametrize("limit", [0.0, -1.0, np.inf, np.nan])

@@ -217,6 +217,7 @@ HB = (
         ("b.mtx", INPUT + "2,1, 2,1, 2.0\n", "dof 2.1 is not one of dofs"),
         ("b.mtx", INPUT[:-2], "line 3: the file ends in the middle of a line"),
         ("b.mtx", "\n", "no entries"),
+        ("b.mtx", "1,1, 1,1, 1e36\n1,2, 1,2, 1e36\n", "every dof is constrained (diagonal from 1e+35 on)"),
         ("a.rsa", HB[:-14] + "\n", "its head announces 3 numbers in (3E12.4), it has 2"),
         ("a.rsa", HB.replace("    1    2    2\n", "    1    2\n"), "announces 3 numbers in (16I5), it has 2"),
         ("a.rsa", HB.rsplit("\n", 2)[0] + "\n", "its head announces 7 lines, it has 6"),

@@ -11,16 +11,24 @@ import stickslip as ss
 BETA = 2e-6
 
 
-def dense_scene(seed, *, lumped=False):
-    """Return a scene of 60 dofs with dense matrices and contacts along directions of several dofs each."""
+def dense_scene(seed, *, lumped=False, beside=False):
+    """Return a scene of 60 dofs with dense matrices and contacts along directions of several dofs each.
+
+    Beside them it may have a stop, and friction under a given normal force.
+    """
     rng = np.random.default_rng(seed)
     size, contacts = 60, int(rng.integers(2, 5))
     turn = np.linalg.qr(rng.standard_normal((size, size)))[0]
     stiffness = turn * np.geomspace(1e4, 1e8, size) @ turn.T
     mass = np.exp(rng.uniform(-1.0, 1.0, size))
-    directions = np.zeros((2 * contacts, size))
-    for row, dofs in zip(directions, rng.permutation(size)[: 6 * contacts].reshape(-1, 3), strict=True):
+    directions = np.zeros((2 * contacts + 2, size))
+    for row, dofs in zip(directions, rng.permutation(size)[: 6 * contacts + 6].reshape(-1, 3), strict=True):
         row[dofs] = rng.standard_normal(3)
+    *directions, along, across = directions
+    further = [
+        ss.Contact(tangential=along, normal_force=20.0, friction=0.3, slider_speed=0.1),
+        ss.Contact(normal=across, gap=1e-5, restitution=0.3),
+    ]
     if not lumped:
         mixed = rng.standard_normal((size, size)) / size
         mass = np.diag(mass) + mixed @ mixed.T
@@ -28,7 +36,7 @@ def dense_scene(seed, *, lumped=False):
         mass,
         0.5 * (stiffness + stiffness.T),
         damping=ss.Proportional(mass=5.0, stiffness=BETA),
-        force=-directions[1::2].T @ rng.uniform(50.0, 100.0, contacts),
+        force=-np.transpose(directions[1::2]) @ rng.uniform(50.0, 100.0, contacts),
         contacts=[
             ss.Contact(
                 tangential=directions[2 * k],
@@ -39,7 +47,8 @@ def dense_scene(seed, *, lumped=False):
                 restitution=0.5 * (k % 2),
             )
             for k in range(contacts)
-        ],
+        ]
+        + beside * further,
         impact_friction=True,
     )
 
@@ -48,10 +57,13 @@ def pushed(scene, seed):
     """Return steady sliding, with slip velocities disturbed."""
     rng = np.random.default_rng(seed)
     start = ss.sliding_equilibrium(scene)
-    rows = np.array([direction for one in scene.contacts for direction in (one.tangential, one.normal)])
+    rubbing = [one for one in scene.contacts if one.tangential is not None]
+    rows = [one.tangential for one in rubbing] + [
+        one.normal for one in scene.contacts if one.normal is not None
+    ]
     change = np.zeros(len(rows))
-    speeds = np.array([one.slider_speed for one in scene.contacts])
-    change[::2] = rng.uniform(0.0, 0.9, len(speeds)) * speeds
+    speeds = np.array([one.slider_speed for one in rubbing])
+    change[: len(speeds)] = rng.uniform(0.0, 0.9, len(speeds)) * speeds
     velocity = np.linalg.lstsq(rows, change, rcond=None)[0]
     return start.perturbed(velocity=dict(zip(scene.dofs, velocity, strict=True)))
 
@@ -63,10 +75,11 @@ def in_matrices(scene):
     return scene.replace(damping=5.0 * mass + BETA * np.asarray(scene.stiffness, dtype=float))
 
 
+@pytest.mark.parametrize("beside", [False, True])
 @pytest.mark.parametrize("lumped", [False, True])
 @pytest.mark.parametrize("seed", [0, 1, 2, 4, 7, 8, 9])
-def test_the_same_events_as_of_dense_matrices(seed, lumped):
-    scene = dense_scene(seed, lumped=lumped)
+def test_the_same_events_as_of_dense_matrices(seed, lumped, beside):
+    scene = dense_scene(seed, lumped=lumped, beside=beside)
     start = pushed(scene, seed)
     runs = [
         ss.simulate(which, start, 1.0, method, max_events=60)
@@ -103,3 +116,17 @@ def test_a_motion_is_restored_to_the_last_bit():
     times = np.linspace(0.0, run.duration, 50)
     for quantity in ("position", "velocity"):
         np.testing.assert_array_equal(again.sample(times)[quantity], run.sample(times)[quantity])
+
+
+def test_friction_under_a_given_force_holds_its_balance_beside_modes():
+    """A reduced model with its contact pressed on: steady sliding goes on, `K x = mu N t`."""
+    size = 30
+    stiffness = np.diag(np.geomspace(1e4, 1e6, size))
+    stiffness[0, 1:] = stiffness[1:, 0] = -3e3
+    stiffness[0, 0] = 1e6
+    contact = ss.Contact(tangential=0, normal_force=20.0, friction=0.3, slider_speed=0.1)
+    scene = ss.Scene(np.ones(size), stiffness, damping=ss.Proportional(stiffness=1e-6), contacts=[contact])
+    steady = np.linalg.solve(stiffness, 6.0 * np.eye(size)[0])
+    run = ss.simulate(scene, ss.sliding_equilibrium(scene), 0.05, "taylor")
+    position = run.sample(np.linspace(0.0, 0.05, 20)).position.to_numpy()
+    np.testing.assert_allclose(position, np.tile(steady, (20, 1)), rtol=0, atol=1e-14 * np.abs(steady).max())

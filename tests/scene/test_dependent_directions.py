@@ -280,6 +280,17 @@ def test_a_load_on_two_masses_that_a_stop_ties(method):
     assert found[:, 0] == pytest.approx(expected - gap, abs=64.0 * EPS * rest)
 
 
+def test_directions_that_are_almost_dependent_are_refused():
+    """By 5e-10 of their length, and by no more than 5e-11 in any entry."""
+    first = np.zeros(102)
+    first[:2] = 1.0, 1e-3
+    second = first.copy()
+    second[2:] = 5e-11 * (-1.0) ** np.arange(100)
+    for contacts in ((first, second), (second, first)):
+        with pytest.raises(ss.InputError, match=r"^contact 0: directions .* are nearly parallel"):
+            ss.Scene(np.ones(102), 1e4 * np.eye(102), contacts=[ss.Contact(normal=one) for one in contacts])
+
+
 def test_a_pad_that_tips():
     """Pulled at its centre of mass, height h above the belt, it tips about its front edge when P h > W a."""
     height, half = 0.5, 0.2

@@ -37,10 +37,12 @@ from typing import Any, Literal
 import numpy as np
 
 import stickslip as ss
-from fuzz_checks import Sampled, balance_residual, complementarity, continuity, energy_residual, impact_law
+from fuzz_checks import balance_residual, complementarity, continuity, energy_residual, impact_law
 from fuzz_events import PASSED, compare, limits_of, sensitivity
 from fuzz_laws import beside_a_faster_mass, phases_by_integrator
-from fuzz_scenes import EXTRAS, contact_directions, from_time, fuzz_scene
+from fuzz_samples import Sampled
+from fuzz_scenes import EXTRAS, fuzz_scene
+from fuzz_terms import contact_directions, from_time
 
 #: s
 DURATION = 0.1

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 import stickslip as ss
-from fuzz_scenes import contact_directions, forces, matrices, slider_speeds
+from fuzz_terms import contact_directions, forces, matrices, slider_speeds
 
 #: What may come of a scene; near ties are counted, since they are where a difference could hide. *Several* is
 #: a run that ends where its contact problem has several solutions for a reason that holds (`undecided`).
@@ -86,8 +86,8 @@ class EventList:
         coupled = run.scene.mass.ndim == 2 or run.scene.core.dependent
         # Where directions depend on each other, a contact may open and close again on the way to a limit.
         repeated = ["impact", "accumulation", "release"] if run.scene.core.dependent else ["impact"]
-        # What would be merged with the last ones may be missing.
-        until = time[-1] - TIME_TOLERANCE if run.stop_reason == "max_events" else np.inf
+        # An accumulation that would be merged with the last events may be missing, or stops that follow it.
+        until = time[-1] - 2.0 * TIME_TOLERANCE if run.stop_reason == "max_events" else np.inf
         for k in np.flatnonzero(kind == "accumulation"):
             first, last = np.searchsorted(time, [time[k] - TIME_TOLERANCE, time[k] + TIME_TOLERANCE])
             near = np.arange(first, last)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 import stickslip as ss
 from fuzz_checks import coefficients
 from fuzz_events import SPREAD
-from fuzz_scenes import contact_directions, fastest, forces, matrices, slider_speeds
+from fuzz_terms import contact_directions, fastest, forces, matrices, slider_speeds
 
 #: Phases that an integrator follows, how long it does, as a multiple of the time of the fastest mode, and by
 #: what part of the largest entry it may end elsewhere: in general, and where rounding grows at most.

@@ -2,7 +2,7 @@
 
     python tests/impulse_problems.py > tests/reference/impulse_problems.txt
 
-The problems are drawn again, number by number, by the test in `contact_problem.rs` that reads the file: all
+The problems are drawn again, number by number, by the test in `one_solution.rs` that reads the file: all
 entries are small integers over powers of two, exact in both languages. Slip is about 1 m/s, approach 1e-8 to
 1e-16 m/s. A line holds the only combination of statuses that is consistent, or `several`.
 """

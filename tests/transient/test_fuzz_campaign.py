@@ -13,10 +13,12 @@ import pytest
 
 import fuzz_campaign
 import stickslip as ss
-from fuzz_checks import Sampled, complementarity, continuity, energy_residual, impact_law, rebound_law
+from fuzz_checks import complementarity, continuity, energy_residual, impact_law, rebound_law
 from fuzz_events import IN_TURN, EventList, compare, limits_of, nearby, resolution, sensitivity
 from fuzz_laws import integrated, phases_by_integrator
-from fuzz_scenes import contact_directions, fuzz_scene
+from fuzz_samples import Sampled
+from fuzz_scenes import fuzz_scene
+from fuzz_terms import contact_directions
 
 pytestmark = pytest.mark.slow
 
@@ -149,6 +151,9 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (91, 2178, ["unsymmetric", "forced", "stops", "compliant"]),
         # A vibrating slider carries a body, whose node touches its friction limit in every period.
         (93, 77, ["unsymmetric", "forced", "stops", "compliant"]),
+        # Among seven closed contacts, two friction elements, one with static friction, hold one dof.
+        (94, 833, ["stops"]),
+        (94, 2175, ["stops"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):
@@ -351,6 +356,17 @@ def test_a_series_may_end_by_an_accumulation_or_by_its_last_impact():
     alone = series([0], ["accumulation"])
     one, two = EventList.of(both, limits_of(alone)), EventList.of(alone, limits_of(both))
     assert one.common(two) < len(one)
+
+
+def test_a_run_that_is_cut_within_a_series_has_the_events_of_the_whole_run():
+    """Two series in turn, in both of which a third contact stops and slips again."""
+    scene, start = fuzz_scene(94, 197, ["stops"])
+    events = EventList.of(ss.simulate(scene, start, 0.0114, "taylor"))
+    for most in range(900, 991, 5):
+        cut = ss.simulate(scene, start, 0.0114, "taylor", max_events=most)
+        assert cut.stop_reason == "max_events"
+        before = EventList.of(cut)
+        assert events.common(before) == len(before) > 700
 
 
 def test_a_touch_may_be_a_slip_that_ends_at_once():

@@ -41,19 +41,30 @@ DECIDED = 2.0
 CERTAIN = 3.0
 
 
-def disturbed_sliding(scene: Scene) -> State:
+def disturbed_sliding(scene: Scene, *, band: tuple[float, float] | None = None) -> State:
     """Return steady sliding with its fastest growing mode set in motion.
 
     The mode is added as a velocity alone. It is so small that no contact has a tangential velocity above half
     of its slider speed, so that every contact goes on sliding.
 
+    Parameters
+    ----------
+    scene
+        A scene whose sliders move.
+    band
+        Lowest and highest frequency of the modes among which the fastest growing one is chosen, Hz; of a
+        large scene no others are computed. None: all modes.
+
     Raises
     ------
     InputError
-        If there is no sliding equilibrium.
+        If there is no sliding equilibrium, or no mode in the band.
     """
     start = sliding_equilibrium(scene)
-    return set_in_motion(scene, start, complex_modes(scene, start.combination))
+    modes = complex_modes(scene, start.combination, band=band)
+    if band is not None and not len(modes):
+        raise InputError(f"band: steady sliding has no mode from {band[0]:g} to {band[1]:g} Hz")
+    return set_in_motion(scene, start, modes)
 
 
 def set_in_motion(scene: Scene, start: State, modes: Modes) -> State:

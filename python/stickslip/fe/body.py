@@ -212,6 +212,11 @@ class Body(Shown):
         The impact of one node then moves no other at that instant, and a transient has far fewer events. Call
         it before `held`, which takes away the mass between a node and held ones.
 
+        All other matrices stay as they are. `Proportional` damping refers to the new M. The terms of a
+        rotation (`elastic`) and damping matrices couple velocities, never impulses; G stays skew-symmetric
+        and K symmetric, so that they do no work over a cycle, and waves move apart by less than with the
+        consistent M, again by the square of the element size.
+
         Raises
         ------
         InputError

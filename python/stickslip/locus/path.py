@@ -109,10 +109,10 @@ class Sliding:
 
 
 def friction_enters_linearly(model: object) -> TypeGuard[Scene]:
-    """Return whether a model is a scene of whose parameters modes feel friction alone, and feel it linearly.
+    """Return whether a model is a scene whose friction coefficients enter the reduced matrices linearly.
 
-    They do not where dofs have no mass, directions depend on each other, or friction is a law over slip
-    speed.
+    They are then the only parameters of the scene on which its modes depend. This does not hold where dofs
+    have no mass, directions depend on each other, or friction is a law over slip speed.
     """
     return isinstance(model, Scene) and not (
         model.core.has_massless or model.core.dependent or model.core.has_friction_laws

@@ -76,7 +76,7 @@ def sweep(
     Returns
     -------
     xarray.Dataset
-        Over the parameters and ``branch`` (2m branches, or those of `modes`): ``eigenvalue`` (1/s),
+        Over the parameters and ``branch`` (one per eigenvalue, or those of `modes`): ``eigenvalue`` (1/s),
         ``frequency`` (``|lambda| / 2 pi``, Hz), ``damping_ratio``, ``unstable``, ``derivative`` of the
         eigenvalue to the last parameter (nan near a coalescence, where it is not defined), ``condition``,
         ``defective``; over the parameters ``stable`` and ``steady_sliding``: whether the contacts slide

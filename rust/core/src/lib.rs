@@ -58,13 +58,17 @@
 //! - *gap*: distance of a contact from its slider, >= 0, m. *Clearance*: the gap at x = 0.
 //! - *slider*: the rigid body that a contact touches; *slip velocity*: that of the contact less that of the slider, m/s.
 //! - *normal force* N >= 0 and *friction force* T: the forces of the slider on the contact, N.
-//! - *friction* mu and *static friction* mu_static: T / N while slipping, and its bound while sticking.
+//! - *friction* mu and *static friction* mu_static: T / N while slipping, and its bound while sticking. *Law* of friction: mu
+//!   over the slip speed, where it is no constant.
 //! - *restitution* e: velocity after over velocity before an impact, in the normal direction.
 //! - *status* of a contact: positive (`+`) or negative (`-`) sliding, sticking (`s`), detached (`d`). *Closed*: not
 //!   detached. *Combination*: the statuses of all contacts.
 //! - *reduction*: the equation of motion `L' M R` of one combination over the *kept* coordinates, those it leaves free.
 //! - *lumped*: a diagonal mass. *Proportional* damping: `C = alpha M + beta K`. *Delassus matrix* W: accelerations of
 //!   contacts per contact force, where mass couples them.
+//! - *node*: the end of the springs of a *compliant* contact, without mass. *Massless* coordinates follow the others at once;
+//!   a coordinate of *first order* is the slip of a node by a law, which has a velocity of its own and no mass.
+//! - *dependent* directions: the gap or slip of one contact is a sum of those of others.
 //! - *steady sliding*, *sliding equilibrium*: rest of the structure while all sliders move. *Block*: a part of a scene that
 //!   nothing couples to the rest.
 //!
@@ -73,6 +77,7 @@
 //! - *mode*: eigenvalue lambda (1/s) with right and left vector of a combination; *growth rate*: its real part; *condition*:
 //!   by how much rounding of the matrices moves it. *Defective*: its vectors depend on each other.
 //! - *pencil*: `lambda^2 M + lambda C + K`. *Residual*: its product with an eigenvector, relative to its terms.
+//! - *held modes*: modes of the structure with held contacts, coordinates in which series of dense scenes move.
 //! - *path*: a reduced problem along one parameter; *branch*: one eigenvalue followed along it; *sweep*: all of them on a
 //!   mesh. *Hopf point*: a pair reaches the imaginary axis; *exceptional point*: two eigenvalues and their vectors meet;
 //!   *separation*: steady sliding ends because a contact would pull.
@@ -85,8 +90,9 @@
 //! - *event function*: a function of the state that is positive while a status holds. *Crossing*: the function falls through
 //!   its error bound, which is an event. *Touch* or *grazing*: the function enters its error bound and leaves it upwards, so
 //!   that rounding leaves the event undecided.
-//! - *event*: slip ends (velocity), slip begins (`slip+`, `slip-`), release, impact, and *accumulation*, the limit of
-//!   infinitely many bounces. *Trigger*: the event function that vanished. *Transition*: statuses and velocities after it.
+//! - *event*: slip ends (velocity), slip begins (`slip+`, `slip-`), release, impact, *accumulation*, the limit of infinitely
+//!   many bounces, *closing*, an impact without mass, *jump*, the onset of slip of a node whose friction drops, and the switch of
+//!   a load. *Trigger*: the event function that vanished. *Transition*: statuses and velocities after it.
 //! - *departure*: the multiplicity with which an event function leaves zero after an event.
 //! - *run*: the computation of phase after phase; *trajectory*: its result; *record*: the numbers from which a trajectory is
 //!   restored to the last bit.

@@ -401,6 +401,10 @@ def _together(
     held = np.flatnonzero(matrices["stiffness"].diagonal() >= CONSTRAINED)
     if held.size:
         kept = np.setdiff1d(np.arange(matrices["stiffness"].shape[0]), held)
+        if not kept.size:
+            raise InputError(
+                f"{asked['stiffness']}: every dof is constrained (diagonal from {CONSTRAINED:g} on)"
+            )
         matrices = {key: matrix[kept][:, kept] for key, matrix in matrices.items()}
         if order is not None:
             order = tuple(order[k] for k in kept)

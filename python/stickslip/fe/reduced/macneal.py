@@ -19,11 +19,13 @@ Of the inertia of the modes left out R knows nothing. One further mode per conta
 ``m2 z = m1 z / w^2``, ``z' m1 z = 1``, and ``R - sum of psi psi' / w^2`` takes the place of R. Here
 ``M_z = P M P``, ``P = 1 - B (B' B)^-1 B'``, is the mass without that of the contact displacements, which
 would strike against the contacts as if it were on stiff springs. As ``psi_i' K psi_j`` is w_i^2 for i = j and
-else zero, the equations above hold as they stand; the amplitude of such a mode in a displacement x without
-the modes Phi is ``z' V' M_z x``. Where nothing has mass at the contacts, the flexibility
-``B' (R + w^2 R M R + w^4 R M R M R + ...) B`` is exact up to the terms written: this is the block Gauss-Radau
-rule with a node at infinite frequency (Golub, Meurant, Matrices, Moments and Quadrature with Applications,
-2010, chapter 6).
+else zero, the equations above hold as they stand, with any of these modes; the amplitude of such a mode in a
+displacement x without the modes Phi is ``z' V' M_z x``. Where fewer modes are left out than there are
+directions, some combinations of the directions have no inertia, and need no mode.
+
+Where nothing has mass at the contacts, the flexibility ``B' (R + w^2 R M R + w^4 R M R M R + ...) B`` is
+exact up to the terms written: this is the block Gauss-Radau rule with a node at infinite frequency (Golub,
+Meurant, Matrices, Moments and Quadrature with Applications, 2010, chapter 6).
 """
 
 from __future__ import annotations
@@ -46,9 +48,11 @@ from stickslip.scene.scene import Scene
 #: The shift that makes K regular where the structure moves freely, of the highest frequency wanted: the
 #: correction for it shrinks by this number squared, over that of the first mode left out, in every step.
 _SHIFT = 0.1
-#: Part of the flexibility of every contact direction that must stay without mass: with less, too few modes
-#: are left out for further ones to stand for them, and contacts would become rigid.
+#: Part of the flexibility of every contact direction that must stay without mass: with less, contacts would
+#: become rigid. Fewer further modes leave more.
 _MASSLESS = 0.01
+#: Part of the largest inertia of the modes left out, and of the largest 1 / w^2, below which it is rounding.
+_CARRIED = 1e-11
 #: Relative change of R that counts as none, and steps that may lead there.
 _SETTLED, _STEPS = 1e-15, 200
 
@@ -91,16 +95,14 @@ class MacNeal:
         )
         squares, shapes = np.r_[squares, more], np.hstack([shapes, further])
         count = squares.size
-        flexible = self.directions.T @ caused
-        flexible = 0.5 * (flexible + flexible.T)
+        flexible = _symmetric(self.directions.T @ caused)
         sizes = np.sqrt(np.maximum(np.diag(flexible), 0.0))
         if not (sizes.min() > 0.0 and np.linalg.eigvalsh(flexible / np.outer(sizes, sizes))[0] > INDEPENDENT):
             raise InputError(
                 "contacts: the modes left out do not move them independently; their directions depend on one "
                 "another, or there are too many modes"
             )
-        rigid = np.linalg.inv(flexible)
-        rigid = 0.5 * (rigid + rigid.T)
+        rigid = _symmetric(scipy.linalg.inv(flexible))
         seen = self.directions.T @ shapes
         pushed = caused @ rigid
         tied = rigid @ seen
@@ -127,33 +129,44 @@ class MacNeal:
             mass=scipy.linalg.block_diag(zero, np.eye(count)),
             damping=damping,
             gyroscopic=gyroscopic,
-            stiffness=0.5 * (stiffness + stiffness.T),
+            stiffness=_symmetric(stiffness),
             circulatory=None,
             force=basis.T @ (scene.force - self.modes.stiffness @ offset),
             lumping="",
         )
 
     def _further(self, shapes: Real, caused: Real) -> tuple[Real, Real, Real]:
-        """Return squares, psi (n, b) and ``z' V' M_z`` (b, n) of the modes for the inertia of those left out.
+        """Return squares, psi (n, k) and ``z' V' M_z`` (k, n) of the modes for the inertia of those left out.
 
-        None of them where too few modes are left out.
+        One per contact direction, without those that would leave a direction no flexibility; slow ones come
+        first.
         """
-        none = np.zeros(0), shapes[:, :0], shapes[:, :0].T
         flexible = self.directions.T @ caused
         try:
             pushed = self._inner(self.modes.mass @ self._inner(caused))
             moved = self._left_out(shapes, pushed)
             first, second = caused.T @ pushed, pushed.T @ moved
-            inverse, mix = scipy.linalg.eigh(0.5 * (second + second.T), 0.5 * (first + first.T))
-            if not inverse[0] > 0.0:
-                return none
-            carried = mix.T @ first
-            kept = flexible - (carried.T / inverse) @ carried
-            if not scipy.linalg.eigvalsh(kept + kept.T, flexible + flexible.T)[0] > _MASSLESS:
-                return none
+            # Of fewer modes than directions, combinations of the directions have no inertia.
+            sizes, span = scipy.linalg.eigh(_symmetric(first), _symmetric(flexible))
+            every = scipy.linalg.eigvalsh(
+                _symmetric(caused.T @ (self.modes.mass @ caused)), _symmetric(flexible)
+            )
+            has_inertia = sizes > _CARRIED * max(every[-1], 0.0)
+            span = span[:, has_inertia] / np.sqrt(sizes[has_inertia])
+            inverse, mix = np.linalg.eigh(_symmetric(span.T @ second @ span))
+            slow = inverse > _CARRIED * inverse.max(initial=0.0)
+            inverse, mix = inverse[slow][::-1], span @ mix[:, slow][:, ::-1]
+            carried = (mix / np.sqrt(inverse)).T @ first
+            # Parts of the flexibility: what eigenvalues leave of 1 stays without mass.
+            taken = _symmetric(carried @ np.linalg.solve(flexible, carried.T))
         except scipy.linalg.LinAlgError:
-            return none
-        squares, mix = 1.0 / inverse[::-1], mix[:, ::-1]
+            return np.zeros(0), shapes[:, :0], shapes[:, :0].T
+        chosen: list[int] = []
+        for k in range(inverse.size):
+            more = [*chosen, k]
+            if np.linalg.eigvalsh(taken[np.ix_(more, more)])[-1] < 1.0 - _MASSLESS:
+                chosen = more
+        squares, mix = 1.0 / inverse[chosen], mix[:, chosen]
         return squares, (moved @ mix) * squares, (pushed @ mix).T
 
     def _inner(self, vectors: Real) -> Real:
@@ -184,3 +197,9 @@ class MacNeal:
             if np.abs(found - before).max() <= _SETTLED * np.abs(found).max():
                 break
         return found
+
+
+def _symmetric(matrix: Real) -> Real:
+    """Return a matrix without the part that rounding makes unsymmetric."""
+    symmetric: Real = 0.5 * (matrix + matrix.T)
+    return symmetric

@@ -54,8 +54,8 @@ class Reduction(Shown):
         ``lumped``, ``consistent`` or ``massless``.
     frequencies
         Frequencies of the modes, Hz, (q,): of the structure with held contacts or, with the massless
-        boundary, of the free structure; there the last ones, one per contact direction where enough modes
-        are left out, stand for the inertia of all others.
+        boundary, of the free structure; there the last ones, one per contact direction or fewer, stand for
+        the inertia of all others.
     basis, offset
         ``x = offset + basis y``: (n, m) and (n,), m. The offset is the displacement of the structure with
         held contacts under the constant forces, so that their static effect is exact.
@@ -197,8 +197,8 @@ def reduce(
         and within the tangential direction, so that an impact of one contact moves no other. ``consistent``:
         S itself, so that mass couples the contacts. ``massless``: modes of the free structure in place of
         those with held contacts, one further mode per contact direction that stands for the inertia of all
-        others, and no inertia at the contacts, so that there are no impacts; for scenes without a circulatory
-        matrix.
+        others (fewer where nearly all modes are kept), and no inertia at the contacts, so that there are no
+        impacts; for scenes without a circulatory matrix.
     tolerance
         Largest relative distance of an eigenvalue.
     combination

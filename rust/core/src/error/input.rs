@@ -149,6 +149,14 @@ pub enum Error {
         /// Index of the contact.
         contact: usize,
     },
+    /// Directions of contacts depend on each other but for less than elimination can tell from rounding.
+    #[error(
+        "contact {contact}: directions of contacts on its dofs are nearly parallel, neither independent nor dependent to rounding; give the same entries to directions that are to be the same, and move the others further apart"
+    )]
+    AlmostDependentDirections {
+        /// Index of the first contact with a direction on these dofs.
+        contact: usize,
+    },
     /// Some contacts of a scene have no mass, and directions of others depend on each other.
     #[error(
         "contacts: some have no mass, and directions of others depend on each other, so that impacts of these are settled together with forces that follow at once; give those whose directions depend on each other a normal_stiffness and a tangential_stiffness, too, which makes their directions independent"

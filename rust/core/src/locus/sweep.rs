@@ -15,7 +15,7 @@ use crate::locus::watched_path::WatchedPath;
 use crate::modes::growth::{Verdict, pencil_growth, proportional_growth};
 use crate::modes::mass_factor::MassFactor;
 
-/// All 2m branches at every value, or those of some modes. Arrays are row-major over (value, branch), vectors over (value,
+/// All branches at every value, or those of some modes. Arrays are row-major over (value, branch), vectors over (value,
 /// coordinate, branch); the branches are sorted at the first value: by modulus, conjugates adjacent, positive imaginary part
 /// first.
 #[derive(Debug, Clone)]

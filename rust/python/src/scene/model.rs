@@ -3,9 +3,7 @@
 use std::sync::Arc;
 
 use num_complex::Complex64;
-use numpy::{
-    IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods,
-};
+use numpy::{IntoPyArray, PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray2};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use stickslip_core as core;
@@ -89,8 +87,9 @@ impl Scene {
         let mass = match mass {
             MassInput::Lumped(mass) => core::scene::Mass::Lumped(vector(&mass)),
             MassInput::Full(MatrixInput::Dense(mass)) => {
-                let &[rows, columns] = mass.shape() else { unreachable!("two axes by type") };
-                core::scene::Mass::Full(from_rows(rows, columns, entries(mass.as_array())))
+                let mass = mass.as_array();
+                let (rows, columns) = mass.dim();
+                core::scene::Mass::Full(from_rows(rows, columns, entries(mass)))
             }
             MassInput::Full(mass) => core::scene::Mass::Sparse(mass.to_matrix(py, "mass")?),
         };

@@ -4,4 +4,6 @@ pub(crate) mod contact_problem;
 pub(crate) mod contacts;
 pub(crate) mod dependent;
 pub(crate) mod joint_closing;
+mod one_solution;
+mod proposed_statuses;
 pub(crate) mod transition;

@@ -160,7 +160,8 @@ impl BorderedRows {
         }
         low.clear();
         low.resize(border.groups, ZEROS);
-        let mut rows = vec![Doubled::default(); scene.size];
+        // A given normal force is that of a coordinate without mass or stiffness, which is not on the border.
+        let mut rows: Vec<Doubled> = scene.force.iter().map(|&force| force.into()).collect();
         for place in self.active.iter().flatten() {
             let sum = &mut *sum;
             let dot = self.unit.run(Balance { border, place: *place, moved, sum, low });

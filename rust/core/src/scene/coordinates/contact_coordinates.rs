@@ -144,10 +144,8 @@ impl Coordinates {
                     }
                     let chosen: Vec<Row> = base.iter().map(|&j| along[j].clone()).collect();
                     own = base.into_iter().map(|j| own[j]).collect();
-                    match group_of(&chosen) {
-                        Some(group) => group,
-                        None => unreachable!("independent directions"),
-                    }
+                    let contact = whose[own[0]] / 2;
+                    group_of(&chosen).ok_or(Error::AlmostDependentDirections { contact })?
                 }
             };
             own.iter().zip(&group.slots).for_each(|(&index, &slot)| slots[index] = dofs[slot]);

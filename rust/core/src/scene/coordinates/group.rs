@@ -128,11 +128,11 @@ impl Group {
 /// `M^-1 loads`
 fn inverse_times(mass: &SparseMatrix, loads: DMatrix<f64>) -> DMatrix<f64> {
     let size = mass.size();
-    if size >= SPARSE_SIZE && SPARSE_ROW * mass.entries() <= size * size {
-        match SparseCholesky::new(mass) {
-            Ok(factor) => return factor.solve(loads),
-            Err(_) => unreachable!("a positive definite mass"),
-        }
+    if size >= SPARSE_SIZE
+        && SPARSE_ROW * mass.entries() <= size * size
+        && let Ok(factor) = SparseCholesky::new(mass)
+    {
+        return factor.solve(loads);
     }
     Factors::new(mass.to_dense()).solve(loads)
 }
