@@ -143,8 +143,8 @@ class Interpolation:
         scene = self.scene(lower)
         self.letters, self.lower = self.sliding.letters(scene), lower
         self.proportional = self.is_proportional(scene)
-        self.known: dict[float, tuple[Real, ...]] = {}
-        self.size = self.sample(lower)[0].shape[0]
+        self.known: dict[float, tuple[Real, ...]] = {lower: self.matrices(scene)}
+        self.size = self.known[lower][0].shape[0]
         return _core.Path(self.letters, self.size, self.pieces(lower, upper, _HALVINGS))
 
     def scene(self, value: float) -> Scene:
@@ -155,14 +155,14 @@ class Interpolation:
         """Return M, C (or alpha and beta), K and statics; matrices (m, m), numbers (1, 1)."""
         if value not in self.known:
             scene = self.scene(value)
-            if self.known and self.sliding.letters(scene) != self.letters:
+            if self.sliding.letters(scene) != self.letters:
                 self.sliding.check_direction(self.letters, self.name, (self.lower, value), self.fixed)
             if self.is_proportional(scene) != self.proportional:
                 raise InputError(
                     f"{self.name}: the kind of damping must not change along it, as at {value!r}"
                 )
             sampled = self.matrices(scene)
-            if self.known and sampled[0].shape != next(iter(self.known.values()))[0].shape:
+            if sampled[0].shape[0] != self.size:
                 raise InputError(f"{self.name}: the number of dofs must not change along it, as at {value!r}")
             self.known[value] = sampled
         return self.known[value]

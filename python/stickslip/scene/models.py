@@ -250,7 +250,7 @@ def chain_arguments(given: Mapping[str, Any]) -> dict[str, Any]:
     InputError
         If the labels are unknown or a number of values is not two.
     """
-    arguments = {name: standing(given, name) for name in _defaults(two_subsystems)}
+    arguments = _standing(given)
     arguments.pop("labels")
     columns = {name: per_contact(name, arguments.pop(name), 2) for name in fields_of(Subsystem)}
     link = {name: arguments.pop(f"link_{name}") for name in fields_of(Link)}
@@ -269,11 +269,16 @@ def standing(given: Mapping[str, Any], name: str) -> Any:
     InputError
         If the labels are unknown.
     """
-    arguments = _defaults(two_subsystems) | dict(given)
+    return _standing(given)[name]
+
+
+def _standing(given: Mapping[str, Any]) -> dict[str, Any]:
+    arguments = {name: given.get(name, default) for name, default in _defaults(two_subsystems).items()}
     labels = arguments["labels"]
     if labels not in LABELS:
         raise InputError(f"labels: expected 'matrix' or 'printed', got {labels!r}")
-    return LABELS[labels].get(name) if arguments[name] is None else arguments[name]
+    printed = LABELS[labels]
+    return {name: printed.get(name) if value is None else value for name, value in arguments.items()}
 
 
 def chain_columns(subsystems: Sequence[Subsystem], links: Sequence[Link]) -> dict[str, Real]:
@@ -291,9 +296,10 @@ def chain_columns(subsystems: Sequence[Subsystem], links: Sequence[Link]) -> dic
     }
 
 
-def fields_of(kind: type[Subsystem] | type[Link]) -> list[str]:
+@cache
+def fields_of(kind: type[Subsystem] | type[Link]) -> tuple[str, ...]:
     """Return the names of the numbers of a part of a chain."""
-    return [field.name for field in fields(kind)]
+    return tuple(field.name for field in fields(kind))
 
 
 def _column(argument: str, parts: Sequence[Any], kind: type, field: str) -> Real:

@@ -1,5 +1,6 @@
 //! `stickslip._core`: the core for Python. Conversion only; what each thing means stands in the core.
 
+mod attractors;
 mod batch;
 mod convert;
 mod cycle;
@@ -21,9 +22,11 @@ static ALLOCATOR: MiMalloc = MiMalloc;
 #[pymodule(gil_used = false)]
 mod _core {
     #[pymodule_export]
+    use crate::attractors::{attractor, closed, settle_all};
+    #[pymodule_export]
     use crate::batch::Batch;
     #[pymodule_export]
-    use crate::cycle::{Cycle, Orbit, attractor, closed, settle_all};
+    use crate::cycle::{Cycle, Orbit};
     #[pymodule_export]
     use crate::energy::{Works, energy, works};
     #[pymodule_export]

@@ -366,6 +366,23 @@ mod tests {
         }
     }
 
+    /// The squares of what a sweep moves leave the range of numbers here, those of the entries do not yet.
+    #[test]
+    fn eigenvalues_of_matrices_of_extreme_units() {
+        let entry =
+            |i: usize, j: usize| ((9 * i + j + 1) as f64 * 12.9898).sin() * 43_758.545_3 % 1.0;
+        for n in 3..10 {
+            let plain = values(DMatrix::from_fn(n, n, entry));
+            for unit in [1e-150, 1e-145, 1e145, 1e150] {
+                let scaled = values(DMatrix::from_fn(n, n, |i, j| unit * entry(i, j)));
+                for (found, expected) in scaled.iter().zip(&plain) {
+                    let error = (found / unit - expected).norm();
+                    assert!(error < 1e-13, "{error:e} of {expected} in units of {unit}");
+                }
+            }
+        }
+    }
+
     /// Chains of springs between two walls in any unit: `4 s sin^2(k pi / (2 n + 2))`.
     #[test]
     fn large_symmetric_matrices_of_any_unit() {

@@ -24,6 +24,9 @@ const SWEEPS: usize = 500;
 /// four-rowed blocks with two complex pairs on which the plain pair of shifts wanders without end. Other
 /// matrices are deflated before.
 const LATE: usize = 10;
+/// Range in which a sum of squares is right to rounding; beyond, its terms overflow, or lose digits.
+const LEAST_SQUARE: f64 = 1e-280;
+const LARGEST_SQUARE: f64 = 1e280;
 /// A vector grown beyond this is scaled back, so that a chain of coalesced eigenvalues can't overflow.
 const GROWN: f64 = 1e100;
 
@@ -253,10 +256,6 @@ fn sweep(
         p = (dx * dy - w) / h[at(start + 1, start)] + h[at(start, start + 1)];
         r = h[at(start + 1, start + 1)] - z - dx - dy;
         s = h[at(start + 2, start + 1)];
-        let size = p.abs() + r.abs() + s.abs();
-        p /= size;
-        r /= size;
-        s /= size;
         if start == first {
             break;
         }
@@ -276,25 +275,25 @@ fn sweep(
     }
     // Without vectors only the active block has to be transformed.
     let (row_end, column_start) = if q.is_some() { (n, 0) } else { (last + 1, first) };
-    let mut scale = 0.0;
     for k in start..last {
         let three = k + 1 != last;
         if k != start {
             p = h[at(k, k - 1)];
             r = h[at(k + 1, k - 1)];
             s = if three { h[at(k + 2, k - 1)] } else { 0.0 };
+        }
+        // Scaled only where squares leave the range of numbers: quotients are what a sweep waits for.
+        let mut square = p * p + r * r + s * s;
+        let mut scale = 1.0;
+        if !(square > LEAST_SQUARE && square < LARGEST_SQUARE) {
             scale = p.abs() + r.abs() + s.abs();
             if scale == 0.0 {
                 continue;
             }
-            p /= scale;
-            r /= scale;
-            s /= scale;
+            (p, r, s) = (p / scale, r / scale, s / scale);
+            square = p * p + r * r + s * s;
         }
-        let length = p.signum() * (p * p + r * r + s * s).sqrt();
-        if length == 0.0 {
-            continue;
-        }
+        let length = p.signum() * square.sqrt();
         if k != start {
             h[at(k, k - 1)] = -length * scale;
         } else if first != start {

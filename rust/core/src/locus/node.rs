@@ -319,22 +319,29 @@ type Moved = (usize, usize, [f64; 3]);
 fn moved_entries(path: &Path, value: f64) -> Vec<Moved> {
     let (piece, t) = path.place(value);
     let slope = |series: &Series, place| series.slope(place, t) / piece.half_width;
+    // alpha and beta with their slopes, where these make C.
+    let laws = match &piece.damping {
+        PathDamping::General(_) => [(0.0, 0.0); 2],
+        PathDamping::Proportional { alpha, beta } => {
+            [alpha, beta].map(|law| (law.value(t), slope(law, (0, 0))))
+        }
+    };
     let mut moved = Vec::new();
     for place in (0..path.size).flat_map(|i| (0..path.size).map(move |j| (i, j))) {
         let (mass, stiffness) = (slope(&piece.mass, place), slope(&piece.stiffness, place));
         let damping = match &piece.damping {
             PathDamping::General(series) => slope(series, place),
-            PathDamping::Proportional { alpha, beta } => {
-                let of = |law: &Series, series: &Series, moved: f64| {
-                    let change = slope(law, (0, 0));
+            PathDamping::Proportional { .. } => {
+                let of = |(law, change): (f64, f64), series: &Series, moved: f64| {
                     let own = if change == 0.0 { 0.0 } else { series.doubled(place, t).value() };
-                    law.value(t) * moved + change * own
+                    law * moved + change * own
                 };
-                of(alpha, &piece.mass, mass) + of(beta, &piece.stiffness, stiffness)
+                of(laws[0], &piece.mass, mass) + of(laws[1], &piece.stiffness, stiffness)
             }
         };
-        if [mass, damping, stiffness] != [0.0; 3] {
-            moved.push((place.0, place.1, [mass, damping, stiffness]));
+        let entries = [mass, damping, stiffness];
+        if entries != [0.0; 3] {
+            moved.push((place.0, place.1, entries));
         }
     }
     moved

@@ -70,7 +70,9 @@ impl Series {
         let (first, rest) = match self.0.as_slice() {
             [] => return DMatrix::default(),
             [constant] => return constant.clone(),
-            [constant, slope] => return slope * t + constant,
+            [constant, slope] => {
+                return constant.zip_map(slope, |constant, slope| slope * t + constant);
+            }
             [first, rest @ ..] => (first, rest),
         };
         let mut b1 = DMatrix::zeros(first.nrows(), first.ncols());

@@ -260,7 +260,7 @@ pub fn verdicts_along(path: &Path, values: &[f64]) -> Result<Vec<Verdict>, Error
             }
             PathDamping::General(_) => pencil_growth(&path.pencil(value))?,
         };
-        Ok(Verdict { growth, steady: piece.statics.at(t).steady(&path.combination, stiffness) })
+        Ok(Verdict { growth, steady: piece.statics.at(t).steady(&path.combination, &stiffness) })
     };
     // Verdicts on few coordinates are too short to be handed out one by one.
     let together = if path.size <= SMALL { 64 } else { 1 };

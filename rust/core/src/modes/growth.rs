@@ -161,7 +161,7 @@ pub(crate) fn chain_growth(
             entries[2] = (whole[2] - row.friction * whole[3]) * row.contact;
         }
     }
-    let solution = regular_solution(reduced.clone(), position);
+    let solution = regular_solution(reduced, position);
     let normal_force = |part: usize| {
         solution
             .as_ref()

@@ -106,7 +106,7 @@ impl Path {
 
     pub(crate) fn steady_at(&self, p: f64) -> Steady {
         let (piece, t) = self.place(p);
-        piece.statics.at(t).steady(&self.combination, piece.stiffness.at(t))
+        piece.statics.at(t).steady(&self.combination, &piece.stiffness.at(t))
     }
 
     pub(crate) fn speeds(&self, p: f64) -> Vec<f64> {
@@ -124,8 +124,8 @@ impl Path {
         };
         let ((stiffness, stiffness_slope), (load, load_slope)) =
             (both(&piece.stiffness), both(load));
-        let q = regular_solution(stiffness.clone(), load.as_slice())?;
-        let q_slope = regular_solution(stiffness, (load_slope - stiffness_slope * &q).as_slice())?;
+        let q = regular_solution(&stiffness, load.as_slice())?;
+        let q_slope = regular_solution(&stiffness, (load_slope - stiffness_slope * &q).as_slice())?;
         let ((rows, rows_slope), (offsets, offsets_slope)) = (both(rows), both(offsets));
         let moved = &rows * q_slope + rows_slope * &q - offsets_slope;
         let margin = |i: usize| {

@@ -172,8 +172,13 @@ pub(crate) struct Products {
 
 impl Products {
     /// `y_i' r_j`, or `conj(y_i)' r_j`.
+    #[inline]
     pub fn get(&self, i: usize, conjugate: bool, j: usize) -> Complex64 {
         let (here, there) = (self.places[i], self.products.places[j]);
+        // Real modes are most of those of proportional damping.
+        if !here.is_complex && !there.is_complex {
+            return self.products.get(here.first, there.first).into();
+        }
         let row = |offset: usize| {
             let part = |column: usize| self.products.get(here.first + offset, column);
             let imaginary = if there.is_complex { part(there.first + 1) } else { 0.0 };

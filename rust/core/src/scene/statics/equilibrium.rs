@@ -139,7 +139,7 @@ impl Scene {
         if scene.size <= DENSE {
             let reduced = Reduced::new(scene, combination)?;
             let statics = Statics::new(scene, &reduced)?;
-            return Ok(statics.steady(combination, reduced.stiffness));
+            return Ok(statics.steady(combination, &reduced.stiffness));
         }
         scene.check_combination(combination)?;
         let moving = scene.resting(combination)?;

@@ -107,7 +107,7 @@ impl Statics {
         })
     }
 
-    pub(crate) fn steady(&self, combination: &Combination, stiffness: DMatrix<f64>) -> Steady {
+    pub(crate) fn steady(&self, combination: &Combination, stiffness: &DMatrix<f64>) -> Steady {
         self.steady_at(combination, || regular_solution(stiffness, &self.load))
     }
 
