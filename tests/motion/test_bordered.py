@@ -32,8 +32,21 @@ def with_static_friction(scene):
     return scene.replace(static_friction=0.5, restitution=[0.3 * (k % 2) for k in range(len(scene.contacts))])
 
 
+def under_loads(scene):
+    """Return the scene with loads on a mode and a contact, of two frequencies, and one that is switched."""
+    contact, mode = scene.dofs[0], scene.dofs[-1]
+    loads = [
+        ss.Harmonic({mode: 20.0, contact: 0.5}, frequency=3e3, phase=0.3),
+        ss.Harmonic({scene.dofs[-2]: 8.0}, frequency=2.5e4),
+        ss.Steps({mode: 5.0}, [2e-4, 5e-4], [0.0, 1.0, -1.0]),
+    ]
+    return scene.replace(loads=loads)
+
+
 SCENES = {
     "lumped": lumped,
+    "lumped, under loads": lambda: under_loads(lumped()),
+    "coupled, under loads": lambda: under_loads(coupled()),
     "coupled": coupled,
     "static friction and restitution": lambda: with_static_friction(lumped()),
     "coupled, with static friction and restitution": lambda: with_static_friction(coupled()),
@@ -47,13 +60,35 @@ def in_matrices(scene):
     return scene.replace(damping=ALPHA * mass + BETA * np.asarray(scene.stiffness, dtype=float))
 
 
+def in_single_modes(scene):
+    """Return the scene with dampers on its modes and between its contacts, with the border and without it."""
+    contacts = 2 * len(scene.contacts)
+    stiffness = np.array(scene.stiffness, dtype=float)
+    damping = np.diag(np.sqrt(stiffness.diagonal()) * np.linspace(0.01, 0.05, len(scene.dofs)))
+    damping[:contacts, :contacts] = BETA * stiffness[:contacts, :contacts]
+    # Too weak to be seen.
+    stiffness[-2, -1] = stiffness[-1, -2] = 1e-12
+    return scene.replace(damping=damping), scene.replace(damping=damping, stiffness=stiffness)
+
+
 @pytest.mark.parametrize("name", SCENES)
 def test_the_same_events_as_without_the_border(name):
     scene = SCENES[name]().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+    alike(scene, in_matrices(scene))
+
+
+@pytest.mark.parametrize("loaded", [False, True])
+@pytest.mark.parametrize("model", [lumped, coupled])
+def test_the_same_events_with_dampers_on_single_modes(model, loaded):
+    alike(*in_single_modes(under_loads(model()) if loaded else model()))
+
+
+def alike(scene, without):
+    """Expect of the scene by series and by modes what another form of it does by series."""
     start = kicked(scene)
     runs = [
         ss.simulate(which, start, 1.0, method, max_events=100)
-        for which, method in [(scene, "taylor"), (in_matrices(scene), "taylor"), (scene, "modal")]
+        for which, method in [(scene, "taylor"), (without, "taylor"), (scene, "modal")]
     ]
     first, *others = ([(event.contact, str(event.kind)) for event in run.events] for run in runs)
     assert len(first) == 100

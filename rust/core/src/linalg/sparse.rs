@@ -140,6 +140,12 @@ impl SparseMatrix {
         self.columns[range.clone()].iter().copied().zip(self.values[range].iter().copied())
     }
 
+    /// Columns and values of a row.
+    pub(crate) fn entries_of(&self, row: usize) -> (&[usize], &[f64]) {
+        let range = self.row_start[row]..self.row_start[row + 1];
+        (&self.columns[range.clone()], &self.values[range])
+    }
+
     /// The entry at (row, column), 0 where none is stored.
     pub fn get(&self, row: usize, column: usize) -> f64 {
         let range = self.row_start[row]..self.row_start[row + 1];

@@ -1,15 +1,17 @@
 //! The work on a combination by modes and by Taylor series: the rule by which `Method::Auto` chooses.
 //!
 //! Modes must be computed before they are used, and nobody knows how often a combination will return. So Taylor series,
-//! which need no preparation, begin. When their additional work, compared with modal phases, reaches a given part of the
-//! cost of the modes, the modes are computed (the ski rental rule). If this part is one half, the work is at most 1.5 times
-//! that of modes from the start where modes are better, and 3 times that of Taylor series if the run ends just then; if it
-//! is one, the work is at most twice that of either. Work is counted and not measured, so a run is the same on every
-//! machine.
+//! which need no preparation, begin. Let e be their additional work so far, compared with modal phases, as a part of the work
+//! on the modes, and f the part of the run that is over, by its duration or by the events that it may have. A combination that
+//! goes on as it did so far saves `e (1 - f) / f` by modes in the rest of the run. They are computed once this reaches their
+//! price and e reaches a share s: ski rental with a prediction (Purohit, Svitkina, Kumar, NeurIPS 2018). If the
+//! combination returns evenly, the work is at most 1 + s times that of the better method. Whatever happens, e never passes 2, and
+//! the work is at most 3 times that of modes from the start and `1 + 1 / s` times that of series. Work is counted and not
+//! measured, so a run is the same on every machine.
 //!
 //! A combination that has come often need not come again. If nearly every event leads to a new combination, as between many
 //! contacts, modes are computed only for combinations that return more often than others: the larger the share of changes
-//! that lead to a new combination, the larger is the part for which the rule waits.
+//! that lead to a new combination, the longer the rule waits.
 
 use crate::modes::spectrum::REFINED_SIZE;
 use crate::motion::taylor::bordered::border_of;
@@ -21,12 +23,12 @@ use crate::scene::model::Scene;
 /// Number of free coordinates up to which modes are computed at once: a small scene meets few combinations, each often.
 pub(crate) const AT_ONCE: usize = 8;
 
-/// Change to modes once the extra work of series reaches this fraction of their price. Smaller favours long runs, larger
-/// short ones.
-const SHARE: f64 = 0.5;
-/// The same of a scene whose stiffness has a border: its modes cost thousands of panels, and runs that end sooner are common.
-const BORDER_SHARE: f64 = 1.0;
-/// Factor by which the part is larger if every combination is new.
+/// Additional work of series, as a part of the work on modes, from which modes are computed at the soonest. Smaller favours
+/// long runs, larger ones that leave a combination for ever.
+const SHARE: f64 = 1.0 / 3.0;
+/// The same at the latest, however little of the run is left.
+const LATEST: f64 = 2.0;
+/// Factor by which the soonest is later if every combination is new.
 const CAUTION: f64 = 16.0;
 /// Number of changes of combination over which the share of new ones is averaged.
 const MEMORY: f64 = 64.0;
@@ -102,8 +104,6 @@ pub(crate) struct Cost {
     panel: f64,
     /// A phase by modes. They pass over quiet stretches as a whole, so it depends little on its length.
     phase: f64,
-    /// Part of the work on modes that series may take beyond theirs, if no combination is new.
-    share: f64,
 }
 
 impl Cost {
@@ -120,9 +120,8 @@ impl Cost {
         } else {
             f64::INFINITY
         };
-        let share = if border_of(scene).is_some() { BORDER_SHARE } else { SHARE };
         let panel = COEFFICIENTS as f64 * work_of_order(scene, free);
-        Self { modes, panel, phase: 7.0 * m.powi(2), share }
+        Self { modes, panel, phase: 7.0 * m.powi(2) }
     }
 
     /// The same where the scene is one in its modes with held contacts.
@@ -140,7 +139,7 @@ impl Novelty {
         self.0 += (f64::from(u8::from(is_new)) - self.0) / MEMORY;
     }
 
-    /// The factor by which modes wait longer.
+    /// The factor by which modes wait longer at least.
     fn caution(self) -> f64 {
         1.0 + CAUTION * self.0
     }
@@ -164,21 +163,22 @@ impl Rental {
         self.excess += panels as f64 * self.cost.panel - self.cost.phase;
     }
 
-    /// Whether modes are worth their cost by now.
-    pub fn is_over(&self, novelty: Novelty) -> bool {
-        self.excess >= self.allowed(novelty)
+    /// Whether modes are worth their cost when a part `done` of the run is over.
+    pub fn is_over(&self, novelty: Novelty, done: f64) -> bool {
+        self.excess >= self.allowed(novelty, done)
     }
 
-    /// Number of panels of one phase after which modes are worth their cost.
-    pub fn panels(&self, novelty: Novelty) -> usize {
-        let left = self.allowed(novelty) - self.excess + self.cost.phase;
+    /// Number of panels of one phase after which modes are worth their cost, when a part `done` of the run is over.
+    pub fn panels(&self, novelty: Novelty, done: f64) -> usize {
+        let left = self.allowed(novelty, done) - self.excess + self.cost.phase;
         // Large numbers are cut off at the largest integer.
         ((left / self.cost.panel).ceil() as usize).max(1)
     }
 
     /// The work that series may take beyond that of modes.
-    fn allowed(&self, novelty: Novelty) -> f64 {
-        self.cost.share * novelty.caution() * self.cost.modes
+    fn allowed(&self, novelty: Novelty, done: f64) -> f64 {
+        let pays = (done / (1.0 - done).max(f64::MIN_POSITIVE)).min(LATEST);
+        pays.max(SHARE * novelty.caution()) * self.cost.modes
     }
 }
 
@@ -187,40 +187,58 @@ mod tests {
     use super::*;
 
     fn rental() -> Rental {
-        sharing(SHARE)
+        Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0 })
     }
 
-    fn sharing(share: f64) -> Rental {
-        Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0, share })
+    /// The work on so many phases of so many panels each, if after some phases and panels so much of the run is over; and by modes
+    /// or series alone.
+    fn work(panels: usize, phases: usize, done: impl Fn(usize, usize) -> f64) -> [f64; 3] {
+        let mut rental = Some(rental());
+        let Cost { modes, panel, phase } = self::rental().cost;
+        let (settled, mut work) = (Novelty::default(), 0.0);
+        for past in 0..phases {
+            if rental.is_some_and(|rental| rental.is_over(settled, done(past, 0))) {
+                (rental, work) = (None, work + modes);
+            }
+            let Some(known) = &mut rental else {
+                work += phase;
+                continue;
+            };
+            let is_enough = |used: usize| used >= known.panels(settled, done(past, used));
+            let used = (1..panels).find(|&used| is_enough(used)).unwrap_or(panels);
+            known.add(used);
+            work += used as f64 * panel;
+            if used < panels {
+                (rental, work) = (None, work + modes + phase);
+            }
+        }
+        [work, modes + phases as f64 * phase, (phases * panels) as f64 * panel]
     }
 
-    /// Whatever the number of phases after which the combination is left for ever.
+    /// Whatever the number of phases after which the combination is left for ever, and whatever is taken for the rest.
     #[test]
     fn work_stays_within_the_bounds_of_the_rule() {
-        let lengths =
-            (2..300).flat_map(|panels| [SHARE, BORDER_SHARE].map(|share| (panels, share)));
-        for (panels, share) in lengths {
-            let mut rental = sharing(share);
-            let Cost { modes, panel, phase, .. } = rental.cost;
-            let by_series = panels as f64 * panel;
-            let mut work = 0.0;
-            for phases in 1..2000 {
-                if rental.is_over(Novelty::default()) {
-                    work += phase;
-                } else {
-                    let used = panels.min(rental.panels(Novelty::default()));
-                    rental.add(used);
-                    work += used as f64 * panel;
-                    if rental.is_over(Novelty::default()) {
-                        work += modes + phase;
-                    }
-                }
-                let (by_modes, by_series) =
-                    (modes + f64::from(phases) * phase, f64::from(phases) * by_series);
+        for (panels, percent) in (2..300).flat_map(|panels| [0, 30, 60, 99].map(|p| (panels, p))) {
+            let done = f64::from(percent) / 100.0;
+            let share = (done / (1.0 - done)).clamp(SHARE, LATEST);
+            for phases in [1, 2, 3, 5, 9, 17, 33, 65, 150, 400, 1000] {
+                let [work, by_modes, by_series] = self::work(panels, phases, |_, _| done);
                 // A panel is not cut.
-                assert!(work <= (1.0 + share) * by_modes + panel + phase);
-                assert!(work <= (1.0 + 1.0 / share) * by_series + phase);
+                assert!(work <= (1.0 + share) * by_modes + 25.0);
+                assert!(work <= (1.0 + 1.0 / share) * by_series + 15.0);
             }
+        }
+    }
+
+    /// A combination that returns evenly until the end of the run.
+    #[test]
+    fn work_is_near_that_of_the_better_method_if_the_run_goes_on_as_it_did() {
+        for (panels, phases) in (2..40).flat_map(|panels| (1..300).map(move |p| (panels, p))) {
+            let even = |past, used| (past * panels + used) as f64 / (phases * panels) as f64;
+            let [work, by_modes, by_series] = self::work(panels, phases, even);
+            // Within one phase.
+            let whole = 10.0 * panels as f64 + 15.0;
+            assert!(work <= (1.0 + SHARE) * by_modes.min(by_series) + whole);
         }
     }
 
@@ -229,20 +247,22 @@ mod tests {
         for begun in [1, 5, 20] {
             let mut rental = rental();
             rental.add(begun);
-            let mut one_less = rental;
-            one_less.add(rental.panels(Novelty::default()) - 1);
-            assert!(!one_less.is_over(Novelty::default()));
-            rental.add(rental.panels(Novelty::default()));
-            assert!(rental.is_over(Novelty::default()));
+            for done in [0.0, 0.5, 0.9, 1.0] {
+                let [mut one_less, mut enough] = [rental; 2];
+                let panels = rental.panels(Novelty::default(), done);
+                one_less.add(panels - 1);
+                assert!(!one_less.is_over(Novelty::default(), done));
+                enough.add(panels);
+                assert!(enough.is_over(Novelty::default(), done));
+            }
         }
     }
 
     #[test]
     fn what_modes_do_quicker_than_a_panel_never_pays() {
-        let mut rental =
-            Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0, share: SHARE });
+        let mut rental = Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0 });
         (0..100_000).for_each(|_| rental.add(1));
-        assert!(!rental.is_over(Novelty::default()));
+        assert!(!rental.is_over(Novelty::default(), 0.0));
     }
 
     #[test]
@@ -252,7 +272,7 @@ mod tests {
         (0..1000).for_each(|k| changing.count(k % 4 == 0));
         // Of the last changes a quarter, or none.
         assert!((changing.0 - 0.25).abs() < 2.0 / MEMORY && settled.0 < 1e-6);
-        assert!(rental().panels(changing) > 4 * rental().panels(settled));
-        assert_eq!(rental().panels(settled), rental().panels(Novelty::default()));
+        assert!(rental().panels(changing, 0.0) > 4 * rental().panels(settled, 0.0));
+        assert_eq!(rental().panels(settled, 0.0), rental().panels(Novelty::default(), 0.0));
     }
 }

@@ -9,6 +9,7 @@ use crate::scene::contact_law::{Contact, Directions};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
 use crate::scene::input::proportions::proportions;
 use crate::scene::input::scene_input::{Damping, SceneInput};
@@ -174,8 +175,9 @@ impl Scene {
                 "a mass that couples dofs".into(),
             ));
         }
+        let border = Terms { proportional, structure: mass.size() };
         let coupled_mass =
-            coupled_mass(&mass, &damping, &stiffness, proportional, &coordinates.slots)?;
+            coupled_mass(&mass, &damping, &stiffness, Some(border), &coordinates.slots)?;
         let dependents = dependents_of(&coordinates, &contacts);
         if !dependents.is_empty() && !massless.is_empty() {
             return Err(Error::DependentBesideMassless);

@@ -7,6 +7,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 use crate::scene::dependent::sums::Dependent;
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::loads::input::Loads;
 use crate::scene::model::{EnergyParts, Scene};
@@ -117,10 +118,11 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let dependents: Vec<Dependent> = dependents.collect();
     let [mass, damping, stiffness] = [&scene.mass, &scene.damping, &scene.stiffness].map(matrix);
     let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
-    let coupled_mass = coupled_mass(&mass, &damping, &stiffness, scene.proportional, &slots)
-        .expect("a block of a positive definite mass");
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
+    let border = Terms { proportional: scene.bare().proportional, structure: dofs };
+    let coupled_mass = coupled_mass(&mass, &damping, &stiffness, Some(border), &slots)
+        .expect("a block of a positive definite mass");
     let friction = |all: &Arc<[Option<FrictionLaw>]>| {
         contacts.iter().map(|&contact| all[contact].clone()).collect()
     };

@@ -153,8 +153,10 @@ impl<'a> Run<'a> {
         let after = loop {
             let panels = self.state.trajectory.counters.panels;
             let rental = self.known[*current].rental;
-            let allowed = rental.map_or(usize::MAX, |rental| rental.panels(self.novelty));
-            let end = search.follow(&mut self.state, motion, departures, allowed);
+            let (novelty, part) = (self.novelty, self.state.part());
+            let allowed =
+                |time: f64| rental.map_or(usize::MAX, |rental| rental.panels(novelty, part(time)));
+            let end = search.follow(&mut self.state, motion, departures, &allowed);
             if let Some(rental) = &mut self.known[*current].rental {
                 rental.add(self.state.trajectory.counters.panels - panels);
             }
@@ -203,8 +205,7 @@ impl<'a> Run<'a> {
         // An event is part of the motion once the phase that it begins can be propagated.
         let left = &self.state.trajectory.bases[self.known[*current].basis];
         let returns = settlement.statuses == left.combination.statuses();
-        let novelty = self.novelty;
-        if !returns || self.known[*current].rental.is_some_and(|rental| rental.is_over(novelty)) {
+        if !returns || self.is_over(*current) {
             *current = match self.meet(&settlement.statuses) {
                 Ok(current) => current,
                 Err(error) => {
@@ -300,11 +301,12 @@ impl<'a> Run<'a> {
             let departing = settlement.departures.iter().any(|&d| d != Departure::None);
             let departures = departing.then_some(&settlement.departures[..]);
             run.state.until = run.next_switch();
-            let after = match search.follow(&mut run.state, &mut motion, departures, usize::MAX) {
-                PhaseEnd::Event { after } => Some(after),
-                PhaseEnd::Stop(StopReason::Duration) => None,
-                _ => unreachable!("what ended by an event does so again"),
-            };
+            let after =
+                match search.follow(&mut run.state, &mut motion, departures, &|_| usize::MAX) {
+                    PhaseEnd::Event { after } => Some(after),
+                    PhaseEnd::Stop(StopReason::Duration) => None,
+                    _ => unreachable!("what ended by an event does so again"),
+                };
             run.advance(after, &mut search);
             let series = run.series(&search);
             let settled = run.settle(&search, &mut settlement, &series);
@@ -422,7 +424,7 @@ impl<'a> Run<'a> {
             });
         self.novelty.count(place.is_none());
         if let Some(place) = place {
-            if self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty)) {
+            if self.is_over(place) {
                 let combination = bases[self.known[place].basis].combination.clone();
                 let basis = self.find(&combination, Wanted::SoundModes)?;
                 self.known[place] = Known { basis, rental: None };
@@ -441,6 +443,12 @@ impl<'a> Run<'a> {
             self.places.insert(combination, place);
         }
         Ok(place)
+    }
+
+    /// Whether the modes of a combination are worth their cost by now.
+    fn is_over(&self, place: usize) -> bool {
+        let done = self.state.part()(self.state.time.seconds);
+        self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty, done))
     }
 
     /// The place of a basis among those of the trajectory.

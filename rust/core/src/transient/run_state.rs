@@ -77,3 +77,13 @@ pub(crate) struct RunState<'a> {
     pub u: Vec<f64>,
     pub trajectory: Trajectory,
 }
+
+impl RunState<'_> {
+    /// The part of the run that is over at a time, by its duration or by the events that it may have.
+    pub fn part(&self) -> impl Fn(f64) -> f64 + use<> {
+        let events = self.trajectory.events.len() as f64;
+        let by_events = self.controls.max_events.map_or(0.0, |most| events / most as f64);
+        let duration = self.duration;
+        move |time| (time / duration).max(by_events)
+    }
+}

@@ -6,18 +6,14 @@
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::contact::event_function::EventFunction;
-use crate::contact::functional::Functional;
 use crate::numerics::double_double::Doubled;
-use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group, in_groups};
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::inertia::border::Border;
 use crate::scene::model::Scene;
 
 /// Rows that are multiplied at once.
 const BLOCK: usize = 4;
-/// Terms of an event function from which it is worth a row.
-const LONG: usize = 16;
 
 /// One combination of a scene whose stiffness has a border.
 #[derive(Debug)]
@@ -27,10 +23,7 @@ pub(crate) struct BorderedRows {
     active: Vec<Option<usize>>,
     /// Kept coordinates of the border.
     kept: Vec<usize>,
-    alpha: f64,
-    pub beta: f64,
-    /// The long ones among the event functions.
-    pub functions: Vec<Option<FunctionRow>>,
+    beta: f64,
 }
 
 /// One order of the series: q'' from its coefficients.
@@ -60,13 +53,8 @@ pub(crate) struct Buffers {
 }
 
 impl BorderedRows {
-    pub fn new(
-        scene: &Scene,
-        equation: &EquationOfMotion,
-        functions: &[EventFunction],
-    ) -> Option<Self> {
+    pub fn new(scene: &Scene, equation: &EquationOfMotion) -> Option<Self> {
         let border = border_of(scene)?;
-        let (alpha, beta) = scene.proportional?;
         let reduction = &equation.reduction;
         let mut counts = vec![false; scene.size];
         equation.moving().for_each(|k| counts[k] = true);
@@ -74,21 +62,9 @@ impl BorderedRows {
         let places = border.coordinates.iter().enumerate().filter(|(_, k)| counts[**k]);
         let mut active: Vec<Option<usize>> = places.map(|(place, _)| Some(place)).collect();
         active.resize(active.len().next_multiple_of(BLOCK), None);
-        let kept = border.coordinates.iter().copied().filter(|&k| reduction.place(k).is_some());
-        let row = |of: &EventFunction| FunctionRow::new(scene.size, beta, &of.functional);
-        Some(Self {
-            unit: VectorUnit::default(),
-            active,
-            kept: kept.collect(),
-            alpha,
-            beta,
-            functions: functions.iter().map(row).collect(),
-        })
-    }
-
-    /// About how many numbers it holds.
-    pub fn numbers(&self) -> usize {
-        self.functions.iter().flatten().map(|row| GROUP * row.weights.len()).sum()
+        let contacts = &border.coordinates[..border.contacts];
+        let kept = contacts.iter().copied().filter(|&k| reduction.place(k).is_some());
+        Some(Self { unit: VectorUnit::default(), active, kept: kept.collect(), beta: border.beta })
     }
 
     /// Fills one order of the series.
@@ -111,8 +87,9 @@ impl BorderedRows {
         for ((y, q), dq) in cast_slice_mut(moved).iter_mut().zip(q).zip(dq) {
             *y = q + beta * dq;
         }
+        // Loads are forces by their place.
+        border.loads.iter().for_each(|&(k, _)| cast_slice_mut(moved)[k] = q[k]);
         let load = |k: usize| if forced { force[k] } else { 0.0 };
-        let drag = self.alpha * rate;
         let rows = &self.active;
         let loads = if forced { force } else { &[] };
         let (sum, to) = (&mut *sum, &mut *next);
@@ -124,7 +101,7 @@ impl BorderedRows {
             dots: &mut *dots,
             loads,
             dq,
-            drag,
+            rate,
             factor,
             next: to,
         });
@@ -134,12 +111,17 @@ impl BorderedRows {
             let Some(place) = place else { continue };
             let k = border.coordinates[*place];
             residual[k] = load(k) - *dot;
-            if drag != 0.0 {
-                residual[k] -= drag * scene.mass.row_dot(k, dq);
+            for &(j, drag) in border.drags.get(*place).into_iter().flatten() {
+                residual[k] -= rate * drag * dq[j];
             }
         }
         equation.accelerate_contacts(&self.kept, residual, acceleration);
         self.kept.iter().for_each(|&k| next[k] = factor * acceleration[k]);
+        // An oscillator counts from the place at which the phase began.
+        for &(k, square) in &border.loads {
+            let from = if forced { force[k] / scene.mass.get(k, k) } else { 0.0 };
+            next[k] = factor * (from - square * q[k]);
+        }
     }
 
     /// `L' (F - K q)`, summed in doubled precision.
@@ -184,47 +166,13 @@ impl BorderedRows {
             rows[kept[merge.position]] = rows[kept[merge.position]].add(merged);
         }
         self.kept.iter().for_each(|&k| force[k] = rows[k].value());
-    }
-
-    /// `|weights|` of a function times the sizes of `q + beta q'`.
-    pub fn size(&self, row: &FunctionRow, sizes: &[f64]) -> f64 {
-        self.unit.run(Dot { weights: &row.weights, x: sizes, absolute: true })
-    }
-
-    /// The row of a function times the coefficient of order k of the displacements.
-    pub fn dot(&self, row: &FunctionRow, terms: &[f64]) -> f64 {
-        self.unit.run(Dot { weights: &row.weights, x: terms, absolute: false })
+        border.loads.iter().for_each(|&(k, _)| force[k] = -scene.stiffness.get(k, k) * q[k]);
     }
 }
 
 /// The border of the stiffness of a scene.
 pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {
     scene.coupled_mass.as_deref()?.border.as_ref()
-}
-
-/// An event function `weights . (q + beta q') + rest`.
-#[derive(Debug)]
-pub(crate) struct FunctionRow {
-    weights: Vec<Group>,
-    pub rest: Functional,
-}
-
-impl FunctionRow {
-    /// None of a function of few coordinates, or whose velocities are not those of proportional damping.
-    fn new(size: usize, beta: f64, functional: &Functional) -> Option<Self> {
-        if functional.position.len() < LONG {
-            return None;
-        }
-        let mut weights = vec![0.0; size];
-        functional.position.iter().for_each(|&(k, weight)| weights[k] = weight);
-        let mut velocity: Vec<f64> = weights.iter().map(|weight| -beta * weight).collect();
-        functional.velocity.iter().for_each(|&(k, weight)| velocity[k] += weight);
-        let beyond =
-            |(k, rest): &(usize, f64)| rest.abs() > 4.0 * f64::EPSILON * (beta * weights[*k]).abs();
-        let velocity: Vec<(usize, f64)> = velocity.into_iter().enumerate().filter(beyond).collect();
-        let rest = Functional { position: Vec::new(), velocity, constant: 0.0 };
-        (2 * rest.velocity.len() < size).then(|| Self { weights: in_groups(&weights), rest })
-    }
 }
 
 /// `D y` and the active rows: their products with y, and what their coordinates add to the others.
@@ -237,7 +185,7 @@ struct Product<'a> {
     /// Loads of the coordinates, if they act in this order.
     loads: &'a [f64],
     dq: &'a [f64],
-    drag: f64,
+    rate: f64,
     factor: f64,
     next: &'a mut [f64],
 }
@@ -247,7 +195,7 @@ impl Kernel for Product<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { border, rows, moved, sum, dots, loads, dq, drag, factor, next } = self;
+        let Self { border, rows, moved, sum, dots, loads, dq, rate, factor, next } = self;
         let groups = border.groups;
         let (moved, sum, diagonal) =
             (&moved[..groups], &mut sum[..groups], &border.diagonal[..groups]);
@@ -279,9 +227,10 @@ impl Kernel for Product<'_> {
         }
         let (sum, inverse): (&[f64], &[f64]) = (cast_slice(sum), cast_slice(&border.inverse_mass));
         let n = next.len();
-        let (sum, inverse, dq) = (&sum[..n], &inverse[..n], &dq[..n]);
+        let decay: &[f64] = cast_slice(&border.decay);
+        let (sum, inverse, dq, decay) = (&sum[..n], &inverse[..n], &dq[..n], &decay[..n]);
         for i in 0..n {
-            next[i] = -factor * (inverse[i] * sum[i] + drag * dq[i]);
+            next[i] = -factor * (inverse[i] * sum[i] + rate * decay[i] * dq[i]);
         }
         for (i, load) in loads.iter().enumerate() {
             next[i] += factor * (inverse[i] * load);
@@ -320,7 +269,12 @@ impl Kernel for Balance<'_> {
 
 /// `sum - a b`, with what rounding loses added to the second part.
 #[inline(always)]
-fn less_product<S: Lanes>(simd: S, [sum, low]: [Group; 2], a: Group, b: Group) -> [Group; 2] {
+pub(super) fn less_product<S: Lanes>(
+    simd: S,
+    [sum, low]: [Group; 2],
+    a: Group,
+    b: Group,
+) -> [Group; 2] {
     let product = simd.mul_f64s(a, b);
     // `product - a b`
     let lost = simd.negate_mul_add_f64s(a, b, product);
@@ -330,36 +284,6 @@ fn less_product<S: Lanes>(simd: S, [sum, low]: [Group; 2], a: Group, b: Group) -
     let of_product = simd.add_f64s(product, part);
     let lost = simd.add_f64s(simd.sub_f64s(of_sum, of_product), lost);
     [total, simd.add_f64s(low, lost)]
-}
-
-/// `sum weights x`, or with the absolute values of the weights.
-struct Dot<'a> {
-    weights: &'a [Group],
-    x: &'a [f64],
-    absolute: bool,
-}
-
-impl Kernel for Dot<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) -> f64 {
-        let Self { weights, x, absolute } = self;
-        let (x, rest) = x.as_chunks::<GROUP>();
-        let weights = &weights[..x.len() + usize::from(!rest.is_empty())];
-        let mut sums = [ZEROS; BLOCK];
-        for g in 0..x.len() {
-            let weight = if absolute { simd.abs_f64s(weights[g]) } else { weights[g] };
-            sums[g % BLOCK] = simd.mul_add_f64s(weight, group(x[g]), sums[g % BLOCK]);
-        }
-        let sum = simd.add_f64s(simd.add_f64s(sums[0], sums[1]), simd.add_f64s(sums[2], sums[3]));
-        let weights: &[f64] = cast_slice(&weights[x.len()..]);
-        let mut last = simd.reduce_sum_f64s(sum);
-        for i in 0..rest.len() {
-            last += rest[i] * if absolute { weights[i].abs() } else { weights[i] };
-        }
-        last
-    }
 }
 
 #[cfg(test)]
@@ -401,21 +325,6 @@ mod tests {
                 let error = (found.high - expected.high) + (found.low - expected.low);
                 prop_assert!(error.abs() <= 1e-31, "{found:?} of {expected:?}");
             }
-        }
-
-        /// Products with rows of any length are the sums that they stand for.
-        #[test]
-        fn dots_are_scalar_sums(
-            pairs in proptest::collection::vec((-1.0..1.0f64, -1.0..1.0f64), 1..40),
-            absolute in any::<bool>(),
-        ) {
-            let (weights, x): (Vec<f64>, Vec<f64>) = pairs.into_iter().unzip();
-            let groups = in_groups(&weights);
-            let found = VectorUnit::default().run(Dot { weights: &groups, x: &x, absolute });
-            let terms = weights.iter().zip(&x).map(|(w, x)| if absolute { w.abs() * x } else { w * x });
-            let sum: f64 = terms.clone().sum();
-            let size: f64 = terms.map(f64::abs).sum();
-            prop_assert!((found - sum).abs() <= 20.0 * f64::EPSILON * size);
         }
     }
 }

@@ -16,6 +16,7 @@ use crate::linalg::eigen::symmetric;
 use crate::linalg::sparse::SparseMatrix;
 use crate::modes::mass_factor::MassFactor;
 use crate::motion::taylor::bordered::border_of;
+use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::model::Scene;
 
@@ -95,8 +96,8 @@ impl HeldModes {
         let stiffness = rows_of(&scene.stiffness, true, &|k| squares[k]);
         let damping = mass.combined(alpha, &stiffness, beta);
         let slots = &scene.coordinates.slots;
-        let coupled_mass =
-            coupled_mass(&mass, &damping, &stiffness, scene.proportional, slots).ok()?;
+        let border = Terms { proportional: scene.proportional, structure: n };
+        let coupled_mass = coupled_mass(&mass, &damping, &stiffness, Some(border), slots).ok()?;
         let mut force = scene.force.clone();
         let modal = of_modes(&|j| scene.force[j]);
         free.iter().zip(&modal).for_each(|(&j, &value)| force[j] = value);

@@ -1,7 +1,9 @@
 //! A phase as Taylor series, from its equation of motion alone.
 
+pub(crate) mod balance;
 pub(crate) mod bordered;
 pub(crate) mod dense_rows;
+pub(crate) mod function_rows;
 pub(crate) mod held_modes;
 pub(crate) mod motion;
 pub(crate) mod operator;

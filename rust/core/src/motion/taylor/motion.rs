@@ -12,8 +12,10 @@ use std::ops::Range;
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::motion::panel::Panel;
-use crate::motion::taylor::bordered::{BorderedRows, Buffers, FunctionRow, Order};
+use crate::motion::taylor::balance::Balance;
+use crate::motion::taylor::bordered::{Buffers, Order};
 use crate::motion::taylor::dense_rows::{DenseRows, Orders};
+use crate::motion::taylor::function_rows::{FunctionRow, FunctionRows, LONG};
 use crate::motion::taylor::operator::{InModes, TaylorOperator};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
@@ -97,12 +99,6 @@ impl Kernel for Horner<'_> {
     }
 }
 
-/// An event function that has a row.
-fn long_function(operator: &TaylorOperator, index: usize) -> Option<(&BorderedRows, &FunctionRow)> {
-    let rows = operator.bordered.as_ref()?;
-    Some((rows, rows.functions.get(index)?.as_ref()?))
-}
-
 impl TaylorMotion {
     /// Starts a phase at local time 0 from (q, q').
     pub fn restart(
@@ -170,12 +166,21 @@ impl TaylorMotion {
         if let Some(rows) = &operator.bordered {
             rows.balance(scene, &operator.equation, origin, force, buffers);
         } else {
+            let reduction = &operator.equation.reduction;
+            let mut rows = Vec::new();
+            if operator.dense.is_some() && scene.size >= LONG {
+                rows.resize(scene.size, Doubled::default());
+                let rows = &mut rows[..];
+                VectorUnit::default().run(Balance { scene, reduction, q: origin, rows });
+            }
             let of_row = |row: usize| {
+                if let Some(&known) = rows.get(row) {
+                    return known;
+                }
                 let terms =
                     scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, origin[k]));
                 terms.fold(Doubled::from(scene.force[row]), Doubled::add)
             };
-            let reduction = &operator.equation.reduction;
             reduction.kept.iter().for_each(|&k| force[k] = of_row(k).value());
             for merges in reduction.merges.chunk_by(|a, b| a.position == b.position) {
                 let k = reduction.kept[merges[0].position];
@@ -344,16 +349,15 @@ impl TaylorMotion {
 
     /// Norm of the k-th term of the state.
     pub(crate) fn norm_of(&self, scene: &Scene, operator: &TaylorOperator, k: usize) -> f64 {
-        if scene.coupled_mass.is_none() {
-            return self.term_norm(operator, k);
-        }
+        let Some(mass) = &scene.coupled_mass else { return self.term_norm(operator, k) };
         let rate = (k + 1) as f64 / self.width;
         let norm = |terms: &[f64]| {
             let sum: f64 = terms.iter().zip(&operator.weight).map(|(x, w)| (w * x) * (w * x)).sum();
             let square = |k: usize| operator.weight[k] * terms[k] * operator.weight[k];
             let coupled = operator.coupled.iter();
             let beside = coupled.map(|&k| terms[k] * (scene.mass.row_dot(k, terms) - square(k)));
-            let sum = sum + beside.sum::<f64>();
+            let added = mass.added.iter().map(|&(k, mass)| mass * terms[k] * terms[k]);
+            let sum = sum + beside.sum::<f64>() + added.sum::<f64>();
             // Beyond the range of numbers there is no bound.
             if sum.is_finite() { sum.max(0.0).sqrt() } else { f64::INFINITY }
         };
@@ -384,22 +388,21 @@ impl TaylorMotion {
         panel.reset(self.width, functions.len());
         let rounding = self.rounding();
         self.measure();
-        if let Some(rows) = &operator.bordered {
+        let rows = &operator.long;
+        if !rows.is_empty() {
             for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
                 together.clear();
                 together.extend(of_q.iter().zip(of_u).map(|(q, u)| q + rows.beta * u));
             }
         }
-        let long = |index: usize| long_function(operator, index);
+        let long = |index: usize| rows.get(index);
         let sum = |index: usize, order: usize| -> f64 {
             let of = |terms: &[(usize, f64)], sizes: &[f64]| -> f64 {
                 terms.iter().map(|&(i, weight)| weight.abs() * sizes[i]).sum()
             };
             let [of_q, of_u] = &self.sizes[order];
             match long(index) {
-                Some((rows, row)) => {
-                    rows.size(row, &self.together[order]) + of(&row.rest.velocity, of_u)
-                }
+                Some(row) => rows.size(row, &self.together[order]) + of(&row.rest.velocity, of_u),
                 None => {
                     let functional = &functions[index].functional;
                     of(&functional.position, of_q) + of(&functional.velocity, of_u)
@@ -417,7 +420,10 @@ impl TaylorMotion {
             panel.curvature_error[index] = curvature;
             let start = at_origin
                 + match long(index) {
-                    Some(row) => self.coefficient_of(row, 0, [0, 1].map(|k| self.dot(row, k))),
+                    Some(row) => {
+                        let dots = [0, 1].map(|k| self.dot(rows, row, k));
+                        self.coefficient_of(rows.beta, row, 0, dots)
+                    }
                     None => self.coefficient(&function.functional, 0),
                 };
             panel.excluded[index] = start - linear - higher > error;
@@ -448,10 +454,10 @@ impl TaylorMotion {
         }
         for &index in &self.open {
             let Some(row) = long(index) else { continue };
-            let mut dots = [0.0, self.dot(row, 1)];
+            let mut dots = [0.0, self.dot(rows, row, 1)];
             for k in 1..COEFFICIENTS {
-                dots = [dots[1], self.dot(row, k + 1)];
-                panel.row(index)[k] = self.coefficient_of(row, k, dots);
+                dots = [dots[1], self.dot(rows, row, k + 1)];
+                panel.row(index)[k] = self.coefficient_of(rows.beta, row, k, dots);
             }
         }
         for &index in &self.open {
@@ -509,19 +515,20 @@ impl TaylorMotion {
     }
 
     /// The product of a long function with the coefficients of order k.
-    fn dot(&self, (rows, row): (&BorderedRows, &FunctionRow), k: usize) -> f64 {
+    fn dot(&self, rows: &FunctionRows, row: &FunctionRow, k: usize) -> f64 {
         rows.dot(row, &self.terms[k * self.size..(k + 1) * self.size])
     }
 
     /// Its coefficient of order k from the products of this order and of the next.
     fn coefficient_of(
         &self,
-        (rows, row): (&BorderedRows, &FunctionRow),
+        beta: f64,
+        row: &FunctionRow,
         k: usize,
         [of_q, of_dq]: [f64; 2],
     ) -> f64 {
         let rate = (k + 1) as f64 / self.width;
-        of_q + rows.beta * rate * of_dq + self.coefficient(&row.rest, k)
+        of_q + beta * rate * of_dq + self.coefficient(&row.rest, k)
     }
 
     /// An event function at the origin at rest, and the sum of the absolute values of its terms.

@@ -14,8 +14,9 @@ use crate::contact::event_function::{EventFunction, event_functions};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
-use crate::motion::taylor::bordered::BorderedRows;
+use crate::motion::taylor::bordered::{BorderedRows, border_of};
 use crate::motion::taylor::dense_rows::DenseRows;
+use crate::motion::taylor::function_rows::FunctionRows;
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::simd::{GROUP, Kernel, Lanes, ZEROS, lanes_of};
@@ -37,6 +38,8 @@ pub(crate) struct TaylorOperator {
     pub(super) dense: Option<DenseRows>,
     /// In one that is quicker where stiffness couples coordinates through contacts alone.
     pub(super) bordered: Option<BorderedRows>,
+    /// Event functions of many coordinates, with either of them.
+    pub(super) long: FunctionRows,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
     pub(super) weight: Vec<f64>,
     /// The same of the states, zero of other coordinates.
@@ -116,7 +119,7 @@ impl TaylorOperator {
 
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        self.equation.numbers() + self.bordered.as_ref().map_or(0, BorderedRows::numbers)
+        self.equation.numbers() + self.long.numbers()
     }
 
     pub fn new(
@@ -132,8 +135,15 @@ impl TaylorOperator {
             [] => DenseRows::new(scene, &equation.reduction, equation.moving()),
             _ => None,
         };
+        let bordered = BorderedRows::new(scene, &equation);
+        let beta = border_of(scene).map_or_else(
+            || scene.proportional.filter(|_| dense.is_some()).map(|(_, beta)| beta),
+            |border| Some(border.beta),
+        );
+        let long = beta.map(|beta| FunctionRows::new(scene.size, beta, functions));
         let mut operator = Self {
-            bordered: BorderedRows::new(scene, &equation, functions),
+            bordered,
+            long: long.unwrap_or_default(),
             equation,
             dense,
             coupled: (0..scene.size)

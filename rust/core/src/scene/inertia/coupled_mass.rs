@@ -13,11 +13,14 @@ use crate::linalg::dense::{cholesky, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
-use crate::scene::inertia::border::Border;
+use crate::scene::inertia::border::{Border, Terms};
 use crate::scene::inertia::rates::rate;
 
 /// Number of entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
 const DENSE_ENTRIES: usize = 8;
+
+/// What loads may add to the bound of the stiffness, relative to it.
+const BESIDE: f64 = 0.02;
 
 #[derive(Debug)]
 pub(crate) struct CoupledMass {
@@ -29,10 +32,12 @@ pub(crate) struct CoupledMass {
     /// `G G'`, the block of the contact coordinates.
     contact_factor: Cholesky<f64, Dyn>,
     inverse: FreeInverse,
-    /// Bounds of stiffness and damping in the norm of M, 1/s^2 and 1/s.
+    /// Bounds of stiffness and damping in the norm of M, with the masses that it adds to coordinates which carry loads, 1/s^2
+    /// and 1/s.
     pub stiffness_rate: f64,
     pub damping_rate: f64,
-    /// Where stiffness couples coordinates through contacts alone, and damping is proportional.
+    pub added: Vec<(usize, f64)>,
+    /// Where stiffness couples coordinates through contacts alone.
     pub border: Option<Border>,
 }
 
@@ -50,7 +55,7 @@ impl CoupledMass {
         mass: &SparseMatrix,
         damping: &SparseMatrix,
         stiffness: &SparseMatrix,
-        is_proportional: bool,
+        border: Option<Terms>,
         slots: &[(usize, usize)],
     ) -> Result<Option<Self>, usize> {
         let size = mass.size();
@@ -60,7 +65,9 @@ impl CoupledMass {
         let massive: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) != 0.0).collect();
         let (contact, free): (Vec<usize>, Vec<usize>) =
             massive.iter().partition(|&&k| is_contact[k]);
-        let border = if is_proportional { Border::new(mass, stiffness, &contact) } else { None };
+        let structure = border.map_or(size, |terms| terms.structure);
+        let border =
+            border.and_then(|terms| Border::new([mass, damping, stiffness], terms, &contact));
         if mass.is_diagonal() && border.is_none() {
             return Ok(None);
         }
@@ -71,17 +78,25 @@ impl CoupledMass {
             true => FreeInverse::Dense(factor.solve(DMatrix::identity(free.len(), free.len()))),
             false => FreeInverse::Sparse(factor),
         };
+        let moved = &massive[..massive.partition_point(|&k| k < structure)];
+        let loads = (structure..size).map(|load| {
+            let column = moved.iter().map(|&row| stiffness.get(row, load)).collect();
+            (load, [mass, stiffness].map(|matrix| matrix.get(load, load)), column)
+        });
+        let loads: Vec<(usize, [f64; 2], Vec<f64>)> = loads.collect();
         let [mass, damping, stiffness] =
-            [mass, damping, stiffness].map(|matrix| matrix.restricted(&massive));
-        let whole = SparseCholesky::new(&mass).map_err(|k| massive[k])?;
+            [mass, damping, stiffness].map(|matrix| matrix.restricted(moved));
+        let whole = SparseCholesky::new(&mass).map_err(|k| moved[k])?;
+        let (stiffness_rate, added) = with_loads(rate(&mass, &whole, &stiffness), &whole, &loads);
         Ok(Some(Self {
             size,
             contact,
             free,
             contact_factor,
             inverse,
-            stiffness_rate: rate(&mass, &whole, &stiffness),
+            stiffness_rate,
             damping_rate: rate(&mass, &whole, &damping),
+            added,
             border,
         }))
     }
@@ -158,16 +173,36 @@ impl CoupledMass {
     }
 }
 
-/// What is known of a mass in contact coordinates that is not diagonal, or beside a stiffness with a border; `proportional`
-/// as in [`crate::scene::model::Scene`].
+/// A bound of the stiffness `[K b; 0 w]` of a structure and the coordinates that load it, from that of K, and the masses
+/// that the norm adds to these: nothing acts back on them, so that they may count as heavy, and b then little.
+fn with_loads(
+    rate: f64,
+    factor: &SparseCholesky,
+    loads: &[(usize, [f64; 2], Vec<f64>)],
+) -> (f64, Vec<(usize, f64)>) {
+    let (mut square, mut fastest) = (0.0, rate);
+    for (_, [mass, spring], column) in loads {
+        let mut moved = column.clone();
+        factor.solve_in_place(&mut moved);
+        square += column.iter().zip(&moved).map(|(a, b)| a * b).sum::<f64>() / mass;
+        fastest = f64::max(fastest, spring / mass);
+    }
+    let beside = square.max(0.0).sqrt();
+    let heavier = if rate > 0.0 { (beside / (BESIDE * rate)).max(1.0) } else { 1.0 };
+    let added = loads.iter().map(|&(load, [mass, _], _)| (load, (heavier * heavier - 1.0) * mass));
+    (fastest + beside / heavier, added.collect())
+}
+
+/// What is known of a mass in contact coordinates that is not diagonal, or beside a stiffness with a border, where one is
+/// looked for.
 pub(crate) fn coupled_mass(
     mass: &SparseMatrix,
     damping: &SparseMatrix,
     stiffness: &SparseMatrix,
-    proportional: Option<(f64, f64)>,
+    border: Option<Terms>,
     slots: &[(usize, usize)],
 ) -> Result<Option<Arc<CoupledMass>>, Error> {
-    let known = CoupledMass::new(mass, damping, stiffness, proportional.is_some(), slots);
+    let known = CoupledMass::new(mass, damping, stiffness, border, slots);
     known.map(|known| known.map(Arc::new)).map_err(|dof| Error::IndefiniteSparseMass { dof })
 }
 

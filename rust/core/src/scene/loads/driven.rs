@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use crate::linalg::sparse::SparseMatrix;
 use crate::scene::dependent::sums::Dependent;
+use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::{Carried, Drive, Force, Oscillator, Switch};
@@ -64,7 +65,7 @@ impl Scene {
             &mass_matrix,
             &damping,
             &stiffness,
-            proportional,
+            Some(Terms { proportional: scene.proportional, structure: n }),
             &scene.coordinates.slots,
         )
         .expect("a positive definite mass with more of its diagonal");

@@ -36,13 +36,14 @@ pub(crate) struct PhaseSearch {
 }
 
 impl PhaseSearch {
-    /// Follows one phase to its first event and leaves the state there in the run.
+    /// Follows one phase to its first event and leaves the state there in the run. `allowed` tells of a time of the run how many
+    /// panels the phase may have if it comes as far.
     pub fn follow(
         &mut self,
         run: &mut RunState<'_>,
         motion: &mut Motion,
         departures: Option<&[Departure]>,
-        mut panels: usize,
+        allowed: &dyn Fn(f64) -> usize,
     ) -> PhaseEnd {
         let Some(mut motion) = motion.coupled() else {
             let failure = RunFailure::Internal("uncoupled parts were run as one".into());
@@ -51,6 +52,7 @@ impl PhaseSearch {
         let functions = motion.functions;
         let motion = &mut motion;
         let remaining = run.until - run.time.seconds;
+        let (mut panels, mut most) = (0, allowed(run.time.seconds));
         self.on_panel.begin(functions.iter().map(|function| {
             let departure = departures.map_or(Departure::None, |all| all[function.contact]);
             departure.multiplicity(function.trigger)
@@ -80,12 +82,12 @@ impl PhaseSearch {
                 self.begin_exactly(run, functions);
             }
             let limit = if bouncing { self.bounces(run, functions) } else { None };
-            let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
+            let searched = limit.as_ref().map_or(end, |limit| end.min(limit.at));
             let skipped = limit.as_ref().map(|limit| limit.function);
             let begin = run.time.seconds + motion.start();
             let counters = &mut run.trajectory.counters;
-            let found = self.on_panel.first_crossing(counters, begin, functions, allowed, skipped);
-            let until = found.map_or(allowed, |(_, at)| at);
+            let found = self.on_panel.first_crossing(counters, begin, functions, searched, skipped);
+            let until = found.map_or(searched, |(_, at)| at);
             if let Some(touch) = self.report_touches(run, motion, until) {
                 let offset = touch.time - run.time.seconds - motion.start();
                 return stop(run, motion, offset.clamp(0.0, width), StopReason::Grazing);
@@ -130,9 +132,12 @@ impl PhaseSearch {
                 let offset = (remaining - motion.start()).min(width);
                 return stop(run, motion, offset, StopReason::Duration);
             }
-            panels -= 1;
-            if panels == 0 {
-                return PhaseEnd::TooLong;
+            panels += 1;
+            if panels >= most {
+                most = allowed(run.time.after(motion.start() + width).seconds);
+                if panels >= most {
+                    return PhaseEnd::TooLong;
+                }
             }
             motion.advance();
             self.on_panel.multiplicity.fill(0);
