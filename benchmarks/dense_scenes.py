@@ -14,6 +14,7 @@ matrices are dense in contact coordinates, and series go in the modes with held 
 from __future__ import annotations
 
 import argparse
+import json
 import math
 import os
 import subprocess
@@ -38,10 +39,15 @@ EVENTS = (200, 2000)
 FREE = ((12, 6, 4, 60), (12, 6, 4, 100), (12, 6, 2, 100), (20, 10, 3, 200))
 
 
+def block_of(coordinates: int, contacts: int) -> ss.Scene:
+    """Return a reduced block."""
+    columns, every = MESHES[contacts]
+    return reduced_block(columns, 8, every, coordinates - 2 * contacts)
+
+
 def scene_of(coordinates: int, contacts: int) -> tuple[ss.Scene, ss.State]:
     """Return a reduced block and its steady sliding, disturbed."""
-    columns, every = MESHES[contacts]
-    scene = reduced_block(columns, 8, every, coordinates - 2 * contacts)
+    scene = block_of(coordinates, contacts)
     return scene, ss.sliding_equilibrium(scene).perturbed(velocity={scene.dofs[0]: 0.5})
 
 
@@ -61,17 +67,19 @@ def free_scene_of(columns: int, rows: int, every: int, modes: int) -> tuple[ss.S
     return scene, ss.sliding_equilibrium(scene).perturbed(velocity=disturbed)
 
 
-def best_of(checkout: Path, table: str, *size: int) -> float:
-    """Return the least time of the methods of another build, each in a new process of that build, s."""
+def best_of(checkout: Path, start: ss.State, table: str, *size: int) -> float:
+    """Return the least time of the methods of another build from the same start, in a new process, s."""
     environment = os.environ | {"PYTHONPATH": str(checkout / "python")}
     command = [sys.executable, __file__, "--only", table, *(str(number) for number in size)]
-    answer = subprocess.run(command, check=True, env=environment, capture_output=True, text=True)
+    state = json.dumps([start.position.tolist(), start.velocity.tolist(), str(start.combination)])
+    answer = subprocess.run(command, check=True, env=environment, input=state, capture_output=True, text=True)
     return float(answer.stdout.split()[-1])
 
 
 def best(table: str, most: int, *size: int) -> float:
-    """Return the least time of the methods that choose nothing, s."""
-    scene, start = (scene_of if table == "reduced" else free_scene_of)(*size)
+    """Return the least time of the methods that choose nothing, from the start on the standard input, s."""
+    scene = (block_of if table == "reduced" else free_block)(*size)
+    start = ss.State(*json.load(sys.stdin))
     return min(seconds(scene, start, method, 1.0, most) for method in METHODS[:2])
 
 
@@ -87,7 +95,7 @@ def main() -> None:
 
     def before(table: str, scene: ss.Scene, start: ss.State, most: int, *size: int) -> float:
         if options.old is not None:
-            return best_of(options.old.resolve(), table, most, *size)
+            return best_of(options.old.resolve(), start, table, most, *size)
         dense = seconds(in_dense_rows(scene), start, "taylor", 1.0, most)
         return min(dense, seconds(scene, start, "modal", 1.0, most))
 
