@@ -130,6 +130,27 @@ pub(crate) fn group(numbers: [f64; GROUP]) -> Group {
     cast(numbers)
 }
 
+/// The first numbers; lanes beyond hold what follows, or zeros.
+#[inline(always)]
+pub(crate) fn lanes_of<S: Lanes>(simd: S, numbers: &[f64], lanes: usize) -> Group {
+    match numbers.first_chunk::<GROUP>() {
+        Some(whole) => cast(*whole),
+        None => simd.partial_load_f64s(&numbers[..lanes]),
+    }
+}
+
+/// The lanes of a group that there is room for.
+#[inline(always)]
+pub(crate) fn store(group: Group, into: &mut [f64]) {
+    match into.first_chunk_mut::<GROUP>() {
+        Some(whole) => *whole = cast(group),
+        None => {
+            let lanes: [f64; GROUP] = cast(group);
+            into.copy_from_slice(&lanes[..into.len()]);
+        }
+    }
+}
+
 /// Numbers in groups, the last filled up with zeros.
 pub(crate) fn in_groups(numbers: &[f64]) -> Vec<Group> {
     let whole = numbers.chunks(GROUP).map(|chunk| {

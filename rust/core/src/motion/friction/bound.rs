@@ -51,12 +51,25 @@ impl Kernel for Bound<'_> {
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) -> PanelBound {
         let Self { motion, scene, operator, scale } = self;
-        let LawMotion { taylor, contacts, coupling, sizes, shortenings, .. } = motion;
+        let LawMotion {
+            taylor,
+            contacts,
+            coupling,
+            products,
+            sizes,
+            shortenings,
+            convolutions,
+            powers,
+            ..
+        } = motion;
         let shortenings = *shortenings + TO_COME;
         let in_product = product_units(shortenings);
         let in_row = (operator.terms + 8 + PER_ROW * shortenings) as f64;
         let terms = taylor.terms();
         Measure { sizes, terms, size: scene.size, width: taylor.width }.run(simd);
+        if let Some(rows) = &operator.rows {
+            products.measure(simd, rows, sizes, powers);
+        }
         let reach = operator.taylor.norm() * taylor.width;
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
@@ -70,22 +83,17 @@ impl Kernel for Bound<'_> {
             let pressed = NARROW * sliding.normal[0].abs() / one.normal_norm.abs();
             radius.min(TUBE_OF_FLOW * scale).min(pressed)
         });
-        for (one, sliding) in operator.contacts.iter().zip(&mut *contacts) {
-            let (excess, normal) = (&sliding.series.excess, &sliding.normal);
-            let (mut rest, mut products) = (0.0, 0.0);
-            for (w, n) in excess.iter().zip(normal.iter().rev()) {
-                rest += n.abs();
-                products += w.abs() * rest;
-            }
+        let sums = convolutions.iter().flat_map(|pair| pair.sums(simd, powers));
+        for ((one, sliding), sums) in operator.contacts.iter().zip(&mut *contacts).zip(sums) {
             let off = match one.flow {
                 Some(_) => sliding.series.tube(&one.law),
                 None => radius * one.slip_norm,
             };
             sliding.bounds = ContactBounds {
-                law: sliding.series.bounds(&one.law, off, shortenings),
-                excess: size(excess),
-                pressed: size(normal),
-                products,
+                law: sliding.series.bounds(&one.law, off, shortenings, &sums),
+                excess: sums.left[1],
+                pressed: sums.right[1],
+                products: sliding.force[DEGREE].abs() + sums.left_out[1],
                 ..ContactBounds::default()
             };
         }
@@ -119,11 +127,15 @@ impl Kernel for Bound<'_> {
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
         let (mut flowing, mut follows) = (0.0, true);
-        for (one, sliding) in operator.contacts.iter().zip(contacts) {
-            let ContactBounds { law, excess, pressed, products, .. } = sliding.bounds;
+        for (place, (one, sliding)) in operator.contacts.iter().zip(contacts).enumerate() {
+            let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
-            let cut = products + law.truncation * pressed + largest * off;
-            let size = sliding.at_origin_size + Sizes::of(&sizes.all, &one.normal);
+            let cut = left_out + law.truncation * pressed + largest * off;
+            let of_normal = match operator.rows {
+                Some(_) => products.sizes(place)[0],
+                None => Sizes::of(&sizes.all, &one.normal),
+            };
+            let size = sliding.at_origin_size + of_normal;
             let terms = in_product as f64 * pressed + in_row * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
             if let Some(flow) = &one.flow {
@@ -155,7 +167,10 @@ impl Kernel for Bound<'_> {
         truncated += reach * (last + beyond);
         let of_orders: f64 = match scene.coupled_mass {
             // The largest row sum, over the sum of all orders.
-            None => operator.taylor.largest(&sizes.all),
+            None => {
+                let [q, u] = &sizes.all;
+                operator.taylor.largest_of([q, u], 1.0).run(simd)
+            }
             Some(_) => (0..COEFFICIENTS).map(|k| taylor.norm_of(scene, &operator.taylor, k)).sum(),
         };
         let load = taylor.width * taylor.force_norm(&operator.taylor);

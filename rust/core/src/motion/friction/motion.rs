@@ -13,7 +13,7 @@ use crate::motion::friction::series::law_contact::Flow;
 use crate::motion::friction::series::law_end::LawEnd;
 use crate::motion::friction::series::law_series::{LawSeries, UNIT, scale, size};
 use crate::motion::friction::series::panel_bound::ContactBounds;
-use crate::motion::friction::series::rows::{LawRows, Products, Sizes};
+use crate::motion::friction::series::rows::{LawRows, Products, Sizes, Source};
 use crate::motion::panel::Panel;
 use crate::motion::taylor::motion::{ORDERS, TaylorMotion};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
@@ -327,23 +327,39 @@ impl LawMotion {
         let rounding = self.taylor.rounding();
         for (index, function) in functions.iter().enumerate() {
             let [at_origin, constant] = self.taylor.constant(index);
-            let row = panel.row(index);
             let functional = &function.functional;
-            match rows.place(index) {
-                Some(place) => {
-                    let scaled = self.powers.iter().zip(self.products.row(rows, place));
-                    row.iter_mut().zip(scaled).for_each(|(c, (power, term))| *c = power * term);
-                }
-                None => self.taylor.coefficients_of_single(functional, row),
-            }
-            row[0] += at_origin;
-            let lowest = lowest(row);
+            let source = rows.source(index);
+            let [size, higher] = match source {
+                Source::Row(place) => self.products.sizes(place),
+                _ => [&self.sizes.all, &self.sizes.higher].map(|of| Sizes::of(of, functional)),
+            };
             let tail = self.left_out * operator.taylor.function_norm(index);
-            let error = rounding * (constant + Sizes::of(&self.sizes.all, functional)) + tail;
+            let error = rounding * (constant + size) + tail;
             panel.error[index] = error;
-            panel.curvature_error[index] =
-                rounding * Sizes::of(&self.sizes.higher, functional) + tail;
-            panel.excluded[index] = lowest > error;
+            panel.curvature_error[index] = rounding * higher + tail;
+            let row = panel.row(index);
+            let least = match source {
+                Source::Row(place) => {
+                    let [start, negative] = self.products.least(rows, place);
+                    at_origin + start + negative
+                }
+                Source::Slip(contact) => {
+                    *row = self.contacts[contact].series.slip;
+                    lowest(row)
+                }
+                Source::Coordinate => {
+                    self.taylor.coefficients_of_single(functional, row);
+                    row[0] += at_origin;
+                    lowest(row)
+                }
+            };
+            panel.excluded[index] = least > error;
+            if let (Source::Row(place), false) = (source, panel.excluded[index]) {
+                let row = panel.row(index);
+                let scaled = self.powers.iter().zip(self.products.row(rows, place));
+                row.iter_mut().zip(scaled).for_each(|(c, (power, term))| *c = power * term);
+                row[0] += at_origin;
+            }
         }
     }
 

@@ -39,6 +39,7 @@ impl Kernel for Recurrences<'_> {
                 motion.next(simd, scene, operator, k);
             }
         }
+        motion.convolutions.iter_mut().for_each(|all| all.set(DEGREE, all.newest));
         motion.taylor.force.copy_from_slice(&motion.base);
     }
 }

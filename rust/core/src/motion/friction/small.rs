@@ -10,9 +10,8 @@ use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::convolutions::SHARING;
 use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::friction::series::rows::{BLOCK, LawRows};
-use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
-use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, group};
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, group, lanes_of, store};
 
 /// Room for the coordinates of a block of rows; a place in it needs no further check.
 const ROOM: usize = BLOCK * GROUP;
@@ -81,42 +80,40 @@ impl Small<'_> {
         let mut second = operator.contacts.get(1).zip(of_second);
         let (columns, width) = (rows.columns.as_chunks::<T>().0, taylor.width);
         let (of_z, of_u) = columns.split_at(rows.moving.len());
+        let of_z = of_z.as_chunks::<GROUP>().0;
         let inverse = 1.0 / width;
         let all = products.room(rows).as_chunks_mut::<T>().0;
         let forces: [[Group; T]; SHARING] = std::array::from_fn(|i| rows.by_force(i));
-        // Coefficients of q; z and q' of the order in progress.
-        let mut orders = [[ZEROS; T]; ORDERS];
+        // Coefficients of q of the newest order; z and q' of the one in progress.
         let (n, terms) = taylor.orders_from(0);
-        for (order, terms) in orders.iter_mut().zip(terms.chunks_exact(n)).take(2) {
-            let numbers = pulp::bytemuck::cast_slice_mut::<Group, f64>(order);
-            numbers.iter_mut().zip(terms).for_each(|(to, from)| *to = *from);
-        }
-        let (mut z, mut u) = ([ZEROS; BLOCK], [ZEROS; BLOCK]);
+        let (mut newest_q, mut z, mut u) = ([ZEROS; T], [ZEROS; BLOCK], [ZEROS; BLOCK]);
         for g in 0..T - 1 {
-            u[g] = simd.mul_f64s(simd.splat_f64s(inverse), orders[1][g]);
-            z[g] = simd.mul_add_f64s(simd.splat_f64s(rows.beta), u[g], orders[0][g]);
+            let first = g * GROUP;
+            let lanes = (n - first).min(GROUP);
+            newest_q[g] = lanes_of(simd, &terms[n + first..2 * n], lanes);
+            u[g] = simd.mul_f64s(simd.splat_f64s(inverse), newest_q[g]);
+            let q = lanes_of(simd, &terms[first..n], lanes);
+            z[g] = simd.mul_add_f64s(simd.splat_f64s(rows.beta), u[g], q);
         }
         convolutions.clear();
         let mut newest = [ZEROS; 2];
         for (k, found) in all.iter_mut().enumerate().take(COEFFICIENTS) {
             let (mut even, mut odd) = ([ZEROS; T], [ZEROS; T]);
-            let numbers: [[f64; ROOM]; 2] = [cast(z), cast(u)];
-            let parts = [(of_z, &rows.moving), (of_u, &rows.damped)];
-            for ((columns, places), x) in parts.into_iter().zip(&numbers) {
-                let ((pairs, last), (twos, one)) =
-                    (columns.as_chunks::<2>(), places.as_chunks::<2>());
-                for (pair, &[a, b]) in pairs.iter().zip(twos) {
-                    let [a, b] = [a, b].map(|place| simd.splat_f64s(x[place % ROOM]));
-                    for g in 0..T {
-                        even[g] = simd.mul_add_f64s(pair[0][g], a, even[g]);
-                        odd[g] = simd.mul_add_f64s(pair[1][g], b, odd[g]);
-                    }
+            let velocities: [f64; ROOM] = cast(u);
+            for (coordinates, four) in z.iter().zip(of_z).take(T - 1) {
+                let x: [f64; GROUP] = cast(*coordinates);
+                let [a, b, c, d] = x.map(|x| simd.splat_f64s(x));
+                for g in 0..T {
+                    even[g] = simd.mul_add_f64s(four[0][g], a, even[g]);
+                    odd[g] = simd.mul_add_f64s(four[1][g], b, odd[g]);
+                    even[g] = simd.mul_add_f64s(four[2][g], c, even[g]);
+                    odd[g] = simd.mul_add_f64s(four[3][g], d, odd[g]);
                 }
-                if let ([column], &[a]) = (last, one) {
-                    let a = simd.splat_f64s(x[a % ROOM]);
-                    for g in 0..T {
-                        even[g] = simd.mul_add_f64s(column[g], a, even[g]);
-                    }
+            }
+            for (column, &place) in of_u.iter().zip(&rows.damped) {
+                let x = simd.splat_f64s(velocities[place % ROOM]);
+                for g in 0..T {
+                    even[g] = simd.mul_add_f64s(column[g], x, even[g]);
                 }
             }
             for g in 0..T {
@@ -127,7 +124,7 @@ impl Small<'_> {
             }
             let middle: [f64; GROUP] = cast(convolutions.middle(simd, k, newest));
             let normals: [f64; GROUP] = cast(found[T - 1]);
-            let velocity = |(place, weight): (usize, f64)| weight * numbers[1][place % ROOM];
+            let velocity = |(place, weight): (usize, f64)| weight * velocities[place % ROOM];
             let of = [velocity(slips[0]), normals[0]];
             let (a, force_a) = of_first.step(first, k, of, [middle[0], middle[1]], false);
             let (b, force_b) = match &mut second {
@@ -142,24 +139,25 @@ impl Small<'_> {
             }
             newest = [group([a[0], a[2], b[0], b[2]]), group([a[1], a[3], b[1], b[3]])];
             if k == DEGREE {
+                convolutions.set(k, newest);
                 break;
             }
             let [force_a, force_b] = [force_a, force_b].map(|force| simd.splat_f64s(force));
             let factor = simd.splat_f64s(width * width * STEPS[k]);
             let rate = f64::from(k as u32 + 2) * inverse;
             let (by_beta, rate) = (simd.splat_f64s(rows.beta * rate), simd.splat_f64s(rate));
+            let next = &mut terms[(k + 2) * n..];
             for g in 0..T - 1 {
                 // The forces are known last.
                 let [by_a, by_b] = [0, 1].map(|i| simd.mul_f64s(forces[i][g], factor));
                 let sum = simd.mul_f64s(found[g], factor);
                 let sum = simd.mul_add_f64s(by_b, force_b, simd.mul_add_f64s(by_a, force_a, sum));
-                orders[k + 2][g] = sum;
+                // Lanes beyond the coordinates fall on the order after, which is found later.
+                store(sum, &mut next[g * GROUP..]);
                 u[g] = simd.mul_f64s(rate, sum);
-                z[g] = simd.mul_add_f64s(by_beta, sum, orders[k + 1][g]);
+                z[g] = simd.mul_add_f64s(by_beta, sum, newest_q[g]);
+                newest_q[g] = sum;
             }
-        }
-        for (order, terms) in orders.iter().zip(terms.chunks_exact_mut(n)).skip(2) {
-            terms.copy_from_slice(&pulp::bytemuck::cast_slice::<Group, f64>(order)[..n]);
         }
         true
     }

@@ -19,7 +19,7 @@ use crate::motion::taylor::function_rows::{FunctionRow, FunctionRows, LONG};
 use crate::motion::taylor::operator::{InModes, TaylorOperator};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
-use crate::numerics::simd::{GROUP, VectorUnit};
+use crate::numerics::simd::{GROUP, Kernel, Lanes, VectorUnit, ZEROS, lanes_of, store};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
@@ -64,6 +64,39 @@ pub(crate) struct TaylorMotion {
     together: [Vec<f64>; 3],
     /// Functions that the sizes alone can't exclude.
     open: Vec<usize>,
+    unit: VectorUnit,
+}
+
+/// Coordinates up to which values are summed group after group, so that they stay in registers.
+const FEW: usize = 64;
+
+/// Values of coordinates and of their derivatives over s, by Horner's rule.
+struct Horner<'a> {
+    terms: &'a [f64],
+    s: f64,
+    q: &'a mut [f64],
+    u: &'a mut [f64],
+}
+
+impl Kernel for Horner<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) {
+        let Self { terms, s, q, u } = self;
+        let (n, s) = (q.len(), simd.splat_f64s(s));
+        for first in (0..n).step_by(GROUP) {
+            let lanes = (n - first).min(GROUP);
+            let (mut value, mut slope) = (ZEROS, ZEROS);
+            for terms in terms.chunks_exact(n).rev() {
+                slope = simd.mul_add_f64s(slope, s, value);
+                let term = lanes_of(simd, &terms[first..], lanes);
+                value = simd.mul_add_f64s(value, s, term);
+            }
+            store(value, &mut q[first..first + lanes]);
+            store(slope, &mut u[first..first + lanes]);
+        }
+    }
 }
 
 impl TaylorMotion {
@@ -305,23 +338,8 @@ impl TaylorMotion {
     /// beyond the range of numbers, where `max` would pass over what is not one.
     fn term_norm(&self, operator: &TaylorOperator, k: usize) -> f64 {
         let n = self.size;
-        let rate = (k + 1) as f64 / self.width;
-        operator
-            .equation
-            .reduction
-            .states
-            .iter()
-            .map(|&i| {
-                let position = operator.omega * self.terms[k * n + i].abs();
-                let velocity = rate * self.terms[(k + 1) * n + i].abs();
-                let sum = position + velocity;
-                if sum.is_finite() {
-                    operator.weight[i] * position.max(velocity)
-                } else {
-                    f64::INFINITY
-                }
-            })
-            .fold(0.0, f64::max)
+        let (q, u) = self.terms[k * n..(k + 2) * n].split_at(n);
+        self.unit.run(operator.largest_of([q, u], (k + 1) as f64 / self.width))
     }
 
     /// Norm of the last term of the state, as the bound of what follows needs it.
@@ -591,22 +609,18 @@ impl TaylorMotion {
 
     /// All coordinates and velocities at s of the panel.
     fn horner(&self, s: f64, q: &mut [f64], u: &mut [f64]) {
-        match self.size {
-            GROUP => self.horner_all(GROUP, s, q, u),
-            PAIR => self.horner_all(PAIR, s, q, u),
-            n => self.horner_all(n, s, q, u),
-        }
-    }
-
-    #[inline(always)]
-    fn horner_all(&self, n: usize, s: f64, q: &mut [f64], u: &mut [f64]) {
+        let n = self.size;
         let (q, u) = (&mut q[..n], &mut u[..n]);
-        q.fill(0.0);
-        u.fill(0.0);
-        for terms in self.terms.chunks_exact(n).rev() {
-            for j in 0..n {
-                u[j] = u[j] * s + q[j];
-                q[j] = q[j] * s + terms[j];
+        if n <= FEW {
+            self.unit.run(Horner { terms: &self.terms, s, q, u });
+        } else {
+            q.fill(0.0);
+            u.fill(0.0);
+            for terms in self.terms.chunks_exact(n).rev() {
+                for j in 0..n {
+                    u[j] = u[j] * s + q[j];
+                    q[j] = q[j] * s + terms[j];
+                }
             }
         }
         u.iter_mut().for_each(|u| *u /= self.width);

@@ -19,6 +19,7 @@ use crate::motion::taylor::dense_rows::DenseRows;
 use crate::motion::taylor::function_rows::FunctionRows;
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
+use crate::numerics::simd::{GROUP, Kernel, Lanes, ZEROS, lanes_of};
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
@@ -41,6 +42,8 @@ pub(crate) struct TaylorOperator {
     pub(super) long: FunctionRows,
     /// Square root of the mass seen by each coordinate, the weights of the norm.
     pub(super) weight: Vec<f64>,
+    /// The same of the states, zero of other coordinates.
+    pub(super) state_weight: Vec<f64>,
     /// Coordinates that mass couples to others.
     pub(super) coupled: Vec<usize>,
     /// omega of the norm `max(omega |q|, |q'|)` over mass-weighted coordinates.
@@ -59,6 +62,37 @@ pub(crate) struct TaylorOperator {
 pub(super) struct InModes {
     pub modes: Arc<HeldModes>,
     pub functions: Vec<EventFunction>,
+}
+
+/// The largest entry of a state in the norm, infinite beyond the range of numbers.
+pub(crate) struct Largest<'a> {
+    weight: &'a [f64],
+    q: &'a [f64],
+    u: &'a [f64],
+    factors: [f64; 2],
+}
+
+impl Kernel for Largest<'_> {
+    type Output = f64;
+
+    #[inline(always)]
+    fn run<S: Lanes>(self, simd: S) -> f64 {
+        let Self { weight, q, u, factors } = self;
+        let [omega, rate] = factors.map(|factor| simd.splat_f64s(factor));
+        let (mut largest, mut sum) = (ZEROS, ZEROS);
+        for (first, weight) in weight.chunks(GROUP).enumerate() {
+            let of = |x: &[f64]| lanes_of(simd, &x[first * GROUP..], weight.len());
+            let position = simd.mul_f64s(simd.abs_f64s(of(q)), omega);
+            let velocity = simd.mul_f64s(simd.abs_f64s(of(u)), rate);
+            let weight = lanes_of(simd, weight, weight.len());
+            let entry = simd.mul_f64s(weight, simd.max_f64s(position, velocity));
+            largest = simd.max_f64s(largest, entry);
+            // `max` passes over what is no number.
+            sum = simd.add_f64s(sum, simd.add_f64s(position, velocity));
+        }
+        let finite = simd.reduce_sum_f64s(sum).is_finite();
+        if finite { simd.reduce_max_f64s(largest) } else { f64::INFINITY }
+    }
 }
 
 impl TaylorOperator {
@@ -116,6 +150,7 @@ impl TaylorOperator {
                 .filter(|&k| scene.mass.row(k).any(|entry| entry.0 != k))
                 .collect(),
             weight,
+            state_weight: Vec::new(),
             omega: 0.0,
             width: 0.0,
             sigma: 0.0,
@@ -141,6 +176,10 @@ impl TaylorOperator {
         let sigma = operator.omega + damping;
         operator.width = if scene.coupled_mass.is_some() { TIGHT_WIDTH } else { WIDTH } / sigma;
         operator.sigma = sigma;
+        operator.state_weight = vec![0.0; scene.size];
+        for &k in &operator.equation.reduction.states {
+            operator.state_weight[k] = operator.weight[k];
+        }
         let of = |function: &EventFunction| operator.dual_norm(scene, &function.functional);
         operator.function_norms = functions.iter().map(of).collect();
         Ok(operator)
@@ -179,12 +218,9 @@ impl TaylorOperator {
         self.omega * self.weight[coordinate]
     }
 
-    /// The norm of a state with these absolute values of q and q', where mass couples no coordinates.
-    pub fn largest(&self, [q, u]: &[Vec<f64>; 2]) -> f64 {
-        let states = self.equation.reduction.states.iter();
-        let of = |&k: &usize| self.weight[k] * (self.omega * q[k]).max(u[k]);
-        // Beyond the range of numbers, `max` would pass over what is none.
-        states.map(of).fold(0.0, |a, b| if b > a || b.is_nan() { b } else { a })
+    /// The norm of a state of q and `rate` times u, where mass couples no coordinates.
+    pub fn largest_of<'a>(&'a self, [q, u]: [&'a [f64]; 2], rate: f64) -> Largest<'a> {
+        Largest { weight: &self.state_weight, q, u, factors: [self.omega, rate] }
     }
 
     /// omega of the norm.

@@ -3,7 +3,9 @@
 //! Of each contact two products of series grow order by order: the one of its law, and `mu(S) - mu(0)` times N. Their sums
 //! over the orders below need no new factor, so that they run ahead of the order that is sought.
 
-use crate::numerics::first_root::polynomial::COEFFICIENTS;
+use pulp::cast;
+
+use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{GROUP, Group, Lanes, ZEROS};
 
 /// Places below order 0 that the last group of terms may touch.
@@ -14,6 +16,19 @@ const NONE: [Group; GROUP] = [ZEROS; GROUP];
 
 /// Two contacts share it.
 pub(crate) const SHARING: usize = GROUP / 2;
+
+/// Orders beyond DEGREE whose terms are summed with their signs.
+const SIGNED: usize = 2;
+
+/// Of the two products of a contact, that of its law and that with N, on a panel.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct FactorSums {
+    /// Sums of the absolute values of the left factors and of the right ones.
+    pub left: [f64; 2],
+    pub right: [f64; 2],
+    /// A bound of the sum of the absolute values of the orders beyond DEGREE.
+    pub left_out: [f64; 2],
+}
 
 /// Both factors of four products, by order. Those of the last order stand apart until the next: what waits for them comes last.
 #[derive(Debug, Clone)]
@@ -58,6 +73,43 @@ impl Convolutions {
     pub fn set_normal(&mut self, place: usize, normal: f64) {
         let [_, right] = &mut self.newest;
         pulp::bytemuck::cast_mut::<Group, [f64; GROUP]>(right)[2 * place + 1] = normal;
+    }
+
+    /// Sums of both contacts on a panel of `powers[1]` times the width that the factors have.
+    #[inline(always)]
+    pub fn sums<S: Lanes>(&self, simd: S, powers: &[f64; COEFFICIENTS]) -> [FactorSums; SHARING] {
+        let size = |factor: Group, k: usize| {
+            simd.mul_f64s(simd.abs_f64s(factor), simd.splat_f64s(powers[k]))
+        };
+        let (mut left, mut right) = (ZEROS, ZEROS);
+        for (k, (a, b)) in self.left.iter().zip(&self.right[BELOW..]).enumerate() {
+            left = simd.add_f64s(left, size(*a, k));
+            right = simd.add_f64s(right, size(*b, k));
+        }
+        // The terms of the orders beyond DEGREE + SIGNED, each by its size.
+        let (mut rest, mut left_out) = (ZEROS, ZEROS);
+        for k in SIGNED + 1..COEFFICIENTS {
+            let j = COEFFICIENTS + SIGNED - k;
+            rest = simd.add_f64s(rest, size(self.right[j + BELOW], j));
+            left_out = simd.mul_add_f64s(size(self.left[k], k), rest, left_out);
+        }
+        // The rounding of these sums is a part of that of the products of both sums over all orders.
+        for order in 1..=SIGNED {
+            let mut sum = ZEROS;
+            for k in order..COEFFICIENTS {
+                let j = DEGREE + order - k;
+                sum = simd.mul_add_f64s(self.left[k], self.right[j + BELOW], sum);
+            }
+            let power = powers[DEGREE] * powers[order];
+            left_out = simd.mul_add_f64s(simd.abs_f64s(sum), simd.splat_f64s(power), left_out);
+        }
+        let [left, right, left_out]: [[f64; GROUP]; 3] = [left, right, left_out].map(cast);
+        let of = |all: &[f64; GROUP], first: usize| [all[first], all[first + 1]];
+        std::array::from_fn(|i| FactorSums {
+            left: of(&left, 2 * i),
+            right: of(&right, 2 * i),
+            left_out: of(&left_out, 2 * i),
+        })
     }
 
     /// The terms of order k with factors of the orders from 1 to k - 1, the last of them given.

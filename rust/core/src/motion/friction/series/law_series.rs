@@ -11,6 +11,7 @@
 //! `E' + S' E / v = R` the error `|E - e| <= max e / min e * integral |R|`, and with `(1 + S / v) G = 1 + R` it is
 //! `|G - g| <= max |R| / min (1 + S / v)`. All sums are finite.
 
+use crate::motion::friction::series::convolutions::FactorSums;
 use crate::motion::taylor::motion::ORDERS;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::GROUP;
@@ -196,22 +197,20 @@ impl LawSeries {
 
     /// Bounds on a panel that was shortened some times, the slope also where S is off by `beyond`.
     #[inline(always)]
-    pub fn bounds(&self, law: &FrictionLaw, beyond: f64, shortenings: usize) -> LawBounds {
-        let Self { slip, inner, excess, piece } = self;
+    pub fn bounds(
+        &self,
+        law: &FrictionLaw,
+        beyond: f64,
+        shortenings: usize,
+        sums: &FactorSums,
+    ) -> LawBounds {
+        let Self { slip, inner, piece, .. } = self;
+        let ([factors, excess], [inners, _], [rest, _]) = (sums.left, sums.right, sums.left_out);
         let range = self.range();
         let wide = range + beyond;
         let product = product_units(shortenings) as f64;
         // Sums of at most three terms, whose scaling rounds both sides.
-        let short = (3 + 2 * shortenings) as f64 * size(excess);
-        // sum of factor(m) |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
-        let left_out = |factor: fn(usize) -> f64, of: &[f64; COEFFICIENTS]| {
-            let (mut rest, mut sum) = (0.0, 0.0);
-            for m in 1..COEFFICIENTS {
-                rest += of[COEFFICIENTS - m].abs();
-                sum += factor(m) * slip[m].abs() * rest;
-            }
-            sum
-        };
+        let short = (3 + 2 * shortenings) as f64 * excess;
         match law {
             FrictionLaw::Linear { slope, .. } => {
                 LawBounds { truncation: 0.0, rounding: UNIT * short, slope: slope.abs() }
@@ -230,12 +229,11 @@ impl LawSeries {
                     }
                 };
                 // R begins at order DEGREE, and is integrated.
-                let rest = left_out(|m| m as f64, inner) / (speed * COEFFICIENTS as f64);
-                let rates = size(&std::array::from_fn(|m| m as f64 * slip[m]));
+                let rest = rest / (speed * COEFFICIENTS as f64);
                 let start = (4.0 + slip[0].abs() / speed) * inner[0];
                 // Integrated, order k counts with 1 / k of the units of its product.
                 let units = (4 + 2 * shortenings) as f64;
-                let rounded = units * rates / speed * size(inner) + start;
+                let rounded = units * factors / speed * inners + start;
                 LawBounds {
                     truncation: falling * ratio * rest,
                     // What is dropped is below 1e-170 and grows by no power of the width.
@@ -250,8 +248,8 @@ impl LawSeries {
                     let none = f64::INFINITY;
                     return LawBounds { truncation: none, rounding: none, slope: none };
                 }
-                let rest = left_out(|_| 1.0, inner) / speed;
-                let terms = (1.0 + size(slip) / speed) * size(inner);
+                let rest = rest / speed;
+                let terms = (1.0 + (slip[0].abs() + range) / speed) * inners;
                 let rounded = (product + 2.0) * terms / least;
                 LawBounds {
                     truncation: falling * rest / least,
@@ -261,13 +259,16 @@ impl LawSeries {
             }
             FrictionLaw::Tabulated(table) => {
                 let [_, b, c, d] = table.pieces[*piece];
-                let mut from_knot = *slip;
-                from_knot[0] -= table.speeds[*piece];
-                let far = size(&from_knot) + beyond;
-                let square = d.abs() * left_out(|_| 1.0, &from_knot);
+                let far = factors + beyond;
+                // sum of |S_m| |inner_j| over m > 0 and j with m + j > DEGREE.
+                let (mut higher, mut product_rest) = (0.0, 0.0);
+                for m in 1..COEFFICIENTS {
+                    higher += inner[COEFFICIENTS - m].abs();
+                    product_rest += slip[m].abs() * higher;
+                }
                 let terms = far * (size(inner) + (c.abs() + d.abs() * far) * far);
                 LawBounds {
-                    truncation: far * square + left_out(|_| 1.0, inner),
+                    truncation: far * d.abs() * rest + product_rest,
                     rounding: UNIT * ((2.0 * product + 4.0) * terms + short),
                     slope: b.abs() + far * (2.0 * c.abs() + 3.0 * far * d.abs()),
                 }

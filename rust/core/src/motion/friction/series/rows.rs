@@ -12,7 +12,7 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::motion::friction::series::law_contact::LawContact;
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
-use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS};
+use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, lanes_of, store};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::Reduction;
 
@@ -21,11 +21,23 @@ pub(crate) const BLOCK: usize = 4;
 /// Relative difference of a damping and beta times a stiffness that is their rounding.
 const SAME: f64 = 2.0 * f64::EPSILON;
 
+/// Where the coefficients of an event function are.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Source {
+    /// In one of the rows below those of q''.
+    Row(usize),
+    /// In the slip speed of one of the contacts that slide by their laws.
+    Slip(usize),
+    /// In those of a coordinate.
+    Coordinate,
+}
+
 #[derive(Debug)]
 pub(crate) struct LawRows {
     /// The groups of all columns, block by block.
     pub columns: Vec<Group>,
-    /// Coordinates whose z, and whose q', have a column.
+    /// Coordinates whose z, and whose q', have a column. In one block every z has, in whole groups, with zeros for those that
+    /// do not move.
     pub moving: Vec<usize>,
     pub damped: Vec<usize>,
     pub beta: f64,
@@ -33,8 +45,8 @@ pub(crate) struct LawRows {
     pub states: usize,
     outputs: usize,
     laws: usize,
-    /// Which of the other rows each event function has.
-    places: Vec<Option<usize>>,
+    /// Where the coefficients of each event function are.
+    sources: Vec<Source>,
     /// 1 / m of the coordinates left free, 0 of the others; in whole groups of rows.
     inverse_mass: Vec<f64>,
     /// q'' per unit of force of each law, in whole groups of rows.
@@ -47,6 +59,14 @@ pub(crate) struct Products {
     z: Vec<Group>,
     u: Vec<Group>,
     rows: Vec<Group>,
+    /// Of the rows below those of q'': sums of the negative ones from order 1 on, and of the absolute values of all terms,
+    /// of all orders and of those from 2 on.
+    negative: Vec<Group>,
+    sizes: [Vec<Group>; 2],
+}
+
+fn numbers(groups: &[Group]) -> &[f64] {
+    pulp::bytemuck::cast_slice(groups)
 }
 
 impl Products {
@@ -75,6 +95,43 @@ impl Products {
         numbers[all.states * GROUP + place..].iter().step_by(stride)
     }
 
+    /// Order 0 of a row below those of q'', and a bound from below of what the other orders add.
+    pub fn least(&self, all: &LawRows, place: usize) -> [f64; 2] {
+        [&self.rows[all.states..], &self.negative[..]].map(|of| numbers(of)[place])
+    }
+
+    /// Sums of the absolute values of its terms, of all orders and of those from 2 on.
+    pub fn sizes(&self, place: usize) -> [f64; 2] {
+        self.sizes.each_ref().map(|of| numbers(of)[place])
+    }
+
+    /// Bounds of the rows below those of q'', on a panel of `powers[1]` times the width that the recurrences had.
+    #[inline(always)]
+    pub fn measure<S: Lanes>(
+        &mut self,
+        simd: S,
+        all: &LawRows,
+        of: &Sizes,
+        powers: &[f64; COEFFICIENTS],
+    ) {
+        let Self { rows, negative, sizes: [sizes, higher], .. } = self;
+        let groups = all.states + all.outputs;
+        negative.clear();
+        sizes.clear();
+        higher.clear();
+        for output in 0..all.outputs {
+            let mut sum = ZEROS;
+            let orders = rows[all.states + output..].iter().step_by(groups).zip(powers);
+            for (row, &power) in orders.skip(1) {
+                let below = simd.min_f64s(*row, ZEROS);
+                sum = simd.mul_add_f64s(below, simd.splat_f64s(power), sum);
+            }
+            negative.push(sum);
+            sizes.push(all.sizes(simd, output, &of.all[0], &of.all[1]));
+            higher.push(all.sizes(simd, output, &of.higher[0], &of.higher[1]));
+        }
+    }
+
     /// q' of a coordinate in the order in progress.
     #[inline(always)]
     pub fn velocity(&self, place: usize) -> f64 {
@@ -97,14 +154,19 @@ impl LawRows {
         let n = scene.size;
         // Normal forces come first.
         let mut functionals: Vec<&Functional> = contacts.iter().map(|one| &one.normal).collect();
-        let mut places = Vec::with_capacity(functions.len());
+        let mut sources = Vec::with_capacity(functions.len());
         for EventFunction { functional, .. } in functions {
-            let mut place = functionals.iter().position(|&known| known == functional);
-            if place.is_none() && functional.single().is_none() {
-                place = Some(functionals.len());
-                functionals.push(functional);
-            }
-            places.push(place);
+            let is_slip = |one: &LawContact| one.slip.scaled(-one.sign) == *functional;
+            let known = functionals.iter().position(|&known| known == functional);
+            sources.push(match (known, contacts.iter().position(is_slip)) {
+                (Some(place), _) => Source::Row(place),
+                (None, Some(contact)) => Source::Slip(contact),
+                (None, None) if functional.single().is_some() => Source::Coordinate,
+                (None, None) => {
+                    functionals.push(functional);
+                    Source::Row(functionals.len() - 1)
+                }
+            });
         }
         let (states, outputs) = (n.div_ceil(GROUP), functionals.len().div_ceil(GROUP));
         let beta = scene.proportional.filter(|&(alpha, _)| alpha == 0.0).map(|(_, beta)| beta);
@@ -139,12 +201,16 @@ impl LawRows {
         let [_, by_u] = &dense;
         let is_damped = |&k: &usize| by_u.iter().skip(k).step_by(n).any(|&weight| weight != 0.0);
         let damped: Vec<usize> = moving.iter().copied().filter(is_damped).collect();
+        let moves = |k: usize| moving.contains(&k);
+        let of_block: Vec<usize> = (0..states * GROUP).collect();
+        let columns_of = if one_block(states, outputs) { &of_block } else { &moving };
         let mut columns = Vec::new();
         let groups: Vec<usize> = (0..states + outputs).collect();
         for block in groups.chunks(BLOCK) {
-            for (of, places) in dense.iter().zip([&moving, &damped]) {
+            for (of, places) in dense.iter().zip([columns_of, &damped]) {
                 let column = |k: usize, g: usize| -> [f64; GROUP] {
-                    std::array::from_fn(|lane| of[(g * GROUP + lane) * n + k])
+                    let entry = |lane: usize| of[(g * GROUP + lane) * n + k];
+                    if moves(k) { std::array::from_fn(entry) } else { [0.0; GROUP] }
                 };
                 let groups = places.iter().flat_map(|&k| block.iter().map(move |&g| (k, g)));
                 columns.extend(groups.map(|(k, g)| cast::<_, Group>(column(k, g))));
@@ -158,21 +224,43 @@ impl LawRows {
         }
         Some(Self {
             columns,
-            moving,
+            moving: columns_of.clone(),
             damped,
             beta: beta.unwrap_or(0.0),
             states,
             outputs,
             laws: contacts.len(),
-            places,
+            sources,
             inverse_mass,
             by_force,
         })
     }
 
-    /// The row of an event function among those below q''.
-    pub fn place(&self, function: usize) -> Option<usize> {
-        self.places[function]
+    /// Where the coefficients of an event function are.
+    pub fn source(&self, function: usize) -> Source {
+        self.sources[function]
+    }
+
+    /// Sums of the absolute values of the terms of four rows below those of q''.
+    #[inline(always)]
+    fn sizes<S: Lanes>(&self, simd: S, output: usize, q: &[f64], u: &[f64]) -> Group {
+        let groups = self.states + self.outputs;
+        let row = self.states + output;
+        let first = row / BLOCK * BLOCK;
+        let stride = (groups - first).min(BLOCK);
+        let columns = &self.columns[first * (self.moving.len() + self.damped.len())..];
+        let mut columns = columns[row - first..].iter().step_by(stride);
+        let mut sum = ZEROS;
+        for (&k, column) in self.moving.iter().zip(columns.by_ref()) {
+            // Beyond the coordinates are columns of zeros.
+            let z = q.get(k).zip(u.get(k)).map_or(0.0, |(q, u)| q + self.beta * u);
+            let z = simd.splat_f64s(z);
+            sum = simd.mul_add_f64s(simd.abs_f64s(*column), z, sum);
+        }
+        for (&k, column) in self.damped.iter().zip(columns) {
+            sum = simd.mul_add_f64s(simd.abs_f64s(*column), simd.splat_f64s(u[k]), sum);
+        }
+        sum
     }
 
     /// Begins a panel with the coefficients of q of orders 0 and 1.
@@ -191,7 +279,7 @@ impl LawRows {
     /// All rows of one order, without what forces add.
     #[inline(always)]
     pub fn multiply<S: Lanes>(&self, simd: S, k: usize, products: &mut Products) {
-        let Products { z, u, rows } = products;
+        let Products { z, u, rows, .. } = products;
         let groups = self.states + self.outputs;
         let mut rows = &mut rows[k * groups..(k + 1) * groups];
         let (z, u) = (pulp::bytemuck::cast_slice(z), pulp::bytemuck::cast_slice(u));
@@ -246,7 +334,7 @@ impl LawRows {
 
     /// Whether all rows are one block with one group below those of q''.
     pub fn is_block(&self) -> bool {
-        self.states < BLOCK && self.outputs == 1
+        one_block(self.states, self.outputs)
     }
 
     /// q'' per unit of force of one law, in a block; zero of one that is not there.
@@ -271,7 +359,7 @@ impl LawRows {
         [factor, rate]: [f64; 2],
         (n, terms): (usize, &mut [f64]),
     ) {
-        let Products { z, u, rows } = products;
+        let Products { z, u, rows, .. } = products;
         let rows = &rows[k * (self.states + self.outputs)..][..self.states];
         let by_force = self.by_force.as_chunks::<GROUP>().0;
         let [factor, rate, by_beta] = [factor, rate, self.beta * rate].map(|x| simd.splat_f64s(x));
@@ -301,6 +389,10 @@ fn add_column<const G: usize, S: Lanes>(
 ) -> [Group; G] {
     let x = simd.splat_f64s(x);
     std::array::from_fn(|g| simd.mul_add_f64s(column[g], x, sum[g]))
+}
+
+fn one_block(states: usize, outputs: usize) -> bool {
+    states < BLOCK && outputs == 1
 }
 
 /// Sums of absolute values of the coefficients of every coordinate and velocity, of all orders and of those from 2 on.
@@ -345,42 +437,24 @@ impl Kernel for Measure<'_> {
         while first < n {
             let lanes = (n - first).min(GROUP);
             let (mut q, mut u) = (ZEROS, ZEROS);
-            let mut before = lanes_of(simd, &terms[orders * n + first..], lanes);
-            for k in (0..orders).rev() {
+            let (mut of_higher, mut before) = ([ZEROS; 2], ZEROS);
+            for (k, terms) in terms.chunks_exact(n).enumerate().rev() {
                 // From a small integer the conversion is one instruction.
                 let rate = simd.splat_f64s(f64::from(k as u32 + 1) * inverse);
-                u = simd.mul_add_f64s(simd.max_f64s(before, simd.sub_f64s(ZEROS, before)), rate, u);
-                before = lanes_of(simd, &terms[k * n + first..], lanes);
-                q = simd.add_f64s(q, simd.max_f64s(before, simd.sub_f64s(ZEROS, before)));
+                u = simd.mul_add_f64s(before, rate, u);
+                before = simd.abs_f64s(lanes_of(simd, &terms[first..], lanes));
+                if k < orders {
+                    q = simd.add_f64s(q, before);
+                }
                 if k == 2 {
-                    store(q, &mut higher_q[first..first + lanes]);
-                    store(u, &mut higher_u[first..first + lanes]);
+                    of_higher = [q, u];
                 }
             }
+            store(of_higher[0], &mut higher_q[first..first + lanes]);
+            store(of_higher[1], &mut higher_u[first..first + lanes]);
             store(q, &mut all_q[first..first + lanes]);
             store(u, &mut all_u[first..first + lanes]);
             first += GROUP;
-        }
-    }
-}
-
-/// The first numbers, and zeros.
-#[inline(always)]
-fn lanes_of<S: Lanes>(simd: S, numbers: &[f64], lanes: usize) -> Group {
-    match numbers.first_chunk::<GROUP>() {
-        Some(whole) => cast(*whole),
-        None => simd.partial_load_f64s(&numbers[..lanes]),
-    }
-}
-
-/// The first lanes of a group.
-#[inline(always)]
-fn store(group: Group, into: &mut [f64]) {
-    match into.first_chunk_mut::<GROUP>() {
-        Some(whole) => *whole = cast(group),
-        None => {
-            let lanes: [f64; GROUP] = cast(group);
-            into.copy_from_slice(&lanes[..into.len()]);
         }
     }
 }
