@@ -84,8 +84,8 @@ WORK = {
     },
     ("lifting", "auto"): {
         "phases": 148,
-        "panels": 342,
-        "leaps": 8,
+        "panels": 344,
+        "leaps": 7,
         "refinements": 292,
         "combinations": 6,
         "taylor_phases": 0,
