@@ -447,8 +447,9 @@ impl<'a> Run<'a> {
 
     /// Whether the modes of a combination are worth their cost by now.
     fn is_over(&self, place: usize) -> bool {
-        let done = self.state.part()(self.state.time.seconds);
-        self.known[place].rental.is_some_and(|rental| rental.is_over(self.novelty, done))
+        self.known[place].rental.is_some_and(|rental| {
+            rental.is_over(self.novelty, self.state.part()(self.state.time.seconds))
+        })
     }
 
     /// The place of a basis among those of the trajectory.
