@@ -5,6 +5,7 @@ import pytest
 
 import stickslip as ss
 from quad_block import reduced_block
+from scene_forms import compare_motions, in_matrices
 
 #: Of the damping, 1/s and s.
 ALPHA, BETA = 40.0, 1e-7
@@ -53,13 +54,6 @@ SCENES = {
 }
 
 
-def in_matrices(scene):
-    """Return the scene with its damping as a matrix, which no border serves."""
-    mass = np.asarray(scene.mass, dtype=float)
-    mass = np.diag(mass) if mass.ndim == 1 else mass
-    return scene.replace(damping=ALPHA * mass + BETA * np.asarray(scene.stiffness, dtype=float))
-
-
 def in_single_modes(scene):
     """Return the scene with dampers on its modes and between its contacts, with the border and without it."""
     contacts = 2 * len(scene.contacts)
@@ -85,25 +79,8 @@ def test_the_same_events_with_dampers_on_single_modes(model, loaded):
 
 def alike(scene, without):
     """Expect of the scene by series and by modes what another form of it does by series."""
-    start = kicked(scene)
-    runs = [
-        ss.simulate(which, start, 1.0, method, max_events=100)
-        for which, method in [(scene, "taylor"), (without, "taylor"), (scene, "modal")]
-    ]
-    first, *others = ([(event.contact, str(event.kind)) for event in run.events] for run in runs)
-    assert len(first) == 100
-    for run, other in zip(runs[1:], others, strict=True):
-        assert other == first
-        times = [[event.time for event in one.events] for one in (runs[0], run)]
-        np.testing.assert_allclose(times[0], times[1], rtol=1e-11)
-    instants = np.linspace(0.0, min(run.events[-1].time for run in runs), 200, endpoint=False)
-    samples = [run.sample(instants) for run in runs]
-    for sample in samples[1:]:
-        for quantity in ("position", "velocity", "normal_force"):
-            found, expected = samples[0][quantity].to_numpy(), sample[quantity].to_numpy()
-            near = np.isclose(found, expected, rtol=0.0, atol=1e-9 * np.abs(expected).max())
-            # A sample within rounding of an event may lie on either side of it.
-            assert np.mean(near.all(axis=1)) > 0.99
+    bounds = {"time_error": 1e-11, "sample_error": 1e-9, "near_share": 0.99}
+    assert compare_motions(scene, without, kicked(scene), events=100, **bounds) == 100
 
 
 def test_panels_are_not_shorter_than_without_the_border():

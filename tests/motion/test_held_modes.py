@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
+from scene_forms import compare_motions, in_matrices
 
 #: s, of the damping.
 BETA = 2e-6
@@ -68,37 +69,14 @@ def pushed(scene, seed):
     return start.perturbed(velocity=dict(zip(scene.dofs, velocity, strict=True)))
 
 
-def in_matrices(scene):
-    """Return the scene with its damping as a matrix, which series take as it is."""
-    mass = np.asarray(scene.mass, dtype=float)
-    mass = np.diag(mass) if mass.ndim == 1 else mass
-    return scene.replace(damping=5.0 * mass + BETA * np.asarray(scene.stiffness, dtype=float))
-
-
 @pytest.mark.parametrize("beside", [False, True])
 @pytest.mark.parametrize("lumped", [False, True])
 @pytest.mark.parametrize("seed", [0, 1, 2, 4, 7, 8, 9])
 def test_the_same_events_as_of_dense_matrices(seed, lumped, beside):
     scene = dense_scene(seed, lumped=lumped, beside=beside)
     start = pushed(scene, seed)
-    runs = [
-        ss.simulate(which, start, 1.0, method, max_events=60)
-        for which, method in [(scene, "taylor"), (in_matrices(scene), "taylor"), (scene, "modal")]
-    ]
-    first, *others = ([(event.contact, str(event.kind)) for event in run.events] for run in runs)
-    assert len(first) >= 20
-    for run, other in zip(runs[1:], others, strict=True):
-        assert other == first
-        times = [[event.time for event in one.events] for one in (runs[0], run)]
-        np.testing.assert_allclose(times[0], times[1], rtol=1e-10)
-    instants = np.linspace(0.0, min(run.events[-1].time for run in runs), 200, endpoint=False)
-    samples = [run.sample(instants) for run in runs]
-    for sample in samples[1:]:
-        for quantity in ("position", "velocity", "normal_force"):
-            found, expected = samples[0][quantity].to_numpy(), sample[quantity].to_numpy()
-            near = np.isclose(found, expected, rtol=0.0, atol=1e-8 * np.abs(expected).max())
-            # A sample within rounding of an event may lie on either side of it.
-            assert np.mean(near.all(axis=1)) > 0.98
+    bounds = {"time_error": 1e-10, "sample_error": 1e-8, "near_share": 0.98}
+    assert compare_motions(scene, in_matrices(scene), start, events=60, **bounds) >= 20
 
 
 def test_panels_are_as_long_as_those_of_dense_matrices():
