@@ -21,7 +21,7 @@ use crate::scene::inertia::border::Border;
 use crate::scene::model::Scene;
 
 /// Number of free coordinates up to which modes are computed at once: a small scene meets few combinations, each often.
-pub(crate) const AT_ONCE: usize = 8;
+pub(crate) const MODES_AT_ONCE: usize = 8;
 
 /// Additional work of series, as a part of the work on modes, from which modes are computed at the soonest. Smaller favours
 /// long runs, larger ones that leave a combination for ever.

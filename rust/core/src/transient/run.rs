@@ -12,7 +12,7 @@ use crate::error::input::Error;
 use crate::error::run::RunFailure;
 use crate::motion::combination_basis::CombinationBasis;
 use crate::motion::method::{Method, Wanted};
-use crate::motion::method_cost::{AT_ONCE, Novelty, Rental};
+use crate::motion::method_cost::{MODES_AT_ONCE, Novelty, Rental};
 use crate::motion::phase_motion::Motion;
 use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
@@ -434,7 +434,7 @@ impl<'a> Run<'a> {
         }
         let combination = Combination::new(statuses.to_vec());
         let free = self.state.scene.free(&combination);
-        let renting = self.method == Method::Auto && free > AT_ONCE;
+        let renting = self.method == Method::Auto && free > MODES_AT_ONCE;
         let wanted = if renting { Wanted::Series } else { self.method.for_repeated_use() };
         let basis = self.find(&combination, wanted)?;
         let rental = renting.then(|| Rental::new(self.propagators.cost(free)));

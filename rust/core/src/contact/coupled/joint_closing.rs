@@ -107,10 +107,11 @@ pub(crate) fn close_jointly(
             let taken = (1.0 - contacts[i].restitution.powi(2)) * part;
             flight(i, n) * (1.0 + (1.0 - taken).sqrt()) / taken
         };
-        // A closed contact that rounding of the impulses moves, for less than the clock resolves, had never opened.
+        // The flight of a contact at this speed is shorter than the clock resolves.
+        let unresolved = |i: usize, speed: f64| speed.abs() <= series.ulp * w(i, i) * load;
+        // A closed contact that only the rounding of impulses moves had never opened.
         let shaken = |i: usize| {
-            let speed = u[contacts[i].normal].abs();
-            closed.contains(&i) && !struck.contains(&i) && speed <= series.ulp * w(i, i) * load
+            closed.contains(&i) && !struck.contains(&i) && unresolved(i, u[contacts[i].normal])
         };
         let members: Vec<(usize, f64)> = pressed
             .iter()
@@ -136,10 +137,9 @@ pub(crate) fn close_jointly(
         let mut touching: Vec<usize> = closed.iter().chain(&joined).copied().collect();
         touching.sort_unstable();
         touching.dedup();
-        // A contact that would then fly for less than the clock resolves is at rest as well.
         for &i in &touching {
             let velocity = &mut held[contacts[i].normal];
-            if *velocity < 0.0 && -*velocity <= series.ulp * w(i, i) * load {
+            if *velocity < 0.0 && unresolved(i, *velocity) {
                 *velocity = 0.0;
             }
         }

@@ -11,7 +11,7 @@ use crate::scene::friction::law::FrictionLaw;
 /// Distance from a speed of a table, relative to it, that is rounding of the motion to it.
 const AT_KNOT: f64 = 1e-12;
 /// A crossing of a speed of a table nearer than this part of the panel is taken at its start.
-const AT_ONCE: f64 = 1e-9;
+const AT_START: f64 = 1e-9;
 
 /// Part of the sizes of its terms below which the normal force of a contact whose slip has no mass counts as zero: as it
 /// vanishes, the node relaxes ever faster, and panels would shrink without end.
@@ -75,7 +75,7 @@ impl LawMotion {
                 }
                 let error = UNIT * (border.abs() + series.range());
                 match self.unit.run(FirstRoot { polynomial: &p, error, end }) {
-                    Verdict::Crossing { root, .. } if root > AT_ONCE => Some(root),
+                    Verdict::Crossing { root, .. } if root > AT_START => Some(root),
                     _ => None,
                 }
             };

@@ -30,7 +30,7 @@ const EVENTS_PER_QUESTION: usize = 64;
 /// Part of a panel before its end that is not worth a restart: the event ends the panel.
 const SLIVER: f64 = 1e-9;
 /// Largest distance, in panels, of two zeros that count as one because of their errors.
-const AT_ONCE: f64 = 1e-6;
+const COINCIDENT: f64 = 1e-6;
 
 /// The next event of a contact on a panel; times count from the start of the panel, s.
 #[derive(Debug, Clone, Default)]
@@ -319,7 +319,7 @@ impl<'a> March<'a> {
                 for (slot, (_, function)) in next.triggers.iter_mut().zip(vanishing) {
                     *slot = Some(function.trigger);
                 }
-                Some((s, search.spread(index, s).min(AT_ONCE)))
+                Some((s, search.spread(index, s).min(COINCIDENT)))
             }
             (None, Some(limit)) if limit.at <= end => {
                 next.triggers[0] = Some(EventKind::Accumulation);
@@ -350,7 +350,7 @@ impl<'a> March<'a> {
         let mut struck = vec![entry.contact];
         let mut later = Vec::new();
         while let Some(&other) = self.queue.peek()
-            && other.at - at <= AT_ONCE * self.locality.width()
+            && other.at - at <= COINCIDENT * self.locality.width()
         {
             self.queue.pop();
             let next = &self.next[other.contact];
