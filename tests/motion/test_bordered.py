@@ -80,7 +80,7 @@ def test_the_same_events_with_dampers_on_single_modes(model, loaded):
 
 
 def compliant(which, **springs):
-    """Return a model with springs, as parts of the stiffness that its first contact feels, at some contacts."""
+    """Return a model with springs at some contacts, as parts of what its first contact feels of K."""
     scene = lumped().replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
     felt = float(np.asarray(scene.stiffness)[0, 0])
     springs = {direction: felt * part for direction, part in springs.items()}
