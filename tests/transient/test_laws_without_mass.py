@@ -10,6 +10,7 @@ from scipy.optimize import brentq
 
 import stickslip as ss
 from return_map import assert_multipliers
+from stickslip.errors import NotPeriodicError
 from stickslip.scene.laws.friction import Law, Linear, Rational, Stribeck, Tabulated
 
 #: Slope of a law, s/m, slider speed, m/s, given normal force, N, and spring of a node, N/m.
@@ -271,6 +272,41 @@ def test_multipliers_are_those_of_differenced_runs(law):
     cycle = ss.simulate(scene, start, 60.0).limit_cycle()
     assert len(cycle.combinations) > 1
     assert_multipliers(cycle, 1e-6)
+
+
+def settled(scene: ss.Scene, start: ss.State, duration: float, further: float = 10.0) -> str:
+    """Return what a motion settles to."""
+    with pytest.raises(NotPeriodicError) as found:
+        ss.simulate(scene, start, duration).limit_cycle(further)
+    return found.value.kind
+
+
+@pytest.mark.parametrize("law", LAWS, ids=repr)
+def test_motion_that_comes_to_rest_is_an_equilibrium(law):
+    scene = block(law)
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.6})
+    assert settled(scene, start, 60.0) == "equilibrium"
+
+
+def test_contacts_that_springs_tie_come_to_rest():
+    scene = boundary([LAWS[3], LAWS[1]])
+    start = ss.sliding_equilibrium(scene).perturbed(velocity={"x1": 0.8, "x2": -0.7})
+    assert settled(scene, start, 60.0) == "equilibrium"
+
+
+@pytest.mark.parametrize("law", [LAWS[0], LAWS[3]], ids=repr)
+def test_what_counts_as_rest_has_no_later_event(law):
+    """Slip of a node ends first where the body moves by about the speed of the slider."""
+    scene = block(law)
+    rest = ss.sliding_equilibrium(scene)
+    kinds = []
+    for speed in np.geomspace(1e-3, 0.4, 40):
+        start = rest.perturbed(velocity={"x1": float(speed)})
+        run = ss.simulate(scene, start, 30.0)
+        kinds.append((settled(scene, start, 1e-6, further=0.0) == "equilibrium", run.events.time.size == 0))
+    proved, lasts = np.transpose(kinds)
+    assert not np.any(proved & ~lasts)
+    assert 5 < proved.sum() < lasts.sum() < 40
 
 
 @pytest.mark.parametrize("given", [{"x2": 1.5}, None], ids=["opens", "closes"])

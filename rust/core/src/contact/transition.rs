@@ -39,8 +39,12 @@ pub(crate) fn settle(
             q[normal] = q[normal].max(0.0);
         }
     }
-    let mut impact = false;
-    for &(contact, trigger) in triggers.iter().filter(|trigger| trigger.0 != NO_CONTACT) {
+    let (mut impact, mut switched) = (false, false);
+    for &(contact, trigger) in triggers {
+        if contact == NO_CONTACT {
+            switched = true;
+            continue;
+        }
         let law = &scene.contacts[contact];
         match trigger {
             EventKind::Velocity => u[law.tangential] = law.slider_speed,
@@ -65,7 +69,6 @@ pub(crate) fn settle(
     let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);
     scene.follow_held(struck.map(|trigger| scene.contacts[trigger.0].normal), u);
     settlement.events.clear();
-    let switched = triggers.iter().any(|trigger| trigger.1 == EventKind::Load);
     if switched {
         settlement.events.push((NO_CONTACT, EventKind::Load));
     }
@@ -76,10 +79,9 @@ pub(crate) fn settle(
         return Ok(());
     }
     among.clone().for_each(|contact| settlement.departures[contact] = Departure::None);
-    for &(contact, trigger) in triggers {
-        if trigger == EventKind::Impact {
-            strike(scene, contact, u);
-        }
+    if impact {
+        let struck = triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact);
+        struck.for_each(|trigger| strike(scene, trigger.0, u));
     }
     let mut jump = false;
     for group in &scene.massless.groups {

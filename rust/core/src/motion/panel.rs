@@ -41,11 +41,15 @@ impl Panel {
         self.coefficients[function * ROW..].first_chunk_mut().expect("a row per function")
     }
 
+    #[inline]
     pub(super) fn reset(&mut self, width: f64, functions: usize) {
         self.width = width;
-        if self.excluded.len() == functions {
-            return;
+        if self.excluded.len() != functions {
+            self.resize(functions);
         }
+    }
+
+    fn resize(&mut self, functions: usize) {
         self.excluded.resize(functions, false);
         self.coefficients.resize(functions * ROW, 0.0);
         self.error.resize(functions, 0.0);

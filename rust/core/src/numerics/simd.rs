@@ -47,9 +47,16 @@ impl VectorUnit {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => simd.vectorize(Call { kernel, simd }),
-            Self::Portable => kernel.run(Scalar256b),
+            Self::Portable => portable(kernel),
         }
     }
+}
+
+/// Apart from its caller, whose loop is to stay in the instruction cache.
+#[cfg_attr(target_arch = "x86_64", cold)]
+#[inline(never)]
+fn portable<K: Kernel>(kernel: K) -> K::Output {
+    kernel.run(Scalar256b)
 }
 
 struct Call<K, S> {

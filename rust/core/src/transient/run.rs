@@ -38,6 +38,7 @@ const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
 const COMPARED: usize = 24;
 
 /// A combination that a run has met.
+#[derive(Clone, Copy)]
 struct Known {
     /// Place of its basis in those of the trajectory.
     basis: usize,
@@ -132,19 +133,12 @@ impl<'a> Run<'a> {
     pub fn step(&mut self, progress: &mut Progress) -> Result<Option<StopReason>, Error> {
         let Progress { current, settlement, motion, search, at_this_instant } = progress;
         let departing = settlement.departures.iter().any(|&d| d != Departure::None);
-        self.state.trajectory.phases.push(Phase {
-            start: self.state.time.seconds,
-            rest: self.state.time.rest,
-            basis: self.known[*current].basis,
-        });
-        self.state.trajectory.states.push(&self.state.q, &self.state.u, &settlement.departures);
-        self.state.trajectory.end = self.state.time.seconds;
-        if self
-            .state
-            .controls
-            .max_events
-            .is_some_and(|most| self.state.trajectory.events.len() >= most)
-        {
+        let RunState { trajectory, time, q, u, controls, .. } = &mut self.state;
+        let basis = self.known[*current].basis;
+        trajectory.phases.push(Phase { start: time.seconds, rest: time.rest, basis });
+        trajectory.states.push(q, u, &settlement.departures);
+        trajectory.end = time.seconds;
+        if controls.max_events.is_some_and(|most| trajectory.events.len() >= most) {
             return Ok(Some(StopReason::MaxEvents));
         }
         self.state.until = self.next_switch();
@@ -152,7 +146,7 @@ impl<'a> Run<'a> {
         let grazings = self.state.trajectory.grazings.len();
         let after = loop {
             let panels = self.state.trajectory.counters.panels;
-            let rental = self.known[*current].rental;
+            let Known { basis, rental } = self.known[*current];
             let (novelty, part) = (self.novelty, self.state.part());
             let allowed =
                 |time: f64| rental.map_or(usize::MAX, |rental| rental.panels(novelty, part(time)));
@@ -160,33 +154,21 @@ impl<'a> Run<'a> {
             if let Some(rental) = &mut self.known[*current].rental {
                 rental.add(self.state.trajectory.counters.panels - panels);
             }
-            let Trajectory { bases, .. } = &self.state.trajectory;
-            let taylor = usize::from(!bases[self.known[*current].basis].is_modal());
+            if !matches!(end, PhaseEnd::TooLong) {
+                let Trajectory { bases, counters, .. } = &mut self.state.trajectory;
+                counters.taylor_phases += usize::from(!bases[basis].is_modal());
+            }
             match end {
-                PhaseEnd::Event { after } => {
-                    self.state.trajectory.counters.taylor_phases += taylor;
-                    break Some(after);
-                }
+                PhaseEnd::Event { after } => break Some(after),
                 PhaseEnd::Stop(StopReason::Duration) if self.state.until < self.state.duration => {
-                    self.state.trajectory.counters.taylor_phases += taylor;
                     break None;
                 }
-                PhaseEnd::Stop(reason) => {
-                    self.state.trajectory.counters.taylor_phases += taylor;
-                    return Ok(Some(reason));
-                }
-                // The phase is computed once more from its start, by modes.
+                PhaseEnd::Stop(reason) => return Ok(Some(reason)),
                 PhaseEnd::TooLong => {
-                    if let Err(error) = self.meet(&settlement.statuses) {
+                    self.state.trajectory.grazings.truncate(grazings);
+                    if let Err(error) = self.begin_again(*current, &settlement.statuses, motion) {
                         return Ok(Some(StopReason::Failed(RunFailure::Input(error))));
                     }
-                    let RunState { trajectory, q, u, .. } = &mut self.state;
-                    let basis = self.known[*current].basis;
-                    if let Some(phase) = trajectory.phases.last_mut() {
-                        phase.basis = basis;
-                    }
-                    trajectory.grazings.truncate(grazings);
-                    motion.restart(&trajectory.bases[basis], q, u);
                 }
             }
         };
@@ -225,6 +207,24 @@ impl<'a> Run<'a> {
         complete(scene, basis, settlement, q, u);
         motion.restart(basis, q, u);
         Ok(None)
+    }
+
+    /// Begins the phase in progress once more from its start, by modes.
+    #[cold]
+    fn begin_again(
+        &mut self,
+        current: usize,
+        statuses: &[Status],
+        motion: &mut Motion,
+    ) -> Result<(), Error> {
+        self.meet(statuses)?;
+        let RunState { trajectory, q, u, .. } = &mut self.state;
+        let basis = self.known[current].basis;
+        if let Some(phase) = trajectory.phases.last_mut() {
+            phase.basis = basis;
+        }
+        motion.restart(&trajectory.bases[basis], q, u);
+        Ok(())
     }
 
     /// The end of the stretch that begins now.
@@ -323,6 +323,7 @@ impl<'a> Run<'a> {
     }
 
     /// Ends the motion just before the event in progress, which no phase can follow.
+    #[cold]
     fn ended_at_event(&mut self, reason: StopReason) -> StopReason {
         let Trajectory { events, accumulations, end, .. } = &mut self.state.trajectory;
         *end = self.state.time.seconds;

@@ -182,10 +182,13 @@ impl<'a> PartRun<'a> {
     }
 
     fn step(&mut self) -> Result<(), Error> {
-        self.stopped = match &mut self.propagation {
+        let stopped = match &mut self.propagation {
             Propagation::Phases(run, progress) => run.step(progress)?,
             Propagation::Panels(march) => march.step(),
         };
+        if stopped.is_some() {
+            self.stopped = stopped;
+        }
         Ok(())
     }
 

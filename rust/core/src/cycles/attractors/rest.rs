@@ -10,6 +10,10 @@
 //!
 //! A motion never leaves a box `|z_r| <= rho_r` in which this force feeds no mode faster than the mode decays. The same holds
 //! for every smaller box of this shape, so the motion comes to the equilibrium.
+//!
+//! Where slip has no mass, the modes hold its place, and its velocity follows from them and from this force, with the
+//! damper of the law: `S <= sum |s_r| |z_r| + |rest| / (N_0 mu')`. As the deviations grow from zero, S grows with them and
+//! never passes a value that satisfies this.
 
 use nalgebra::DMatrix;
 use num_complex::Complex64;
@@ -23,6 +27,7 @@ use crate::contact::linear_friction::exhaustions;
 use crate::linalg::dense::solve;
 use crate::modes::complex_modes::Modes;
 use crate::scene::friction::law::FrictionLaw;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::status::{Combination, Status};
@@ -53,10 +58,10 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         .iter()
         .zip(combination.statuses())
         .any(|(law, &status)| status == Status::Sticking && law.slider_speed != 0.0);
-    // Slip without mass answers a change of friction at once, which these bounds leave out.
-    if carried || moving.flowing(combination).next().is_some() {
+    if carried {
         return false;
     }
+    let flows = moving.flowing(combination).next().is_some();
     let scene = &*moving.at_steady_sliding();
     let Ok(reduced) = Reduced::new(scene, combination) else { return false };
     let mut cursor = Cursor::new(run);
@@ -73,7 +78,13 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     let kept = &reduced.reduction.kept;
     kept.iter().zip(solved).for_each(|(&k, x)| rest[k] = x);
     let mut still = vec![0.0; scene.size];
-    basis.complete(&mut rest, &mut still);
+    // About rest the places of slip without mass follow from the others.
+    let condensed = if flows { Condensed::new(scene, combination) } else { Ok(None) };
+    let Ok(condensed) = condensed else { return false };
+    match condensed {
+        Some(condensed) => condensed.complete(&mut rest, &mut still),
+        None => basis.complete(&mut rest, &mut still),
+    }
     let pressed: Vec<f64> = match moving.has_friction_laws() {
         true => contact_forces_in(scene, combination, &rest, &still),
         false => Vec::new(),
@@ -87,6 +98,8 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     if modes.defective.contains(&true) || modes.eigenvalues.iter().any(|l| l.re >= 0.0) {
         return false;
     }
+    let reduced = if flows { &modes.reduced } else { &reduced };
+    let kept = &reduced.reduction.kept;
     let deviation: Vec<f64> =
         kept.iter().map(|&k| q[k] - rest[k]).chain(kept.iter().map(|&k| u[k])).collect();
     let z: Vec<f64> = modes.coordinates(&deviation).iter().map(|z| z.norm()).collect();
@@ -95,23 +108,24 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
         (_, Some(fitted)) => functional.substituted(fitted),
         _ => functional,
     };
-    let laws = Laws::new(moving, scene, combination, &reduced, &modes, &pressed, &over_own);
+    let laws = Laws::new(moving, scene, combination, reduced, &modes, &pressed, &over_own);
     let Some((z, beyond)) = laws.kept_within(&modes, z) else { return false };
-    let functions = match laws.contacts.is_empty() {
+    let functions = match laws.contacts.is_empty() || flows {
         true => Ok(basis.functions.clone()),
-        false => event_functions(&moving.about(combination, &pressed), combination).map(
-            |mut functions| {
-                functions.extend(exhaustions(moving, combination));
-                functions
-            },
-        ),
-    };
+        false => event_functions(&moving.about(combination, &pressed), combination),
+    }
+    .map(|mut functions| {
+        if !laws.contacts.is_empty() {
+            functions.extend(exhaustions(moving, combination));
+        }
+        functions
+    });
     functions.is_ok_and(|functions| {
         functions.iter().all(|function| {
             let functional = over_own(function.functional.clone());
             let limit = 1.0 + scene.contacts[function.contact].static_friction;
             functional.value(&rest, &still)
-                > reach(&functional, &reduced, &modes, &z) + limit * beyond
+                > reach(&functional, reduced, &modes, &z) + limit * beyond
         })
     })
 }
@@ -147,6 +161,9 @@ struct Law<'a> {
     normal: Functional,
     /// How fast a newton along the slip drives each mode.
     drive: Vec<f64>,
+    /// Where slip has no mass: how fast it slips per newton, and the slip speed at which the law levels off.
+    yields: f64,
+    until: f64,
 }
 
 impl<'a> Laws<'a> {
@@ -175,13 +192,23 @@ impl<'a> Laws<'a> {
                 Some(forces) => forces[contact].1.clone(),
                 None => reaction(steady, sliding.normal),
             };
+            let speed = sliding.slider_speed.abs();
+            let (yields, until) = match moving.flows(contact) {
+                true => (
+                    1.0 / (pressed[contact].abs() * law.slope(speed)),
+                    law.rises_until().unwrap_or(0.0),
+                ),
+                false => (0.0, f64::INFINITY),
+            };
             Law {
                 law,
-                speed: sliding.slider_speed.abs(),
+                speed,
                 pressed: pressed[contact].abs(),
                 slip: over_own(slip_velocity(steady, contact)),
                 normal: over_own(normal),
                 drive: drive.collect(),
+                yields,
+                until,
             }
         });
         let contacts: Vec<Law<'a>> = contacts.collect();
@@ -221,8 +248,11 @@ impl<'a> Laws<'a> {
 
     /// Bounds of the nonlinear parts of the forces.
     fn rests(&self, modes: &Modes, z: &[f64]) -> Option<Vec<f64>> {
-        let slips: Vec<f64> =
-            self.contacts.iter().map(|one| reach(&one.slip, self.reduced, modes, z)).collect();
+        let slips = self.contacts.iter().map(|one| {
+            let of = |functional| reach(functional, self.reduced, modes, z);
+            one.slip_within(of(&one.slip), &|| of(&one.normal))
+        });
+        let slips: Vec<f64> = slips.collect::<Option<_>>()?;
         let steepness: Vec<[f64; 2]> = self
             .contacts
             .iter()
@@ -240,5 +270,28 @@ impl<'a> Laws<'a> {
             0.5 * curvature * slip * slip * one.pressed + slope * slip * pressed
         });
         (gain > 0.0).then(|| rests.collect())
+    }
+}
+
+impl Law<'_> {
+    /// A bound of the deviation of the slip speed, from that of the modes and from that of the normal force.
+    fn slip_within(&self, of_modes: f64, of_normal: &dyn Fn() -> f64) -> Option<f64> {
+        if self.yields == 0.0 {
+            return Some(of_modes);
+        }
+        let of_normal = of_normal();
+        let mut slip = of_modes;
+        for _ in 0..TRIALS {
+            if !(slip < self.speed && self.speed + slip < self.until) {
+                return None;
+            }
+            let [slope, curvature] = self.law.steepness(self.speed - slip);
+            let rest = 0.5 * curvature * slip * slip * self.pressed + slope * slip * of_normal;
+            if of_modes + self.yields * rest <= slip {
+                return Some(slip);
+            }
+            slip = of_modes + 2.0 * self.yields * rest;
+        }
+        None
     }
 }

@@ -218,25 +218,24 @@ impl ModalMotion {
     fn shift<S: Lanes>(&mut self, groups: usize, simd: S, basis: &ModalBasis, level: &Level) {
         let width = simd.splat_f64s(level.width);
         let reference = &basis.references[self.reference];
+        let (modes, at) = (&mut self.modes[..groups], &level.modes[..groups]);
+        let (forces, _) = self.parts[basis.positions..].as_chunks_mut::<2>();
+        let (forces, linear) = (&mut forces[..groups], &reference.linear[..groups]);
         for g in 0..groups {
-            let Step { exponential, phi1, phi2 } = level.modes[g].whole;
-            let force = self.force(basis, g);
-            let modes = self.modes[g];
+            let Step { exponential, phi1, phi2 } = &at[g].whole;
+            let force = ComplexGroup { re: forces[g][0], im: forces[g][1] };
+            let Modes { z, dz, w } = &mut modes[g];
             // A closure would not be compiled for the vector unit.
             let zero = ComplexGroup::ZERO;
-            let mut z = zero.add_product(simd, exponential, modes.z);
-            let mut dz = zero.add_product(simd, exponential, modes.dz);
-            let w = zero.add_product(simd, exponential, modes.w);
-            z = z.add_product(simd, phi1, force);
+            *z = zero.add_product(simd, *exponential, *z).add_product(simd, *phi1, force);
+            *dz = zero.add_product(simd, *exponential, *dz);
+            *w = zero.add_product(simd, *exponential, *w);
             if !reference.is_steady {
-                let linear = reference.linear[g];
-                z = z.add_product(simd, phi2, linear);
-                dz = dz.add_product(simd, phi1, linear);
-                let force = force.add_scaled(simd, width, linear);
-                let first = basis.positions + 2 * g;
-                (self.parts[first], self.parts[first + 1]) = (force.re, force.im);
+                *z = z.add_product(simd, *phi2, linear[g]);
+                *dz = dz.add_product(simd, *phi1, linear[g]);
+                let force = force.add_scaled(simd, width, linear[g]);
+                forces[g] = [force.re, force.im];
             }
-            self.modes[g] = Modes { z, dz, w };
         }
     }
 

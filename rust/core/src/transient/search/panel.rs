@@ -62,61 +62,83 @@ impl PanelSearch {
         end: f64,
         skipped: Option<usize>,
     ) -> Option<(usize, f64)> {
+        self.touches.clear();
+        if self.waiting {
+            self.end_waiting(skipped);
+        }
         let mut found = None;
         let mut first = end;
-        self.touches.clear();
-        for (index, (function, &excluded)) in functions.iter().zip(&self.panel.excluded).enumerate()
-        {
-            if excluded || skipped == Some(index) {
-                if self.waiting {
-                    self.touches.extend(self.pending[index].take());
-                }
+        for index in 0..functions.len() {
+            if self.panel.excluded[index] || skipped == Some(index) {
                 continue;
             }
             counters.refinements += 1;
-            let impact = function.trigger == EventKind::Impact;
-            let bounce = self.multiplicity[index] == 1 && impact;
-            if (bounce || self.exact && impact && self.multiplicity[index] == 0)
-                && let Some(root) = self.short_flight(index, first)
-            {
+            if let Some(root) = self.crossing(index, begin, &functions[index], first) {
                 first = root;
                 found = Some((index, root));
-                continue;
-            }
-            let departing = self.multiplicity[index];
-            let p = self.panel.polynomial(index, departing);
-            let error = if departing >= 2 || bounce {
-                self.panel.curvature_error[index]
-            } else {
-                self.panel.error[index]
-            };
-            let grazing = |touch: Touch| Grazing {
-                time: begin + touch.at * self.panel.width,
-                contact: function.contact,
-                alternative: function.trigger,
-                value: touch.value,
-                uncertainty: error,
-            };
-            let verdict = self.unit.run(FirstRoot { polynomial: p, error, end: first });
-            match verdict {
-                Verdict::Clear { touch: None, in_band: None } if !self.waiting => {}
-                Verdict::Clear { touch, in_band } => {
-                    let before = self.pending[index].take().filter(|_| in_band.is_none());
-                    self.touches.extend(touch.map(grazing).or(before));
-                    self.pending[index] = in_band.map(grazing);
-                    self.waiting |= in_band.is_some();
-                }
-                Verdict::Crossing { root, touch } => {
-                    self.touches.extend(touch.map(grazing));
-                    if self.waiting {
-                        self.pending[index] = None;
-                    }
-                    first = root;
-                    found = Some((index, root));
-                }
             }
         }
         found
+    }
+
+    /// The touches that wait of event functions that are positive on this panel, or not searched, were no crossings.
+    #[cold]
+    fn end_waiting(&mut self, skipped: Option<usize>) {
+        for (index, pending) in self.pending.iter_mut().enumerate() {
+            if self.panel.excluded[index] || skipped == Some(index) {
+                self.touches.extend(pending.take());
+            }
+        }
+    }
+
+    /// The place of the first crossing of one event function up to `end` of the panel. Inlined, it would have the loop over
+    /// all functions, most of which are excluded, keep its variables on the stack.
+    #[inline(never)]
+    fn crossing(
+        &mut self,
+        index: usize,
+        begin: f64,
+        function: &EventFunction,
+        end: f64,
+    ) -> Option<f64> {
+        let impact = function.trigger == EventKind::Impact;
+        let departing = self.multiplicity[index];
+        let bounce = departing == 1 && impact;
+        if (bounce || self.exact && impact && departing == 0)
+            && let Some(root) = self.short_flight(index, end)
+        {
+            return Some(root);
+        }
+        let p = self.panel.polynomial(index, departing);
+        let error = if departing >= 2 || bounce {
+            self.panel.curvature_error[index]
+        } else {
+            self.panel.error[index]
+        };
+        let grazing = |touch: Touch| Grazing {
+            time: begin + touch.at * self.panel.width,
+            contact: function.contact,
+            alternative: function.trigger,
+            value: touch.value,
+            uncertainty: error,
+        };
+        match self.unit.run(FirstRoot { polynomial: p, error, end }) {
+            Verdict::Clear { touch: None, in_band: None } if !self.waiting => None,
+            Verdict::Clear { touch, in_band } => {
+                let before = self.pending[index].take().filter(|_| in_band.is_none());
+                self.touches.extend(touch.map(grazing).or(before));
+                self.pending[index] = in_band.map(grazing);
+                self.waiting |= in_band.is_some();
+                None
+            }
+            Verdict::Crossing { root, touch } => {
+                self.touches.extend(touch.map(grazing));
+                if self.waiting {
+                    self.pending[index] = None;
+                }
+                Some(root)
+            }
+        }
     }
 
     /// The end of a flight that is short beside the panel, found in the scale of the flight itself: there the

@@ -1,4 +1,7 @@
 //! One phase, followed to its first event: panel by panel, until a certified root is found.
+//!
+//! What most events do without is marked as cold: the code that every event passes through is about as large as the instruction
+//! cache (32 KB), and what does not fit costs a quarter of a run.
 
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;
@@ -88,7 +91,9 @@ impl PhaseSearch {
             let counters = &mut run.trajectory.counters;
             let found = self.on_panel.first_crossing(counters, begin, functions, searched, skipped);
             let until = found.map_or(searched, |(_, at)| at);
-            if let Some(touch) = self.report_touches(run, motion, until) {
+            if !self.on_panel.touches.is_empty()
+                && let Some(touch) = self.report_touches(run, motion, until)
+            {
                 let offset = touch.time - run.time.seconds - motion.start();
                 return stop(run, motion, offset.clamp(0.0, width), StopReason::Grazing);
             }
@@ -106,26 +111,14 @@ impl PhaseSearch {
                     return stop(run, motion, at * width, StopReason::Failed(failure));
                 }
                 if run.scene.contacts_coupled() {
-                    self.gaps.clear();
-                    self.gaps.resize(run.scene.contacts.len(), 0.0);
-                    for (index, function) in functions.iter().enumerate() {
-                        if function.trigger == EventKind::Impact {
-                            self.gaps[function.contact] = self.on_panel.gap_error(index, at);
-                        }
-                    }
+                    self.bound_gaps(run.scene.contacts.len(), functions, at);
                 }
                 self.state(run, motion, functions, at);
                 self.exact_approach(run, functions, index, at);
                 return PhaseEnd::Event { after: motion.start() + at * width };
             }
             if let Some(limit) = limit.filter(|limit| limit.at <= end) {
-                self.state(run, motion, functions, limit.at);
-                run.trajectory.accumulations.push(Accumulation {
-                    event: run.trajectory.events.len(),
-                    bounces: limit.bounces,
-                    error: limit.error,
-                });
-                self.triggers.push((functions[limit.function].contact, EventKind::Accumulation));
+                self.accumulate(run, motion, &limit);
                 return PhaseEnd::Event { after: motion.start() + limit.at * width };
             }
             if last {
@@ -147,6 +140,7 @@ impl PhaseSearch {
 
     /// Where mass couples contacts, series of impacts shrink without end, and superposition leaves some ulp of the
     /// whole motion in a gap. The gap and its speed at the start of a phase are known beside it.
+    #[cold]
     fn begin_exactly(&mut self, run: &RunState<'_>, functions: &[EventFunction]) {
         for (index, function) in functions.iter().enumerate() {
             if function.trigger != EventKind::Impact || self.on_panel.panel.excluded[index] {
@@ -205,16 +199,44 @@ impl PhaseSearch {
         self.on_panel.bounces(scene, functions, u, time.seconds, tolerance, fastest)
     }
 
+    /// Bounds of the errors of all gaps at `at` of the panel.
+    #[cold]
+    fn bound_gaps(&mut self, contacts: usize, functions: &[EventFunction], at: f64) {
+        self.gaps.clear();
+        self.gaps.resize(contacts, 0.0);
+        for (index, function) in functions.iter().enumerate() {
+            if function.trigger == EventKind::Impact {
+                self.gaps[function.contact] = self.on_panel.gap_error(index, at);
+            }
+        }
+    }
+
+    /// Ends a series of bounces, whose rest is negligible, at its limit.
+    #[cold]
+    fn accumulate(
+        &mut self,
+        run: &mut RunState<'_>,
+        motion: &mut CoupledMotion<'_>,
+        limit: &Limit,
+    ) {
+        self.state(run, motion, motion.functions, limit.at);
+        run.trajectory.accumulations.push(Accumulation {
+            event: run.trajectory.events.len(),
+            bounces: limit.bounces,
+            error: limit.error,
+        });
+        let contact = motion.functions[limit.function].contact;
+        self.triggers.push((contact, EventKind::Accumulation));
+    }
+
     /// Records the touches up to `until` of the panel; the first of them when the run is to stop there.
+    #[cold]
     fn report_touches(
         &mut self,
         run: &mut RunState<'_>,
         motion: &CoupledMotion<'_>,
         until: f64,
     ) -> Option<Grazing> {
-        if self.on_panel.touches.is_empty() {
-            return None;
-        }
         let until = run.time.seconds + motion.start() + until * self.on_panel.panel.width;
         self.on_panel.touches.retain(|touch| touch.time <= until);
         self.on_panel.touches.sort_by(|a, b| a.time.total_cmp(&b.time));
@@ -235,6 +257,7 @@ fn asked_to_stop(run: &mut RunState<'_>) -> Option<StopReason> {
     run.controls.asked_to_stop(run.started)
 }
 
+#[cold]
 fn stop(
     run: &mut RunState<'_>,
     motion: &mut CoupledMotion<'_>,
@@ -255,6 +278,7 @@ fn stop(
 }
 
 /// Ends at the last time, up to `until` of this phase, at which the motion still is within the range of numbers.
+#[cold]
 fn stop_unbounded(run: &mut RunState<'_>, until: f64) -> PhaseEnd {
     let phase = run.trajectory.phases.len() - 1;
     let mut finite = 0.0;
