@@ -61,6 +61,8 @@ ENERGY_TOLERANCE = 1e-9
 #: Quadrature that does not know where laws of friction change is a check of what is large only. The program's
 #: own balance, which does, is held to the tolerance.
 ENERGY_OF_SAMPLES = 1e-3
+#: Why a motion under laws of friction may end.
+LAW_ENDS = ("its friction reaches 0", "its friction levels off", "nothing determines how the forces")
 
 
 @dataclass
@@ -158,7 +160,7 @@ def examine(outcome: Outcome, scene: ss.Scene, start: ss.State) -> None:
             duration = within_range(partial)
         elif undecided(scene, str(error)) and partial and len(partial.events):
             duration = 0.5 * (partial.events.time[-1] + partial.duration)
-        elif "its friction reaches 0" in str(error) and partial:
+        elif any(reason in str(error) for reason in LAW_ENDS) and partial and partial.duration:
             # The law holds no longer; both runs are compared up to there.
             duration = (1.0 - 1e-9) * partial.duration
         elif "modes are defective" in str(error):

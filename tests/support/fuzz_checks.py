@@ -98,6 +98,12 @@ def complementarity(sampled: Sampled) -> str:
     slipped[np.diff(phase, prepend=-1) != 0] = np.nan
     slipped[:, vibrates] = np.nan
     step = length + force * flexibility + SLACK * np.abs(slider * data.time[:, None])
+    # The slip speed of such a node under a law is not that of its mass; friction is no less than at rest.
+    by_law = np.array([isinstance(c.friction, ss.friction.Law) for c in contacts]) & nodes
+    least = coefficients(contacts, np.zeros_like(slip))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        kinetic = np.where(by_law, np.fmax(least, np.abs(friction) / normal), kinetic)
+    loose = np.where(by_law, 0.0, loose)
     checks = {
         "penetration": ~(closed & elastic) & (gap < -length),
         "gap of a closed contact": closed & ~elastic & (np.abs(gap) > held * length),

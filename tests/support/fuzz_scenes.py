@@ -16,7 +16,7 @@ EXTRAS = {
     "unsymmetric": "gyroscopic and circulatory terms",
     "forced": "loads in time",
     "stops": "stops, friction under given normal forces, and contact directions that depend on each other",
-    "laws": "friction over slip speed, where slip has mass",
+    "laws": "friction over slip speed",
     "compliant": "contacts with springs",
     "sparse": "chains, grids and stars of 5 to 40 subsystems instead, marched locally and as a whole",
 }
@@ -218,8 +218,9 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
     """Return a scene most of whose contacts have springs, with a diagonal mass, and a state in flight.
 
     Where contacts depend on each other, springs may be refused: mass couples them. The scene then has none.
+    Under a law that rises, friction whose normal force is given also acts on springs.
     """
-    rng = np.random.default_rng([seed, index, 5])
+    rng, by_laws = (np.random.default_rng([seed, index, stream]) for stream in (5, 7))
     contacts = []
     for contact in scene.contacts:
         springs: dict[str, float] = {}
@@ -229,6 +230,12 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
             by_law = isinstance(contact.friction, ss.friction.Law)
             if contact.tangential is not None and not by_law and rng.random() < 0.7:
                 springs["tangential_stiffness"] = 10.0 ** rng.uniform(4.0, 7.0)
+            if by_law and contact.normal is None and rises(contact):
+                # Its node relaxes at k / (mu' N), by which panels are limited.
+                speed = abs(contact.slider_speed)
+                rise = contact.coefficient(1.01 * speed) - contact.coefficient(0.99 * speed)
+                damper = contact.normal_force * rise / (0.02 * speed)
+                springs["tangential_stiffness"] = float(damper * 10.0 ** by_laws.uniform(2.0, 4.5))
         contacts.append(dataclasses.replace(contact, **springs))
     mass = np.diag(scene.mass) if scene.mass.ndim == 2 else scene.mass
     try:
@@ -240,3 +247,14 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
     if set(start.combination) <= {"d"} or any(contact.normal is None for contact in contacts):
         return scene, start
     return scene, flight(rng, scene.size // 4)
+
+
+def rises(contact: ss.Contact) -> bool:
+    """Return whether slip without mass may follow the law of a contact, from steady sliding on."""
+    given = {"normal_force": 1.0, "friction": contact.friction, "slider_speed": contact.slider_speed}
+    try:
+        node = ss.Contact(tangential=0, tangential_stiffness=1.0, **given)
+        ss.complex_modes(ss.Scene([1.0], [[1.0]], contacts=[node]))
+    except ss.InputError:
+        return False
+    return True

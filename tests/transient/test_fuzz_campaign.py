@@ -164,6 +164,17 @@ def test_scenes_that_failed_once(seed, index, extras):
     assert outcome.compared == outcome.distinct > 40
 
 
+@pytest.mark.parametrize("index", [21, 47, 57])
+def test_slip_without_mass_under_laws(index):
+    """Friction elements on springs, whose laws rise."""
+    extras = ["stops", "laws", "compliant"]
+    contacts = fuzz_scene(7, index, extras)[0].contacts
+    assert any(isinstance(c.friction, ss.friction.Law) and c.tangential_stiffness for c in contacts)
+    outcome = fuzz_campaign.run_scene(7, extras, index)
+    assert outcome.verdict == "ok", outcome
+    assert outcome.compared == outcome.distinct > 10
+
+
 def test_a_contact_that_is_certain_not_to_strike_takes_no_part_in_an_impact():
     """65 nm from its slider, outside of all that rounding can be."""
     scene, start = fuzz_scene(62, 484, ["stops"])

@@ -85,7 +85,7 @@ fn work_of_order(scene: &Scene, free: usize) -> f64 {
     } else {
         let damping = if scene.proportional.is_none() { scene.damping.entries() } else { 0 };
         let inverse = scene.coupled_mass.as_ref().map_or(0.0, |mass| mass.work());
-        (scene.stiffness.entries() + damping) as f64 + inverse
+        (scene.size + scene.stiffness.entries() + damping) as f64 + inverse
     }
 }
 

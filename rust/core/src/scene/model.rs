@@ -139,7 +139,12 @@ impl Scene {
     /// Validates the input and takes it to contact coordinates.
     pub fn new(input: SceneInput) -> Result<Self, Error> {
         let dofs = input.force.len();
-        let (nodes, stated) = with_nodes(Validated::new(input)?)?;
+        let stated = Validated::new(input)?;
+        let law = match stated.damping {
+            Damping::Proportional { mass: alpha, stiffness: beta } => Some((alpha, beta)),
+            Damping::General(_) => None,
+        };
+        let (nodes, stated) = with_nodes(stated)?;
         let coordinates = Coordinates::new(&stated.mass, &stated.contacts)?;
         let mass = uncoupled_mass(coordinates.congruent(stated.mass), &coordinates);
         let contacts: Vec<Contact> = stated
@@ -175,7 +180,12 @@ impl Scene {
                 "a mass that couples dofs".into(),
             ));
         }
-        let border = Terms { proportional, structure: mass.size() };
+        let felt = law.filter(|_| !massless.is_empty() && energy_parts.is_none());
+        let border = Terms {
+            proportional: proportional.or(felt),
+            structure: mass.size(),
+            massless: &massless,
+        };
         let coupled_mass =
             coupled_mass(&mass, &damping, &stiffness, Some(border), &coordinates.slots)?;
         let dependents = dependents_of(&coordinates, &contacts);
@@ -209,6 +219,14 @@ impl Scene {
     /// Number of contact coordinates without those that carry loads.
     pub(crate) fn structure(&self) -> usize {
         self.drive.as_ref().map_or(self.size, |drive| drive.structure)
+    }
+
+    /// (alpha, beta) of a damping that is proportional to mass and to what is felt of K while no contact acts on coordinates
+    /// without mass, where these are known.
+    pub(crate) fn felt(&self) -> Option<(f64, f64)> {
+        let bare = self.bare();
+        let border = || bare.coupled_mass.as_ref()?.border.as_ref()?.proportional;
+        bare.proportional.or_else(border)
     }
 
     /// The same without coordinates that carry loads.

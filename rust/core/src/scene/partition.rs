@@ -120,7 +120,8 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
     let slots: Vec<(usize, usize)> = laws.iter().map(|law| (law.tangential, law.normal)).collect();
     let drive = scene.drive.as_ref().map(|drive| drive.restricted(&coordinates));
     let dofs = drive.as_ref().map_or(coordinates.len(), |drive| drive.structure);
-    let border = Terms { proportional: scene.bare().proportional, structure: dofs };
+    let massless = scene.massless.restricted(&coordinates, &contacts);
+    let border = Terms { proportional: scene.felt(), structure: dofs, massless: &massless };
     let coupled_mass = coupled_mass(&mass, &damping, &stiffness, Some(border), &slots)
         .expect("a block of a positive definite mass");
     let friction = |all: &Arc<[Option<FrictionLaw>]>| {
@@ -132,7 +133,7 @@ fn block(scene: &Scene, coordinates: Vec<usize>, bare: Option<Arc<Scene>>) -> Bl
         size: coordinates.len(),
         dofs,
         nodes: None,
-        massless: scene.massless.restricted(&coordinates, &contacts),
+        massless,
         condensed: false,
         impact_friction: scene.impact_friction,
         coordinates: Coordinates::of_contacts(dofs, slots, delassus, scene.coordinates.coupled),

@@ -2,7 +2,8 @@
 //!
 //! With `y = q + beta q'` the force on each other coordinate is `-(D y)_i - sum_r K_ri y_r` over the border, and that on
 //! the border is `-sum_i K_ri y_i`: one row of K serves both, and an order of the series costs O(n c). A combination
-//! needs nothing but the choice of its rows, its merges and the inverse mass of its contact coordinates.
+//! needs nothing but the choice of its rows, its merges and the inverse mass of its contact coordinates; with compliant
+//! contacts the springs that their statuses leave between coordinates of the border.
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
@@ -24,6 +25,8 @@ pub(crate) struct BorderedRows {
     /// Kept coordinates of the border.
     kept: Vec<usize>,
     beta: f64,
+    /// What coordinates without mass add to rows of K, by row: of the border, or of gaps that are held.
+    springs: Vec<(usize, Vec<(usize, f64)>)>,
 }
 
 /// One order of the series: q'' from its coefficients.
@@ -64,7 +67,30 @@ impl BorderedRows {
         active.resize(active.len().next_multiple_of(BLOCK), None);
         let contacts = &border.coordinates[..border.contacts];
         let kept = contacts.iter().copied().filter(|&k| reduction.place(k).is_some());
-        Some(Self { unit: VectorUnit::default(), active, kept: kept.collect(), beta: border.beta })
+        let springs = if scene.condensed { springs(scene, border, equation) } else { Vec::new() };
+        let kept = kept.collect();
+        Some(Self { unit: VectorUnit::default(), active, kept, beta: border.beta, springs })
+    }
+
+    /// Bound of what the springs add to the stiffness, in the norm of M: `|A|^2 <= |A|_1 |A|_inf`. 1/s^2
+    pub fn spring_rate(&self, scene: &Scene, equation: &EquationOfMotion) -> f64 {
+        let root = |k: usize| scene.mass.get(k, k).sqrt();
+        let mut columns = vec![0.0; scene.size];
+        let mut largest = 0.0_f64;
+        for (i, &k) in equation.reduction.kept.iter().enumerate() {
+            let mut row: Vec<(usize, f64)> = Vec::new();
+            for (source, factor) in equation.reduction.sources(i) {
+                let own = self.springs.iter().filter(|spring| spring.0 == source);
+                let terms = own.flat_map(|spring| &spring.1);
+                row.extend(terms.map(|&(j, value)| (j, (factor * value).abs())));
+            }
+            // Coordinates without mass move with the sliders.
+            row.retain(|&(j, _)| root(j) > 0.0);
+            row.iter_mut().for_each(|(j, value)| *value /= root(*j) * root(k));
+            row.iter().for_each(|&(j, value)| columns[j] += value);
+            largest = largest.max(row.iter().map(|entry| entry.1).sum());
+        }
+        (largest * columns.into_iter().fold(0.0, f64::max)).sqrt()
     }
 
     /// Fills one order of the series.
@@ -84,11 +110,6 @@ impl BorderedRows {
         residual.resize(q.len(), 0.0);
         acceleration.resize(q.len(), 0.0);
         let beta = self.beta * rate;
-        for ((y, q), dq) in cast_slice_mut(moved).iter_mut().zip(q).zip(dq) {
-            *y = q + beta * dq;
-        }
-        // Loads are forces by their place.
-        border.loads.iter().for_each(|&(k, _)| cast_slice_mut(moved)[k] = q[k]);
         let load = |k: usize| if forced { force[k] } else { 0.0 };
         let rows = &self.active;
         let loads = if forced { force } else { &[] };
@@ -100,6 +121,8 @@ impl BorderedRows {
             sum,
             dots: &mut *dots,
             loads,
+            beta,
+            q,
             dq,
             rate,
             factor,
@@ -107,6 +130,7 @@ impl BorderedRows {
         });
         // The border follows; what is held stays at zero, even where the rest is beyond the range of numbers.
         border.coordinates.iter().chain(&border.massless).for_each(|&k| next[k] = 0.0);
+        self.springs.iter().for_each(|&(k, _)| residual[k] = 0.0);
         for (place, dot) in self.active.iter().zip(dots) {
             let Some(place) = place else { continue };
             let k = border.coordinates[*place];
@@ -114,6 +138,9 @@ impl BorderedRows {
             for &(j, drag) in border.drags.get(*place).into_iter().flatten() {
                 residual[k] -= rate * drag * dq[j];
             }
+        }
+        for (k, terms) in &self.springs {
+            residual[*k] -= terms.iter().map(|&(j, value)| value * q[j]).sum::<f64>();
         }
         equation.accelerate_contacts(&self.kept, residual, acceleration);
         self.kept.iter().for_each(|&k| next[k] = factor * acceleration[k]);
@@ -153,6 +180,10 @@ impl BorderedRows {
                 total.add(Doubled { high: high[lane], low: low[lane] })
             });
         }
+        for (k, terms) in &self.springs {
+            let products = terms.iter().map(|&(j, value)| Doubled::product(-value, q[j]));
+            rows[*k] = products.fold(rows[*k], Doubled::add);
+        }
         let inverse: &[f64] = cast_slice(&border.inverse_mass);
         let diagonal: &[f64] = cast_slice(&border.diagonal);
         let (high, low): (&[f64], &[f64]) = (cast_slice(sum), cast_slice(low));
@@ -170,20 +201,41 @@ impl BorderedRows {
     }
 }
 
+/// The rows of a scene whose coordinates without mass follow the others, less those that its border has.
+fn springs(
+    scene: &Scene,
+    border: &Border,
+    equation: &EquationOfMotion,
+) -> Vec<(usize, Vec<(usize, f64)>)> {
+    let merged = equation.reduction.merges.iter().map(|merge| merge.normal);
+    let held = merged.filter(|k| border.coordinates.binary_search(k).is_err());
+    let places = border.coordinates[..border.contacts].iter().copied().enumerate();
+    let rows = places.map(|(place, k)| (k, Some(place))).chain(held.map(|k| (k, None)));
+    let less = |(k, place): (usize, Option<usize>)| {
+        let known: &[f64] = cast_slice(border.row(place));
+        let changed = (0..scene.size).map(|j| (j, scene.stiffness.get(k, j) - known[j]));
+        (k, changed.filter(|entry| entry.1 != 0.0).collect::<Vec<_>>())
+    };
+    rows.map(less).filter(|spring| !spring.1.is_empty()).collect()
+}
+
 /// The border of the stiffness of a scene.
 pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {
     scene.coupled_mass.as_deref()?.border.as_ref()
 }
 
-/// `D y` and the active rows: their products with y, and what their coordinates add to the others.
+/// y, `D y` and the active rows: their products with y, and what their coordinates add to the others.
 struct Product<'a> {
     border: &'a Border,
     rows: &'a [Option<usize>],
-    moved: &'a [Group],
+    moved: &'a mut [Group],
     sum: &'a mut [Group],
     dots: &'a mut [f64],
     /// Loads of the coordinates, if they act in this order.
     loads: &'a [f64],
+    /// From dq to what damping adds to q.
+    beta: f64,
+    q: &'a [f64],
     dq: &'a [f64],
     rate: f64,
     factor: f64,
@@ -195,8 +247,15 @@ impl Kernel for Product<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { border, rows, moved, sum, dots, loads, dq, rate, factor, next } = self;
+        let Self { border, rows, moved, sum, dots, loads, beta, q, dq, rate, factor, next } = self;
         let groups = border.groups;
+        let y: &mut [f64] = &mut cast_slice_mut(moved)[..q.len()];
+        let dq = &dq[..q.len()];
+        for j in 0..q.len() {
+            y[j] = q[j] + beta * dq[j];
+        }
+        // Loads are forces by their place.
+        border.loads.iter().for_each(|&(k, _)| y[k] = q[k]);
         let (moved, sum, diagonal) =
             (&moved[..groups], &mut sum[..groups], &border.diagonal[..groups]);
         for g in 0..groups {

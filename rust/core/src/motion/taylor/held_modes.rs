@@ -96,7 +96,8 @@ impl HeldModes {
         let stiffness = rows_of(&scene.stiffness, true, &|k| squares[k]);
         let damping = mass.combined(alpha, &stiffness, beta);
         let slots = &scene.coordinates.slots;
-        let border = Terms { proportional: scene.proportional, structure: n };
+        let border =
+            Terms { proportional: scene.proportional, structure: n, massless: &scene.massless };
         let coupled_mass = coupled_mass(&mass, &damping, &stiffness, Some(border), slots).ok()?;
         let mut force = scene.force.clone();
         let modal = of_modes(&|j| scene.force[j]);

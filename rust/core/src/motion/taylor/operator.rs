@@ -248,7 +248,9 @@ impl TaylorOperator {
     fn norms(&self, scene: &Scene) -> (f64, f64) {
         if let Some(mass) = &scene.coupled_mass {
             let factor = self.equation.amplification(mass);
-            return (factor * mass.stiffness_rate, factor * mass.damping_rate);
+            let rows = self.bordered.as_ref();
+            let springs = rows.map_or(0.0, |rows| rows.spring_rate(scene, &self.equation));
+            return (factor * mass.stiffness_rate + springs, factor * mass.damping_rate);
         }
         let reduction = &self.equation.reduction;
         let norm = |matrix: &SparseMatrix| -> f64 {
@@ -272,5 +274,92 @@ impl TaylorOperator {
     /// sigma, the bound of the growth of every solution, 1/s.
     pub fn norm(&self) -> f64 {
         self.sigma
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::DMatrix;
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::scene::massless::condensation::Condensed;
+    use crate::scene::status::Status;
+    use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
+
+    const CONTACTS: usize = 3;
+    const SIZE: usize = 40;
+
+    /// Modes on three contacts, each with springs of its own or rigid.
+    fn reduced(numbers: &[f64], springs: &[[Option<f64>; 2]]) -> Scene {
+        let random = DMatrix::from_fn(SIZE, SIZE, |i, j| {
+            if i < 2 * CONTACTS || i == j { numbers[i * SIZE + j] } else { 0.0 }
+        });
+        let mut stiffness = &random * random.transpose();
+        for i in 2 * CONTACTS..SIZE {
+            for j in (2 * CONTACTS..SIZE).filter(|&j| j != i) {
+                stiffness[(i, j)] = 0.0;
+            }
+            stiffness[(i, i)] += 40.0;
+        }
+        let contact = |k: usize| ContactInput {
+            tangential: Some(Direction::Dof(2 * k)),
+            normal: Some(Direction::Dof(2 * k + 1)),
+            normal_force: 0.0,
+            friction: 0.5 + 0.1 * k as f64,
+            static_friction: 0.9,
+            slider_speed: 0.1,
+            restitution: 0.0,
+            gap: 0.0,
+            springs: Springs { tangential: springs[k][0], normal: springs[k][1] },
+        };
+        let input = SceneInput {
+            mass: Mass::Lumped(numbers[..SIZE].iter().map(|x| 1.5 + x).collect()),
+            stiffness: SparseMatrix::from_dense(&stiffness),
+            damping: Damping::Proportional { mass: 0.5, stiffness: 1e-3 },
+            gyroscopic: None,
+            circulatory: None,
+            force: vec![1.0; SIZE],
+            contacts: (0..CONTACTS).map(contact).collect(),
+            impact_friction: true,
+            loads: Default::default(),
+        };
+        Scene::new(input).expect("well-posed")
+    }
+
+    proptest! {
+        /// With compliant contacts the bounds are not below the norms of what a combination makes of K and C.
+        #[test]
+        fn springs_are_within_their_bound(
+            numbers in proptest::collection::vec(-1.0..1.0f64, SIZE * SIZE),
+            springs in proptest::collection::vec((0usize..3, 0.1..1e3f64, 0.1..1e3f64), CONTACTS),
+            statuses in proptest::collection::vec(0usize..4, CONTACTS),
+        ) {
+            let springs: Vec<[Option<f64>; 2]> = springs
+                .into_iter()
+                .enumerate()
+                .map(|(k, (kind, a, b))| match kind {
+                    0 if k > 0 => [None, None],
+                    1 => [None, Some(b)],
+                    _ => [Some(a), Some(b)],
+                })
+                .collect();
+            let scene = reduced(&numbers, &springs);
+            let all = [Status::Positive, Status::Negative, Status::Sticking, Status::Detached];
+            let combination = Combination::new(statuses.iter().map(|&s| all[s]).collect());
+            let condensed = Condensed::new(&scene, &combination).expect("regular").expect("nodes");
+            let operator = TaylorOperator::new(&condensed.scene, &combination, &[]).expect("regular");
+            prop_assert!(operator.bordered.is_some());
+            let root: Vec<f64> =
+                operator.equation.reduction.kept.iter().map(|&k| scene.mass.get(k, k).sqrt()).collect();
+            let norm = |matrix: &SparseMatrix| {
+                let reduced = operator.equation.reduction.matrix(matrix);
+                reduced.map_with_location(|i, j, value| value / (root[i] * root[j])).singular_values().max()
+            };
+            let (stiffness, damping) = operator.norms(&condensed.scene);
+            let found = [norm(&condensed.scene.stiffness), norm(&condensed.scene.damping)];
+            prop_assert!(found[0] <= stiffness * (1.0 + 1e-12), "{} beyond {stiffness}", found[0]);
+            prop_assert!(found[1] <= damping * (1.0 + 1e-12), "{} beyond {damping}", found[1]);
+        }
     }
 }

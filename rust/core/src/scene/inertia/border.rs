@@ -7,6 +7,7 @@
 
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::simd::{GROUP, Group, ZEROS, in_groups};
+use crate::scene::massless::coordinates::Massless;
 
 /// Coordinates from which a border is worth its bookkeeping.
 const SMALLEST: usize = 24;
@@ -17,11 +18,14 @@ const PER_ENTRY: usize = 8;
 
 /// What a border may be made of.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Terms {
-    /// (alpha, beta) of the damping of the structure, if it is `alpha M + beta K`.
+pub(crate) struct Terms<'a> {
+    /// (alpha, beta) of the damping of the structure, if it is `alpha M + beta K`, where K is what coordinates feel while no
+    /// contact acts on those without mass.
     pub proportional: Option<(f64, f64)>,
     /// Number of coordinates before those that carry loads.
     pub structure: usize,
+    /// The coordinates without mass, which change K by statuses at those that they touch.
+    pub massless: &'a Massless,
 }
 
 /// The parts of such a stiffness, for the vector unit.
@@ -36,6 +40,7 @@ pub(crate) struct Border {
     /// `E / m` of the coordinates beside the border.
     pub decay: Vec<Group>,
     pub beta: f64,
+    pub proportional: Option<(f64, f64)>,
     /// Coordinates that carry loads, and their `K / m`.
     pub loads: Vec<(usize, f64)>,
     /// Groups of a row.
@@ -55,18 +60,22 @@ impl Border {
         size >= SMALLEST && size as f64 >= PER_ROW * rows as f64
     }
 
+    /// The same of a matrix, with few enough products.
+    pub fn pays(stiffness: &SparseMatrix, rows: usize) -> bool {
+        let n = stiffness.size();
+        Self::is_worth(n, rows) && 2 * rows * n <= PER_ENTRY * stiffness.entries()
+    }
+
     /// Of M, C and K and the coordinates of contacts that have mass; None where other coordinates are coupled, or where
     /// other products are quicker.
     pub fn new(
         [mass, damping, stiffness]: [&SparseMatrix; 3],
-        Terms { proportional, structure }: Terms,
+        Terms { proportional, structure, .. }: Terms<'_>,
         contact: &[usize],
     ) -> Option<Self> {
         let n = mass.size();
         let coordinates: Vec<usize> = contact.iter().copied().chain(structure..n).collect();
-        if !Self::is_worth(n, coordinates.len())
-            || 2 * coordinates.len() * n > PER_ENTRY * stiffness.entries()
-        {
+        if !Self::pays(stiffness, coordinates.len()) {
             return None;
         }
         let mut is_border = vec![false; n];
@@ -133,6 +142,7 @@ impl Border {
             drags: contact.iter().map(|&k| drags_of(k)).collect(),
             decay: in_groups(&decay),
             beta: proportional.map_or(0.0, |(_, beta)| beta),
+            proportional,
             loads: (structure..n).map(|k| (k, stiffness.get(k, k) / mass.get(k, k))).collect(),
             coordinates,
             groups,

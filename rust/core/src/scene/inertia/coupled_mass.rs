@@ -55,7 +55,7 @@ impl CoupledMass {
         mass: &SparseMatrix,
         damping: &SparseMatrix,
         stiffness: &SparseMatrix,
-        border: Option<Terms>,
+        border: Option<Terms<'_>>,
         slots: &[(usize, usize)],
     ) -> Result<Option<Self>, usize> {
         let size = mass.size();
@@ -199,10 +199,17 @@ pub(crate) fn coupled_mass(
     mass: &SparseMatrix,
     damping: &SparseMatrix,
     stiffness: &SparseMatrix,
-    border: Option<Terms>,
+    border: Option<Terms<'_>>,
     slots: &[(usize, usize)],
 ) -> Result<Option<Arc<CoupledMass>>, Error> {
-    let known = CoupledMass::new(mass, damping, stiffness, border, slots);
+    let touched = border.map_or_else(Vec::new, |terms| terms.massless.neighbours(stiffness));
+    let pays = !touched.is_empty() && Border::pays(stiffness, touched.len());
+    let felt = border.filter(|_| pays).map(|terms| terms.massless.condensed(stiffness));
+    let stiffness = felt.as_ref().unwrap_or(stiffness);
+    // What statuses change is part of the border as the coordinates of contacts are.
+    let slots: Vec<(usize, usize)> =
+        slots.iter().copied().chain(touched.into_iter().map(|k| (k, k))).collect();
+    let known = CoupledMass::new(mass, damping, stiffness, border, &slots);
     known.map(|known| known.map(Arc::new)).map_err(|dof| Error::IndefiniteSparseMass { dof })
 }
 

@@ -65,7 +65,7 @@ impl Scene {
             &mass_matrix,
             &damping,
             &stiffness,
-            Some(Terms { proportional: scene.proportional, structure: n }),
+            Some(Terms { proportional: scene.felt(), structure: n, massless: &scene.massless }),
             &scene.coordinates.slots,
         )
         .expect("a positive definite mass with more of its diagonal");

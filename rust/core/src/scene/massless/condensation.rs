@@ -167,7 +167,8 @@ impl Condensed {
             condensed: true,
             dependents: Vec::new(),
             mass: scene.mass.clone(),
-            coupled_mass: None,
+            // Laws of friction bound their series by other norms.
+            coupled_mass: scene.coupled_mass.clone().filter(|_| scene.laws.is_none()),
             damping: scene.damping.clone(),
             proportional: scene.proportional,
             stiffness,

@@ -96,6 +96,41 @@ impl Massless {
         self.groups.is_empty()
     }
 
+    /// The coordinates with mass that stiffness ties to these, ascending.
+    pub fn neighbours(&self, stiffness: &SparseMatrix) -> Vec<usize> {
+        let rows = self.coordinates.iter().flat_map(|&k| stiffness.row(k));
+        let mut found: Vec<usize> = rows.map(|entry| entry.0).collect();
+        found.sort_unstable();
+        found.dedup();
+        found.retain(|&k| !self.contains(k));
+        found
+    }
+
+    /// `K_ii - K_ib Y K_bi`, with rows of zeros for the coordinates without mass: the stiffness while no contact acts on these.
+    pub fn condensed(&self, stiffness: &SparseMatrix) -> SparseMatrix {
+        let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); stiffness.size()];
+        for group in &self.groups {
+            let coupling = |row: usize| {
+                stiffness.row(group.coordinates[row]).filter(|entry| !self.contains(entry.0))
+            };
+            for (e, row) in added_pairs(group) {
+                let y = group.flexibility[(e, row)];
+                for (i, a) in coupling(e) {
+                    // The same to the last bit in both triangles.
+                    added[i].extend(coupling(row).map(|(j, b)| (j, -y * (a * b))));
+                }
+            }
+        }
+        SparseMatrix::from_rows(stiffness.size(), |row, entries| {
+            if self.contains(row) {
+                return;
+            }
+            entries.extend(stiffness.row(row).filter(|entry| !self.contains(entry.0)));
+            entries.append(&mut added[row]);
+            summed(entries);
+        })
+    }
+
     pub fn contains(&self, coordinate: usize) -> bool {
         self.coordinates.binary_search(&coordinate).is_ok()
     }
@@ -261,31 +296,7 @@ pub(crate) fn condensed_stiffness(
     mass: &SparseMatrix,
     stiffness: &SparseMatrix,
 ) -> Result<SparseMatrix, Error> {
-    let massless = Massless::new(mass, stiffness, &[], mass.size())?;
-    if massless.is_empty() {
-        return Ok(stiffness.clone());
-    }
-    let size = mass.size();
-    let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); size];
-    for group in &massless.groups {
-        let coupling = |row: usize| {
-            stiffness.row(group.coordinates[row]).filter(|entry| !massless.contains(entry.0))
-        };
-        for (e, row) in added_pairs(group) {
-            let y = group.flexibility[(e, row)];
-            for (i, a) in coupling(e) {
-                added[i].extend(coupling(row).map(|(j, b)| (j, -a * y * b)));
-            }
-        }
-    }
-    Ok(SparseMatrix::from_rows(size, |row, entries| {
-        if massless.contains(row) {
-            return;
-        }
-        entries.extend(stiffness.row(row).filter(|entry| !massless.contains(entry.0)));
-        entries.append(&mut added[row]);
-        summed(entries);
-    }))
+    Ok(Massless::new(mass, stiffness, &[], mass.size())?.condensed(stiffness))
 }
 
 fn added_pairs(group: &Group) -> impl Iterator<Item = (usize, usize)> + use<> {
