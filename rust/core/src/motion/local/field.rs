@@ -13,6 +13,9 @@ use crate::motion::panel::Panel;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
+/// Number of coordinates whose series are copied together: a line of the cache holds as many numbers.
+const TOGETHER: usize = 8;
+
 /// A place and a speed that an event sets.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Reset {
@@ -129,9 +132,12 @@ impl Field {
                 _ => None,
             };
         }
-        for (order, own) in region.terms.chunks_exact(count).enumerate() {
-            for (&k, term) in region.members[..region.within].iter().zip(own) {
-                self.terms[k * TERMS + order] = *term;
+        // Some members at a time, whose series stay in the cache meanwhile.
+        for (block, members) in region.members[..region.within].chunks(TOGETHER).enumerate() {
+            for (order, own) in region.terms.chunks_exact(count).enumerate() {
+                for (&k, term) in members.iter().zip(&own[block * TOGETHER..]) {
+                    self.terms[k * TERMS + order] = *term;
+                }
             }
         }
     }

@@ -33,9 +33,9 @@ impl Rows {
         self.entries.clear();
     }
 
-    fn row(&self, row: usize) -> &[(u32, f64)] {
-        let first = if row == 0 { 0 } else { self.ends[row - 1] };
-        &self.entries[first..self.ends[row]]
+    fn rows(&self) -> impl Iterator<Item = &[(u32, f64)]> {
+        let mut first = 0;
+        self.ends.iter().map(move |&end| &self.entries[std::mem::replace(&mut first, end)..end])
     }
 }
 
@@ -49,9 +49,11 @@ pub(super) struct Region {
     place: Vec<Option<u32>>,
     courses: Vec<Course>,
     springs: Rows,
-    /// Where damping is not proportional.
+    /// Where damping is not proportional; else its rows are empty.
     dampers: Rows,
     inverse_mass: Vec<f64>,
+    /// Force per speed by damping proportional to mass, kg/s.
+    drag: Vec<f64>,
     force: Vec<f64>,
     /// s
     pub width: f64,
@@ -111,18 +113,16 @@ impl Region {
         self.springs.clear();
         self.dampers.clear();
         self.inverse_mass.clear();
+        self.drag.clear();
+        let (alpha, _) = scene.proportional.unwrap_or_default();
         for i in 0..self.within {
             let k = self.members[i];
-            let rubbed = match self.courses[i] {
-                Course::Free(rubbed) => {
-                    self.inverse_mass.push(1.0 / scene.mass.get(k, k));
-                    Some(rubbed)
-                }
-                _ => {
-                    self.inverse_mass.push(0.0);
-                    None
-                }
+            let (mass, rubbed) = match self.courses[i] {
+                Course::Free(rubbed) => (scene.mass.get(k, k), Some(rubbed)),
+                _ => (f64::INFINITY, None),
             };
+            self.inverse_mass.push(1.0 / mass);
+            self.drag.push(if mass.is_finite() { alpha * mass } else { 0.0 });
             let sources =
                 rubbed.into_iter().flat_map(|rubbed| std::iter::once((k, 1.0)).chain(rubbed));
             let general = scene.proportional.is_none();
@@ -159,31 +159,32 @@ impl Region {
         self.balance(scene);
         self.moved.resize(count, 0.0);
         self.speed.resize(count, 0.0);
-        let (alpha, beta) = scene.proportional.unwrap_or((0.0, 0.0));
+        let (_, beta) = scene.proportional.unwrap_or_default();
         for k in 0..DEGREE {
             let (known, next) = self.terms.split_at_mut((k + 2) * count);
             let (q, dq) = (&known[k * count..(k + 1) * count], &known[(k + 1) * count..]);
             let rate = (k + 1) as f64 / h;
             let factor = h * h / ((k + 1) * (k + 2)) as f64;
-            for j in 0..count {
-                self.speed[j] = rate * dq[j];
-                self.moved[j] = q[j] + beta * self.speed[j];
+            for ((speed, moved), (q, dq)) in
+                self.speed.iter_mut().zip(&mut self.moved).zip(q.iter().zip(dq))
+            {
+                *speed = rate * dq;
+                *moved = q + beta * *speed;
             }
             let forced = if k == 0 { 1.0 } else { 0.0 };
-            for i in 0..self.within {
-                let inverse = self.inverse_mass[i];
-                if inverse == 0.0 {
+            let product = |row: &[(u32, f64)], x: &[f64]| -> f64 {
+                row.iter().map(|&(j, value)| value * x[j as usize]).sum()
+            };
+            let rows = self.springs.rows().zip(self.dampers.rows());
+            let own = self.force.iter().zip(self.drag.iter().zip(&self.speed));
+            let free = next.iter_mut().zip(&self.inverse_mass).zip(rows.zip(own));
+            for ((next, inverse), ((springs, dampers), (force, (drag, speed)))) in free {
+                if *inverse == 0.0 {
                     continue;
                 }
-                let product = |rows: &Rows, x: &[f64]| -> f64 {
-                    rows.row(i).iter().map(|&(j, value)| value * x[j as usize]).sum()
-                };
-                let damping = match scene.proportional {
-                    Some(_) => alpha * self.speed[i] / inverse,
-                    None => product(&self.dampers, &self.speed),
-                };
-                let force = forced * self.force[i] - product(&self.springs, &self.moved) - damping;
-                next[i] = factor * inverse * force;
+                let damping = drag * speed + product(dampers, &self.speed);
+                let force = forced * force - product(springs, &self.moved) - damping;
+                *next = factor * inverse * force;
             }
         }
     }
