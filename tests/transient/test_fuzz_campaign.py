@@ -155,6 +155,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (94, 833, ["stops"]),
         # Rounding of an impact moved a stop that stays closed: 1e-17 m/s counted as the end of a series.
         (95, 791, ["stops"]),
+        # Two sliders on one dof, one of which vibrates, beside forces of 4e6 N.
+        (96, 1471, ["unsymmetric", "forced", "stops", "compliant"]),
         (94, 2175, ["stops"]),
     ],
 )

@@ -72,11 +72,24 @@ pub(crate) struct ContactProblem {
     pub contacts: Vec<Closed>,
     pub w: DMatrix<f64>,
     pub a0: DVector<f64>,
+    /// The part of `a0` by which sliders carry each row, and the sum of the absolute values of its terms.
+    pub carried: Vec<[f64; 2]>,
     /// Whether directions depend on each other, so that W may be singular.
     pub dependent: bool,
 }
 
 impl ContactProblem {
+    /// A problem whose rows no slider carries.
+    pub fn new(
+        contacts: Vec<Closed>,
+        w: DMatrix<f64>,
+        a0: impl Into<DVector<f64>>,
+        dependent: bool,
+    ) -> Self {
+        let a0 = a0.into();
+        Self { contacts, w, carried: vec![[0.0; 2]; a0.len()], a0, dependent }
+    }
+
     /// The forces of contacts with these statuses, consistent or not; `None` if their equations have no solution.
     pub fn forces(&self, statuses: &[Status]) -> Option<DVector<f64>> {
         if self.dependent {
@@ -119,7 +132,27 @@ impl ContactProblem {
             let (sum, size) = self.terms(row, &forces);
             sum.abs() <= CONSISTENT * size
         });
-        consistent.then_some((forces, found.free))
+        (consistent && self.carried_alike(&held)).then_some((forces, found.free))
+    }
+
+    /// Whether sliders carry alike the held directions that depend on each other. In the combination of their accelerations
+    /// that no force changes, forces cancel: large forces do not hide that two sliders part.
+    fn carried_alike(&self, held: &[usize]) -> bool {
+        if held.iter().all(|&row| self.carried[row][1] == 0.0) {
+            return true;
+        }
+        let own = DMatrix::from_fn(self.a0.len(), held.len(), |row, k| {
+            f64::from(u8::from(held[k] == row))
+        });
+        Forces::new(&self.w, held, &own).free.column_iter().all(|combination| {
+            let part = |k: usize| -> f64 {
+                let terms = combination.iter().zip(&self.carried);
+                terms
+                    .map(|(f, carried)| if k == 0 { f * carried[0] } else { f.abs() * carried[1] })
+                    .sum()
+            };
+            part(0).abs() <= ROUNDING * part(1)
+        })
     }
 
     /// An acceleration, and the sum of the absolute values of its terms.

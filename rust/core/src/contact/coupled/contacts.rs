@@ -37,6 +37,11 @@ pub(crate) struct Coupled<'a> {
     pub w: &'a DMatrix<f64>,
 }
 
+/// No row is carried: impulses leave the accelerations of sliders out.
+fn at_rest(_: usize) -> [f64; 2] {
+    [0.0; 2]
+}
+
 impl Coupled<'_> {
     /// The forces of contacts at rest in their normal directions.
     pub fn accelerate(
@@ -47,7 +52,11 @@ impl Coupled<'_> {
     ) -> Result<Solution, RunFailure> {
         let reactions = self.reactions(q, u);
         let acceleration = |row: usize| self.accelerations(row, q, &reactions).sum();
-        self.solve(problem, Level::Accelerations, acceleration, q, u)
+        let carried = |row: usize| {
+            let [sum, size] = [|a: f64| a, f64::abs].map(|of| self.carried(row, q).map(of).sum());
+            [sum, size]
+        };
+        self.solve(problem, Level::Accelerations, acceleration, carried, q, u)
     }
 
     /// Whether the forces of a solution leave the slip velocity of a contact a rate, beyond the rounding of its terms.
@@ -70,10 +79,14 @@ impl Coupled<'_> {
 
     /// The terms of the acceleration that a row (tangential, normal) has without contact forces.
     fn accelerations(&self, row: usize, q: &[f64], reactions: &[f64]) -> impl Iterator<Item = f64> {
-        let carried = self.scene.carried_acceleration(self.scene.slot(row));
-        let carried = carried.into_iter().map(|(h, factor)| factor * q[h]);
         let pulled = reactions.iter().enumerate().map(move |(k, r)| -self.w[(row, k)] * r);
-        carried.chain(pulled)
+        self.carried(row, q).chain(pulled)
+    }
+
+    /// The terms of the acceleration of a row that come from sliders that vibrate.
+    fn carried(&self, row: usize, q: &[f64]) -> impl Iterator<Item = f64> {
+        let carried = self.scene.carried_acceleration(self.scene.slot(row));
+        carried.into_iter().map(|(h, factor)| factor * q[h])
     }
 
     /// The statuses and forces of `contacts` when all of them touch and rest in their normal directions.
@@ -112,7 +125,8 @@ impl Coupled<'_> {
                 false => u[law.normal],
             }
         };
-        let impulses = self.gathered(problem, Level::Impulses, velocity, u).forces(statuses)?;
+        let gathered = self.gathered(problem, Level::Impulses, velocity, at_rest, u);
+        let impulses = gathered.forces(statuses)?;
         let mut u = u.to_vec();
         let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
         self.push(&closed, impulses.as_slice(), &mut u);
@@ -162,6 +176,7 @@ impl Coupled<'_> {
         problem: &[Touching],
         level: Level,
         a0: impl Fn(usize) -> f64,
+        carried: impl Fn(usize) -> [f64; 2],
         u: &[f64],
     ) -> ContactProblem {
         let contacts = &self.scene.contacts;
@@ -191,6 +206,7 @@ impl Coupled<'_> {
             contacts: closed,
             w: self.w.select_rows(&rows).select_columns(&rows),
             a0: DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row))),
+            carried: rows.into_iter().map(carried).collect(),
         }
     }
 
@@ -199,11 +215,12 @@ impl Coupled<'_> {
         problem: &[Touching],
         level: Level,
         a0: impl Fn(usize) -> f64,
+        carried: impl Fn(usize) -> [f64; 2],
         q: &[f64],
         u: &[f64],
     ) -> Result<Solution, RunFailure> {
         let contacts = &self.scene.contacts;
-        self.gathered(problem, level, a0, u).solve().map_err(|unsolved| {
+        self.gathered(problem, level, a0, carried, u).solve().map_err(|unsolved| {
             RunFailure::ContactProblem {
                 contacts: problem.iter().map(|entry| entry.0).collect(),
                 time: self.time,
@@ -283,7 +300,7 @@ impl Coupled<'_> {
                 false => before[law.normal] - rebound(row / 2),
             }
         };
-        let solution = self.solve(&problem, Level::Impulses, velocity, q, &before)?;
+        let solution = self.solve(&problem, Level::Impulses, velocity, at_rest, q, &before)?;
         self.push(&touching, solution.forces.as_slice(), u);
         // A velocity that the impulses hold at zero is set to zero exactly.
         for (&i, &status) in touching.iter().zip(&solution.statuses) {

@@ -23,12 +23,9 @@ impl ContactProblem {
             for (i, contact) in self.contacts.iter().enumerate() {
                 let before = forces.rows(2 * i, 2).into_owned();
                 forces.rows_mut(2 * i, 2).fill(0.0);
-                let alone = Self {
-                    dependent: self.dependent,
-                    contacts: vec![*contact],
-                    w: self.w.view((2 * i, 2 * i), (2, 2)).into_owned(),
-                    a0: self.a0.rows(2 * i, 2) + self.w.rows(2 * i, 2) * &forces,
-                };
+                let w = self.w.view((2 * i, 2 * i), (2, 2)).into_owned();
+                let a0 = self.a0.rows(2 * i, 2) + self.w.rows(2 * i, 2) * &forces;
+                let alone = Self::new(vec![*contact], w, a0, self.dependent);
                 let found = choices(contact).iter().find_map(|&status| alone.verified(&[status]));
                 // If one contact alone has no answer, the iteration goes on with its present forces.
                 let force = found.map_or(before, |solution| {

@@ -120,7 +120,7 @@ impl Problem {
             opens: true,
         };
         let contacts = nodes.iter().map(law).collect();
-        Self { nodes, linear: ContactProblem { contacts, w, a0, dependent: false }, sizes }
+        Self { nodes, linear: ContactProblem::new(contacts, w, a0, false), sizes }
     }
 
     /// Takes slip velocities that come to their end to zero, which they are under the statuses `before`: where a slip slows
