@@ -357,7 +357,7 @@ mod tests {
         let smooth = Closed { friction: 0.0, static_friction: 0.0, sliding: None, opens: true };
         let mut w = DMatrix::identity(4, 4);
         (w[(1, 3)], w[(3, 1)]) = (-1e-16, -1e-16);
-        let a0 = vec![0.0, -6e-15, 0.0, -1.8].into();
+        let a0 = vec![0.0, -6e-15, 0.0, -1.8];
         let contacts = vec![smooth; 2];
         let solution = ContactProblem::new(contacts, w, a0, true).solve();
         assert_eq!(solution.expect("one motion").statuses, [Status::Positive; 2]);
