@@ -155,15 +155,20 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         (94, 833, ["stops"]),
         # Rounding of an impact moved a stop that stays closed: 1e-17 m/s counted as the end of a series.
         (95, 791, ["stops"]),
-        # Two sliders on one dof, one of which vibrates, beside forces of 4e6 N.
-        (96, 1471, ["unsymmetric", "forced", "stops", "compliant"]),
         (94, 2175, ["stops"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):
     outcome = fuzz_campaign.run_scene(seed, extras, index)
     assert outcome.verdict == "ok", outcome
-    assert outcome.compared == outcome.distinct > 30
+    assert outcome.compared == outcome.distinct > 40
+
+
+def test_two_sliders_on_one_dof_of_which_one_vibrates():
+    """Forces of 4e6 N hid that the sliders part, and both contacts held the dof."""
+    outcome = fuzz_campaign.run_scene(96, ["unsymmetric", "forced", "stops", "compliant"], 1471)
+    assert outcome.verdict == "ok", outcome
+    assert outcome.compared == outcome.distinct == 36
 
 
 @pytest.mark.parametrize("index", [21, 47, 57])
