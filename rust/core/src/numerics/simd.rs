@@ -52,7 +52,7 @@ impl VectorUnit {
     }
 }
 
-/// Apart from its caller, whose loop is to stay in the instruction cache.
+/// Apart from its callers, which do without it on every machine with the vector unit.
 #[cfg_attr(target_arch = "x86_64", cold)]
 #[inline(never)]
 fn portable<K: Kernel>(kernel: K) -> K::Output {

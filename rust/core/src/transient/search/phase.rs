@@ -1,7 +1,7 @@
 //! One phase, followed to its first event: panel by panel, until a certified root is found.
 //!
-//! What most events do without is marked as cold: the code that every event passes through is about as large as the instruction
-//! cache (32 KB), and what does not fit costs a quarter of a run.
+//! What most events do without is marked as cold and stays out of the loop over panels. Together with portable kernels that are
+//! called and not inlined, this saves the reference run 1 % of its instructions.
 
 use crate::contact::event_function::EventFunction;
 use crate::contact::event_kind::EventKind;

@@ -99,7 +99,7 @@ impl KeptStates {
     pub fn push(&mut self, q: &[f64], u: &[f64], departures: &[Departure]) {
         let phase = self.count;
         self.count += 1;
-        // A division would take each phase as long as the copy of a short state.
+        // Most motions keep every state, and need no division for it.
         if self.stride > 1 && !phase.is_multiple_of(self.stride) {
             return;
         }
