@@ -132,26 +132,23 @@ impl ContactProblem {
             let (sum, size) = self.terms(row, &forces);
             sum.abs() <= CONSISTENT * size
         });
-        (consistent && self.carried_alike(&held)).then_some((forces, found.free))
+        (consistent && self.carried_alike(statuses)).then_some((forces, found.free))
     }
 
     /// Whether sliders carry alike the held directions that depend on each other. In the combination of their accelerations
     /// that no force changes, forces cancel: large forces do not hide that two sliders part.
-    fn carried_alike(&self, held: &[usize]) -> bool {
-        if held.iter().all(|&row| self.carried[row][1] == 0.0) {
+    fn carried_alike(&self, statuses: &[Status]) -> bool {
+        if self.carried.iter().all(|carried| carried[1] == 0.0) {
             return true;
         }
-        let own = DMatrix::from_fn(self.a0.len(), held.len(), |row, k| {
-            f64::from(u8::from(held[k] == row))
-        });
-        Forces::new(&self.w, held, &own).free.column_iter().all(|combination| {
-            let part = |k: usize| -> f64 {
-                let terms = combination.iter().zip(&self.carried);
-                terms
-                    .map(|(f, carried)| if k == 0 { f * carried[0] } else { f.abs() * carried[1] })
-                    .sum()
-            };
-            part(0).abs() <= ROUNDING * part(1)
+        // Of the held rows alone, without the friction that their forces bring.
+        let (held, own) = held_rows(statuses, |_| 0.0);
+        Forces::new(&self.w, &held, &own).free.column_iter().all(|combination| {
+            let terms = combination.iter().zip(&self.carried);
+            let [sum, size] = terms.fold([0.0, 0.0], |[sum, size], (f, carried)| {
+                [sum + f * carried[0], size + f.abs() * carried[1]]
+            });
+            sum.abs() <= ROUNDING * size
         })
     }
 

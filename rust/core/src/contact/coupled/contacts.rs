@@ -37,9 +37,9 @@ pub(crate) struct Coupled<'a> {
     pub w: &'a DMatrix<f64>,
 }
 
-/// No row is carried: impulses leave the accelerations of sliders out.
-fn at_rest(_: usize) -> [f64; 2] {
-    [0.0; 2]
+/// The rows (tangential, normal) of the contacts of a problem.
+fn rows(problem: &[Touching]) -> impl Iterator<Item = usize> {
+    problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1])
 }
 
 impl Coupled<'_> {
@@ -52,11 +52,12 @@ impl Coupled<'_> {
     ) -> Result<Solution, RunFailure> {
         let reactions = self.reactions(q, u);
         let acceleration = |row: usize| self.accelerations(row, q, &reactions).sum();
-        let carried = |row: usize| {
-            let [sum, size] = [|a: f64| a, f64::abs].map(|of| self.carried(row, q).map(of).sum());
-            [sum, size]
-        };
-        self.solve(problem, Level::Accelerations, acceleration, carried, q, u)
+        let mut gathered = self.gathered(problem, Level::Accelerations, acceleration, u);
+        for (carried, row) in gathered.carried.iter_mut().zip(rows(problem)) {
+            let terms = self.carried(row, q);
+            *carried = terms.fold([0.0, 0.0], |[sum, size], a| [sum + a, size + a.abs()]);
+        }
+        self.solve(&gathered, problem, Level::Accelerations, q, u)
     }
 
     /// Whether the forces of a solution leave the slip velocity of a contact a rate, beyond the rounding of its terms.
@@ -69,8 +70,7 @@ impl Coupled<'_> {
         u: &[f64],
     ) -> bool {
         let row = 2 * contact;
-        let rows = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]);
-        let pushed = rows.zip(&solution.forces).map(|(k, force)| self.w[(row, k)] * force);
+        let pushed = rows(problem).zip(&solution.forces).map(|(k, force)| self.w[(row, k)] * force);
         let reactions = self.reactions(q, u);
         let terms = self.accelerations(row, q, &reactions).chain(pushed);
         let (sum, size) = terms.fold((0.0, 0.0), |(sum, size), a| (sum + a, size + a.abs()));
@@ -125,8 +125,7 @@ impl Coupled<'_> {
                 false => u[law.normal],
             }
         };
-        let gathered = self.gathered(problem, Level::Impulses, velocity, at_rest, u);
-        let impulses = gathered.forces(statuses)?;
+        let impulses = self.gathered(problem, Level::Impulses, velocity, u).forces(statuses)?;
         let mut u = u.to_vec();
         let closed: Vec<usize> = problem.iter().map(|entry| entry.0).collect();
         self.push(&closed, impulses.as_slice(), &mut u);
@@ -176,7 +175,6 @@ impl Coupled<'_> {
         problem: &[Touching],
         level: Level,
         a0: impl Fn(usize) -> f64,
-        carried: impl Fn(usize) -> [f64; 2],
         u: &[f64],
     ) -> ContactProblem {
         let contacts = &self.scene.contacts;
@@ -200,35 +198,28 @@ impl Coupled<'_> {
                 closed
             })
             .collect();
-        let rows: Vec<usize> = problem.iter().flat_map(|&(i, _)| [2 * i, 2 * i + 1]).collect();
-        ContactProblem {
-            dependent: !self.scene.dependents.is_empty(),
-            contacts: closed,
-            w: self.w.select_rows(&rows).select_columns(&rows),
-            a0: DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row))),
-            carried: rows.into_iter().map(carried).collect(),
-        }
+        let rows: Vec<usize> = rows(problem).collect();
+        let w = self.w.select_rows(&rows).select_columns(&rows);
+        let a0 = DVector::from_iterator(rows.len(), rows.iter().map(|&row| a0(row)));
+        ContactProblem::new(closed, w, a0, !self.scene.dependents.is_empty())
     }
 
     fn solve(
         &self,
+        gathered: &ContactProblem,
         problem: &[Touching],
         level: Level,
-        a0: impl Fn(usize) -> f64,
-        carried: impl Fn(usize) -> [f64; 2],
         q: &[f64],
         u: &[f64],
     ) -> Result<Solution, RunFailure> {
         let contacts = &self.scene.contacts;
-        self.gathered(problem, level, a0, carried, u).solve().map_err(|unsolved| {
-            RunFailure::ContactProblem {
-                contacts: problem.iter().map(|entry| entry.0).collect(),
-                time: self.time,
-                level,
-                count: unsolved.told(),
-                slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
-                reactions: self.reactions(q, u),
-            }
+        gathered.solve().map_err(|unsolved| RunFailure::ContactProblem {
+            contacts: problem.iter().map(|entry| entry.0).collect(),
+            time: self.time,
+            level,
+            count: unsolved.told(),
+            slip: contacts.iter().map(|law| u[law.tangential] - law.slider_speed).collect(),
+            reactions: self.reactions(q, u),
         })
     }
 
@@ -300,7 +291,8 @@ impl Coupled<'_> {
                 false => before[law.normal] - rebound(row / 2),
             }
         };
-        let solution = self.solve(&problem, Level::Impulses, velocity, at_rest, q, &before)?;
+        let gathered = self.gathered(&problem, Level::Impulses, velocity, &before);
+        let solution = self.solve(&gathered, &problem, Level::Impulses, q, &before)?;
         self.push(&touching, solution.forces.as_slice(), u);
         // A velocity that the impulses hold at zero is set to zero exactly.
         for (&i, &status) in touching.iter().zip(&solution.statuses) {
