@@ -62,6 +62,22 @@ fn a_line_crosses_once() {
     assert!(matches!(first(&p, 0.002), Verdict::Clear { touch: None, in_band: None }));
 }
 
+/// The time of a touch is that of the minimum, not of the place within the band at which the march stepped.
+#[test]
+fn a_touch_is_told_at_its_lowest_point() {
+    for k in 1..100 {
+        let place = 0.01 * f64::from(k);
+        for depth in [-0.9, -0.3, 0.0, 0.5, 0.9] {
+            let p = dips(&[place], 2, 0.3, depth);
+            let Verdict::Clear { touch: Some(touch), in_band: None } = first(&p, 1.0) else {
+                panic!("no touch at {place}");
+            };
+            assert!((touch.at - place).abs() < 1e-14, "{} of {place}", touch.at);
+            assert!((touch.value + depth * ERROR).abs() < 1e-15);
+        }
+    }
+}
+
 /// The promise: a dip deeper than the error is a crossing, one that is shallower is told as a touch.
 #[test]
 fn planted_dips_are_crossings_exactly_where_they_are_deeper_than_the_error() {

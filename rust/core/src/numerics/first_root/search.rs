@@ -82,6 +82,8 @@ pub(super) const RESOLUTION: f64 = 1e-6;
 /// Bound on the number of marching steps; a polynomial that needs more is reported as a touch where it
 /// stands. Quadratic convergence needs fewer than ten, a double root within the band some forty.
 const STEPS: usize = 400;
+/// Newton steps to a local minimum. They begin within the band, where two or three are enough.
+const NEWTON: usize = 4;
 /// After so many steps M is taken about the place itself: a flat dip, or roots close together, need small third
 /// derivatives there, which the bound for all of [0, 1] does not show.
 const PATIENCE: usize = 16;
@@ -267,16 +269,15 @@ fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, 
         if v < lowest.value {
             lowest = Touch { at: s, value: v };
         }
-        let within = Some(lowest).filter(|lowest| lowest.value <= upper);
         if v < lower {
             return Exit::Below { root: bracketed_root(simd, p, entry, s) };
         }
         // Above the value at which the band was entered; otherwise march and band would take turns.
-        if v > 1.5 * NEAR_BAND * error && s > entry {
-            return Exit::Above { at: s, lowest: within };
-        }
-        if s >= end {
-            return Exit::Undecided { lowest: within };
+        let above = v > 1.5 * NEAR_BAND * error && s > entry;
+        if above || s >= end {
+            let lowest = Some(lowest).filter(|lowest| lowest.value <= upper);
+            let lowest = lowest.map(|touch| lowest_nearby(simd, p, touch, (entry, s)));
+            return if above { Exit::Above { at: s, lowest } } else { Exit::Undecided { lowest } };
         }
         // No term of Taylor's formula changes p by more than half of the error, so that the steps meet the lowest value
         // nearly; and p certainly stays above the edge of the band that lies below it.
@@ -298,6 +299,27 @@ fn leave_band<S: Lanes>(simd: S, p: Groups<'_>, error: f64, m: f64, entry: f64, 
         s = (s + step).max(s + f64::EPSILON * s.max(1e-9)).min(end);
     }
     Exit::Undecided { lowest: Some(lowest) }
+}
+
+/// The local minimum beside a touch that the march has met, by Newton's method on the slope: steps of the march are as long as
+/// the error allows, which may be far from the minimum.
+#[inline(always)]
+fn lowest_nearby<S: Lanes>(
+    simd: S,
+    p: Groups<'_>,
+    mut touch: Touch,
+    (entry, end): (f64, f64),
+) -> Touch {
+    for _ in 0..NEWTON {
+        let (_, v1, v2) = derivatives(simd, p, touch.at);
+        let at = (touch.at - v1 / v2).clamp(entry, end);
+        let (value, _) = value_and_slope(simd, p, at);
+        if !(v2 > 0.0 && value <= touch.value) {
+            break;
+        }
+        touch = Touch { at, value };
+    }
+    touch
 }
 
 /// The zero of p between `low` and `high`, where p changes from >= 0 to < 0: Newton kept inside the bracket.
