@@ -15,4 +15,9 @@ impl Clock {
         let seconds = sum + rest;
         Self { seconds, rest: rest - (seconds - sum) }
     }
+
+    /// The resolution of the seconds, s.
+    pub fn ulp(self) -> f64 {
+        self.seconds.next_up() - self.seconds
+    }
 }

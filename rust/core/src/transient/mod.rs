@@ -2,8 +2,11 @@
 
 pub(crate) mod batch;
 pub(crate) mod clock;
+pub(crate) mod impact_series;
 pub(crate) mod local;
+pub(crate) mod met_combinations;
 pub(crate) mod parts;
+pub(crate) mod repeated_run;
 pub(crate) mod run;
 pub(crate) mod run_state;
 pub(crate) mod search;

@@ -17,6 +17,7 @@ use crate::scene::model::State;
 use crate::scene::status::Combination;
 use crate::transient::local::march::March;
 use crate::transient::parts::{in_whole, put_together};
+use crate::transient::repeated_run::repetition;
 use crate::transient::run::{Progress, Run};
 use crate::transient::run_state::Controls;
 use crate::transient::trajectory::events::StopReason;
@@ -175,6 +176,7 @@ impl<'a> PartRun<'a> {
             Propagation::Panels(Box::new(march))
         } else {
             let mut run = Run::new(propagators, state, duration, method, controls);
+            run.state.trajectory.repetition = Some(repetition(duration, &controls));
             let progress = run.begin(combination)?;
             Propagation::Phases(Box::new(run), Box::new(progress))
         };
@@ -182,13 +184,10 @@ impl<'a> PartRun<'a> {
     }
 
     fn step(&mut self) -> Result<(), Error> {
-        let stopped = match &mut self.propagation {
+        self.stopped = match &mut self.propagation {
             Propagation::Phases(run, progress) => run.step(progress)?,
             Propagation::Panels(march) => march.step(),
         };
-        if stopped.is_some() {
-            self.stopped = stopped;
-        }
         Ok(())
     }
 

@@ -122,9 +122,12 @@ impl Locality {
         dual(&functional.position) / self.omega + dual(&functional.velocity)
     }
 
-    /// The rows in which a velocity of a coordinate acts at once.
-    pub fn felt_at_once(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
-        self.dampers.row(k).map(|entry| entry.0)
+    /// The contacts in whose rows a velocity of coordinate k acts at once.
+    pub fn contacts_felt_at_once(&self, k: usize) -> impl Iterator<Item = usize> + '_ {
+        self.dampers.row(k).filter_map(|(row, _)| match self.kinds[row] {
+            Kind::Tangential(contact) | Kind::Normal(contact) => Some(contact),
+            _ => None,
+        })
     }
 
     /// How a coordinate moves.

@@ -1,8 +1,7 @@
 //! The run of a large sparse scene: all coordinates share panels, a queue orders the next events of all contacts, and an
 //! event expands and searches again only what it reaches.
 
-use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::HashMap;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -20,6 +19,7 @@ use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::clock::Clock;
 use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
+use crate::transient::local::next_events::{COINCIDENT, Entry, NextEvents};
 use crate::transient::run_state::Controls;
 use crate::transient::search::panel::PanelSearch;
 use crate::transient::trajectory::events::{Accumulation, Event, Grazing, StopReason};
@@ -29,48 +29,6 @@ use crate::transient::trajectory::model::{Phase, Trajectory};
 const EVENTS_PER_QUESTION: usize = 64;
 /// Part of a panel before its end that is not worth a restart: the event ends the panel.
 const SLIVER: f64 = 1e-9;
-/// Largest distance, in panels, of two zeros that count as one because of their errors.
-const COINCIDENT: f64 = 1e-6;
-
-/// The next event of a contact on a panel; times count from the start of the panel, s.
-#[derive(Debug, Clone, Default)]
-struct Next {
-    /// Number of the search that found it; older entries of the queue have another number.
-    number: u32,
-    at: f64,
-    /// Time from which on the zero is within its error.
-    early: f64,
-    triggers: [Option<EventKind>; 2],
-    /// Bounces left out and error of the limit, at an accumulation.
-    limit: Option<(usize, f64)>,
-    touches: Vec<Grazing>,
-}
-
-/// An entry of the queue: an event of a contact, or one of its touches.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Entry {
-    at: f64,
-    contact: usize,
-    number: u32,
-    touch: Option<usize>,
-}
-
-impl Eq for Entry {}
-
-impl Ord for Entry {
-    /// The earliest is the greatest; a touch comes before an event.
-    fn cmp(&self, other: &Self) -> Ordering {
-        let rank = |entry: &Self| (entry.contact, entry.touch.unwrap_or(usize::MAX));
-        other.at.total_cmp(&self.at).then_with(|| rank(other).cmp(&rank(self)))
-    }
-}
-
-impl PartialOrd for Entry {
-    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
 /// How a panel ended.
 enum PanelEnd {
     /// At a time after its start; the state there is that of the march.
@@ -90,8 +48,7 @@ pub(crate) struct March<'a> {
     /// When the departures of each contact were found, s.
     departed: Vec<f64>,
     functions: Vec<Vec<EventFunction>>,
-    next: Vec<Next>,
-    queue: BinaryHeap<Entry>,
+    next: NextEvents,
     search: PanelSearch,
     /// Touches at the end of a panel, by contact.
     pending: HashMap<usize, Vec<Option<Grazing>>>,
@@ -137,8 +94,7 @@ impl<'a> March<'a> {
             },
             departed: vec![0.0; contacts],
             functions: (0..contacts).map(|i| functions_of_contact(scene, i, statuses[i])).collect(),
-            next: vec![Next::default(); contacts],
-            queue: BinaryHeap::new(),
+            next: NextEvents::new(contacts),
             search: PanelSearch::default(),
             pending: HashMap::new(),
             clock: Clock::default(),
@@ -227,24 +183,17 @@ impl<'a> March<'a> {
         self.speed = structure.iter().fold(0.0, |size, u| size.max(u.abs()));
         self.field.begin(&self.settlement.statuses, &self.q, &self.u);
         self.trajectory.counters.panels += 1;
-        self.queue.clear();
+        self.next.begin_panel();
         if let Err(reason) = self.look(0.0, self.clock.seconds, true) {
             return PanelEnd::Stop(0.0, reason);
         }
         loop {
             let horizon = self.field.end.min(remaining);
-            let entry = match self.queue.pop() {
-                Some(entry) if entry.at <= horizon => entry,
-                _ => {
-                    self.field.values(horizon, &mut self.q, &mut self.u);
-                    return PanelEnd::At(horizon);
-                }
+            let Some(entry) = self.next.pop(horizon) else {
+                self.field.values(horizon, &mut self.q, &mut self.u);
+                return PanelEnd::At(horizon);
             };
-            if self.next[entry.contact].number != entry.number {
-                continue;
-            }
-            if let Some(touch) = entry.touch {
-                let touch = self.next[entry.contact].touches[touch];
+            if let Some(touch) = self.next.touch(&entry) {
                 let time = self.clock.after(touch.time).seconds;
                 self.trajectory.grazings.push(Grazing { time, ..touch });
                 if self.controls.stop_at_grazing {
@@ -304,13 +253,8 @@ impl<'a> March<'a> {
         let skipped = limit.as_ref().map(|limit| limit.function);
         let counters = &mut self.trajectory.counters;
         let found = search.first_crossing(counters, at, functions, allowed, skipped);
-        let next = &mut self.next[contact];
-        next.number = next.number.wrapping_add(1);
-        next.triggers = [None; 2];
-        next.limit = None;
-        next.touches.clear();
+        let next = self.next.searched(contact);
         next.touches.append(&mut search.touches);
-        let number = next.number;
         let event = match (found, limit) {
             (Some((index, s)), _) => {
                 let vanishing = functions.iter().enumerate().filter(|&(other, function)| {
@@ -332,54 +276,24 @@ impl<'a> March<'a> {
             self.pending.insert(contact, std::mem::take(&mut search.pending));
             search.waiting = false;
         }
-        let queue = &mut self.queue;
-        for (index, touch) in next.touches.iter().enumerate() {
-            queue.push(Entry { at: touch.time, contact, number, touch: Some(index) });
-        }
-        if let Some((s, spread)) = event {
-            next.at = at + s * unit;
-            next.early = next.at - spread * unit;
-            queue.push(Entry { at: next.at, contact, number, touch: None });
-        }
+        let event = event.map(|(s, spread)| {
+            let time = at + s * unit;
+            (time, time - spread * unit)
+        });
+        self.next.enqueue(contact, event);
         Ok(())
     }
 
     /// Takes the event of an entry, with all event functions that vanish within their errors at its time.
     fn happen(&mut self, entry: Entry) -> Option<PanelEnd> {
         let at = entry.at;
-        let mut struck = vec![entry.contact];
-        let mut later = Vec::new();
-        while let Some(&other) = self.queue.peek()
-            && other.at - at <= COINCIDENT * self.locality.width()
-        {
-            self.queue.pop();
-            let next = &self.next[other.contact];
-            if next.number != other.number {
-                continue;
-            }
-            if other.touch.is_none() && next.early <= at {
-                struck.push(other.contact);
-            } else {
-                later.push(other);
-            }
-        }
-        self.queue.extend(later);
-        struck.sort_unstable();
-        let mut triggers = Vec::new();
-        for &contact in &struck {
-            let kinds = self.next[contact].triggers.iter().flatten();
-            triggers.extend(kinds.map(|&kind| (contact, kind)));
-        }
-        let mut among = struck.clone();
+        let struck = self.next.coincident(&entry, self.locality.width());
+        let triggers = self.next.triggers(&struck);
+        let mut among = struck;
         for &(contact, _) in triggers.iter().filter(|trigger| trigger.1 == EventKind::Impact) {
             let law = &self.scene.contacts[contact];
-            for k in [law.tangential, law.normal] {
-                let felt = self.locality.felt_at_once(k);
-                among.extend(felt.filter_map(|row| match self.locality.kinds[row] {
-                    Kind::Tangential(other) | Kind::Normal(other) => Some(other),
-                    _ => None,
-                }));
-            }
+            among.extend(self.locality.contacts_felt_at_once(law.tangential));
+            among.extend(self.locality.contacts_felt_at_once(law.normal));
         }
         among.sort_unstable();
         among.dedup();
@@ -388,7 +302,7 @@ impl<'a> March<'a> {
         let before = self.trajectory.phases.last().map_or(0.0, |phase| phase.start);
         self.at_this_instant = if time.seconds > before { 0 } else { self.at_this_instant + 1 };
         // Each contact can pass each status once; more means that the event rule goes in circles.
-        if self.at_this_instant > 4 * self.next.len() + 4 {
+        if self.at_this_instant > 4 * self.next.contacts() + 4 {
             return Some(PanelEnd::Stop(at, StopReason::Chattering { contact: entry.contact }));
         }
         let begins = self.field.end - at <= SLIVER * self.locality.width();
@@ -478,7 +392,7 @@ impl<'a> March<'a> {
         for (k, &(contact, kind)) in settlement.events.iter().enumerate() {
             trajectory.events.push(Event { time: seconds, contact, kind, phase });
             if kind == EventKind::Accumulation
-                && let Some((bounces, error)) = self.next[contact].limit
+                && let Some((bounces, error)) = self.next.limit(contact)
             {
                 trajectory.accumulations.push(Accumulation { event: first + k, bounces, error });
             }
@@ -494,7 +408,7 @@ impl<'a> March<'a> {
 
     /// Settles all contacts after a load was switched.
     fn switch(&mut self) -> Option<StopReason> {
-        let all: Vec<usize> = (0..self.next.len()).collect();
+        let all: Vec<usize> = (0..self.next.contacts()).collect();
         let triggers = [(NO_CONTACT, EventKind::Load)];
         if let Err(reason) = self.settle(self.clock, &triggers, &all, 0.0, true) {
             return Some(reason);

@@ -2,4 +2,5 @@
 
 pub(crate) mod march;
 pub(crate) mod motion;
+pub(crate) mod next_events;
 pub(crate) mod record;

@@ -1,0 +1,94 @@
+//! Series of impacts that shrink to a limit: the ratio of their intervals, and what their limits leave out.
+
+use crate::contact::event_kind::EventKind;
+use crate::contact::settlement::{Series, Settlement};
+use crate::transient::run_state::RunState;
+use crate::transient::search::phase::PhaseSearch;
+use crate::transient::trajectory::events::Accumulation;
+use crate::transient::trajectory::model::Trajectory;
+
+/// Impacts of one contact over which the ratio of a series is measured, twice.
+const ROUND: usize = 4;
+/// Number of events, per contact, among which those impacts are looked for.
+pub(crate) const SEEN: usize = 32;
+
+/// Gap, relative to the largest displacement, gap of the input or deflection under the constant load, below which series of
+/// impacts over several contacts are not followed. A hundred times smaller gap takes a third more events; the time at which
+/// a series ends is known to the root of the gap. Where closed contacts hold all of a scene in place, displacements vanish.
+const RESOLUTION: f64 = 8192.0 * f64::EPSILON;
+
+/// The limits for a series of impacts over several contacts at the instant of the state.
+pub(crate) fn series(state: &RunState<'_>, search: &PhaseSearch) -> Series {
+    let RunState { scene, q, controls, .. } = state;
+    if !scene.contacts_coupled() {
+        return Series::default();
+    }
+    let struck = |contact| search.triggers.contains(&(contact, EventKind::Impact));
+    let places = (0..scene.structure()).map(|k| match scene.stiffness.get(k, k) {
+        stiffness if stiffness > 0.0 => q[k].abs().max(scene.force[k].abs() / stiffness),
+        _ => q[k].abs(),
+    });
+    let lengths = places.chain(scene.contacts.iter().map(|law| law.gap.abs()));
+    let resolution = RESOLUTION * lengths.fold(0.0, f64::max);
+    let contacts = 0..scene.contacts.len();
+    let ulp = state.time.ulp();
+    Series {
+        resolution,
+        gaps: search.gaps.iter().map(|gap| gap.max(resolution)).collect(),
+        ratios: contacts.map(|contact| ratio(state, contact, struck(contact))).collect(),
+        negligible: controls.accumulation_tolerance.max(ulp),
+        ulp,
+    }
+}
+
+/// The ratio of successive intervals between impacts of a contact; 0 if they do not shrink. Several impacts may make up one
+/// round of the series, so intervals are measured over as many impacts as there are, up to `ROUND`.
+fn ratio(state: &RunState<'_>, contact: usize, struck: bool) -> f64 {
+    let RunState { scene, time, trajectory, .. } = state;
+    let earlier = trajectory.events.iter().rev().take(SEEN * scene.contacts.len());
+    let strikes = earlier
+        .take_while(|event| event.kind != EventKind::Accumulation || event.contact != contact)
+        .filter(|event| event.contact == contact && event.kind == EventKind::Impact)
+        .map(|event| event.time);
+    let times: Vec<f64> =
+        struck.then_some(time.seconds).into_iter().chain(strikes).take(2 * ROUND + 1).collect();
+    let step = times.len().saturating_sub(1) / 2;
+    if step == 0 {
+        return 0.0;
+    }
+    let (last, before) = (times[0] - times[step], times[step] - times[2 * step]);
+    match last / before {
+        // The clock tells the impacts apart.
+        ratio if ratio < 1.0 && last > time.ulp() => ratio.powf(1.0 / step as f64),
+        _ => 0.0,
+    }
+}
+
+/// Records the parts of series that the accumulations among the events to come leave out.
+pub(crate) fn count_accumulations(
+    trajectory: &mut Trajectory,
+    settlement: &Settlement,
+    series: &Series,
+) {
+    let first = trajectory.events.len();
+    let limits = settlement.events.iter().enumerate();
+    let limits = limits.filter(|(_, event)| event.1 == EventKind::Accumulation);
+    let Some(rest) = settlement.rest else {
+        // Of one contact: other contacts may have events at the same instant.
+        for (k, _) in limits {
+            if let Some(limit) = trajectory.accumulations.last_mut() {
+                limit.event = first + k;
+            }
+        }
+        return;
+    };
+    for (k, &(contact, _)) in limits {
+        let ratio = series.ratios[contact];
+        let bounces = (rest / series.ulp).ln() / -ratio.ln();
+        trajectory.accumulations.push(Accumulation {
+            event: first + k,
+            bounces: bounces.clamp(1.0, f64::MAX).ceil() as usize,
+            error: rest,
+        });
+    }
+}
