@@ -15,13 +15,12 @@
 //! contacts close together, their gaps g of some rounding close too, and the work of the load `F - K x` on these gaps is
 //! part of the energy that the impacts take.
 
-use crate::contact::event_kind::EventKind;
+use crate::energy::impacts::{ImpactWork, add_impacts};
 use crate::energy::power::{
     FrictionForces, antisymmetric, bilinear, circulatory_force, damper_groups, damping_powers,
-    energy_change, external_force, slider_vibration,
+    energy_change, external_force,
 };
 use crate::error::input::Error;
-use crate::linalg::dense::impulses_of;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::gauss::{NODES, REACH, gauss_rule};
 use crate::scene::model::Scene;
@@ -50,21 +49,6 @@ pub struct PhaseWork {
     pub circulatory: f64,
     /// Dissipated energy by damper group; see [`damper_groups`].
     pub damping: Vec<f64>,
-}
-
-/// The energy that one contact takes from the motion at an impact or at the limit of its bounces, J.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct ImpactWork {
-    /// Time of the impact, s.
-    pub time: f64,
-    /// Index of the contact.
-    pub contact: usize,
-    /// Energy lost in the normal direction.
-    pub normal: f64,
-    /// Work of the slider through the tangential impulse.
-    pub slider: f64,
-    /// Friction heat of the tangential impulse.
-    pub friction: f64,
 }
 
 /// Everything that changes the energy between two times.
@@ -133,7 +117,8 @@ pub fn works(trajectory: &Trajectory, t0: f64, t1: f64) -> Result<Works, Error> 
             damping: walk.damping.iter().map(|sum| sum.value()).collect(),
         });
         if phase < last {
-            walk.strike(phase + 1);
+            let at_end = (&walk.cursor.q[..], &walk.cursor.u[..]);
+            add_impacts(trajectory, phase + 1, at_end, &mut walk.works.impacts);
         }
     }
     let last = walk.at_rest();
@@ -310,101 +295,5 @@ impl<'a> Walk<'a> {
         let middle: Vec<f64> = end.iter().zip(to).map(|(a, b)| 0.5 * (a + b)).collect();
         let reset = circulatory_force(self.scene, &middle).unwrap_or_default();
         self.circulatory.value() + dot_change(&force, end, from) + dot_change(&reset, to, end)
-    }
-
-    /// The energy that the contacts take at the start of `phase`; the cursor stands at the end of the phase before.
-    fn strike(&mut self, phase: usize) {
-        let trajectory = self.trajectory;
-        let (mut impact, mut jump_of_places) = (false, false);
-        for event in trajectory.events_at(phase) {
-            match event.kind {
-                EventKind::Impact => impact = true,
-                EventKind::Jump | EventKind::Load => (impact, jump_of_places) = (true, true),
-                // If mass couples contacts, an impulse on one changes the others: the jump of the velocities gives its energy.
-                EventKind::Accumulation if self.scene.contacts_coupled() => impact = true,
-                EventKind::Accumulation => {
-                    let rest = trajectory.phase_state(phase - 1).parts().1
-                        [self.scene.contacts[event.contact].normal];
-                    self.works.impacts.push(ImpactWork {
-                        time: event.time,
-                        contact: event.contact,
-                        normal: 0.5 * normal_mass(self.scene, event.contact) * rest * rest,
-                        slider: 0.0,
-                        friction: 0.0,
-                    });
-                }
-                _ => {}
-            }
-        }
-        if !impact || jump_of_places && self.scene.massless.is_empty() {
-            return;
-        }
-        let time = trajectory.phases[phase].start;
-        let state = trajectory.phase_state(phase);
-        let (before, (position, after)) = (&self.cursor.u, state.parts());
-        let rest = self.at_rest().1;
-        let jump: Vec<f64> = after.iter().zip(before).map(|(b, a)| b - a).collect();
-        let before_it = trajectory.combination_of(phase - 1);
-        let statuses = before_it.statuses();
-        let dependent = self.scene.coordinates.delassus.as_ref();
-        let dependent = dependent.filter(|_| !self.scene.dependents.is_empty()).map(|w| {
-            let struck = |i: usize| trajectory.events_at(phase).any(|event| event.contact == i);
-            let touches = |row: &usize| statuses[row / 2].is_closed() || struck(row / 2);
-            let rows: Vec<usize> = (0..w.nrows()).filter(touches).collect();
-            let laws = self.scene.contacts.iter();
-            let change: Vec<f64> =
-                laws.flat_map(|law| [jump[law.tangential], jump[law.normal]]).collect();
-            impulses_of(w, &rows, &change)
-        });
-        for (contact, law) in self.scene.contacts.iter().enumerate() {
-            let impulse = |row: usize| match &dependent {
-                Some(impulses) if row == law.normal => impulses[2 * contact + 1],
-                Some(impulses) => impulses[2 * contact],
-                None => self.moving.mass.row_dot(row, &jump),
-            };
-            let mean = |row: usize| 0.5 * (after[row] + before[row]);
-            let (p_n, p_t) = (impulse(law.normal), impulse(law.tangential));
-            let moved = position[law.tangential] != self.cursor.q[law.tangential]
-                || position[law.normal] != self.cursor.q[law.normal];
-            let jumped = jump_of_places && !law.normal_has_mass() && moved;
-            let reset = |row: usize| {
-                if !self.scene.contacts_coupled() && !jumped {
-                    return 0.0;
-                }
-                let (q0, q1) = (&self.cursor.q, position);
-                let middle: Vec<f64> = q0.iter().zip(q1).map(|(a, b)| 0.5 * (a + b)).collect();
-                (self.moving.force[row] - self.moving.stiffness.row_dot(row, &middle))
-                    * (q1[row] - q0[row])
-            };
-            let struck = trajectory
-                .events_at(phase)
-                .any(|event| event.contact == contact && event.kind == EventKind::Impact);
-            // Where mass couples contacts, every closed one may take an impulse.
-            let coupled = self.scene.contacts_coupled() && (p_n, p_t) != (0.0, 0.0);
-            if struck || jumped || coupled {
-                self.works.impacts.push(ImpactWork {
-                    time,
-                    contact,
-                    normal: -p_n * mean(law.normal) + reset(law.normal),
-                    slider: p_t * (law.slider_speed + slider_vibration(law, before, &rest)),
-                    friction: -p_t * (mean(law.tangential) - law.slider_speed)
-                        + if jumped && !law.tangential_has_mass() {
-                            reset(law.tangential)
-                        } else {
-                            0.0
-                        },
-                });
-            }
-        }
-    }
-}
-
-/// `1 / (n' M^-1 n)`: the mass that an impact of this contact alone moves.
-fn normal_mass(scene: &Scene, contact: usize) -> f64 {
-    let size = 2 * scene.contacts.len();
-    let normal = 2 * contact + 1;
-    match &scene.coordinates.delassus {
-        Some(w) => 1.0 / w[normal * size + normal],
-        None => scene.mass.get(scene.contacts[contact].normal, scene.contacts[contact].normal),
     }
 }

@@ -8,6 +8,7 @@ pub(crate) mod equation_of_motion;
 pub(crate) mod friction;
 pub(crate) mod inertia;
 pub(crate) mod input;
+pub(crate) mod linear_terms;
 pub(crate) mod loads;
 pub(crate) mod massless;
 pub(crate) mod model;

@@ -11,10 +11,10 @@ use crate::scene::dependent::sums::{Dependent, dependents_of};
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::{CoupledMass, coupled_mass, uncoupled_mass};
-use crate::scene::input::proportions::proportions;
 use crate::scene::input::scene_input::{Damping, SceneInput};
 use crate::scene::input::validated::{Validated, unfit};
 use crate::scene::input::with_nodes::with_nodes;
+use crate::scene::linear_terms::{EnergyParts, LinearTerms};
 use crate::scene::loads::input::Loads;
 use crate::scene::loads::oscillators::Drive;
 use crate::scene::massless::coordinates::{Massless, Nodes, check_massless};
@@ -64,63 +64,6 @@ pub struct Scene {
     pub(crate) bare: Option<Arc<Scene>>,
 }
 
-/// The parts of the matrices that the energy of a motion distinguishes and the motion itself does not.
-#[derive(Debug, Clone)]
-pub(crate) struct EnergyParts {
-    /// C, which dissipates.
-    pub dissipative: SparseMatrix,
-    /// `K + (H + H') / 2`, which stores.
-    pub elastic: SparseMatrix,
-    /// `H_a = (H - H') / 2`, whose power `-u' H_a x` is neither stored nor dissipated.
-    pub antisymmetric: SparseMatrix,
-}
-
-/// `(C + G) q' + (K + H) q` in contact coordinates.
-struct Linear {
-    damping: SparseMatrix,
-    stiffness: SparseMatrix,
-    proportional: Option<(f64, f64)>,
-    energy_parts: Option<EnergyParts>,
-}
-
-impl Linear {
-    /// Of K and C, and of G and H, which are stated over the dofs and nodes; `mass` is in contact coordinates.
-    fn new(
-        coordinates: &Coordinates,
-        mass: &SparseMatrix,
-        (stiffness, damping): (SparseMatrix, Damping),
-        further: [Option<SparseMatrix>; 2],
-    ) -> Self {
-        let [rotating, following] = further.each_ref().map(Option::is_some);
-        let elastic = coordinates.congruent(stiffness);
-        let (dissipative, law) = match damping {
-            Damping::General(damping) => (coordinates.congruent(damping), None),
-            Damping::Proportional { mass: alpha, stiffness: beta } => {
-                (mass.combined(alpha, &elastic, beta), Some((alpha, beta)))
-            }
-        };
-        let (damping, stiffness, energy_parts) = if rotating || following {
-            let [g, h] = further.map(|given| match given {
-                Some(matrix) => coordinates.transformed(matrix),
-                None => SparseMatrix::from_rows(coordinates.size(), |_, _| ()),
-            });
-            let [symmetric, antisymmetric] = h.parts();
-            let damping = dissipative.combined(1.0, &g, 1.0);
-            let stiffness = elastic.combined(1.0, &h, 1.0);
-            let elastic = elastic.combined(1.0, &symmetric, 1.0);
-            (damping, stiffness, Some(EnergyParts { dissipative, elastic, antisymmetric }))
-        } else {
-            (dissipative, elastic, None)
-        };
-        let proportional = match law {
-            // With G, or with H beside beta K, the law of C is not that of C + G.
-            Some((_, beta)) if !rotating && (!following || beta == 0.0) => law,
-            _ => proportions(&damping, mass, &stiffness),
-        };
-        Self { damping, stiffness, proportional, energy_parts }
-    }
-}
-
 /// Where the system is, and what its contacts do; x and x' over the dofs of the scene.
 #[derive(Debug, Clone, PartialEq)]
 pub struct State {
@@ -163,8 +106,12 @@ impl Scene {
             }
         }
         let matrices = (stated.stiffness, stated.damping);
-        let Linear { damping, stiffness, proportional, energy_parts } =
-            Linear::new(&coordinates, &mass, matrices, [stated.gyroscopic, stated.circulatory]);
+        let LinearTerms { damping, stiffness, proportional, energy_parts } = LinearTerms::new(
+            &coordinates,
+            &mass,
+            matrices,
+            [stated.gyroscopic, stated.circulatory],
+        );
         if contacts.iter().any(|contact| contact.gap != 0.0) {
             let mut clearance = vec![0.0; force.len()];
             for contact in &contacts {

@@ -9,8 +9,9 @@ use crate::scene::dependent::sums::Dependent;
 use crate::scene::friction::law::FrictionLaw;
 use crate::scene::inertia::border::Terms;
 use crate::scene::inertia::coupled_mass::coupled_mass;
+use crate::scene::linear_terms::EnergyParts;
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{EnergyParts, Scene};
+use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
 /// One part, as a scene of its own in contact coordinates.

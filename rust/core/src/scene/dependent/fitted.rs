@@ -10,8 +10,9 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::INDEPENDENCE;
 use crate::scene::dependent::sums::{Dependent, exchange};
 use crate::scene::inertia::coupled_mass::coupled_mass;
+use crate::scene::linear_terms::EnergyParts;
 use crate::scene::loads::input::Loads;
-use crate::scene::model::{EnergyParts, Scene};
+use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 
 impl Scene {
