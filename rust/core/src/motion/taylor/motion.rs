@@ -67,8 +67,26 @@ pub(crate) struct TaylorMotion {
     unit: VectorUnit,
 }
 
-/// Coordinates up to which values are summed group after group, so that they stay in registers.
-const FEW: usize = 64;
+/// Groups of coordinates that are summed at once: their sums stay in registers, and none waits for the one before.
+const AT_ONCE: usize = 4;
+
+/// Work on groups of coordinates.
+trait Grouped {
+    /// On `COUNT` groups from a coordinate on, with this many lanes each.
+    fn groups<const COUNT: usize, S: Lanes>(&mut self, simd: S, first: usize, lanes: usize);
+
+    /// On the groups of n coordinates.
+    #[inline(always)]
+    fn all<S: Lanes>(&mut self, simd: S, n: usize) {
+        let whole = n - n % (AT_ONCE * GROUP);
+        for first in (0..whole).step_by(AT_ONCE * GROUP) {
+            self.groups::<AT_ONCE, S>(simd, first, GROUP);
+        }
+        for first in (whole..n).step_by(GROUP) {
+            self.groups::<1, S>(simd, first, (n - first).min(GROUP));
+        }
+    }
+}
 
 /// Values of coordinates and of their derivatives over s, by Horner's rule.
 struct Horner<'a> {
@@ -78,24 +96,79 @@ struct Horner<'a> {
     u: &'a mut [f64],
 }
 
+impl Grouped for Horner<'_> {
+    #[inline(always)]
+    fn groups<const COUNT: usize, S: Lanes>(&mut self, simd: S, first: usize, lanes: usize) {
+        let Self { terms, s, q, u } = self;
+        let s = simd.splat_f64s(*s);
+        let (mut value, mut slope) = ([ZEROS; COUNT], [ZEROS; COUNT]);
+        for terms in terms.chunks_exact(q.len()).rev() {
+            for g in 0..COUNT {
+                slope[g] = simd.mul_add_f64s(slope[g], s, value[g]);
+                let term = lanes_of(simd, &terms[first + g * GROUP..], lanes);
+                value[g] = simd.mul_add_f64s(value[g], s, term);
+            }
+        }
+        for g in 0..COUNT {
+            let at = first + g * GROUP;
+            store(value[g], &mut q[at..at + lanes]);
+            store(slope[g], &mut u[at..at + lanes]);
+        }
+    }
+}
+
 impl Kernel for Horner<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
-        let Self { terms, s, q, u } = self;
-        let (n, s) = (q.len(), simd.splat_f64s(s));
-        for first in (0..n).step_by(GROUP) {
-            let lanes = (n - first).min(GROUP);
-            let (mut value, mut slope) = (ZEROS, ZEROS);
-            for terms in terms.chunks_exact(n).rev() {
-                slope = simd.mul_add_f64s(slope, s, value);
-                let term = lanes_of(simd, &terms[first..], lanes);
-                value = simd.mul_add_f64s(value, s, term);
+    fn run<S: Lanes>(mut self, simd: S) {
+        let n = self.q.len();
+        self.all(simd, n);
+    }
+}
+
+/// Absolute values of the coefficients of places and of velocities: constant, linear, and the sum of the others.
+struct Sizes<'a> {
+    terms: &'a [f64],
+    n: usize,
+    /// From a coefficient of places of the next order to one of velocities, 1/s.
+    rates: [f64; COEFFICIENTS],
+    sizes: &'a mut [[Vec<f64>; 2]; 3],
+}
+
+impl Grouped for Sizes<'_> {
+    #[inline(always)]
+    fn groups<const COUNT: usize, S: Lanes>(&mut self, simd: S, first: usize, lanes: usize) {
+        let Self { terms, n, rates, sizes } = self;
+        for ([of_q, of_u], orders) in sizes.iter_mut().zip([0..1, 1..2, 2..COEFFICIENTS]) {
+            let (mut q, mut u) = ([ZEROS; COUNT], [ZEROS; COUNT]);
+            for k in orders {
+                let rate = simd.splat_f64s(rates[k]);
+                let (of_order, of_next) = terms[k * *n..(k + 2) * *n].split_at(*n);
+                for g in 0..COUNT {
+                    let at = first + g * GROUP;
+                    let size = simd.abs_f64s(lanes_of(simd, &of_order[at..], lanes));
+                    q[g] = simd.add_f64s(q[g], size);
+                    let size = simd.abs_f64s(lanes_of(simd, &of_next[at..], lanes));
+                    u[g] = simd.mul_add_f64s(rate, size, u[g]);
+                }
             }
-            store(value, &mut q[first..first + lanes]);
-            store(slope, &mut u[first..first + lanes]);
+            for g in 0..COUNT {
+                let at = first + g * GROUP;
+                store(q[g], &mut of_q[at..at + lanes]);
+                store(u[g], &mut of_u[at..at + lanes]);
+            }
         }
+    }
+}
+
+impl Kernel for Sizes<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Lanes>(mut self, simd: S) {
+        let n = self.n;
+        self.all(simd, n);
     }
 }
 
@@ -556,30 +629,10 @@ impl TaylorMotion {
 
     /// Absolute values of the coefficients of every coordinate and velocity.
     fn measure(&mut self) {
-        // A constant number of coordinates unrolls the loops.
-        match self.size {
-            GROUP => self.measure_all(GROUP),
-            PAIR => self.measure_all(PAIR),
-            n => self.measure_all(n),
-        }
-    }
-
-    #[inline(always)]
-    fn measure_all(&mut self, n: usize) {
-        for sizes in self.sizes.iter_mut().flatten() {
-            sizes.clear();
-            sizes.resize(n, 0.0);
-        }
-        for k in 0..COEFFICIENTS {
-            let (q, dq) = self.terms[k * n..(k + 2) * n].split_at(n);
-            let rate = (k + 1) as f64 / self.width;
-            let [of_q, of_u] = &mut self.sizes[k.min(2)];
-            let (of_q, of_u) = (&mut of_q[..n], &mut of_u[..n]);
-            for j in 0..n {
-                of_q[j] += q[j].abs();
-                of_u[j] += rate * dq[j].abs();
-            }
-        }
+        let Self { terms, sizes, size: n, width, unit, .. } = self;
+        sizes.iter_mut().flatten().for_each(|sizes| sizes.resize(*n, 0.0));
+        let rates = std::array::from_fn(|k| (k + 1) as f64 / *width);
+        unit.run(Sizes { terms, n: *n, rates, sizes });
     }
 
     pub fn advance(&mut self, scene: &Scene, operator: &TaylorOperator) {
@@ -611,18 +664,7 @@ impl TaylorMotion {
     fn horner(&self, s: f64, q: &mut [f64], u: &mut [f64]) {
         let n = self.size;
         let (q, u) = (&mut q[..n], &mut u[..n]);
-        if n <= FEW {
-            self.unit.run(Horner { terms: &self.terms, s, q, u });
-        } else {
-            q.fill(0.0);
-            u.fill(0.0);
-            for terms in self.terms.chunks_exact(n).rev() {
-                for j in 0..n {
-                    u[j] = u[j] * s + q[j];
-                    q[j] = q[j] * s + terms[j];
-                }
-            }
-        }
+        self.unit.run(Horner { terms: &self.terms, s, q, u });
         u.iter_mut().for_each(|u| *u /= self.width);
     }
 
