@@ -79,7 +79,7 @@ pub(crate) fn pays_held_modes(scene: &Scene) -> bool {
 /// Work on one order of a series of a scene with `free` coordinates, in multiplications of a sparse product.
 fn work_of_order(scene: &Scene, free: usize) -> f64 {
     if let Some(border) = border_of(scene) {
-        work_of_border(border.coordinates.len(), scene.size)
+        work_of_border(border.coordinates.len() + border.long_followers(), scene.size)
     } else if DenseRows::are_quicker(scene) {
         DENSE_ENTRY * (free * scene.size) as f64
     } else {

@@ -1,6 +1,7 @@
 //! Event functions of many coordinates as dense rows, for the vector unit.
 //!
-//! Where C = beta K, normal forces are functionals of `q + beta q'`, so that one row serves places and velocities.
+//! Where C = beta K, normal forces are functionals of `q + beta q'`, so that one row serves places and velocities; those of
+//! contacts without mass are functionals of q.
 
 use pulp::bytemuck::cast_slice;
 
@@ -17,14 +18,14 @@ const SUMS: usize = 4;
 #[derive(Debug, Default)]
 pub(super) struct FunctionRows {
     unit: VectorUnit,
-    pub beta: f64,
     rows: Vec<Option<FunctionRow>>,
 }
 
-/// An event function `weights . (q + beta q') + rest`.
+/// An event function `weights . (q + beta q') + rest`; beta is 0 where it holds no velocities.
 #[derive(Debug)]
 pub(super) struct FunctionRow {
     weights: Vec<Group>,
+    pub beta: f64,
     pub rest: Functional,
 }
 
@@ -34,6 +35,7 @@ impl FunctionRow {
         if functional.position.len() < LONG {
             return None;
         }
+        let beta = if functional.velocity.is_empty() { 0.0 } else { beta };
         let mut weights = vec![0.0; size];
         functional.position.iter().for_each(|&(k, weight)| weights[k] = weight);
         let mut velocity: Vec<f64> = weights.iter().map(|weight| -beta * weight).collect();
@@ -42,7 +44,7 @@ impl FunctionRow {
             |(k, rest): &(usize, f64)| rest.abs() > 4.0 * f64::EPSILON * (beta * weights[*k]).abs();
         let velocity: Vec<(usize, f64)> = velocity.into_iter().enumerate().filter(beyond).collect();
         let rest = Functional { position: Vec::new(), velocity, constant: 0.0 };
-        (2 * rest.velocity.len() < size).then(|| Self { weights: in_groups(&weights), rest })
+        (2 * rest.velocity.len() < size).then(|| Self { weights: in_groups(&weights), beta, rest })
     }
 }
 
@@ -51,11 +53,12 @@ impl FunctionRows {
         let row = |of: &EventFunction| FunctionRow::new(size, beta, &of.functional);
         let rows: Vec<_> = functions.iter().map(row).collect();
         let any = rows.iter().any(Option::is_some);
-        Self { unit: VectorUnit::default(), beta, rows: if any { rows } else { Vec::new() } }
+        Self { unit: VectorUnit::default(), rows: if any { rows } else { Vec::new() } }
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+    /// beta of the rows of velocities, if there are any.
+    pub fn beta(&self) -> Option<f64> {
+        self.rows.iter().flatten().map(|row| row.beta).find(|&beta| beta != 0.0)
     }
 
     /// The row of an event function that has one.

@@ -389,10 +389,10 @@ impl TaylorMotion {
         let rounding = self.rounding();
         self.measure();
         let rows = &operator.long;
-        if !rows.is_empty() {
+        if let Some(beta) = rows.beta() {
             for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
                 together.clear();
-                together.extend(of_q.iter().zip(of_u).map(|(q, u)| q + rows.beta * u));
+                together.extend(of_q.iter().zip(of_u).map(|(q, u)| q + beta * u));
             }
         }
         let long = |index: usize| rows.get(index);
@@ -402,7 +402,10 @@ impl TaylorMotion {
             };
             let [of_q, of_u] = &self.sizes[order];
             match long(index) {
-                Some(row) => rows.size(row, &self.together[order]) + of(&row.rest.velocity, of_u),
+                Some(row) => {
+                    let places = if row.beta == 0.0 { of_q } else { &self.together[order] };
+                    rows.size(row, places) + of(&row.rest.velocity, of_u)
+                }
                 None => {
                     let functional = &functions[index].functional;
                     of(&functional.position, of_q) + of(&functional.velocity, of_u)
@@ -422,7 +425,7 @@ impl TaylorMotion {
                 + match long(index) {
                     Some(row) => {
                         let dots = [0, 1].map(|k| self.dot(rows, row, k));
-                        self.coefficient_of(rows.beta, row, 0, dots)
+                        self.coefficient_of(row.beta, row, 0, dots)
                     }
                     None => self.coefficient(&function.functional, 0),
                 };
@@ -457,7 +460,7 @@ impl TaylorMotion {
             let mut dots = [0.0, self.dot(rows, row, 1)];
             for k in 1..COEFFICIENTS {
                 dots = [dots[1], self.dot(rows, row, k + 1)];
-                panel.row(index)[k] = self.coefficient_of(rows.beta, row, k, dots);
+                panel.row(index)[k] = self.coefficient_of(row.beta, row, k, dots);
             }
         }
         for &index in &self.open {
