@@ -7,7 +7,8 @@
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::motion::taylor::following::{Following, LessDot, LessRow, Places, total};
+use crate::motion::taylor::doubled_products::{LessDot, LessRow, total};
+use crate::motion::taylor::following::{BLOCK, Following, Places};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::equation_of_motion::EquationOfMotion;
@@ -15,9 +16,6 @@ use crate::scene::inertia::border::{Border, Followers};
 use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
-
-/// Rows that are multiplied at once.
-pub(super) const BLOCK: usize = 4;
 
 /// One combination of a scene whose stiffness has a border.
 #[derive(Debug)]
@@ -90,6 +88,11 @@ impl BorderedRows {
     /// Whether it finds the places of coordinates without mass.
     pub fn follows(&self) -> bool {
         self.following.is_some()
+    }
+
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        self.active.len() + self.following.as_ref().map_or(0, Following::numbers)
     }
 
     /// Bound of the stiffness of the combination, in the norm of M. 1/s^2
@@ -318,68 +321,6 @@ impl Kernel for Product<'_> {
         }
         for (i, load) in loads.iter().enumerate() {
             next[i] += factor * (inverse[i] * load);
-        }
-    }
-}
-
-/// `sum - a b`, with what rounding loses added to the second part.
-#[inline(always)]
-pub(super) fn less_product<S: Lanes>(
-    simd: S,
-    [sum, low]: [Group; 2],
-    a: Group,
-    b: Group,
-) -> [Group; 2] {
-    let product = simd.mul_f64s(a, b);
-    // `product - a b`
-    let lost = simd.negate_mul_add_f64s(a, b, product);
-    let total = simd.sub_f64s(sum, product);
-    let part = simd.sub_f64s(total, sum);
-    let of_sum = simd.sub_f64s(sum, simd.sub_f64s(total, part));
-    let of_product = simd.add_f64s(product, part);
-    let lost = simd.add_f64s(simd.sub_f64s(of_sum, of_product), lost);
-    [total, simd.add_f64s(low, lost)]
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    /// `sum - a b`, of four numbers each.
-    struct Less([[f64; GROUP]; 4]);
-
-    impl Kernel for Less {
-        type Output = [Group; 2];
-
-        #[inline(always)]
-        fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
-            let [sum, low, a, b] = self.0.map(group);
-            less_product(simd, [sum, low], a, b)
-        }
-    }
-
-    proptest! {
-        /// A product is subtracted as doubled numbers are, and the same on every vector unit.
-        #[test]
-        fn products_are_subtracted_in_doubled_precision(
-            parts in proptest::array::uniform4(proptest::array::uniform4(-1.0..1.0f64)),
-        ) {
-            let [sum, low, a, b] = parts;
-            let low = low.map(|part| 1e-17 * part);
-            let by = |unit: VectorUnit| -> [[f64; GROUP]; 2] {
-                unit.run(Less([sum, low, a, b])).map(pulp::cast)
-            };
-            let [high, rest] = by(VectorUnit::default());
-            prop_assert_eq!([high, rest], by(VectorUnit::Portable));
-            for lane in 0..GROUP {
-                let before = Doubled { high: sum[lane], low: low[lane] };
-                let expected = before.add(Doubled::product(-a[lane], b[lane]));
-                let found = Doubled::from(high[lane]).add(Doubled::from(rest[lane]));
-                let error = (found.high - expected.high) + (found.low - expected.low);
-                prop_assert!(error.abs() <= 1e-31, "{found:?} of {expected:?}");
-            }
         }
     }
 }

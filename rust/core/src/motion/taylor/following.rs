@@ -14,14 +14,16 @@
 use nalgebra::DMatrix;
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
-use crate::motion::taylor::bordered::{BLOCK, less_product};
+use crate::motion::taylor::doubled_products::{LessDot, LessRow, total};
 use crate::numerics::double_double::Doubled;
-use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
+use crate::numerics::simd::{GROUP, Group, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::inertia::border::{Border, FollowerRows, Followers};
 use crate::scene::massless::condensation::{Condensed, Elimination};
 use crate::scene::model::Scene;
 
+/// Rows that are multiplied at once.
+pub(super) const BLOCK: usize = 4;
 /// How often a matrix is squared to bound its largest eigenvalue: the bound is at most the `2^(SQUARES + 1)`-th root of its
 /// size too large.
 const SQUARES: usize = 3;
@@ -144,6 +146,16 @@ impl Following {
         Self { parts, reactions, force }
     }
 
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        let part = |part: &Part| {
+            let matrices = part.pull.len() + part.damped.as_ref().map_or(0, DMatrix::len);
+            matrices + part.size() * part.held.len()
+        };
+        let reactions = self.reactions.iter().map(|reaction| reaction.of.len());
+        self.parts.iter().map(part).chain(reactions).sum::<usize>() + self.force.len()
+    }
+
     /// Bounds in the norm of M of what contacts add to the stiffness that the others have while none acts on these, and of
     /// what their merged rows add, 1/s^2.
     pub fn rates(
@@ -251,8 +263,7 @@ impl Following {
             }
             for i in 0..count {
                 let of = (0..count).map(|j| exact[first + j].times(part.pull[(i, j)]));
-                let held =
-                    part.held.iter().map(|(k, column)| Doubled::product(column[i], q[*k]));
+                let held = part.held.iter().map(|(k, column)| Doubled::product(column[i], q[*k]));
                 let x = of.chain(held).fold(Doubled::default(), Doubled::add);
                 match &followers.rows {
                     FollowerRows::Short(rows) => {
@@ -391,48 +402,4 @@ fn add_rows<S: Lanes>(
             }
         }
     }
-}
-
-/// `-row . moved`, lane by lane in doubled precision.
-pub(super) struct LessDot<'a> {
-    pub row: &'a [Group],
-    pub moved: &'a [Group],
-}
-
-impl Kernel for LessDot<'_> {
-    type Output = [Group; 2];
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
-        let terms = self.row.iter().zip(self.moved);
-        terms.fold([ZEROS; 2], |dot, (&a, &b)| less_product(simd, dot, a, b))
-    }
-}
-
-/// `sum -= row by`, with `by` in doubled precision.
-pub(super) struct LessRow<'a> {
-    pub row: &'a [Group],
-    pub by: [f64; 2],
-    pub sum: &'a mut [Group],
-    pub low: &'a mut [Group],
-}
-
-impl Kernel for LessRow<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) {
-        let Self { row, by, sum, low } = self;
-        let [high, rest] = by.map(|by| group([by; GROUP]));
-        for ((sum, low), &row) in sum.iter_mut().zip(low).zip(row) {
-            [*sum, *low] = less_product(simd, [*sum, *low], row, high);
-            *low = simd.negate_mul_add_f64s(row, rest, *low);
-        }
-    }
-}
-
-/// The sum of the lanes and of what they are added to.
-pub(super) fn total(start: Doubled, lanes: [Group; 2]) -> Doubled {
-    let [high, low]: [[f64; GROUP]; 2] = lanes.map(pulp::cast);
-    (0..GROUP).fold(start, |total, lane| total.add(Doubled { high: high[lane], low: low[lane] }))
 }

@@ -120,7 +120,8 @@ impl TaylorOperator {
 
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        self.equation.numbers() + self.long.numbers()
+        let bordered = self.bordered.as_ref().map_or(0, BorderedRows::numbers);
+        self.equation.numbers() + self.long.numbers() + bordered
     }
 
     pub fn new(
@@ -350,7 +351,13 @@ mod tests {
         }
         let weight = |k: usize| match boundary {
             Boundary::Massive => 1.5 + numbers[k],
-            _ => if first.contains(&k) { 0.0 } else { 1.5 + numbers[k] },
+            _ => {
+                if first.contains(&k) {
+                    0.0
+                } else {
+                    1.5 + numbers[k]
+                }
+            }
         };
         let contact = |k: usize| ContactInput {
             tangential: Some(Direction::Dof(2 * k)),
@@ -409,6 +416,10 @@ mod tests {
             let operator =
                 TaylorOperator::following(&scene, &combination, &[], &condensed).expect("regular");
             prop_assert!(operator.follows());
+            // Of the size of the border, and not of that of the modes.
+            let border = 2 * CONTACTS + scene.massless.coordinates.len();
+            let own = operator.numbers() - operator.equation.numbers();
+            prop_assert!(own <= scene.size + 4 * border * border, "{own} beside {border}");
             let root: Vec<f64> =
                 operator.equation.reduction.kept.iter().map(|&k| scene.mass.get(k, k).sqrt()).collect();
             let norm = |matrix: &SparseMatrix| {

@@ -214,9 +214,7 @@ pub(crate) fn coupled_mass(
         None if mass.is_diagonal() => return Ok(None),
         None => CoupledMass::new([mass, damping, stiffness], structure, contact, None),
     };
-    known
-        .map(|known| Some(Arc::new(known)))
-        .map_err(|dof| Error::IndefiniteSparseMass { dof })
+    known.map(|known| Some(Arc::new(known))).map_err(|dof| Error::IndefiniteSparseMass { dof })
 }
 
 /// A border with the coordinates of contacts, and the stiffness of those with mass while no contact acts on others.
