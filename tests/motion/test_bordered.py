@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import stickslip as ss
-from quad_block import reduced_block
+from quad_block import free_block, quad_block, reduced_block
 from scene_forms import compare_motions, in_matrices
 
 #: Of the damping, 1/s and s.
@@ -117,6 +117,82 @@ def test_compliant_contacts_belong_to_the_border():
     scene = COMPLIANT["beside rigid ones"]()
     runs = [ss.simulate(which, struck(scene), 2e-3, "taylor") for which in (scene, in_matrices(scene))]
     assert runs[0].counters["panels"] < runs[1].counters["panels"]
+    assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
+
+
+def on_modes():
+    """Return modes of a free block on compliant contacts, each of which moves all of them."""
+    scene = free_block(20, 8, 5, 40)
+    felt = float(np.asarray(scene.stiffness)[-1, -1] / np.sum(np.square(scene.contacts[0].normal)))
+    springs = {"normal_stiffness": 0.2 * felt, "tangential_stiffness": 0.1 * felt}
+    contacts = [dataclasses.replace(contact, **springs) for contact in scene.contacts]
+    return scene.replace(contacts=contacts, damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+
+
+def held_without_mass():
+    """Return modes with held contacts, at which nothing has mass."""
+    scene = lumped()
+    mass = np.array(scene.mass, dtype=float)
+    mass[: 2 * len(scene.contacts)] = 0.0
+    return scene.replace(mass=mass, damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+
+
+def free_without_mass():
+    """Return modes of the free structure and its residual flexibility."""
+    scene = quad_block(20, 8, 4, lumped=False, sparse=True)
+    reduced = ss.fe.reduce(scene, (1e3, 60e3), "massless", combination="++++++", modes=60).scene
+    return reduced.replace(damping=ss.Proportional(mass=ALPHA, stiffness=BETA))
+
+
+def shaken(scene):
+    """Return the scene with loads on a mode and a dof without mass, and a slider that vibrates."""
+    loads = [*under_loads(scene).loads, ss.Harmonic({scene.dofs[1]: 0.3}, frequency=4e3)]
+    return scene.replace(loads=loads)
+
+
+WITHOUT_MASS = {
+    "compliant contacts on modes": on_modes,
+    "modes with held contacts": held_without_mass,
+    "modes of the free structure": free_without_mass,
+    "held contacts under loads": lambda: shaken(held_without_mass()),
+    "free structure under loads": lambda: shaken(free_without_mass()),
+    "static friction": lambda: free_without_mass().replace(static_friction=0.45),
+}
+
+
+def in_full(scene):
+    """Return the scene with dampers between its modes that are too weak to be seen, which no border has."""
+    mass, stiffness = np.asarray(scene.mass, dtype=float), np.asarray(scene.stiffness, dtype=float)
+    mass = mass if mass.ndim == 1 else mass.diagonal()
+    edge, inner = np.flatnonzero(mass == 0.0), np.flatnonzero(mass)
+    followed = np.linalg.solve(stiffness[np.ix_(edge, edge)], stiffness[np.ix_(edge, inner)])
+    felt = stiffness[np.ix_(inner, inner)] - stiffness[np.ix_(inner, edge)] @ followed
+    damping = np.zeros(stiffness.shape)
+    damping[np.ix_(inner, inner)] = scene.damping.stiffness * 0.5 * (felt + felt.T)
+    damping += np.diag(scene.damping.mass * mass)
+    damping[[-2, -1], [-1, -2]] += 1e-12 * damping[-1, -1]
+    return scene.replace(damping=damping)
+
+
+def loosened(scene):
+    """Return the start of a motion with contacts that open: fast modes are struck."""
+    return ss.sliding_equilibrium(scene).perturbed(velocity=dict.fromkeys(scene.dofs[-20:-10:5], 0.02))
+
+
+@pytest.mark.parametrize("name", WITHOUT_MASS)
+def test_the_same_events_with_dofs_without_mass(name):
+    scene = WITHOUT_MASS[name]()
+    alike(scene, in_full(scene), loosened(scene))
+
+
+@pytest.mark.parametrize("name", WITHOUT_MASS)
+def test_dofs_without_mass_belong_to_the_border(name):
+    """What the border serves is bounded by the norm of M, and not by row sums."""
+    scene = WITHOUT_MASS[name]()
+    runs = [
+        ss.simulate(which, loosened(scene), 1.0, "taylor", max_events=50) for which in (scene, in_full(scene))
+    ]
+    assert runs[0].counters["panels"] != runs[1].counters["panels"]
     assert runs[0].counters["taylor_phases"] == runs[1].counters["taylor_phases"]
 
 

@@ -15,6 +15,7 @@ use crate::motion::method::{Method, Wanted};
 use crate::motion::method_cost::largest;
 use crate::motion::modal::basis::ModalBasis;
 use crate::motion::modal::forced::forced_modes;
+use crate::motion::taylor::bordered::has_followers;
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::motion::taylor::operator::TaylorOperator;
 use crate::scene::massless::condensation::Condensed;
@@ -42,8 +43,9 @@ pub(crate) struct CombinationBasis {
     pub propagator: Propagator,
     /// The coordinates that move by themselves, if some coordinates of the scene have no mass.
     pub condensed: Option<Box<Condensed>>,
-    /// The scene in the coordinates of the combination, where directions depend on each other; with dampers in place of laws of
-    /// friction, where these leave the phase linear.
+    /// The scene that moves, where it is not the whole one: what is left of it without the coordinates that follow, unless
+    /// series find these by themselves; the scene in the coordinates of the combination, where directions depend on each
+    /// other; with dampers in place of laws of friction, where these leave the phase linear.
     pub fitted: Option<Arc<Scene>>,
 }
 
@@ -86,25 +88,40 @@ impl CombinationBasis {
         if condensed.is_some() || dependent {
             functions.retain(|function| !keeps(scene, combination, &function.functional));
         }
-        let scene = condensed.as_ref().map_or(scene, |condensed| &condensed.scene);
+        let left = || condensed.as_ref().map(|condensed| condensed.scene(scene));
         let series = || {
-            let operator = match modes().filter(|_| condensed.is_none() && fitted.is_none()) {
+            // Beside a border they find what follows by themselves.
+            if let Some(condensed) = condensed.as_ref().filter(|_| has_followers(scene)) {
+                let operator =
+                    TaylorOperator::following(scene, combination, &functions, condensed)?;
+                return Ok((Propagator::Taylor(Box::new(operator)), None));
+            }
+            let left = left();
+            let operator = match modes().filter(|_| left.is_none() && fitted.is_none()) {
                 Some(modes) => TaylorOperator::in_modes(modes, combination)?,
-                None => TaylorOperator::new(scene, combination, &functions)?,
+                None => {
+                    let scene = left.as_deref().unwrap_or(scene);
+                    TaylorOperator::new(scene, combination, &functions)?
+                }
             };
-            Ok(Propagator::Taylor(Box::new(operator)))
+            Ok((Propagator::Taylor(Box::new(operator)), left))
         };
         let by_law = scene.sliding_by_law(combination).next();
         let large = scene.free(combination) > largest(scene);
-        let propagator = if let Some((contact, _)) = by_law {
+        let (propagator, left) = if let Some((contact, _)) = by_law {
             if wanted == Wanted::Modes {
                 let combination = combination.to_string();
                 return Err(Error::NonlinearPhase { combination, contact });
             }
-            Propagator::Law(Box::new(LawOperator::new(scene, combination, &functions)?))
+            let left = left();
+            let scene = left.as_deref().unwrap_or(scene);
+            let operator = LawOperator::new(scene, combination, &functions)?;
+            (Propagator::Law(Box::new(operator)), left)
         } else if wanted == Wanted::Series || wanted == Wanted::SoundModes && large {
             series()?
         } else {
+            let left = left();
+            let scene = left.as_deref().unwrap_or(scene);
             let reduced = Reduced::new(scene, combination)?;
             let modes = match &scene.drive {
                 Some(drive) => forced_modes(scene.bare(), drive, &reduced)?,
@@ -118,12 +135,9 @@ impl CombinationBasis {
             // Modal superposition about an equilibrium loses at most about the square of this in ulp of the motion, 2e-11
             // of it; above it the series is used instead.
             if condition <= WELL_CONDITIONED {
-                Propagator::Modal(Box::new(ModalBasis::new(
-                    reduced.scene(scene),
-                    &reduced,
-                    &functions,
-                    modes,
-                )))
+                let own = reduced.scene(scene);
+                let basis = ModalBasis::new(own, &reduced, &functions, modes);
+                (Propagator::Modal(Box::new(basis)), left)
             } else if wanted == Wanted::SoundModes {
                 series()?
             } else {
@@ -134,13 +148,23 @@ impl CombinationBasis {
                 });
             }
         };
+        let fitted = left.or(fitted);
         Ok(Self { combination: combination.clone(), functions, propagator, condensed, fitted })
     }
 
-    /// The scene that moves: `whole`, what is left of it without the coordinates that follow, or the fitted one.
+    /// The scene that moves.
     pub fn scene<'a>(&'a self, whole: &'a Scene) -> &'a Scene {
-        let condensed = self.condensed.as_ref().map(|condensed| &condensed.scene);
-        condensed.or(self.fitted.as_deref()).unwrap_or(whole)
+        self.fitted.as_deref().unwrap_or(whole)
+    }
+
+    /// The same without the coordinates that follow, also where series find these by themselves.
+    pub fn left_of(&self, whole: &Scene) -> Option<Arc<Scene>> {
+        match (&self.condensed, &self.propagator) {
+            (Some(condensed), Propagator::Taylor(operator)) if operator.follows() => {
+                Some(condensed.scene(self.scene(whole)))
+            }
+            _ => self.fitted.clone(),
+        }
     }
 
     /// Places and velocities of coordinates without mass or that are sums of others, from those of the rest.

@@ -41,6 +41,8 @@ const BORDER_ORDER: f64 = 55.0;
 const BORDER_ROW: f64 = 6.0;
 /// Work on an entry of a row of the border, which is used twice.
 const BORDER_ENTRY: f64 = 0.04;
+/// Rows whose work is that on one of a coordinate without mass, which is used twice one after the other.
+const FOLLOWER: f64 = 1.75;
 /// Rows whose work is that on the coordinates beside the border.
 const OTHER_ROWS: f64 = 14.0;
 /// Coordinates up to which modes with held contacts are considered, since nothing interrupts their eigenproblem, and by what
@@ -73,13 +75,14 @@ pub(crate) fn pays_held_modes(scene: &Scene) -> bool {
         && n <= LARGEST_HELD
         && Border::is_worth(n, rows)
         && border_of(scene).is_none()
-        && work_of_order(scene, n) > GAIN * work_of_border(rows, n)
+        && work_of_order(scene, n) > GAIN * work_of_border(rows as f64, n)
 }
 
 /// Work on one order of a series of a scene with `free` coordinates, in multiplications of a sparse product.
 fn work_of_order(scene: &Scene, free: usize) -> f64 {
     if let Some(border) = border_of(scene) {
-        work_of_border(border.coordinates.len(), scene.size)
+        let followers = FOLLOWER * border.long_followers() as f64;
+        work_of_border(border.coordinates.len() as f64 + followers, scene.size)
     } else if DenseRows::are_quicker(scene) {
         DENSE_ENTRY * (free * scene.size) as f64
     } else {
@@ -90,8 +93,7 @@ fn work_of_order(scene: &Scene, free: usize) -> f64 {
 }
 
 /// The same where contacts are the border of the stiffness of `size` coordinates.
-fn work_of_border(rows: usize, size: usize) -> f64 {
-    let rows = rows as f64;
+fn work_of_border(rows: f64, size: usize) -> f64 {
     BORDER_ORDER + BORDER_ROW * rows + BORDER_ENTRY * (rows + OTHER_ROWS) * size as f64
 }
 

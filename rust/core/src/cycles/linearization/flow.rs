@@ -39,6 +39,8 @@ pub(crate) struct Flow<'a> {
     scene: &'a Scene,
     pub basis: Arc<CombinationBasis>,
     equation: EquationOfMotion,
+    /// The scene without the coordinates that follow, if some coordinates have no mass.
+    left: Option<Arc<Scene>>,
     /// Entries of (q, q') that may vary: the admissible space of the combination.
     pub free: Vec<usize>,
     /// The entries among them that belong to the structure: loads have no neighbours.
@@ -86,7 +88,8 @@ impl<'a> Flow<'a> {
         let motion = Motion::new(scene, &basis, &still, &still);
         let running = RefCell::new((motion, vec![0.0; 2 * scene.size]));
         let fastest = fastest(&linear);
-        Ok(Self { scene, basis, equation, free, section, fastest, running })
+        let left = basis.left_of(scene);
+        Ok(Self { scene, basis, equation, left, free, section, fastest, running })
     }
 
     pub fn combination(&self) -> &Combination {
@@ -253,7 +256,7 @@ impl<'a> Flow<'a> {
     /// `(q', q'')` of a state, with forces, loads and speeds of sticking contacts times `load` (0 leaves the linear part), and
     /// with the forces `friction` that laws add.
     fn rate(&self, state: &[f64], load: f64, friction: &[f64]) -> Vec<f64> {
-        let scene = self.equation.scene(self.basis.scene(self.scene));
+        let scene = self.equation.scene(self.left.as_deref().unwrap_or(self.scene));
         let n = scene.size;
         let (q, u) = state.split_at(n);
         let mut residual = scene.residual(load, q, u);

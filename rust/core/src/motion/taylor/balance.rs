@@ -2,7 +2,7 @@
 
 use pulp::cast;
 
-use crate::motion::taylor::bordered::less_product;
+use crate::motion::taylor::doubled_products::less_product;
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, ZEROS, group};
 use crate::scene::model::Scene;

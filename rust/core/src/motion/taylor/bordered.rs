@@ -2,19 +2,20 @@
 //!
 //! With `y = q + beta q'` the force on each other coordinate is `-(D y)_i - sum_r K_ri y_r` over the border, and that on
 //! the border is `-sum_i K_ri y_i`: one row of K serves both, and an order of the series costs O(n c). A combination
-//! needs nothing but the choice of its rows, its merges and the inverse mass of its contact coordinates; with compliant
-//! contacts the springs that their statuses leave between coordinates of the border.
+//! needs nothing but the choice of its rows, its merges and the inverse mass of its contact coordinates, and the places of
+//! coordinates without mass (see [`Following`]).
 
 use pulp::bytemuck::{cast_slice, cast_slice_mut};
 
+use crate::motion::taylor::doubled_products::{LessDot, LessRow, total};
+use crate::motion::taylor::following::{BLOCK, Following, Places};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::equation_of_motion::EquationOfMotion;
-use crate::scene::inertia::border::Border;
+use crate::scene::inertia::border::{Border, Followers};
+use crate::scene::inertia::coupled_mass::CoupledMass;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
-
-/// Rows that are multiplied at once.
-const BLOCK: usize = 4;
 
 /// One combination of a scene whose stiffness has a border.
 #[derive(Debug)]
@@ -25,8 +26,8 @@ pub(crate) struct BorderedRows {
     /// Kept coordinates of the border.
     kept: Vec<usize>,
     beta: f64,
-    /// What coordinates without mass add to rows of K, by row: of the border, or of gaps that are held.
-    springs: Vec<(usize, Vec<(usize, f64)>)>,
+    /// What the coordinates without mass do.
+    following: Option<Following>,
 }
 
 /// One order of the series: q'' from its coefficients.
@@ -47,17 +48,31 @@ pub(crate) struct Order<'a> {
 /// Buffers of the products.
 #[derive(Debug, Default)]
 pub(crate) struct Buffers {
+    still: Vec<Group>,
     moved: Vec<Group>,
     sum: Vec<Group>,
     low: Vec<Group>,
     dots: Vec<f64>,
     residual: Vec<f64>,
     acceleration: Vec<f64>,
+    places: Places,
 }
 
 impl BorderedRows {
-    pub fn new(scene: &Scene, equation: &EquationOfMotion) -> Option<Self> {
+    /// None without a border, or where coordinates without mass are part of it and what these do is not known.
+    pub fn new(
+        scene: &Scene,
+        equation: &EquationOfMotion,
+        condensed: Option<&Condensed>,
+    ) -> Option<Self> {
         let border = border_of(scene)?;
+        let following = match (&border.followers, condensed) {
+            (None, _) => None,
+            (Some(_), None) => return None,
+            (Some(followers), Some(condensed)) => {
+                Some(Following::new(scene, border, followers, equation, condensed))
+            }
+        };
         let reduction = &equation.reduction;
         let mut counts = vec![false; scene.size];
         equation.moving().for_each(|k| counts[k] = true);
@@ -66,31 +81,33 @@ impl BorderedRows {
         let mut active: Vec<Option<usize>> = places.map(|(place, _)| Some(place)).collect();
         active.resize(active.len().next_multiple_of(BLOCK), None);
         let contacts = &border.coordinates[..border.contacts];
-        let kept = contacts.iter().copied().filter(|&k| reduction.place(k).is_some());
-        let springs = if scene.condensed { springs(scene, border, equation) } else { Vec::new() };
-        let kept = kept.collect();
-        Some(Self { unit: VectorUnit::default(), active, kept, beta: border.beta, springs })
+        let kept = contacts.iter().copied().filter(|&k| reduction.place(k).is_some()).collect();
+        Some(Self { unit: VectorUnit::default(), active, kept, beta: border.beta, following })
     }
 
-    /// Bound of what the springs add to the stiffness, in the norm of M: `|A|^2 <= |A|_1 |A|_inf`. 1/s^2
-    pub fn spring_rate(&self, scene: &Scene, equation: &EquationOfMotion) -> f64 {
-        let root = |k: usize| scene.mass.get(k, k).sqrt();
-        let mut columns = vec![0.0; scene.size];
-        let mut largest = 0.0_f64;
-        for (i, &k) in equation.reduction.kept.iter().enumerate() {
-            let mut row: Vec<(usize, f64)> = Vec::new();
-            for (source, factor) in equation.reduction.sources(i) {
-                let own = self.springs.iter().filter(|spring| spring.0 == source);
-                let terms = own.flat_map(|spring| &spring.1);
-                row.extend(terms.map(|&(j, value)| (j, (factor * value).abs())));
-            }
-            // Coordinates without mass move with the sliders.
-            row.retain(|&(j, _)| root(j) > 0.0);
-            row.iter_mut().for_each(|(j, value)| *value /= root(*j) * root(k));
-            row.iter().for_each(|&(j, value)| columns[j] += value);
-            largest = largest.max(row.iter().map(|entry| entry.1).sum());
-        }
-        (largest * columns.into_iter().fold(0.0, f64::max)).sqrt()
+    /// Whether it finds the places of coordinates without mass.
+    pub fn follows(&self) -> bool {
+        self.following.is_some()
+    }
+
+    /// About how many numbers it holds.
+    pub fn numbers(&self) -> usize {
+        self.active.len() + self.following.as_ref().map_or(0, Following::numbers)
+    }
+
+    /// Bound of the stiffness of the combination, in the norm of M. 1/s^2
+    pub fn stiffness_rate(
+        &self,
+        scene: &Scene,
+        equation: &EquationOfMotion,
+        mass: &CoupledMass,
+    ) -> f64 {
+        let followers = mass.border.as_ref().and_then(|border| border.followers.as_ref());
+        let [added, merged] = match (&self.following, followers) {
+            (Some(following), Some(followers)) => following.rates(scene, followers, equation),
+            _ => [0.0; 2],
+        };
+        equation.amplification(mass) * (mass.stiffness_rate + added) + merged
     }
 
     /// Fills one order of the series.
@@ -103,7 +120,7 @@ impl BorderedRows {
     ) {
         let Some(border) = border_of(scene) else { return };
         let Order { q, dq, rate, factor, force, forced, next } = order;
-        let Buffers { moved, sum, dots, residual, acceleration, .. } = buffers;
+        let Buffers { still, moved, sum, dots, residual, acceleration, places, .. } = buffers;
         moved.resize(border.groups, ZEROS);
         sum.resize(border.groups, ZEROS);
         dots.resize(self.active.len(), 0.0);
@@ -114,9 +131,18 @@ impl BorderedRows {
         let rows = &self.active;
         let loads = if forced { force } else { &[] };
         let (sum, to) = (&mut *sum, &mut *next);
+        let following = self.following.as_ref().zip(border.followers.as_ref());
+        if following.is_some() {
+            still.resize(border.groups, ZEROS);
+            cast_slice_mut(still)[..q.len()].copy_from_slice(q);
+        }
         self.unit.run(Product {
             border,
             rows,
+            following,
+            still: &*still,
+            places: &mut *places,
+            pulled: &mut *residual,
             moved,
             sum,
             dots: &mut *dots,
@@ -130,17 +156,16 @@ impl BorderedRows {
         });
         // The border follows; what is held stays at zero, even where the rest is beyond the range of numbers.
         border.coordinates.iter().chain(&border.massless).for_each(|&k| next[k] = 0.0);
-        self.springs.iter().for_each(|&(k, _)| residual[k] = 0.0);
         for (place, dot) in self.active.iter().zip(dots) {
             let Some(place) = place else { continue };
             let k = border.coordinates[*place];
-            residual[k] = load(k) - *dot;
+            residual[k] = load(k) - (residual[k] + *dot);
             for &(j, drag) in border.drags.get(*place).into_iter().flatten() {
                 residual[k] -= rate * drag * dq[j];
             }
         }
-        for (k, terms) in &self.springs {
-            residual[*k] -= terms.iter().map(|&(j, value)| value * q[j]).sum::<f64>();
+        if let Some(following) = &self.following {
+            following.react(q, places, residual);
         }
         equation.accelerate_contacts(&self.kept, residual, acceleration);
         self.kept.iter().for_each(|&k| next[k] = factor * acceleration[k]);
@@ -161,8 +186,9 @@ impl BorderedRows {
         buffers: &mut Buffers,
     ) {
         let Some(border) = border_of(scene) else { return };
-        let Buffers { moved, sum, low, .. } = buffers;
-        for (buffer, values) in [(&mut *moved, q), (&mut *sum, &scene.force[..])] {
+        let Buffers { moved, sum, low, places, .. } = buffers;
+        let given = self.following.as_ref().map_or(&scene.force, |following| &following.force);
+        for (buffer, values) in [(&mut *moved, q), (&mut *sum, &given[..])] {
             buffer.clear();
             buffer.resize(border.groups, ZEROS);
             cast_slice_mut(buffer)[..q.len()].copy_from_slice(values);
@@ -171,18 +197,18 @@ impl BorderedRows {
         low.resize(border.groups, ZEROS);
         // A given normal force is that of a coordinate without mass or stiffness, which is not on the border.
         let mut rows: Vec<Doubled> = scene.force.iter().map(|&force| force.into()).collect();
-        for place in self.active.iter().flatten() {
-            let sum = &mut *sum;
-            let dot = self.unit.run(Balance { border, place: *place, moved, sum, low });
-            let [high, low]: [[f64; GROUP]; 2] = dot.map(pulp::cast);
-            let k = border.coordinates[*place];
-            rows[k] = (0..GROUP).fold(Doubled::from(scene.force[k]), |total, lane| {
-                total.add(Doubled { high: high[lane], low: low[lane] })
-            });
+        if let (Some(following), Some(followers)) = (&self.following, &border.followers) {
+            let sums = [&mut sum[..], &mut low[..]];
+            following.balance(self.unit, followers, moved, sums, &mut rows, places);
+            let (high, low): (&[f64], &[f64]) = (cast_slice(sum), cast_slice(low));
+            for &k in &border.coordinates {
+                rows[k] = Doubled { high: high[k], low: low[k] };
+            }
         }
-        for (k, terms) in &self.springs {
-            let products = terms.iter().map(|&(j, value)| Doubled::product(-value, q[j]));
-            rows[*k] = products.fold(rows[*k], Doubled::add);
+        for &place in self.active.iter().flatten() {
+            let (k, row) = (border.coordinates[place], border.row(Some(place)));
+            rows[k] = total(rows[k], self.unit.run(LessDot { row, moved }));
+            self.unit.run(LessRow { row, by: [q[k], 0.0], sum: &mut *sum, low: &mut *low });
         }
         let inverse: &[f64] = cast_slice(&border.inverse_mass);
         let diagonal: &[f64] = cast_slice(&border.diagonal);
@@ -201,33 +227,26 @@ impl BorderedRows {
     }
 }
 
-/// The rows of a scene whose coordinates without mass follow the others, less those that its border has.
-fn springs(
-    scene: &Scene,
-    border: &Border,
-    equation: &EquationOfMotion,
-) -> Vec<(usize, Vec<(usize, f64)>)> {
-    let merged = equation.reduction.merges.iter().map(|merge| merge.normal);
-    let held = merged.filter(|k| border.coordinates.binary_search(k).is_err());
-    let places = border.coordinates[..border.contacts].iter().copied().enumerate();
-    let rows = places.map(|(place, k)| (k, Some(place))).chain(held.map(|k| (k, None)));
-    let less = |(k, place): (usize, Option<usize>)| {
-        let known: &[f64] = cast_slice(border.row(place));
-        let changed = (0..scene.size).map(|j| (j, scene.stiffness.get(k, j) - known[j]));
-        (k, changed.filter(|entry| entry.1 != 0.0).collect::<Vec<_>>())
-    };
-    rows.map(less).filter(|spring| !spring.1.is_empty()).collect()
-}
-
 /// The border of the stiffness of a scene.
 pub(crate) fn border_of(scene: &Scene) -> Option<&Border> {
     scene.coupled_mass.as_deref()?.border.as_ref()
+}
+
+/// Whether series of a scene find by themselves what follows, beside its border. Laws of friction bound theirs by other norms.
+pub(crate) fn has_followers(scene: &Scene) -> bool {
+    scene.laws.is_none() && border_of(scene).is_some_and(|border| border.followers.is_some())
 }
 
 /// y, `D y` and the active rows: their products with y, and what their coordinates add to the others.
 struct Product<'a> {
     border: &'a Border,
     rows: &'a [Option<usize>],
+    following: Option<(&'a Following, &'a Followers)>,
+    /// q
+    still: &'a [Group],
+    places: &'a mut Places,
+    /// The forces on the border from what follows.
+    pulled: &'a mut [f64],
     moved: &'a mut [Group],
     sum: &'a mut [Group],
     dots: &'a mut [f64],
@@ -247,7 +266,8 @@ impl Kernel for Product<'_> {
 
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
-        let Self { border, rows, moved, sum, dots, loads, beta, q, dq, rate, factor, next } = self;
+        let Self { border, rows, following, still, places, pulled, moved, sum, dots, .. } = self;
+        let Self { loads, beta, q, dq, rate, factor, next, .. } = self;
         let groups = border.groups;
         let y: &mut [f64] = &mut cast_slice_mut(moved)[..q.len()];
         let dq = &dq[..q.len()];
@@ -260,6 +280,14 @@ impl Kernel for Product<'_> {
             (&moved[..groups], &mut sum[..groups], &border.diagonal[..groups]);
         for g in 0..groups {
             sum[g] = simd.mul_f64s(diagonal[g], moved[g]);
+        }
+        match following {
+            None => border.coordinates.iter().for_each(|&k| pulled[k] = 0.0),
+            Some((following, followers)) => {
+                following.add(simd, followers, [still, moved], sum, places);
+                let sum: &[f64] = cast_slice(sum);
+                border.coordinates.iter().for_each(|&k| pulled[k] = sum[k]);
+            }
         }
         let y: &[f64] = cast_slice(moved);
         for (places, dots) in rows.chunks_exact(BLOCK).zip(dots.chunks_exact_mut(BLOCK)) {
@@ -293,97 +321,6 @@ impl Kernel for Product<'_> {
         }
         for (i, load) in loads.iter().enumerate() {
             next[i] += factor * (inverse[i] * load);
-        }
-    }
-}
-
-/// The same of one row, subtracted in doubled precision; the product of the row lane by lane.
-struct Balance<'a> {
-    border: &'a Border,
-    place: usize,
-    moved: &'a [Group],
-    sum: &'a mut [Group],
-    low: &'a mut [Group],
-}
-
-impl Kernel for Balance<'_> {
-    type Output = [Group; 2];
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
-        let Self { border, place, moved, sum, low } = self;
-        let y: &[f64] = cast_slice(moved);
-        let x = group([y[border.coordinates[place]]; GROUP]);
-        let mut dot = [ZEROS; 2];
-        let groups = border.groups;
-        let (row, moved) = (&border.row(Some(place))[..groups], &moved[..groups]);
-        let (sum, low) = (&mut sum[..groups], &mut low[..groups]);
-        for g in 0..groups {
-            [sum[g], low[g]] = less_product(simd, [sum[g], low[g]], row[g], x);
-            dot = less_product(simd, dot, row[g], moved[g]);
-        }
-        dot
-    }
-}
-
-/// `sum - a b`, with what rounding loses added to the second part.
-#[inline(always)]
-pub(super) fn less_product<S: Lanes>(
-    simd: S,
-    [sum, low]: [Group; 2],
-    a: Group,
-    b: Group,
-) -> [Group; 2] {
-    let product = simd.mul_f64s(a, b);
-    // `product - a b`
-    let lost = simd.negate_mul_add_f64s(a, b, product);
-    let total = simd.sub_f64s(sum, product);
-    let part = simd.sub_f64s(total, sum);
-    let of_sum = simd.sub_f64s(sum, simd.sub_f64s(total, part));
-    let of_product = simd.add_f64s(product, part);
-    let lost = simd.add_f64s(simd.sub_f64s(of_sum, of_product), lost);
-    [total, simd.add_f64s(low, lost)]
-}
-
-#[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    /// `sum - a b`, of four numbers each.
-    struct Less([[f64; GROUP]; 4]);
-
-    impl Kernel for Less {
-        type Output = [Group; 2];
-
-        #[inline(always)]
-        fn run<S: Lanes>(self, simd: S) -> [Group; 2] {
-            let [sum, low, a, b] = self.0.map(group);
-            less_product(simd, [sum, low], a, b)
-        }
-    }
-
-    proptest! {
-        /// A product is subtracted as doubled numbers are, and the same on every vector unit.
-        #[test]
-        fn products_are_subtracted_in_doubled_precision(
-            parts in proptest::array::uniform4(proptest::array::uniform4(-1.0..1.0f64)),
-        ) {
-            let [sum, low, a, b] = parts;
-            let low = low.map(|part| 1e-17 * part);
-            let by = |unit: VectorUnit| -> [[f64; GROUP]; 2] {
-                unit.run(Less([sum, low, a, b])).map(pulp::cast)
-            };
-            let [high, rest] = by(VectorUnit::default());
-            prop_assert_eq!([high, rest], by(VectorUnit::Portable));
-            for lane in 0..GROUP {
-                let before = Doubled { high: sum[lane], low: low[lane] };
-                let expected = before.add(Doubled::product(-a[lane], b[lane]));
-                let found = Doubled::from(high[lane]).add(Doubled::from(rest[lane]));
-                let error = (found.high - expected.high) + (found.low - expected.low);
-                prop_assert!(error.abs() <= 1e-31, "{found:?} of {expected:?}");
-            }
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Event functions of many coordinates as dense rows, for the vector unit.
 //!
-//! Where C = beta K, normal forces are functionals of `q + beta q'`, so that one row serves places and velocities.
+//! Where C = beta K, normal forces are functionals of `q + beta q'`, so that one row serves places and velocities. Without mass
+//! at a contact, its normal force is one of q, and its slip velocity one of q'.
 
 use pulp::bytemuck::cast_slice;
 
@@ -17,32 +18,46 @@ const SUMS: usize = 4;
 #[derive(Debug, Default)]
 pub(super) struct FunctionRows {
     unit: VectorUnit,
-    pub beta: f64,
     rows: Vec<Option<FunctionRow>>,
 }
 
-/// An event function `weights . (q + beta q') + rest`.
+/// An event function `weights . (a q + b q') + rest`.
 #[derive(Debug)]
 pub(super) struct FunctionRow {
     weights: Vec<Group>,
+    /// (a, b): (1, beta), (1, 0) or (0, 1).
+    pub factors: (f64, f64),
     pub rest: Functional,
 }
 
 impl FunctionRow {
     /// None of a function of few coordinates, or whose velocities are not those of proportional damping.
     fn new(size: usize, beta: f64, functional: &Functional) -> Option<Self> {
-        if functional.position.len() < LONG {
+        let Functional { position, velocity, .. } = functional;
+        let is_damped = velocity.iter().any(|entry| entry.1 != 0.0);
+        let (factors, of) = if position.len() >= LONG {
+            ((1.0, if is_damped { beta } else { 0.0 }), position)
+        } else if velocity.len() >= LONG {
+            ((0.0, 1.0), velocity)
+        } else {
             return None;
-        }
+        };
         let mut weights = vec![0.0; size];
-        functional.position.iter().for_each(|&(k, weight)| weights[k] = weight);
-        let mut velocity: Vec<f64> = weights.iter().map(|weight| -beta * weight).collect();
-        functional.velocity.iter().for_each(|&(k, weight)| velocity[k] += weight);
-        let beyond =
-            |(k, rest): &(usize, f64)| rest.abs() > 4.0 * f64::EPSILON * (beta * weights[*k]).abs();
-        let velocity: Vec<(usize, f64)> = velocity.into_iter().enumerate().filter(beyond).collect();
-        let rest = Functional { position: Vec::new(), velocity, constant: 0.0 };
-        (2 * rest.velocity.len() < size).then(|| Self { weights: in_groups(&weights), rest })
+        of.iter().for_each(|&(k, weight)| weights[k] = weight);
+        // What is not rounding of the factor times the weights.
+        let others = |terms: &[(usize, f64)], factor: f64| -> Vec<(usize, f64)> {
+            let mut left: Vec<f64> = weights.iter().map(|weight| -factor * weight).collect();
+            terms.iter().for_each(|&(k, weight)| left[k] += weight);
+            let beyond = |(k, rest): &(usize, f64)| {
+                rest.abs() > 4.0 * f64::EPSILON * (factor * weights[*k]).abs()
+            };
+            left.into_iter().enumerate().filter(beyond).collect()
+        };
+        let position = others(position, factors.0);
+        let velocity = others(velocity, factors.1);
+        let few = 2 * (position.len() + velocity.len()) < size;
+        let rest = Functional { position, velocity, constant: 0.0 };
+        few.then(|| Self { weights: in_groups(&weights), factors, rest })
     }
 }
 
@@ -51,11 +66,13 @@ impl FunctionRows {
         let row = |of: &EventFunction| FunctionRow::new(size, beta, &of.functional);
         let rows: Vec<_> = functions.iter().map(row).collect();
         let any = rows.iter().any(Option::is_some);
-        Self { unit: VectorUnit::default(), beta, rows: if any { rows } else { Vec::new() } }
+        Self { unit: VectorUnit::default(), rows: if any { rows } else { Vec::new() } }
     }
 
-    pub fn is_empty(&self) -> bool {
-        self.rows.is_empty()
+    /// beta of the rows of places and velocities, if there are any.
+    pub fn beta(&self) -> Option<f64> {
+        let both = |row: &FunctionRow| row.factors.0 != 0.0 && row.factors.1 != 0.0;
+        self.rows.iter().flatten().find(|row| both(row)).map(|row| row.factors.1)
     }
 
     /// The row of an event function that has one.

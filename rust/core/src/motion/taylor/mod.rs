@@ -3,6 +3,8 @@
 pub(crate) mod balance;
 pub(crate) mod bordered;
 pub(crate) mod dense_rows;
+mod doubled_products;
+mod following;
 pub(crate) mod function_rows;
 pub(crate) mod held_modes;
 pub(crate) mod motion;

@@ -462,10 +462,10 @@ impl TaylorMotion {
         let rounding = self.rounding();
         self.measure();
         let rows = &operator.long;
-        if !rows.is_empty() {
+        if let Some(beta) = rows.beta() {
             for (together, [of_q, of_u]) in self.together.iter_mut().zip(&self.sizes) {
                 together.clear();
-                together.extend(of_q.iter().zip(of_u).map(|(q, u)| q + rows.beta * u));
+                together.extend(of_q.iter().zip(of_u).map(|(q, u)| q + beta * u));
             }
         }
         let long = |index: usize| rows.get(index);
@@ -475,7 +475,15 @@ impl TaylorMotion {
             };
             let [of_q, of_u] = &self.sizes[order];
             match long(index) {
-                Some(row) => rows.size(row, &self.together[order]) + of(&row.rest.velocity, of_u),
+                Some(row) => {
+                    let sizes = match row.factors {
+                        (_, 0.0) => of_q,
+                        (0.0, _) => of_u,
+                        _ => &self.together[order],
+                    };
+                    let rest = of(&row.rest.position, of_q) + of(&row.rest.velocity, of_u);
+                    rows.size(row, sizes) + rest
+                }
                 None => {
                     let functional = &functions[index].functional;
                     of(&functional.position, of_q) + of(&functional.velocity, of_u)
@@ -495,7 +503,7 @@ impl TaylorMotion {
                 + match long(index) {
                     Some(row) => {
                         let dots = [0, 1].map(|k| self.dot(rows, row, k));
-                        self.coefficient_of(rows.beta, row, 0, dots)
+                        self.coefficient_of(row, 0, dots)
                     }
                     None => self.coefficient(&function.functional, 0),
                 };
@@ -530,7 +538,7 @@ impl TaylorMotion {
             let mut dots = [0.0, self.dot(rows, row, 1)];
             for k in 1..COEFFICIENTS {
                 dots = [dots[1], self.dot(rows, row, k + 1)];
-                panel.row(index)[k] = self.coefficient_of(rows.beta, row, k, dots);
+                panel.row(index)[k] = self.coefficient_of(row, k, dots);
             }
         }
         for &index in &self.open {
@@ -593,15 +601,10 @@ impl TaylorMotion {
     }
 
     /// Its coefficient of order k from the products of this order and of the next.
-    fn coefficient_of(
-        &self,
-        beta: f64,
-        row: &FunctionRow,
-        k: usize,
-        [of_q, of_dq]: [f64; 2],
-    ) -> f64 {
+    fn coefficient_of(&self, row: &FunctionRow, k: usize, [of_q, of_dq]: [f64; 2]) -> f64 {
         let rate = (k + 1) as f64 / self.width;
-        of_q + beta * rate * of_dq + self.coefficient(&row.rest, k)
+        let (a, b) = row.factors;
+        a * of_q + b * rate * of_dq + self.coefficient(&row.rest, k)
     }
 
     /// An event function at the origin at rest, and the sum of the absolute values of its terms.

@@ -21,6 +21,7 @@ use crate::motion::taylor::held_modes::HeldModes;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
 use crate::numerics::simd::{GROUP, Kernel, Lanes, ZEROS, lanes_of};
 use crate::scene::equation_of_motion::EquationOfMotion;
+use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 
@@ -119,13 +120,38 @@ impl TaylorOperator {
 
     /// About how many numbers it holds.
     pub fn numbers(&self) -> usize {
-        self.equation.numbers() + self.long.numbers()
+        let bordered = self.bordered.as_ref().map_or(0, BorderedRows::numbers);
+        self.equation.numbers() + self.long.numbers() + bordered
     }
 
     pub fn new(
         scene: &Scene,
         combination: &Combination,
         functions: &[EventFunction],
+    ) -> Result<Self, Error> {
+        Self::beside(scene, combination, functions, None)
+    }
+
+    /// The same of a scene whose border has coordinates without mass.
+    pub fn following(
+        scene: &Scene,
+        combination: &Combination,
+        functions: &[EventFunction],
+        condensed: &Condensed,
+    ) -> Result<Self, Error> {
+        Self::beside(scene, combination, functions, Some(condensed))
+    }
+
+    /// Whether it finds the places of coordinates without mass by itself.
+    pub fn follows(&self) -> bool {
+        self.bordered.as_ref().is_some_and(BorderedRows::follows)
+    }
+
+    fn beside(
+        scene: &Scene,
+        combination: &Combination,
+        functions: &[EventFunction],
+        condensed: Option<&Condensed>,
     ) -> Result<Self, Error> {
         let equation = EquationOfMotion::new(scene, combination)?;
         let fitted = equation.fitted.clone();
@@ -135,7 +161,7 @@ impl TaylorOperator {
             [] => DenseRows::new(scene, &equation.reduction, equation.moving()),
             _ => None,
         };
-        let bordered = BorderedRows::new(scene, &equation);
+        let bordered = BorderedRows::new(scene, &equation, condensed);
         let beta = border_of(scene).map_or_else(
             || scene.proportional.filter(|_| dense.is_some()).map(|(_, beta)| beta),
             |border| Some(border.beta),
@@ -248,9 +274,11 @@ impl TaylorOperator {
     fn norms(&self, scene: &Scene) -> (f64, f64) {
         if let Some(mass) = &scene.coupled_mass {
             let factor = self.equation.amplification(mass);
-            let rows = self.bordered.as_ref();
-            let springs = rows.map_or(0.0, |rows| rows.spring_rate(scene, &self.equation));
-            return (factor * mass.stiffness_rate + springs, factor * mass.damping_rate);
+            let stiffness = match &self.bordered {
+                Some(rows) => rows.stiffness_rate(scene, &self.equation, mass),
+                None => factor * mass.stiffness_rate,
+            };
+            return (stiffness, factor * mass.damping_rate);
         }
         let reduction = &self.equation.reduction;
         let norm = |matrix: &SparseMatrix| -> f64 {
@@ -283,15 +311,24 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::scene::massless::condensation::Condensed;
     use crate::scene::status::Status;
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 
     const CONTACTS: usize = 3;
     const SIZE: usize = 40;
 
+    /// What moves the dofs of contacts.
+    #[derive(Debug, Clone, Copy)]
+    enum Boundary {
+        Massive,
+        /// Massless, on modes of the structure that holds it.
+        Held,
+        /// Massless, on modes of the free structure.
+        Free,
+    }
+
     /// Modes on three contacts, each with springs of its own or rigid.
-    fn reduced(numbers: &[f64], springs: &[[Option<f64>; 2]]) -> Scene {
+    fn reduced(numbers: &[f64], springs: &[[Option<f64>; 2]], boundary: Boundary) -> Scene {
         let random = DMatrix::from_fn(SIZE, SIZE, |i, j| {
             if i < 2 * CONTACTS || i == j { numbers[i * SIZE + j] } else { 0.0 }
         });
@@ -302,6 +339,26 @@ mod tests {
             }
             stiffness[(i, i)] += 40.0;
         }
+        let first = 0..2 * CONTACTS;
+        first.clone().for_each(|i| stiffness[(i, i)] += 1.0);
+        if matches!(boundary, Boundary::Free) {
+            let edge = stiffness.view_range(first.clone(), first.clone()).into_owned();
+            let tied = stiffness.view_range(first.clone(), 2 * CONTACTS..).into_owned();
+            let followed = edge.cholesky().expect("definite").solve(&tied);
+            let pulled = tied.tr_mul(&followed);
+            let mut others = stiffness.view_range_mut(2 * CONTACTS.., 2 * CONTACTS..);
+            others += 0.5 * (&pulled + pulled.transpose());
+        }
+        let weight = |k: usize| match boundary {
+            Boundary::Massive => 1.5 + numbers[k],
+            _ => {
+                if first.contains(&k) {
+                    0.0
+                } else {
+                    1.5 + numbers[k]
+                }
+            }
+        };
         let contact = |k: usize| ContactInput {
             tangential: Some(Direction::Dof(2 * k)),
             normal: Some(Direction::Dof(2 * k + 1)),
@@ -314,7 +371,7 @@ mod tests {
             springs: Springs { tangential: springs[k][0], normal: springs[k][1] },
         };
         let input = SceneInput {
-            mass: Mass::Lumped(numbers[..SIZE].iter().map(|x| 1.5 + x).collect()),
+            mass: Mass::Lumped((0..SIZE).map(weight).collect()),
             stiffness: SparseMatrix::from_dense(&stiffness),
             damping: Damping::Proportional { mass: 0.5, stiffness: 1e-3 },
             gyroscopic: None,
@@ -328,36 +385,49 @@ mod tests {
     }
 
     proptest! {
-        /// With compliant contacts the bounds are not below the norms of what a combination makes of K and C.
+        /// With compliant contacts and dofs without mass the bounds are not below the norms of what a combination makes of K
+        /// and C.
         #[test]
-        fn springs_are_within_their_bound(
+        fn what_follows_is_within_its_bound(
             numbers in proptest::collection::vec(-1.0..1.0f64, SIZE * SIZE),
             springs in proptest::collection::vec((0usize..3, 0.1..1e3f64, 0.1..1e3f64), CONTACTS),
             statuses in proptest::collection::vec(0usize..4, CONTACTS),
+            boundary in prop_oneof![
+                Just(Boundary::Massive),
+                Just(Boundary::Held),
+                Just(Boundary::Free),
+            ],
         ) {
+            let massive = matches!(boundary, Boundary::Massive);
             let springs: Vec<[Option<f64>; 2]> = springs
                 .into_iter()
                 .enumerate()
                 .map(|(k, (kind, a, b))| match kind {
-                    0 if k > 0 => [None, None],
-                    1 => [None, Some(b)],
+                    0 if k > 0 || !massive => [None, None],
+                    1 if massive => [None, Some(b)],
                     _ => [Some(a), Some(b)],
                 })
                 .collect();
-            let scene = reduced(&numbers, &springs);
+            let scene = reduced(&numbers, &springs, boundary);
             let all = [Status::Positive, Status::Negative, Status::Sticking, Status::Detached];
             let combination = Combination::new(statuses.iter().map(|&s| all[s]).collect());
             let condensed = Condensed::new(&scene, &combination).expect("regular").expect("nodes");
-            let operator = TaylorOperator::new(&condensed.scene, &combination, &[]).expect("regular");
-            prop_assert!(operator.bordered.is_some());
+            let left = condensed.scene(&scene);
+            let operator =
+                TaylorOperator::following(&scene, &combination, &[], &condensed).expect("regular");
+            prop_assert!(operator.follows());
+            // Of the size of the border, and not of that of the modes.
+            let border = 2 * CONTACTS + scene.massless.coordinates.len();
+            let own = operator.numbers() - operator.equation.numbers();
+            prop_assert!(own <= scene.size + 4 * border * border, "{own} beside {border}");
             let root: Vec<f64> =
                 operator.equation.reduction.kept.iter().map(|&k| scene.mass.get(k, k).sqrt()).collect();
             let norm = |matrix: &SparseMatrix| {
                 let reduced = operator.equation.reduction.matrix(matrix);
                 reduced.map_with_location(|i, j, value| value / (root[i] * root[j])).singular_values().max()
             };
-            let (stiffness, damping) = operator.norms(&condensed.scene);
-            let found = [norm(&condensed.scene.stiffness), norm(&condensed.scene.damping)];
+            let (stiffness, damping) = operator.norms(&scene);
+            let found = [norm(&left.stiffness), norm(&left.damping)];
             prop_assert!(found[0] <= stiffness * (1.0 + 1e-12), "{} beyond {stiffness}", found[0]);
             prop_assert!(found[1] <= damping * (1.0 + 1e-12), "{} beyond {damping}", found[1]);
         }

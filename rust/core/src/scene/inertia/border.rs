@@ -4,6 +4,15 @@
 //! O(n b) and not O(n^2). Damping is `C = beta K + E`: E has a block of its own on the border and is diagonal elsewhere, as
 //! alpha M is, or the damping of single modes. Coordinates that carry loads act on others as those of the border do, and
 //! nothing acts on them.
+//!
+//! Coordinates without mass e follow the others i at once (see [`crate::scene::massless`]), `q_e = Y (F_e - K_ei q_i + p_e)` under
+//! contact forces p. Their rows of K belong to the border as well, and D, or the border with it, is what is left of K
+//! - where they are held at zero: `K_ii`, as of fixed-interface modes whose boundary has lost its mass; or
+//! - where no contact acts on them: `K_ii - K_ie Y K_ei`, as of the modes of a free structure with its residual flexibility, and
+//!   of bodies with compliant contacts.
+
+use nalgebra::DMatrix;
+use pulp::bytemuck::cast_slice;
 
 use crate::linalg::sparse::SparseMatrix;
 use crate::numerics::simd::{GROUP, Group, ZEROS, in_groups};
@@ -15,6 +24,8 @@ const SMALLEST: usize = 24;
 const PER_ROW: f64 = 2.5;
 /// Entries of dense rows multiplied in the time of one entry of a sparse row.
 const PER_ENTRY: usize = 8;
+/// Coordinates to which one without mass is tied, up to which its row is worth no dense one.
+const SHORT: usize = 8;
 
 /// What a border may be made of.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +63,102 @@ pub(crate) struct Border {
     pub inverse_mass: Vec<Group>,
     /// Coordinates that nothing moves.
     pub massless: Vec<usize>,
+    pub followers: Option<Followers>,
+}
+
+/// The coordinates without mass, group after group.
+#[derive(Debug)]
+pub(crate) struct Followers {
+    pub coordinates: Vec<usize>,
+    /// The place of the first one of each group, and their number.
+    pub first: Vec<usize>,
+    /// Whether the others move as where no contact acts on these, and not as where these are held at zero.
+    pub is_free: bool,
+    /// Rows of K over the coordinates with mass.
+    pub rows: FollowerRows,
+    /// R of `M^-1/2 K_ie = Q R` with orthonormal columns of Q.
+    pub root: DMatrix<f64>,
+}
+
+#[derive(Debug)]
+pub(crate) enum FollowerRows {
+    /// Of few entries.
+    Short(Vec<Vec<(usize, f64)>>),
+    /// One after the other, and one of zeros.
+    Long(Vec<Group>),
+}
+
+/// The coordinates with mass that a border may consist of, and of what stiffness.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Candidate<'a> {
+    /// Ascending.
+    pub contact: &'a [usize],
+    pub stiffness: &'a SparseMatrix,
+    /// See [`Followers`].
+    pub is_free: bool,
+}
+
+impl Followers {
+    /// Of the whole K.
+    fn new(stiffness: &SparseMatrix, massless: &Massless, is_free: bool) -> Option<Self> {
+        let groups = &massless.groups;
+        let coordinates: Vec<usize> =
+            groups.iter().flat_map(|group| group.coordinates.iter().copied()).collect();
+        let first = groups.iter().scan(0, |sum, group| {
+            *sum += group.coordinates.len();
+            Some(*sum)
+        });
+        let first = std::iter::once(0).chain(first).collect();
+        let row = |k: usize| stiffness.row(k).filter(|entry| !massless.contains(entry.0));
+        let is_short = coordinates.iter().all(|&k| row(k).count() <= SHORT);
+        let rows = match is_short {
+            true => FollowerRows::Short(coordinates.iter().map(|&k| row(k).collect()).collect()),
+            false => {
+                let mut groups = Vec::new();
+                for &k in &coordinates {
+                    let mut whole = vec![0.0; stiffness.size()];
+                    row(k).for_each(|(j, value)| whole[j] = value);
+                    groups.extend(in_groups(&whole));
+                }
+                groups.extend(in_groups(&vec![0.0; stiffness.size()]));
+                FollowerRows::Long(groups)
+            }
+        };
+        (!groups.is_empty()).then(|| Self {
+            coordinates,
+            first,
+            is_free,
+            rows,
+            root: DMatrix::default(),
+        })
+    }
+
+    /// The row of the coordinate at a place where rows are long, and a row of zeros behind the last one.
+    #[inline(always)]
+    pub fn row(&self, place: usize, groups: usize) -> &[Group] {
+        match &self.rows {
+            FollowerRows::Short(_) => &[],
+            FollowerRows::Long(rows) => &rows[place * groups..(place + 1) * groups],
+        }
+    }
+
+    /// Rows from a place on, zeros from `end` on.
+    #[inline(always)]
+    pub fn block<const N: usize>(&self, start: usize, end: usize, groups: usize) -> [&[Group]; N] {
+        let place = |r: usize| if start + r < end { start + r } else { self.coordinates.len() };
+        std::array::from_fn(|r| self.row(place(r), groups))
+    }
+
+    /// The entries of the row at a place.
+    pub fn terms(&self, place: usize, groups: usize) -> Vec<(usize, f64)> {
+        match &self.rows {
+            FollowerRows::Short(rows) => rows[place].clone(),
+            FollowerRows::Long(_) => {
+                let row: &[f64] = cast_slice(self.row(place, groups));
+                row.iter().copied().enumerate().filter(|entry| entry.1 != 0.0).collect()
+            }
+        }
+    }
 }
 
 impl Border {
@@ -66,30 +173,36 @@ impl Border {
         Self::is_worth(n, rows) && 2 * rows * n <= PER_ENTRY * stiffness.entries()
     }
 
-    /// Of M, C and K and the coordinates of contacts that have mass; None where other coordinates are coupled, or where
-    /// other products are quicker.
+    /// Of M, C and K; None where coordinates are coupled that the border does not contain, or where other products are
+    /// quicker.
     pub fn new(
-        [mass, damping, stiffness]: [&SparseMatrix; 3],
-        Terms { proportional, structure, .. }: Terms<'_>,
-        contact: &[usize],
+        [mass, damping, whole]: [&SparseMatrix; 3],
+        Terms { proportional, structure, massless }: Terms<'_>,
+        Candidate { contact, stiffness, is_free }: Candidate<'_>,
     ) -> Option<Self> {
         let n = mass.size();
         let coordinates: Vec<usize> = contact.iter().copied().chain(structure..n).collect();
-        if !Self::pays(stiffness, coordinates.len()) {
+        let count = massless.coordinates.len();
+        if count * count > PER_ENTRY * whole.entries() {
+            return None;
+        }
+        let followers = Followers::new(whole, massless, is_free);
+        let long = followers.as_ref().filter(|of| matches!(of.rows, FollowerRows::Long(_)));
+        if !Self::pays(whole, coordinates.len() + long.map_or(0, |_| count)) {
             return None;
         }
         let mut is_border = vec![false; n];
         coordinates.iter().for_each(|&k| is_border[k] = true);
         let carries = |k: usize| k >= structure;
         // Loads by velocities, as of vibrating sliders, and coordinates that damping alone couples have no place here.
-        let is_free = |row: usize| match proportional {
+        let is_served = |row: usize| match proportional {
             _ if carries(row) => damping.row(row).all(|entry| entry.1 == 0.0),
             Some(_) => damping.row(row).all(|(k, value)| !carries(k) || value == 0.0),
             None => damping.row(row).all(|(k, value)| {
                 k == row || value == 0.0 || !carries(k) && is_border[k] && is_border[row]
             }),
         };
-        if !(0..n).all(is_free) {
+        if !(0..n).all(is_served) {
             return None;
         }
         let drags_of = |row: usize| -> Vec<(usize, f64)> {
@@ -101,10 +214,11 @@ impl Border {
             }
         };
         let alone = |matrix: &SparseMatrix, i: usize, on_border: bool| {
-            matrix.row(i).all(|(k, _)| k == i || on_border && is_border[k])
+            let counts = |k: usize| k != i && !massless.contains(k);
+            matrix.row(i).all(|(k, value)| !counts(k) || value == 0.0 || on_border && is_border[k])
         };
         let [mut diagonal, mut inverse_mass, mut decay] = [(); 3].map(|()| vec![0.0; n]);
-        for i in (0..n).filter(|&i| !is_border[i]) {
+        for i in (0..n).filter(|&i| !is_border[i] && !massless.contains(i)) {
             let moves = mass.get(i, i) > 0.0;
             if !alone(stiffness, i, true)
                 || !alone(mass, i, false)
@@ -127,9 +241,12 @@ impl Border {
                 let column = row.iter_mut().enumerate();
                 column.for_each(|(j, entry)| *entry = stiffness.get(j, k));
             } else {
-                stiffness.row(k).for_each(|(j, value)| row[j] = value);
+                let others = stiffness.row(k).filter(|entry| !massless.contains(entry.0));
+                others.for_each(|(j, value)| row[j] = value);
             }
-            let is_row = |j: usize| carries(j) || carries(k) || stiffness.get(j, k) == row[j];
+            let is_row = |j: usize| {
+                carries(j) || carries(k) || massless.contains(j) || stiffness.get(j, k) == row[j]
+            };
             let acts_alone = !carries(k) || stiffness.row(k).all(|entry| entry.0 == k);
             if !acts_alone || !(0..n).all(is_row) {
                 return None;
@@ -150,7 +267,32 @@ impl Border {
             diagonal: in_groups(&diagonal),
             inverse_mass: in_groups(&inverse_mass),
             massless: (0..n).filter(|&i| !is_border[i] && inverse_mass[i] == 0.0).collect(),
+            followers,
         })
+    }
+
+    /// Coordinates without mass that all others feel.
+    pub fn long_followers(&self) -> usize {
+        let long = self.followers.iter().filter(|of| matches!(of.rows, FollowerRows::Long(_)));
+        long.map(|of| of.coordinates.len()).sum()
+    }
+
+    /// Finds the root of what follows, of the masses by which the norm weighs coordinates.
+    pub fn weigh_followers(&mut self, mass: &[f64]) {
+        let Some(followers) = &mut self.followers else { return };
+        let places = 0..followers.coordinates.len();
+        let rows: Vec<Vec<(usize, f64)>> =
+            places.map(|place| followers.terms(place, self.groups)).collect();
+        let mut tied: Vec<usize> = rows.iter().flatten().map(|entry| entry.0).collect();
+        tied.sort_unstable();
+        tied.dedup();
+        let mut scaled = DMatrix::zeros(tied.len(), rows.len());
+        for (place, row) in rows.iter().enumerate() {
+            for &(k, value) in row {
+                scaled[(tied.partition_point(|&j| j < k), place)] = value / mass[k].sqrt();
+            }
+        }
+        followers.root = scaled.qr().r();
     }
 
     /// The row of a coordinate of the border; zeros without one.

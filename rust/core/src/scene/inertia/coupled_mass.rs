@@ -4,6 +4,7 @@
 //! ones, the same in every status (see [`crate::scene::coordinates::contact_coordinates`]). The first is small. Of the
 //! second only factors are kept, so that a sparse mass stays sparse.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -13,7 +14,7 @@ use crate::linalg::dense::{cholesky, is_diagonal};
 use crate::linalg::sparse::SparseMatrix;
 use crate::linalg::sparse_factors::SparseCholesky;
 use crate::scene::coordinates::contact_coordinates::Coordinates;
-use crate::scene::inertia::border::{Border, Terms};
+use crate::scene::inertia::border::{Border, Candidate, Terms};
 use crate::scene::inertia::rates::rate;
 
 /// Number of entries of a dense inverse that are multiplied in the time of one entry of a sparse factor, which is used twice.
@@ -50,27 +51,18 @@ enum FreeInverse {
 
 impl CoupledMass {
     /// Of M, C + G and K + H in contact coordinates, M without couplings between contact coordinates and others; or the
-    /// coordinate where M is not positive definite. None where M is diagonal and K has no border.
+    /// coordinate where M is not positive definite.
     fn new(
-        mass: &SparseMatrix,
-        damping: &SparseMatrix,
-        stiffness: &SparseMatrix,
-        border: Option<Terms<'_>>,
-        slots: &[(usize, usize)],
-    ) -> Result<Option<Self>, usize> {
+        [mass, damping, stiffness]: [&SparseMatrix; 3],
+        structure: usize,
+        contact: Vec<usize>,
+        mut border: Option<Border>,
+    ) -> Result<Self, usize> {
         let size = mass.size();
-        let mut is_contact = vec![false; size];
-        slots.iter().for_each(|&(t, n)| (is_contact[t], is_contact[n]) = (true, true));
         // A direction that a contact lacks has no mass.
         let massive: Vec<usize> = (0..size).filter(|&k| mass.get(k, k) != 0.0).collect();
-        let (contact, free): (Vec<usize>, Vec<usize>) =
-            massive.iter().partition(|&&k| is_contact[k]);
-        let structure = border.map_or(size, |terms| terms.structure);
-        let border =
-            border.and_then(|terms| Border::new([mass, damping, stiffness], terms, &contact));
-        if mass.is_diagonal() && border.is_none() {
-            return Ok(None);
-        }
+        let is_free = |k: &usize| contact.binary_search(k).is_err();
+        let free: Vec<usize> = massive.iter().copied().filter(is_free).collect();
         let contact_mass = mass.restricted(&contact).to_dense();
         let contact_factor = cholesky(&contact_mass).map_err(|(k, _)| contact[k])?;
         let factor = SparseCholesky::new(&mass.restricted(&free)).map_err(|k| free[k])?;
@@ -84,11 +76,17 @@ impl CoupledMass {
             (load, [mass, stiffness].map(|matrix| matrix.get(load, load)), column)
         });
         let loads: Vec<(usize, [f64; 2], Vec<f64>)> = loads.collect();
+        let diagonal: Vec<f64> = (0..size).map(|k| mass.get(k, k)).collect();
         let [mass, damping, stiffness] =
             [mass, damping, stiffness].map(|matrix| matrix.restricted(moved));
         let whole = SparseCholesky::new(&mass).map_err(|k| moved[k])?;
         let (stiffness_rate, added) = with_loads(rate(&mass, &whole, &stiffness), &whole, &loads);
-        Ok(Some(Self {
+        if let Some(border) = &mut border {
+            let mut mass = diagonal;
+            added.iter().for_each(|&(load, further)| mass[load] += further);
+            border.weigh_followers(&mass);
+        }
+        Ok(Self {
             size,
             contact,
             free,
@@ -98,7 +96,7 @@ impl CoupledMass {
             damping_rate: rate(&mass, &whole, &damping),
             added,
             border,
-        }))
+        })
     }
 
     /// Work on one acceleration, in entries of a sparse product.
@@ -202,15 +200,65 @@ pub(crate) fn coupled_mass(
     border: Option<Terms<'_>>,
     slots: &[(usize, usize)],
 ) -> Result<Option<Arc<CoupledMass>>, Error> {
-    let touched = border.map_or_else(Vec::new, |terms| terms.massless.neighbours(stiffness));
-    let pays = !touched.is_empty() && Border::pays(stiffness, touched.len());
-    let felt = border.filter(|_| pays).map(|terms| terms.massless.condensed(stiffness));
-    let stiffness = felt.as_ref().unwrap_or(stiffness);
-    // What statuses change is part of the border as the coordinates of contacts are.
-    let slots: Vec<(usize, usize)> =
-        slots.iter().copied().chain(touched.into_iter().map(|k| (k, k))).collect();
-    let known = CoupledMass::new(mass, damping, stiffness, border, &slots);
-    known.map(|known| known.map(Arc::new)).map_err(|dof| Error::IndefiniteSparseMass { dof })
+    let mut is_contact = vec![false; mass.size()];
+    slots.iter().for_each(|&(t, n)| (is_contact[t], is_contact[n]) = (true, true));
+    let massive = (0..mass.size()).filter(|&k| mass.get(k, k) != 0.0);
+    let contact: Vec<usize> = massive.filter(|&k| is_contact[k]).collect();
+    let structure = border.map_or(mass.size(), |terms| terms.structure);
+    let found = border.and_then(|terms| bordered([mass, damping, stiffness], terms, &contact));
+    let known = match found {
+        Some(Bordered { border, contact, stiffness }) => {
+            let matrices = [mass, damping, stiffness.as_ref()];
+            CoupledMass::new(matrices, structure, contact, Some(border))
+        }
+        None if mass.is_diagonal() => return Ok(None),
+        None => CoupledMass::new([mass, damping, stiffness], structure, contact, None),
+    };
+    known.map(|known| Some(Arc::new(known))).map_err(|dof| Error::IndefiniteSparseMass { dof })
+}
+
+/// A border with the coordinates of contacts, and the stiffness of those with mass while no contact acts on others.
+struct Bordered<'a> {
+    border: Border,
+    contact: Vec<usize>,
+    stiffness: Cow<'a, SparseMatrix>,
+}
+
+fn bordered<'a>(
+    [mass, damping, stiffness]: [&'a SparseMatrix; 3],
+    terms: Terms<'_>,
+    contact: &[usize],
+) -> Option<Bordered<'a>> {
+    let of = |contact: &[usize], stiffness: &SparseMatrix, is_free: bool, whole: &SparseMatrix| {
+        Border::new([mass, damping, whole], terms, Candidate { contact, stiffness, is_free })
+    };
+    if terms.massless.is_empty() {
+        let border = of(contact, stiffness, false, stiffness)?;
+        let stiffness = Cow::Borrowed(stiffness);
+        return Some(Bordered { border, contact: contact.to_vec(), stiffness });
+    }
+    let mut touched = terms.massless.neighbours(stiffness);
+    touched.retain(|&k| k < terms.structure);
+    touched.extend(contact);
+    touched.sort_unstable();
+    touched.dedup();
+    // No border contains what is tied to neither.
+    let alone = |i: usize| {
+        let is_tied = |k: usize| touched.binary_search(&k).is_ok() || terms.massless.contains(k);
+        let others = stiffness.row(i).filter(|&(k, value)| k != i && value != 0.0);
+        is_tied(i) || others.map(|entry| entry.0).all(|k| k >= terms.structure || is_tied(k))
+    };
+    if !(0..terms.structure).all(alone) {
+        return None;
+    }
+    let left = terms.massless.condensed(stiffness, terms.structure);
+    let found = [(contact, &left, true), (contact, stiffness, false), (&touched, &left, true)]
+        .into_iter()
+        .find_map(|(contact, of_others, is_free)| {
+            Some((of(contact, of_others, is_free, stiffness)?, contact.to_vec()))
+        });
+    let (border, contact) = found?;
+    Some(Bordered { border, contact, stiffness: Cow::Owned(left) })
 }
 
 /// The mass without the couplings that the coordinates make zero, and that are nonzero by rounding only.

@@ -11,6 +11,7 @@
 //! with r all other coordinates. Rows of what is held stay: they are contact forces.
 
 use std::borrow::Cow;
+use std::sync::Arc;
 
 use nalgebra::DMatrix;
 
@@ -24,16 +25,16 @@ use crate::scene::status::{Combination, Status};
 /// A combination of a scene with coordinates that have no mass.
 #[derive(Debug)]
 pub(crate) struct Condensed {
-    /// Over all coordinates; rows and columns of those that follow are zero.
-    pub scene: Scene,
     pub followers: Vec<Follower>,
+    pub parts: Vec<Elimination>,
     /// Gaps held at zero.
     closed: Vec<usize>,
     /// Coordinate and speed of sticking contacts.
     sticking: Vec<(usize, f64)>,
     /// Contacts that slide by laws, whose coordinates are states of first order; with their statuses.
     flowing: Vec<(usize, Status)>,
-    parts: Vec<Elimination>,
+    /// The scene that is left, where contacts flow.
+    scene: Option<Arc<Scene>>,
 }
 
 /// A coordinate without mass, `q = constant + sum of weights times other coordinates`.
@@ -46,12 +47,14 @@ pub(crate) struct Follower {
 
 /// What follows within one group.
 #[derive(Debug)]
-struct Elimination {
-    coordinates: Vec<usize>,
+pub(crate) struct Elimination {
+    /// The place of the group among those of the scene.
+    pub group: usize,
+    pub coordinates: Vec<usize>,
     /// Their rows of L': (row, factor).
-    sources: Vec<Vec<(usize, f64)>>,
+    pub sources: Vec<Vec<(usize, f64)>>,
     /// A^-1
-    inverse: DMatrix<f64>,
+    pub inverse: DMatrix<f64>,
 }
 
 impl Scene {
@@ -75,7 +78,7 @@ impl Scene {
             return Ok(Cow::Owned(linear.resting(combination)?.into_owned()));
         }
         Ok(match Condensed::new(self, combination)? {
-            Some(condensed) => Cow::Owned(condensed.scene),
+            Some(condensed) => Cow::Owned(condensed.left_of(self)),
             None => self.fitted(combination),
         })
     }
@@ -110,7 +113,7 @@ impl Condensed {
             |k: usize| closed.contains(&k) || flows(k) || sticking.iter().any(|stick| stick.0 == k);
         let mut parts = Vec::new();
         let mut followers = Vec::new();
-        for group in &scene.massless.groups {
+        for (index, group) in scene.massless.groups.iter().enumerate() {
             let coordinates: Vec<usize> =
                 group.coordinates.iter().copied().filter(|&k| !held(k)).collect();
             if coordinates.is_empty() {
@@ -124,15 +127,27 @@ impl Condensed {
             parts.push(eliminated(
                 scene,
                 combination,
-                group,
+                (index, group),
                 coordinates,
                 sources,
                 &mut followers,
             )?);
         }
         followers.sort_by_key(|follower| follower.coordinate);
-        let place = |k: usize| followers.binary_search_by_key(&k, |f| f.coordinate).ok();
-        let follows = |k: usize| place(k).map(|index| &followers[index]);
+        let found = Self { followers, parts, closed, sticking, flowing, scene: None };
+        let flows = !found.flowing.is_empty();
+        let left = flows.then(|| Arc::new(found.left_of(scene)));
+        Ok(Some(Self { scene: left, ..found }))
+    }
+
+    /// What is left of `scene`, to share.
+    pub fn scene(&self, scene: &Scene) -> Arc<Scene> {
+        self.scene.clone().unwrap_or_else(|| Arc::new(self.left_of(scene)))
+    }
+
+    /// What is left of `scene`, over all coordinates; rows and columns of those that follow are zero.
+    fn left_of(&self, scene: &Scene) -> Scene {
+        let follows = |k: usize| self.follower(k);
         let mut force = scene.force.clone();
         let stiffness = SparseMatrix::from_rows(scene.size, |row, entries| {
             if follows(row).is_some() {
@@ -155,7 +170,7 @@ impl Condensed {
                 summed(entries);
             }
         });
-        let condensed = Scene {
+        Scene {
             size: scene.size,
             dofs: scene.dofs,
             contacts: scene.contacts.clone(),
@@ -167,8 +182,8 @@ impl Condensed {
             condensed: true,
             dependents: Vec::new(),
             mass: scene.mass.clone(),
-            // Laws of friction bound their series by other norms.
-            coupled_mass: scene.coupled_mass.clone().filter(|_| scene.laws.is_none()),
+            // Beside a border series need no scene that is left.
+            coupled_mass: None,
             damping: scene.damping.clone(),
             proportional: scene.proportional,
             stiffness,
@@ -177,8 +192,13 @@ impl Condensed {
             loads: scene.loads.clone(),
             drive: scene.drive.clone(),
             bare: scene.bare.clone(),
-        };
-        Ok(Some(Self { scene: condensed, followers, closed, sticking, flowing, parts }))
+        }
+    }
+
+    /// What a coordinate follows, if it does.
+    pub fn follower(&self, coordinate: usize) -> Option<&Follower> {
+        let place = self.followers.binary_search_by_key(&coordinate, |of| of.coordinate);
+        place.ok().map(|index| &self.followers[index])
     }
 
     /// Sets the places and velocities of the coordinates without mass, of those that follow and of those that contacts hold.
@@ -190,8 +210,10 @@ impl Condensed {
         for Follower { coordinate, constant, terms } in &self.followers {
             q[*coordinate] = terms.iter().fold(*constant, |sum, &(k, weight)| sum + weight * q[k]);
         }
-        for &(contact, status) in &self.flowing {
-            u[self.scene.contacts[contact].tangential] = self.scene.flow_rate(contact, status, q);
+        if let Some(scene) = &self.scene {
+            for &(contact, status) in &self.flowing {
+                u[scene.contacts[contact].tangential] = scene.flow_rate(contact, status, q);
+            }
         }
         self.complete_rates(u);
     }
@@ -207,10 +229,9 @@ impl Condensed {
     pub fn replaced(&self, terms: &[(usize, f64)]) -> (Vec<(usize, f64)>, f64) {
         let (mut replaced, mut constant) = (Vec::new(), 0.0);
         for &(k, weight) in terms {
-            match self.followers.binary_search_by_key(&k, |follower| follower.coordinate) {
-                Err(_) => replaced.push((k, weight)),
-                Ok(index) => {
-                    let follower = &self.followers[index];
+            match self.follower(k) {
+                None => replaced.push((k, weight)),
+                Some(follower) => {
                     constant += weight * follower.constant;
                     replaced.extend(follower.terms.iter().map(|&(j, w)| (j, weight * w)));
                 }
@@ -244,7 +265,7 @@ impl Condensed {
 fn eliminated(
     scene: &Scene,
     combination: &Combination,
-    group: &Group,
+    (index, group): (usize, &Group),
     coordinates: Vec<usize>,
     sources: Vec<Vec<(usize, f64)>>,
     followers: &mut Vec<Follower>,
@@ -308,5 +329,5 @@ fn eliminated(
         });
     }
     let inverse = factors.solve(DMatrix::identity(count, count));
-    Ok(Elimination { coordinates, sources, inverse })
+    Ok(Elimination { group: index, coordinates, sources, inverse })
 }

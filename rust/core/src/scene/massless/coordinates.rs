@@ -18,6 +18,9 @@ use crate::linalg::sparse::SparseMatrix;
 use crate::scene::contact_law::{Contact, ContactInput, Direction, Inertia};
 use crate::scene::coordinates::contact_coordinates::Coordinates;
 
+/// Roundings of one size that may add up in a sum over the coordinates of a group, for each of these.
+const ROUNDING: f64 = 4.0;
+
 /// The coordinates without mass, in groups that stiffness ties.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Massless {
@@ -107,18 +110,38 @@ impl Massless {
     }
 
     /// `K_ii - K_ib Y K_bi`, with rows of zeros for the coordinates without mass: the stiffness while no contact acts on these.
-    pub fn condensed(&self, stiffness: &SparseMatrix) -> SparseMatrix {
+    /// Coordinates from `structure` on carry loads, and nothing acts on them. Couplings that rounding of the entries of K may
+    /// have made are left out.
+    pub fn condensed(&self, stiffness: &SparseMatrix, structure: usize) -> SparseMatrix {
         let mut added: Vec<Vec<(usize, f64)>> = vec![Vec::new(); stiffness.size()];
+        let mut rounding = added.clone();
         for group in &self.groups {
             let coupling = |row: usize| {
                 stiffness.row(group.coordinates[row]).filter(|entry| !self.contains(entry.0))
             };
-            for (e, row) in added_pairs(group) {
-                let y = group.flexibility[(e, row)];
-                for (i, a) in coupling(e) {
-                    // The same to the last bit in both triangles.
-                    added[i].extend(coupling(row).map(|(j, b)| (j, -y * (a * b))));
+            let count = group.coordinates.len();
+            let mut tied: Vec<usize> = (0..count).flat_map(coupling).map(|entry| entry.0).collect();
+            tied.sort_unstable();
+            tied.dedup();
+            let mut rows = DMatrix::zeros(count, tied.len());
+            for e in 0..count {
+                for (k, value) in coupling(e) {
+                    rows[(e, tied.partition_point(|&other| other < k))] = value;
                 }
+            }
+            let followed = &group.flexibility * &rows;
+            let pulled = rows.tr_mul(&followed);
+            // `|dK_ib| |Y K_bi|` on both sides, and `|K_ib Y| |dK_bb| |Y K_bi|`.
+            let own = stiffness.restricted(&group.coordinates).to_dense().abs();
+            let sizes = followed.abs();
+            let lost = sizes.tr_mul(&(own * &sizes + 2.0 * rows.abs()));
+            let unit = ROUNDING * count as f64 * f64::EPSILON;
+            for (i, &row) in tied.iter().enumerate().filter(|(_, row)| **row < structure) {
+                // The same to the last bit in both triangles.
+                let place = |j: usize| if i < j { (i, j) } else { (j, i) };
+                let columns = || tied.iter().copied().enumerate();
+                added[row].extend(columns().map(|(j, k)| (k, -pulled[place(j)])));
+                rounding[row].extend(columns().map(|(j, k)| (k, unit * lost[place(j)])));
             }
         }
         SparseMatrix::from_rows(stiffness.size(), |row, entries| {
@@ -126,8 +149,17 @@ impl Massless {
                 return;
             }
             entries.extend(stiffness.row(row).filter(|entry| !self.contains(entry.0)));
+            let known = entries.iter().map(|&(k, value)| (k, f64::EPSILON * value.abs()));
+            let mut lost: Vec<(usize, f64)> = known.collect();
             entries.append(&mut added[row]);
+            lost.append(&mut rounding[row]);
             summed(entries);
+            summed(&mut lost);
+            let mut lost = lost.into_iter();
+            entries.retain(|&(k, value)| {
+                let lost = lost.next().map_or(0.0, |entry| entry.1);
+                k == row || value.abs() > lost
+            });
         })
     }
 
@@ -283,6 +315,16 @@ impl Nodes {
 
 /// Entries of a row by column, those of one column added up.
 pub(crate) fn summed(entries: &mut Vec<(usize, f64)>) {
+    let size = entries.iter().map(|entry| entry.0 + 1).max().unwrap_or(0);
+    if entries.len() > size {
+        // A place for every column is quicker than an order.
+        let mut sums: Vec<Option<f64>> = vec![None; size];
+        for (k, value) in entries.drain(..) {
+            sums[k] = Some(sums[k].map_or(value, |sum| sum + value));
+        }
+        entries.extend(sums.iter().enumerate().filter_map(|(k, sum)| Some((k, (*sum)?))));
+        return;
+    }
     entries.sort_by_key(|entry| entry.0);
     entries.dedup_by(|next, kept| {
         let same = next.0 == kept.0;
@@ -296,12 +338,7 @@ pub(crate) fn condensed_stiffness(
     mass: &SparseMatrix,
     stiffness: &SparseMatrix,
 ) -> Result<SparseMatrix, Error> {
-    Ok(Massless::new(mass, stiffness, &[], mass.size())?.condensed(stiffness))
-}
-
-fn added_pairs(group: &Group) -> impl Iterator<Item = (usize, usize)> + use<> {
-    let count = group.coordinates.len();
-    (0..count).flat_map(move |i| (0..count).map(move |j| (i, j)))
+    Ok(Massless::new(mass, stiffness, &[], mass.size())?.condensed(stiffness, mass.size()))
 }
 
 /// Refuses contacts of which only the gap has mass, contacts that would bounce without mass, and contacts without mass
