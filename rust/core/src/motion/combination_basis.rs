@@ -173,6 +173,18 @@ impl CombinationBasis {
         if let Some(condensed) = &self.condensed {
             condensed.complete(q, u);
         }
+        match &self.propagator {
+            Propagator::Law(operator) => operator.begin_flows(q, u),
+            Propagator::Blocks(parts) => {
+                for (block, basis) in parts.iter().filter(|part| part.1.condensed.is_some()) {
+                    let (mut own_q, mut own_u) = (block.gather(q), block.gather(u));
+                    basis.complete(&mut own_q, &mut own_u);
+                    block.scatter(&own_q, q);
+                    block.scatter(&own_u, u);
+                }
+            }
+            Propagator::Modal(_) | Propagator::Taylor(_) => {}
+        }
         if let Some(fitted) = &self.fitted {
             fitted.follow(q, u);
         }

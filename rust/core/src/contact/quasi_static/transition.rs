@@ -10,7 +10,7 @@ use crate::contact::event_kind::EventKind;
 use crate::contact::quasi_static::problem::{Answer, Case, Node, Problem};
 use crate::contact::settlement::{Departure, Settlement, of_contact, sliding_status};
 use crate::error::run::RunFailure;
-use crate::scene::contact_law::Inertia;
+use crate::scene::contact_law::{Contact, Inertia};
 use crate::scene::massless::coordinates::Group;
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
@@ -52,7 +52,7 @@ pub(crate) fn settle_group(
     // Where slip follows from a law, the place is a state, and nothing jumps.
     let flows = |k: usize| scene.flows(group.contacts[k]);
     let opens = |k: usize| matches!(own[k], Some(EventKind::Closing | EventKind::Release));
-    if let Some(k) = (0..count).find(|&k| flows(k) && opens(k)) {
+    if let Some(k) = (0..count).find(|&k| flows(k) && opens(k) && !event.is_apart(law(k))) {
         return Err(RunFailure::OpensWithoutMass { contact: group.contacts[k], time });
     }
     let jumps: Vec<bool> =
@@ -113,7 +113,13 @@ pub(crate) fn settle_group(
     for (k, &contact) in group.contacts.iter().enumerate() {
         let after = answer.statuses[k];
         if flows(k) {
-            settlement.record(contact, own[k], statuses[k], departing[k]);
+            let (status, departure) = match (cases[k], after) {
+                (Case::Touching, Status::Detached) => (after, Departure::Gap(1)),
+                (Case::Touching, Status::Sticking) => (after, Departure::Force(1)),
+                (Case::Touching, _) => (after, Departure::SlipAndForce),
+                _ => (statuses[k], departing[k]),
+            };
+            settlement.record(contact, own[k], status, departure);
             continue;
         }
         if !slips(k) {
@@ -187,6 +193,13 @@ impl GroupEvent<'_> {
         let (sums, sizes): (Vec<f64>, Vec<f64>) = rhs.unzip();
         let flexibility = &group.flexibility;
         (flexibility * DVector::from_vec(sums), flexibility.abs() * DVector::from_vec(sizes))
+    }
+
+    /// Whether a contact without mass is alone in its group and its friction force does not change its normal force: it then
+    /// begins to slip as with the friction of its law at rest, `abs(a) > mu(0) N'`, since its law rises.
+    fn is_apart(&self, law: &Contact) -> bool {
+        self.group.coordinates.len() == 2
+            && self.scene.stiffness.get(law.tangential, law.normal) == 0.0
     }
 
     /// Places of (tangential, normal) of each contact in the group.
@@ -269,10 +282,13 @@ impl GroupEvent<'_> {
         u: &[f64],
     ) -> Result<Answer, RunFailure> {
         let (free, sizes) = self.free(u, 0.0);
-        let contacts = self.group.contacts.iter().zip(statuses);
-        let speed = |(&contact, &status): (&usize, &Status)| match status.is_sliding() {
-            true if self.scene.flows(contact) => self.scene.flow_rate(contact, status, q),
-            _ => self.scene.contacts[contact].slider_speed,
+        let contacts = self.group.contacts.iter().zip(statuses).zip(cases);
+        let speed = |((&contact, &status), &case): ((&usize, &Status), &Case)| {
+            let flows = status.is_sliding() && self.scene.flows(contact);
+            match flows && case != Case::Touching {
+                true => self.scene.flow_rate(contact, status, q),
+                false => self.scene.contacts[contact].slider_speed,
+            }
         };
         let speeds: Vec<f64> = contacts.flat_map(|each| [speed(each), 0.0]).collect();
         let mut problem = self.problem(cases, self.relative(&free, &sizes, &speeds));

@@ -13,6 +13,7 @@
 //! t falls with f^DEGREE, and nothing else grows.
 
 use crate::contact::functional::Functional;
+use crate::motion::friction::closing::NodeBound;
 use crate::motion::friction::motion::{LawMotion, Sliding};
 use crate::motion::friction::operator::LawOperator;
 use crate::motion::friction::series::law_contact::{Flow, LawContact};
@@ -29,6 +30,8 @@ const TUBE: f64 = 1e-6;
 const TUBE_OF_FLOW: f64 = 1e-9;
 /// Its largest change of a normal force there, relative to this force.
 const NARROW: f64 = 0.01;
+/// The part of the neighbourhood of slip speeds that its places may take.
+const PART_OF_TUBE: f64 = 0.25;
 /// Its largest change of slip speed, relative to the change over which a law changes.
 const TUBE_OF_SLIP: f64 = 0.1;
 
@@ -81,10 +84,21 @@ impl Kernel for Bound<'_> {
         let flows = operator.contacts.iter().zip(&*contacts).filter(|of| of.0.flow.is_some());
         let radius = flows.fold(radius, |radius, (one, sliding)| {
             let pressed = NARROW * sliding.normal[0].abs() / one.normal_norm.abs();
-            radius.min(TUBE_OF_FLOW * scale).min(pressed)
+            // Slip speeds stay within their own neighbourhood, also where the normal force is about to vanish.
+            let series = &sliding.series;
+            let divisor = series.slope(&one.law) * sliding.normal[0].abs();
+            let spread = one.flow.as_ref().map_or(0.0, |flow| flow.friction_norm)
+                + (one.law.value(0.0) + series.excess[0].abs()) * one.normal_norm;
+            let slow = PART_OF_TUBE * series.tube(&one.law) * divisor / spread;
+            radius.min(TUBE_OF_FLOW * scale).min(pressed).min(slow.abs())
         });
         let sums = convolutions.iter().flat_map(|pair| pair.sums(simd, powers));
-        for ((one, sliding), sums) in operator.contacts.iter().zip(&mut *contacts).zip(sums) {
+        for ((one, sliding), mut sums) in operator.contacts.iter().zip(&mut *contacts).zip(sums) {
+            if sliding.closes {
+                // N per s has one power of the width more.
+                sums.right[1] *= powers[1];
+                sums.left_out[1] *= powers[1];
+            }
             let off = match one.flow {
                 Some(_) => sliding.series.tube(&one.law),
                 None => radius * one.slip_norm,
@@ -127,7 +141,7 @@ impl Kernel for Bound<'_> {
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
         let (mut flowing, mut follows) = (0.0, true);
-        for (place, (one, sliding)) in operator.contacts.iter().zip(contacts).enumerate() {
+        for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
             let cut = left_out + law.truncation * pressed + largest * off;
@@ -138,6 +152,9 @@ impl Kernel for Bound<'_> {
             let size = sliding.at_origin_size + of_normal;
             let terms = in_product as f64 * pressed + in_row * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
+            if sliding.closes || sliding.held {
+                continue;
+            }
             if let Some(flow) = &one.flow {
                 let of = |at_origin: f64, sum: &Functional| at_origin + Sizes::of(&sizes.all, sum);
                 let of_friction = of(sliding.friction_at_origin[1], &flow.friction);
@@ -177,6 +194,23 @@ impl Kernel for Bound<'_> {
         rounded += UNIT * in_row * (reach * of_orders + load);
         let exponent = (reach + taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
+        let fastest = exponent * radius + truncated + rounded;
+        let units = (in_product + 16) as f64;
+        let pairs = operator.contacts.iter().zip(contacts.iter_mut());
+        let nodes = pairs.filter(|of| of.1.closes).map(|(one, sliding)| {
+            sliding.bound_from_closing(taylor, one, sizes, [fastest, in_row, units])
+        });
+        if let Some(nodes) = nodes.reduce(NodeBound::worse) {
+            follows &= nodes.follows;
+            bound = nodes.beside(bound);
+        }
+        let pairs = operator.contacts.iter().zip(contacts.iter_mut());
+        for (one, sliding) in pairs.filter(|of| of.1.held) {
+            let held = sliding.bound_held(taylor, one, sizes, [fastest, in_row], bound);
+            follows &= held.is_some();
+            bound = held.unwrap_or(bound);
+        }
+        let exponent = bound.exponent;
         bound.holds = follows && exponent <= LARGEST && bound.of_shorter(1.0) <= radius;
         bound
     }

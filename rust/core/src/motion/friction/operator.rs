@@ -136,6 +136,10 @@ impl LawOperator {
             let [pressed, friction] = [&one.normal, &flow.friction].map(|of| of.value(q, &still));
             let at_rest = one.law.value(0.0);
             let speed = one.law.speed_at((friction - at_rest * pressed) / pressed);
+            if !(pressed > 0.0) || self.speed_from_closing(one, q, rates).is_some() {
+                // Its velocity then follows from the rates of the forces, and no neighbour has another.
+                continue;
+            }
             let change = flow.friction.rate(rates, &still)
                 - one.law.value(speed) * one.normal.rate(rates, &still);
             acceleration[flow.coordinate] = -one.sign * change / (one.law.slope(speed) * pressed);

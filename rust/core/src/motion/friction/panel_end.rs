@@ -15,9 +15,11 @@ const AT_START: f64 = 1e-9;
 
 /// Part of the sizes of its terms below which the normal force of a contact whose slip has no mass counts as zero: as it
 /// vanishes, the node relaxes ever faster, and panels would shrink without end.
-const PRESSED: f64 = 1e-6;
+const PRESSED: f64 = 1e-13;
 /// The same where already no panel is short enough for a bound: its node then relaxes too fast for the rounding of places.
 const HARDLY_PRESSED: f64 = 1e-2;
+/// Part of the time in which its node relaxes that a panel covers at least before it opens: slip then runs away from the series.
+const CRAWLING: f64 = 1e-3;
 
 impl LawMotion {
     /// A contact whose slip has no mass and whose slip speed or normal force ends the phase at the start of the panel.
@@ -25,9 +27,22 @@ impl LawMotion {
         let pressed = if self.left_out.is_finite() { PRESSED } else { HARDLY_PRESSED };
         let mut contacts = operator.contacts.iter().zip(&self.contacts).enumerate();
         contacts.find_map(|(place, (one, sliding))| {
-            one.flow.as_ref()?;
-            let Sliding { series, normal, at_origin_size, .. } = sliding;
-            if !(normal[0] > pressed * at_origin_size) {
+            let flow = one.flow.as_ref()?;
+            let Sliding { series, normal, at_origin_size, closes, held, .. } = sliding;
+            let passes = *closes || *held;
+            // What it loses over a usual panel counts as well: its terms are small after a closing.
+            let lost = normal[1].abs() * operator.taylor.width() / self.taylor.width;
+            let usual = at_origin_size.max(lost);
+            let least = match passes {
+                true if self.left_out.is_finite() => 0.0,
+                true => f64::INFINITY,
+                false => pressed * usual,
+            };
+            let damper = series.slope(&one.law) * normal[0];
+            let crawls = !passes
+                && normal[0] < HARDLY_PRESSED * usual
+                && flow.spring * self.taylor.width < CRAWLING * damper;
+            if !(normal[0] > least) || crawls {
                 return Some((place, LawEnd::Opening));
             }
             let level = !(series.slip[0] < one.law.rises_until()?);

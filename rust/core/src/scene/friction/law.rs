@@ -243,6 +243,27 @@ impl FrictionLaw {
         speed
     }
 
+    /// The slip speed, not below 0, at which a law that rises has `(mu(|s|) - mu(0)) pressed + spring |s| = load`.
+    pub(crate) fn speed_beside(&self, pressed: f64, spring: f64, load: f64) -> f64 {
+        let (mut low, mut high) = (0.0, (load / spring).max(0.0));
+        let mut speed = high;
+        for _ in 0..STEPS {
+            let off = self.excess(speed) * pressed + spring * speed - load;
+            if off > 0.0 {
+                high = speed;
+            } else {
+                low = speed;
+            }
+            let next = speed - off / (self.slope(speed) * pressed + spring);
+            let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
+            if next == speed {
+                break;
+            }
+            speed = next;
+        }
+        speed
+    }
+
     /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.
     pub(crate) fn steepness(&self, speed: f64) -> [f64; 2] {
         match self {

@@ -168,7 +168,7 @@ impl LawSeries {
     pub fn tube(&self, law: &FrictionLaw) -> f64 {
         match law {
             FrictionLaw::Linear { .. } => f64::MAX,
-            FrictionLaw::Stribeck { .. } | FrictionLaw::Rational { .. } => 1e-3 * self.reach(law),
+            FrictionLaw::Stribeck { .. } | FrictionLaw::Rational { .. } => 5e-2 * self.reach(law),
             FrictionLaw::Tabulated(table) => {
                 let [low, high] = [0, 1].map(|i| table.speeds.get(self.piece + i).copied());
                 1e-3 * (high.unwrap_or(f64::NAN) - low.unwrap_or(f64::NAN))

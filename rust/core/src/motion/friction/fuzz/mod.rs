@@ -1,0 +1,3 @@
+//! Random motions under laws of friction.
+
+mod true_errors;
