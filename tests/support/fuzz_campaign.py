@@ -62,7 +62,12 @@ ENERGY_TOLERANCE = 1e-9
 #: own balance, which does, is held to the tolerance.
 ENERGY_OF_SAMPLES = 1e-3
 #: Why a motion under laws of friction may end.
-LAW_ENDS = ("its friction reaches 0", "its friction levels off", "nothing determines how the forces")
+LAW_ENDS = (
+    "its friction reaches 0",
+    "its friction levels off",
+    "nothing determines how the forces",
+    "slip lasts until the normal force is zero",
+)
 
 
 @dataclass

@@ -218,7 +218,7 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
     """Return a scene most of whose contacts have springs, with a diagonal mass, and a state in flight.
 
     Where contacts depend on each other, springs may be refused: mass couples them. The scene then has none.
-    Under a law that rises, friction whose normal force is given also acts on springs.
+    Under a law that rises, friction acts on springs too.
     """
     rng, by_laws = (np.random.default_rng([seed, index, stream]) for stream in (5, 7))
     contacts = []
@@ -230,11 +230,12 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
             by_law = isinstance(contact.friction, ss.friction.Law)
             if contact.tangential is not None and not by_law and rng.random() < 0.7:
                 springs["tangential_stiffness"] = 10.0 ** rng.uniform(4.0, 7.0)
-            if by_law and contact.normal is None and rises(contact):
+            if by_law and rises(contact):
                 # Its node relaxes at k / (mu' N), by which panels are limited.
                 speed = abs(contact.slider_speed)
                 rise = contact.coefficient(1.01 * speed) - contact.coefficient(0.99 * speed)
-                damper = contact.normal_force * rise / (0.02 * speed)
+                pressed = contact.normal_force or np.abs(scene.force).max()
+                damper = pressed * rise / (0.02 * speed)
                 springs["tangential_stiffness"] = float(damper * 10.0 ** by_laws.uniform(2.0, 4.5))
         contacts.append(dataclasses.replace(contact, **springs))
     mass = np.diag(scene.mass) if scene.mass.ndim == 2 else scene.mass
