@@ -156,6 +156,8 @@ def test_a_slip_that_ends_at_a_limit_of_bounces_counts_with_it():
         # Rounding of an impact moved a stop that stays closed: 1e-17 m/s counted as the end of a series.
         (95, 791, ["stops"]),
         (94, 2175, ["stops"]),
+        # As 93, 77: a touch was told where the search had stepped, 2e-8 s away from its minimum.
+        (97, 1746, ["unsymmetric", "forced", "stops", "compliant"]),
     ],
 )
 def test_scenes_that_failed_once(seed, index, extras):
