@@ -1,5 +1,10 @@
 //! The numbers of a scene that a parameter can set.
 
+#[cfg(doc)]
+use crate::scene::chain::{Link, Subsystem};
+#[cfg(doc)]
+use crate::scene::contact_law::ContactInput;
+
 /// A number of a scene that a parameter can set.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Field {
@@ -23,7 +28,7 @@ pub enum Field {
     LinkHorizontalStiffness,
     /// [`Link::vertical_stiffness`], N/m.
     LinkVerticalStiffness,
-    /// [`Chain::wall_stiffness`], N/m.
+    /// [`Chain::wall_stiffness`](crate::study::Chain::wall_stiffness), N/m.
     WallStiffness,
     /// beta of `C = beta K`.
     Damping,
