@@ -44,7 +44,7 @@ const BORDER_ENTRY: f64 = 0.04;
 /// Rows whose work is that on one of a coordinate without mass, which is used twice one after the other.
 const FOLLOWER: f64 = 1.75;
 /// Rows whose work is that on the coordinates beside the border.
-const OTHER_ROWS: f64 = 14.0;
+const OTHER_ROWS: f64 = 7.0;
 /// Coordinates up to which modes with held contacts are considered, since nothing interrupts their eigenproblem, and by what
 /// factor they must make series quicker.
 const LARGEST_HELD: usize = 500;
