@@ -141,7 +141,12 @@ impl Kernel for Bound<'_> {
         let together = |sum: f64, part: f64| if apart { sum.max(part) } else { sum + part };
         let (mut truncated, mut rounded, mut lipschitz) = (0.0, 0.0, 0.0);
         let (mut flowing, mut follows) = (0.0, true);
+        let units = (in_product + 16) as f64;
         for (place, (one, sliding)) in operator.contacts.iter().zip(&mut *contacts).enumerate() {
+            // Bounded by themselves, below.
+            if sliding.closes || sliding.held {
+                continue;
+            }
             let ContactBounds { law, excess, pressed, products: left_out, .. } = sliding.bounds;
             let largest = excess + law.truncation + law.rounding;
             let cut = left_out + law.truncation * pressed + largest * off;
@@ -152,15 +157,11 @@ impl Kernel for Bound<'_> {
             let size = sliding.at_origin_size + of_normal;
             let terms = in_product as f64 * pressed + in_row * size;
             let round = UNIT * terms * excess + law.rounding * pressed + largest * unsharp;
-            if sliding.closes || sliding.held {
-                continue;
-            }
             if let Some(flow) = &one.flow {
                 let of = |at_origin: f64, sum: &Functional| at_origin + Sizes::of(&sizes.all, sum);
                 let of_friction = of(sliding.friction_at_origin[1], &flow.friction);
                 let of_normal = of(sliding.at_origin_size, &one.normal);
                 let terms = in_row * (of_friction + one.law.value(0.0) * of_normal);
-                let units = (in_product + 16) as f64;
                 let within = sliding.implicit(one, flow, [radius, off, terms, units]);
                 let ContactBounds { cut, round, gain, by_force, .. } = sliding.bounds;
                 let by_place = flow.weight * by_force;
@@ -195,7 +196,6 @@ impl Kernel for Bound<'_> {
         let exponent = (reach + taylor.width * lipschitz).max(taylor.width * flowing);
         let mut bound = PanelBound { truncated, rounded, beyond, exponent, holds: false };
         let fastest = exponent * radius + truncated + rounded;
-        let units = (in_product + 16) as f64;
         let pairs = operator.contacts.iter().zip(contacts.iter_mut());
         let nodes = pairs.filter(|of| of.1.closes).map(|(one, sliding)| {
             sliding.bound_from_closing(taylor, one, sizes, [fastest, in_row, units])

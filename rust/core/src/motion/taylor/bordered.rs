@@ -13,7 +13,6 @@ use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::inertia::border::{Border, Followers};
-use crate::scene::inertia::coupled_mass::CoupledMass;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
 
@@ -95,19 +94,11 @@ impl BorderedRows {
         self.active.len() + self.following.as_ref().map_or(0, Following::numbers)
     }
 
-    /// Bound of the stiffness of the combination, in the norm of M. 1/s^2
-    pub fn stiffness_rate(
-        &self,
-        scene: &Scene,
-        equation: &EquationOfMotion,
-        mass: &CoupledMass,
-    ) -> f64 {
-        let followers = mass.border.as_ref().and_then(|border| border.followers.as_ref());
-        let [added, merged] = match (&self.following, followers) {
-            (Some(following), Some(followers)) => following.rates(scene, followers, equation),
-            _ => [0.0; 2],
-        };
-        equation.amplification(mass) * (mass.stiffness_rate + added) + merged
+    /// What the coordinates without mass add to the stiffness; see [`Following::rates`]. 1/s^2
+    pub fn added_rates(&self, scene: &Scene, equation: &EquationOfMotion) -> [f64; 2] {
+        let followers = border_of(scene).and_then(|border| border.followers.as_ref());
+        let following = self.following.as_ref().zip(followers);
+        following.map_or([0.0; 2], |(own, followers)| own.rates(scene, followers, equation))
     }
 
     /// Fills one order of the series.

@@ -92,10 +92,8 @@ impl Following {
             let eliminated = condensed.parts.iter().find(|part| part.group == index);
             let places = |k: usize| group.place(k);
             let y = &group.flexibility;
-            let g = eliminated.map_or_else(
-                || DMatrix::zeros(count, count),
-                |part| response(part, y, |k| group.place(k)),
-            );
+            let g = eliminated
+                .map_or_else(|| DMatrix::zeros(count, count), |part| response(part, y, places));
             let mut held: Vec<(usize, Vec<f64>)> = Vec::new();
             for (k, place) in stuck.iter().filter_map(|&(k, _)| Some((k, places(k)?))) {
                 let mut column = vec![0.0; count];

@@ -274,10 +274,10 @@ impl TaylorOperator {
     fn norms(&self, scene: &Scene) -> (f64, f64) {
         if let Some(mass) = &scene.coupled_mass {
             let factor = self.equation.amplification(mass);
-            let stiffness = match &self.bordered {
-                Some(rows) => rows.stiffness_rate(scene, &self.equation, mass),
-                None => factor * mass.stiffness_rate,
-            };
+            let rows = self.bordered.as_ref();
+            let [added, merged] =
+                rows.map_or([0.0; 2], |rows| rows.added_rates(scene, &self.equation));
+            let stiffness = factor * (mass.stiffness_rate + added) + merged;
             return (stiffness, factor * mass.damping_rate);
         }
         let reduction = &self.equation.reduction;
