@@ -203,7 +203,7 @@ mod tests {
     use crate::motion::method_cost::pays_held_modes;
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 
-    const SIZE: usize = 40;
+    const SIZE: usize = 32;
 
     /// A scene of two contacts with directions of two dofs each.
     fn scene(mass: Mass, stiffness: &DMatrix<f64>) -> Scene {
