@@ -116,9 +116,9 @@ impl Cost {
     pub fn new(scene: &Scene, free: usize) -> Self {
         let m = free as f64;
         let modes = if free <= REFINED_SIZE {
-            250.0 * m.powi(2) + 8.0 * m.powi(3)
+            250.0 * m.powi(2) + 4.5 * m.powi(3)
         } else if free <= largest(scene) {
-            350.0 * m.powi(2) + 2.0 * m.powi(3)
+            300.0 * m.powi(2) + 0.8 * m.powi(3)
         } else {
             f64::INFINITY
         };

@@ -74,20 +74,21 @@ impl ModalBasis {
         let mut shape = vec![Complex64::default(); m * stride];
         let mut from_position = shape.clone();
         let mut from_velocity = shape.clone();
+        let part =
+            |of: fn(Complex64) -> f64| DMatrix::from_fn(count, m, |r, k| of(modes[r].left[k]));
+        let left = [part(|v| v.re), part(|v| v.im)];
+        let [mass, damping] = [&reduced.mass, &reduced.damping]
+            .map(|matrix| left.each_ref().map(|part| part * matrix));
         for (r, mode) in modes.iter().enumerate() {
             lambda[r] = mode.eigenvalue;
             let weight = if mode.is_real() { 1.0 } else { 2.0 };
             for k in 0..m {
                 shape[k * stride + r] = weight * mode.right[k];
                 // left' ((C + lambda M) q + M q') / a
-                let product = |matrix: &DMatrix<f64>| -> Complex64 {
-                    let column = matrix.column(k);
-                    let terms = mode.left.iter().zip(&column);
-                    terms.map(|(v, a)| v * a).sum::<Complex64>() / mode.a
-                };
-                from_velocity[k * stride + r] = product(&reduced.mass);
-                from_position[k * stride + r] =
-                    product(&reduced.damping) + mode.eigenvalue * from_velocity[k * stride + r];
+                let [mass, damping] = [&mass, &damping]
+                    .map(|[re, im]| Complex64::new(re[(r, k)], im[(r, k)]) / mode.a);
+                from_velocity[k * stride + r] = mass;
+                from_position[k * stride + r] = damping + mode.eigenvalue * mass;
             }
         }
         let references: Vec<Reference> = [Some(At::origin(reduced)), At::equilibrium(reduced)]
