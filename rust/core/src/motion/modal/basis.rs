@@ -14,6 +14,12 @@ use crate::numerics::simd::{ComplexGroup, ComplexVector, GROUP, Group, complex_g
 use crate::scene::model::Scene;
 use crate::scene::reduction::reduced_system::Reduced;
 
+/// Groups of coordinates whose sums over the modes run side by side, since one sum waits for each of its additions; what
+/// is read of a mode serves them all.
+pub(super) const SUPERPOSED: usize = 4;
+/// Groups of modes whose sums over the coordinates run side by side.
+pub(super) const PROJECTED: usize = 2;
+
 /// Modes ascending in modulus, one of each conjugate pair, in groups filled up with zeros.
 #[derive(Debug)]
 pub(crate) struct ModalBasis {
@@ -28,10 +34,10 @@ pub(crate) struct ModalBasis {
     pub(super) lambda: ComplexVector,
     /// 1 / lambda, 0 where lambda is.
     pub(super) inverse: ComplexVector,
-    /// Right vectors with the weight of the conjugate, `q_k = Re sum_r shape_r[k] z_r`: for each group of kept
-    /// coordinates, of all modes.
+    /// Right vectors with the weight of the conjugate, `q_k = Re sum_r shape_r[k] z_r`: for every [`SUPERPOSED`] groups of
+    /// kept coordinates, for each mode, of each of these groups.
     pub(super) shape: Vec<ComplexGroup>,
-    /// Factors of all groups of modes, for each kept coordinate.
+    /// For every [`PROJECTED`] groups of modes, for each kept coordinate, the factors of each of these groups.
     pub(super) projection: Vec<Projection>,
     /// (coordinate, speed) of the contacts that stick.
     pub(super) sticking: Vec<(usize, f64)>,
@@ -123,19 +129,21 @@ impl ModalBasis {
             .iter()
             .map(|lambda| if lambda.norm_sqr() > 0.0 { lambda.inv() } else { Complex64::default() })
             .collect();
-        let by_coordinate = (0..m.div_ceil(GROUP)).flat_map(|first| {
-            let shape = &shape;
-            (0..count).map(move |r| {
-                let mut lanes = [Complex64::default(); GROUP];
-                for (lane, value) in lanes.iter_mut().enumerate() {
-                    *value =
-                        shape.get((first * GROUP + lane) * stride + r).copied().unwrap_or_default();
-                }
-                ComplexGroup::of(lanes)
-            })
-        });
-        let lambda = ComplexVector::of(&lambda);
         let positions = m.div_ceil(GROUP);
+        let of_group = |group: usize, r: usize| {
+            ComplexGroup::of(std::array::from_fn(|lane| {
+                shape.get((group * GROUP + lane) * stride + r).copied().unwrap_or_default()
+            }))
+        };
+        let shapes = in_blocks(positions, SUPERPOSED, count, of_group);
+        let [from_position, from_velocity] =
+            [from_position, from_velocity].map(|of| complex_groups(&of).collect::<Vec<_>>());
+        let of_modes = |group: usize, k: usize| {
+            let index = k * groups + group;
+            Projection { position: from_position[index], velocity: from_velocity[index] }
+        };
+        let projection = in_blocks(groups, PROJECTED, m, of_modes);
+        let lambda = ComplexVector::of(&lambda);
         let function_groups = functions.len().div_ceil(GROUP);
         Self {
             positions,
@@ -144,11 +152,8 @@ impl ModalBasis {
             kept: reduction.kept.clone(),
             count,
             groups,
-            shape: by_coordinate.collect(),
-            projection: complex_groups(&from_position)
-                .zip(complex_groups(&from_velocity))
-                .map(|(position, velocity)| Projection { position, velocity })
-                .collect(),
+            shape: shapes,
+            projection,
             sticking: reduction.sticking.clone(),
             functions: function_weights,
             references,
@@ -165,9 +170,33 @@ impl ModalBasis {
         6 * self.groups * GROUP * self.kept.len()
     }
 
+    /// The shape of a mode at a kept coordinate.
+    pub(super) fn shape(&self, k: usize, r: usize) -> Complex64 {
+        let (group, lane) = (k / GROUP, k % GROUP);
+        let first = group - group % SUPERPOSED;
+        let side_by_side = SUPERPOSED.min(self.positions - first);
+        self.shape[first * self.count + r * side_by_side + group - first].get(lane)
+    }
+
     pub(super) fn level(&self, level: usize) -> &Level {
         self.levels[level].get_or_init(|| {
             Box::new(Level::new(&self.lambda, self.count, self.base_width * (level as f64).exp2()))
         })
     }
+}
+
+/// What belongs to each group and each term of its sums: for every `abreast` groups, for each term, of each of these groups.
+fn in_blocks<T>(
+    groups: usize,
+    abreast: usize,
+    terms: usize,
+    of: impl Fn(usize, usize) -> T,
+) -> Vec<T> {
+    let of = &of;
+    let blocks = (0..groups).step_by(abreast).map(|first| first..groups.min(first + abreast));
+    blocks
+        .flat_map(|block| {
+            (0..terms).flat_map(move |term| block.clone().map(move |group| of(group, term)))
+        })
+        .collect()
 }

@@ -20,7 +20,7 @@
 
 use pulp::bytemuck::cast_slice;
 
-use crate::motion::modal::basis::ModalBasis;
+use crate::motion::modal::basis::{ModalBasis, PROJECTED};
 use crate::motion::modal::level::{Level, Step};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, VectorUnit, ZEROS, group};
@@ -160,11 +160,10 @@ impl ModalMotion {
         u: &[f64],
     ) {
         self.refer(simd, basis, q, u);
-        // Two groups at a time: what is read of the state serves both.
-        for first in (0..groups).step_by(2) {
+        for first in (0..groups).step_by(PROJECTED) {
             match groups - first {
-                1 => self.project_groups::<S, 1>(groups, first, simd, basis, q, u),
-                _ => self.project_groups::<S, 2>(groups, first, simd, basis, q, u),
+                1 => self.project_groups::<S, 1>(first, simd, basis, q, u),
+                _ => self.project_groups::<S, PROJECTED>(first, simd, basis, q, u),
             }
         }
     }
@@ -172,7 +171,6 @@ impl ModalMotion {
     #[inline(always)]
     fn project_groups<S: Lanes, const N: usize>(
         &mut self,
-        groups: usize,
         first: usize,
         simd: S,
         basis: &ModalBasis,
@@ -184,11 +182,11 @@ impl ModalMotion {
         let velocity: &[f64] = cast_slice(&reference.velocity);
         // Sums of positions and of velocities, each half as long a chain of additions.
         let mut sums = [[ComplexGroup::ZERO; 2]; N];
-        let rows = basis.projection.chunks_exact(groups);
+        let (rows, _) = basis.projection[first * basis.kept.len()..].as_chunks::<N>();
         let at = basis.kept.iter().zip(about.iter().zip(velocity));
         for ((&k, (about, velocity)), row) in at.zip(rows) {
             let (q, u) = (simd.splat_f64s(q[k] - about), simd.splat_f64s(u[k] - velocity));
-            for ([of_q, of_u], factors) in sums.iter_mut().zip(&row[first..first + N]) {
+            for ([of_q, of_u], factors) in sums.iter_mut().zip(row) {
                 *of_q = of_q.add_scaled(simd, q, factors.position);
                 *of_u = of_u.add_scaled(simd, u, factors.velocity);
             }

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 use pulp::bytemuck::cast_slice;
 use pulp::cast;
 
-use crate::motion::modal::basis::ModalBasis;
+use crate::motion::modal::basis::{ModalBasis, SUPERPOSED};
 use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
 use crate::numerics::phi::exponential_and_phi;
 use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part};
@@ -79,25 +79,48 @@ impl ModalMotion {
         u: &mut [f64],
     ) {
         self.modes_at(simd, basis, offset);
-        let at = &self.at[..groups];
         let time = self.start.high + offset;
-        let time = simd.splat_f64s(time);
-        let about = self.about(basis).iter().zip(&basis.references[self.reference].velocity);
-        let kept = basis.kept.chunks(GROUP).zip(about);
-        for ((kept, (&about, &speed)), shape) in kept.zip(basis.shape.chunks(basis.count.max(1))) {
-            let (mut position, mut velocity) = (ZEROS, ZEROS);
-            for (at, shape) in at.iter().zip(shape.chunks(GROUP)) {
-                let [z, dz] =
-                    at.each_ref().map(|at| -> [[f64; GROUP]; 2] { [cast(at.re), cast(at.im)] });
-                for (lane, &shape) in shape.iter().enumerate() {
-                    let [z, dz] = [z, dz].map(|[re, im]| ComplexGroup {
-                        re: simd.splat_f64s(re[lane]),
-                        im: simd.splat_f64s(im[lane]),
-                    });
-                    position = add_real_part(simd, position, shape, z);
-                    velocity = add_real_part(simd, velocity, shape, dz);
+        for first in (0..basis.positions).step_by(SUPERPOSED) {
+            match basis.positions - first {
+                1 => self.superpose_groups::<S, 1>(first, simd, basis, time, q, u),
+                2 => self.superpose_groups::<S, 2>(first, simd, basis, time, q, u),
+                3 => self.superpose_groups::<S, 3>(first, simd, basis, time, q, u),
+                _ => {
+                    self.superpose_groups::<S, SUPERPOSED>(first, simd, basis, time, q, u);
                 }
             }
+        }
+    }
+
+    #[inline(always)]
+    fn superpose_groups<S: Lanes, const N: usize>(
+        &self,
+        first: usize,
+        simd: S,
+        basis: &ModalBasis,
+        time: f64,
+        q: &mut [f64],
+        u: &mut [f64],
+    ) {
+        let mut sums = [[ZEROS; 2]; N];
+        let (shapes, _) = basis.shape[first * basis.count..].as_chunks::<N>();
+        for (at, shapes) in self.at.iter().zip(shapes[..basis.count].chunks(GROUP)) {
+            let [z, dz] = at.map(|at| -> [[f64; GROUP]; 2] { [cast(at.re), cast(at.im)] });
+            for (lane, shapes) in shapes.iter().enumerate() {
+                let [z, dz] = [z, dz].map(|[re, im]| ComplexGroup {
+                    re: simd.splat_f64s(re[lane]),
+                    im: simd.splat_f64s(im[lane]),
+                });
+                for ([position, velocity], &shape) in sums.iter_mut().zip(shapes) {
+                    *position = add_real_part(simd, *position, shape, z);
+                    *velocity = add_real_part(simd, *velocity, shape, dz);
+                }
+            }
+        }
+        let time = simd.splat_f64s(time);
+        let about = self.about(basis).iter().zip(&basis.references[self.reference].velocity);
+        let kept = basis.kept.chunks(GROUP).zip(about).skip(first);
+        for ((kept, (&about, &speed)), [position, velocity]) in kept.zip(sums) {
             let moved = simd.add_f64s(simd.mul_f64s(speed, time), position);
             let position: [f64; GROUP] = cast(simd.add_f64s(about, moved));
             let velocity: [f64; GROUP] = cast(simd.add_f64s(speed, velocity));
@@ -110,9 +133,8 @@ impl ModalMotion {
     /// Largest |lambda| of the modes whose transient velocity `w / lambda` at `offset` is not yet rounding of the
     /// velocities of all.
     pub fn growth_rate(&self, basis: &ModalBasis, offset: f64) -> f64 {
-        let shape = |k: usize, r: usize| basis.shape[k / GROUP * basis.count + r].get(k % GROUP);
         let largest =
-            |r: usize| (0..basis.structure).map(|k| shape(k, r).norm()).fold(0.0, f64::max);
+            |r: usize| (0..basis.structure).map(|k| basis.shape(k, r).norm()).fold(0.0, f64::max);
         let of = |r: usize, part: fn(&Modes) -> ComplexGroup| {
             part(&self.modes[r / GROUP]).get(r % GROUP).norm()
         };
