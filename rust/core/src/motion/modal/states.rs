@@ -5,7 +5,7 @@ use pulp::bytemuck::cast_slice;
 use pulp::cast;
 
 use crate::motion::modal::basis::{ModalBasis, SUPERPOSED};
-use crate::motion::modal::motion::{ModalMotion, Modes, with_groups};
+use crate::motion::modal::motion::{ModalMotion, Modes};
 use crate::numerics::phi::exponential_and_phi;
 use crate::numerics::simd::{ComplexGroup, GROUP, Group, Kernel, Lanes, ZEROS, add_real_part};
 
@@ -71,7 +71,6 @@ impl ModalMotion {
     #[inline(always)]
     fn superpose<S: Lanes>(
         &mut self,
-        groups: usize,
         simd: S,
         basis: &ModalBasis,
         offset: f64,
@@ -174,6 +173,6 @@ impl Kernel for StateAt<'_> {
     #[inline(always)]
     fn run<S: Lanes>(self, simd: S) {
         let Self { motion, basis, offset, q, u } = self;
-        with_groups!(basis.groups, motion.superpose(simd, basis, offset, q, u));
+        motion.superpose(simd, basis, offset, q, u);
     }
 }
