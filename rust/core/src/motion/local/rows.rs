@@ -134,13 +134,13 @@ impl Kernel for Fill<'_> {
             let rate = (k + 1) as f64 / width;
             let factor = width * width / ((k + 1) * (k + 2)) as f64;
             let (places, speeds) = moved.split_at_mut(count);
-            for ((place, speed), (q, dq)) in
-                places.iter_mut().zip(speeds).zip(q.iter().zip(dq))
-            {
+            for ((place, speed), (q, dq)) in places.iter_mut().zip(speeds).zip(q.iter().zip(dq)) {
                 *speed = rate * dq;
                 *place = q + beta * *speed;
             }
-            for (products, entries) in products.as_chunks_mut::<GROUP>().0.iter_mut().zip(rows.groups()) {
+            for (products, entries) in
+                products.as_chunks_mut::<GROUP>().0.iter_mut().zip(rows.groups())
+            {
                 let mut dot = ZEROS;
                 for entry in entries {
                     dot = simd.mul_add_f64s(group(entry.values), entry.gather(moved), dot);
