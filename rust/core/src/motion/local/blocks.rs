@@ -76,3 +76,48 @@ impl Kernel for Shift<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::numerics::simd::VectorUnit;
+
+    proptest! {
+        /// A series about another time and in another unit has the same values and slopes.
+        #[test]
+        fn shifted_series_are_the_same(
+            terms in proptest::collection::vec(-1.0..1.0f64, BLOCK),
+            start in proptest::array::uniform4(0.0..1.0f64),
+            shares in proptest::array::uniform4(0.0..0.5f64),
+            after in 0.0..0.5f64,
+        ) {
+            let width = [1.0, 0.5, 2.0, 1.0];
+            let values = |terms: &[f64], start: &[f64], width: &[f64], at: f64| {
+                let [mut q, mut u] = [[0.0; GROUP]; 2];
+                let unit = VectorUnit::default();
+                unit.run(Values { terms, start, width, at, q: &mut q, u: &mut u });
+                [q, u]
+            };
+            for lane in 0..GROUP {
+                // All lanes at the time at which this one is asked for.
+                let at = start[lane] + shares[lane] * width[lane];
+                let unit = 0.5 * width[lane];
+                let s: [f64; GROUP] = std::array::from_fn(|i| (at - start[i]) / width[i]);
+                let mut moved: [Group; TERMS] =
+                    std::array::from_fn(|k| group(std::array::from_fn(|i| terms[k * GROUP + i])));
+                let factor = width.map(|width| unit / width);
+                VectorUnit::default().run(Shift { terms: &mut moved, s, factor });
+                let moved: Vec<f64> =
+                    moved.into_iter().flat_map(cast::<Group, [f64; GROUP]>).collect();
+                let expected = values(&terms, &start, &width, at + after * unit);
+                let found = values(&moved, &[at; GROUP], &[unit; GROUP], at + after * unit);
+                let own = |series: &[[f64; GROUP]; 2]| series.map(|of| of[lane]);
+                for (found, expected) in own(&found).into_iter().zip(own(&expected)) {
+                    prop_assert!((found - expected).abs() <= 1e-11, "{found} for {expected}");
+                }
+            }
+        }
+    }
+}

@@ -158,3 +158,39 @@ impl Kernel for Fill<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::numerics::simd::VectorUnit;
+
+    proptest! {
+        /// Rows of any number and length are subtracted in doubled precision, on every vector unit.
+        #[test]
+        fn rows_in_groups_are_rows(
+            rows in proptest::collection::vec(
+                proptest::collection::vec((0u32..7, -1.0..1.0f64), 0..9),
+                0..11,
+            ),
+            x in proptest::collection::vec(-1.0..1.0f64, 7),
+        ) {
+            let mut grouped = Rows::default();
+            rows.iter().for_each(|row| grouped.push(row.iter().copied()));
+            let by = |unit: VectorUnit| {
+                let mut sums = vec![Doubled::from(0.25); rows.len()];
+                unit.run(Balance { rows: &grouped, x: &x, sums: &mut sums });
+                sums
+            };
+            let found = by(VectorUnit::default());
+            prop_assert_eq!(&found, &by(VectorUnit::Portable));
+            for (row, found) in rows.iter().zip(found) {
+                let terms = row.iter().map(|&(k, value)| Doubled::product(-value, x[k as usize]));
+                let expected = terms.fold(Doubled::from(0.25), Doubled::add);
+                let error = (found.high - expected.high) + (found.low - expected.low);
+                prop_assert!(error.abs() <= 1e-30, "{found:?} of {expected:?}");
+            }
+        }
+    }
+}
