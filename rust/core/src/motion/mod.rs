@@ -9,6 +9,7 @@ pub(crate) mod modal;
 pub(crate) mod panel;
 pub(crate) mod phase_motion;
 pub(crate) mod propagators;
+pub(crate) mod series;
 pub(crate) mod taylor;
 
 pub use method::Method;

@@ -5,16 +5,17 @@
 
 use std::sync::Arc;
 
+use pulp::cast;
+
 use crate::contact::event_function::EventFunction;
+use crate::motion::local::blocks::{BLOCK, Shift, Values, first_term};
 use crate::motion::local::locality::Course;
 use crate::motion::local::reach::{NEGLECTED, Reaches};
 use crate::motion::local::region::{Region, TERMS};
 use crate::motion::panel::Panel;
+use crate::numerics::simd::{GROUP, VectorUnit, group};
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
-
-/// Number of coordinates whose series are copied together: a line of the cache holds as many numbers.
-const TOGETHER: usize = 8;
 
 /// A place and a speed that an event sets.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -36,20 +37,27 @@ pub(crate) struct Field {
     /// Bounds of the terms that series leave out, and of those that restarts have left out.
     tail: f64,
     neglected: f64,
-    /// Of each coordinate: when its series begins, and its unit of time.
+    /// Of each coordinate: when its series begins, and its unit of time; up to whole blocks.
     start: Vec<f64>,
     width: Vec<f64>,
     origin: Vec<f64>,
     /// The speed at which sliders carry coordinates, which rounding of the series does not change.
     carried: Vec<Option<f64>>,
-    /// Displacements from the origin, all orders of one coordinate after the other.
+    /// Displacements from the origin, in blocks.
     terms: Vec<f64>,
-    region: Region,
+    /// All coordinates, whose rows stay while the statuses do, and what an event restarts.
+    whole: Region,
+    statuses: Vec<Status>,
+    part: Region,
+    /// Which of them was expanded last.
+    restarted: bool,
+    unit: VectorUnit,
 }
 
 impl Field {
     pub fn new(scene: &Arc<Scene>, locality: &Arc<Reaches>) -> Self {
         let n = scene.size;
+        let blocks = n.div_ceil(GROUP);
         Self {
             scene: Arc::clone(scene),
             locality: Arc::clone(locality),
@@ -57,66 +65,76 @@ impl Field {
             scale: 0.0,
             tail: 0.0,
             neglected: 0.0,
-            start: vec![0.0; n],
-            width: vec![1.0; n],
+            start: vec![0.0; blocks * GROUP],
+            width: vec![1.0; blocks * GROUP],
             origin: vec![0.0; n],
             carried: vec![None; n],
-            terms: vec![0.0; n * TERMS],
-            region: Region::default(),
+            terms: vec![0.0; blocks * BLOCK],
+            whole: Region::default(),
+            statuses: Vec::new(),
+            part: Region::default(),
+            restarted: false,
+            unit: VectorUnit::default(),
         }
     }
 
     /// Begins a panel from (q, q').
     pub fn begin(&mut self, statuses: &[Status], q: &[f64], u: &[f64]) {
-        let Self { scene, locality, region, .. } = self;
-        region.width = locality.width();
-        region.enclose(scene, locality, statuses, 0..scene.size);
+        let Self { scene, locality, whole, .. } = self;
+        whole.width = locality.width();
+        if whole.members.is_empty() || self.statuses != statuses {
+            self.statuses.clear();
+            self.statuses.extend_from_slice(statuses);
+            whole.enclose(scene, locality, statuses, 0..scene.size);
+        }
         for k in 0..scene.size {
-            set(region, k, q[k], 0.0, u[k]);
+            set(whole, k, q[k], 0.0, u[k]);
         }
         (self.end, self.scale, self.tail, self.neglected) = (f64::INFINITY, 0.0, 0.0, 0.0);
+        self.restarted = false;
         self.expand(0.0);
     }
 
     /// Restarts the series that events of these contacts reach, from the places and speeds that the events have set.
     pub fn restart(&mut self, statuses: &[Status], contacts: &[usize], resets: &[Reset], at: f64) {
         let rest = self.end - at;
-        let Self { scene, locality, region, .. } = self;
+        let Self { scene, locality, part: region, .. } = self;
         let reaches: Vec<_> = contacts.iter().map(|&contact| locality.of(scene, contact)).collect();
-        let part = rest / locality.width();
-        let reached = reaches.iter().flat_map(|reach| reach.within(part));
+        let share = rest / locality.width();
+        let reached = reaches.iter().flat_map(|reach| reach.within(share));
         region.width = rest;
         region.enclose(scene, locality, statuses, reached);
-        let mut shifted = [0.0; TERMS];
-        for j in 0..self.region.members.len() {
-            let k = self.region.members[j];
-            if j >= self.region.within {
-                if self.region.course(j) != Course::Closed {
-                    let (origin, count) =
-                        (self.shifted(k, at, rest, &mut shifted), self.region.members.len());
-                    self.region.origin[j] = origin;
-                    for (order, term) in shifted.iter().enumerate() {
-                        self.region.terms[order * count + j] = *term;
-                    }
-                }
-                continue;
-            }
-            let (displacement, speed) = self.displacement(k, at);
+        let mut known = None;
+        for j in 0..self.part.within {
+            let k = self.part.members[j];
+            // Neighbours often share a block.
+            let (_, [q, u]) = match known {
+                Some((block, values)) if block == k / GROUP => (block, values),
+                _ => (k / GROUP, self.displacements(k / GROUP, at)),
+            };
+            known = Some((k / GROUP, [q, u]));
+            let (displacement, speed) = (q[k % GROUP], self.carried[k].unwrap_or(u[k % GROUP]));
             let origin = self.origin[k] + displacement;
-            set(&mut self.region, j, origin, (self.origin[k] - origin) + displacement, speed);
+            set(&mut self.part, j, origin, (self.origin[k] - origin) + displacement, speed);
+        }
+        let rim: Vec<usize> = self.part.members[self.part.within..].to_vec();
+        for (block, members) in rim.chunks(GROUP).enumerate() {
+            self.shift(self.part.within + block * GROUP, members, at);
         }
         for reset in resets {
-            if let Some(j) = self.region.place(reset.coordinate) {
-                set(&mut self.region, j, reset.q, 0.0, reset.u);
+            if let Some(j) = self.part.place(reset.coordinate) {
+                set(&mut self.part, j, reset.q, 0.0, reset.u);
             }
         }
         self.neglected += contacts.len() as f64 * NEGLECTED;
+        self.restarted = true;
         self.expand(at);
     }
 
     /// Fills the series of the region and takes them over.
     fn expand(&mut self, at: f64) {
-        let Self { scene, locality, region, .. } = self;
+        let Self { scene, locality, whole, part, .. } = self;
+        let region = if self.restarted { part } else { whole };
         region.fill(scene);
         self.scale = self.scale.max(region.scale(locality));
         self.tail = self.tail.max(region.shorten(locality, self.scale));
@@ -132,75 +150,100 @@ impl Field {
                 _ => None,
             };
         }
-        // Some members at a time, whose series stay in the cache meanwhile.
-        for (block, members) in region.members[..region.within].chunks(TOGETHER).enumerate() {
+        for (block, members) in region.members[..region.within].chunks(GROUP).enumerate() {
+            let places = members.iter().map(|&k| first_term(k));
+            let first = first_term(members[0]);
+            let is_block = members.len() == GROUP
+                && members[0].is_multiple_of(GROUP)
+                && places.eq(first..first + GROUP);
             for (order, own) in region.terms.chunks_exact(count).enumerate() {
-                for (&k, term) in members.iter().zip(&own[block * TOGETHER..]) {
-                    self.terms[k * TERMS + order] = *term;
+                let own = &own[block * GROUP..][..members.len()];
+                if is_block {
+                    self.terms[first + order * GROUP..][..GROUP].copy_from_slice(own);
+                } else {
+                    for (&k, term) in members.iter().zip(own) {
+                        self.terms[first_term(k) + order * GROUP] = *term;
+                    }
                 }
             }
         }
     }
 
+    /// What was expanded last.
+    fn region(&self) -> &Region {
+        if self.restarted { &self.part } else { &self.whole }
+    }
+
     /// Coordinates expanded last.
     pub fn expanded(&self) -> &[usize] {
-        &self.region.members[..self.region.within]
+        &self.region().members[..self.region().within]
     }
 
     /// The width of the series expanded last, which is the unit of its panel of event functions.
     pub fn unit(&self) -> f64 {
-        self.region.width
+        self.region().width
     }
 
     /// Event functions of a contact among the coordinates expanded last.
     pub fn functions(&self, functions: &[EventFunction], panel: &mut Panel) {
         let left_out = self.tail + self.neglected * self.scale;
-        self.region.expand(&self.locality, functions, left_out, panel);
+        self.region().expand(&self.locality, functions, left_out, panel);
     }
 
-    /// Displacement and speed of a coordinate.
-    fn displacement(&self, k: usize, at: f64) -> (f64, f64) {
-        let s = (at - self.start[k]) / self.width[k];
-        let (q, u) =
-            self.series(k).iter().rev().fold((0.0, 0.0), |(q, u), term| (q * s + term, u * s + q));
-        (q, self.carried[k].unwrap_or(u / self.width[k]))
-    }
-
-    fn series(&self, k: usize) -> &[f64] {
-        &self.terms[k * TERMS..(k + 1) * TERMS]
+    /// Displacements and speeds of a block.
+    fn displacements(&self, block: usize, at: f64) -> [[f64; GROUP]; 2] {
+        let [mut q, mut u] = [[0.0; GROUP]; 2];
+        let own = block * GROUP..(block + 1) * GROUP;
+        self.unit.run(Values {
+            terms: &self.terms[block * BLOCK..(block + 1) * BLOCK],
+            start: &self.start[own.clone()],
+            width: &self.width[own],
+            at,
+            q: &mut q,
+            u: &mut u,
+        });
+        [q, u]
     }
 
     /// (q, q') of a coordinate.
     pub fn value(&self, k: usize, at: f64) -> (f64, f64) {
-        let (q, u) = self.displacement(k, at);
-        (self.origin[k] + q, u)
+        let [q, u] = self.displacements(k / GROUP, at);
+        (self.origin[k] + q[k % GROUP], self.carried[k].unwrap_or(u[k % GROUP]))
     }
 
     /// (q, q') of all coordinates.
     pub fn values(&self, at: f64, q: &mut [f64], u: &mut [f64]) {
-        for (k, (q, u)) in q.iter_mut().zip(u).enumerate() {
-            (*q, *u) = self.value(k, at);
+        let Self { terms, start, width, .. } = self;
+        self.unit.run(Values { terms, start, width, at, q, u });
+        q.iter_mut().zip(&self.origin).for_each(|(q, origin)| *q += origin);
+        for (u, carried) in u.iter_mut().zip(&self.carried) {
+            *u = carried.unwrap_or(*u);
         }
     }
 
-    /// The series of a coordinate about another time and in another unit; the place there from which it counts.
-    fn shifted(&self, k: usize, at: f64, unit: f64, terms: &mut [f64; TERMS]) -> f64 {
-        let s = (at - self.start[k]) / self.width[k];
-        terms.copy_from_slice(self.series(k));
-        for order in 0..TERMS - 1 {
-            for j in (order..TERMS - 1).rev() {
-                terms[j] += s * terms[j + 1];
-            }
+    /// Enters the series of some of the rim into the region, from a place on: about another time and in its unit.
+    fn shift(&mut self, place: usize, members: &[usize], at: f64) {
+        let mut terms: [[f64; GROUP]; TERMS] = [[0.0; GROUP]; TERMS];
+        let [mut s, mut factor] = [[0.0; GROUP]; 2];
+        for (lane, &k) in members.iter().enumerate() {
+            let own = self.terms[first_term(k)..].iter().step_by(GROUP);
+            terms.iter_mut().zip(own).for_each(|(terms, term)| terms[lane] = *term);
+            s[lane] = (at - self.start[k]) / self.width[k];
+            factor[lane] = self.part.width / self.width[k];
         }
-        let factor = unit / self.width[k];
-        let mut power = 1.0;
-        for term in terms.iter_mut() {
-            *term *= power;
-            power *= factor;
+        let mut terms = terms.map(group);
+        self.unit.run(Shift { terms: &mut terms, s, factor });
+        let terms: [[f64; GROUP]; TERMS] = terms.map(cast);
+        let count = self.part.members.len();
+        for (own, terms) in self.part.terms.chunks_exact_mut(count).zip(&terms) {
+            own[place..][..members.len()].copy_from_slice(&terms[..members.len()]);
         }
-        let origin = self.origin[k] + terms[0];
-        terms[0] += self.origin[k] - origin;
-        origin
+        for (lane, &k) in members.iter().enumerate() {
+            let (j, displacement) = (place + lane, terms[0][lane]);
+            let origin = self.origin[k] + displacement;
+            self.part.origin[j] = origin;
+            self.part.terms[j] = displacement + (self.origin[k] - origin);
+        }
     }
 }
 

@@ -6,9 +6,12 @@
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::motion::local::locality::{Course, Locality};
+use crate::motion::local::rows::{Balance, Fill, Rows, Rubbed};
 use crate::motion::panel::Panel;
+use crate::motion::series::{Largest, Sizes};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
+use crate::numerics::simd::{GROUP, VectorUnit};
 use crate::scene::model::Scene;
 use crate::scene::status::Status;
 
@@ -20,25 +23,6 @@ pub(super) const TERMS: usize = DEGREE + 2;
 /// halves of an ulp.
 const ROUNDING: f64 = (56 + 8 * DEGREE) as f64;
 
-/// A compressed sparse row after the other.
-#[derive(Debug, Default)]
-struct Rows {
-    ends: Vec<usize>,
-    entries: Vec<(u32, f64)>,
-}
-
-impl Rows {
-    fn clear(&mut self) {
-        self.ends.clear();
-        self.entries.clear();
-    }
-
-    fn rows(&self) -> impl Iterator<Item = &[(u32, f64)]> {
-        let mut first = 0;
-        self.ends.iter().map(move |&end| &self.entries[std::mem::replace(&mut first, end)..end])
-    }
-}
-
 /// The coordinates within and their rim, with buffers that serve one region after the other.
 #[derive(Debug, Default)]
 pub(super) struct Region {
@@ -48,12 +32,13 @@ pub(super) struct Region {
     /// The place of each coordinate of the scene among the members.
     place: Vec<Option<u32>>,
     courses: Vec<Course>,
-    springs: Rows,
-    /// Where damping is not proportional; else its rows are empty.
-    dampers: Rows,
+    /// Of `[q + beta q', q']` of all members: of those within that move freely, or whose contact rubs on one that does.
+    rows: Rows,
+    rubbed: Vec<Rubbed>,
+    /// Of those within; 0 of what does not move freely.
     inverse_mass: Vec<f64>,
-    /// Force per speed by damping proportional to mass, kg/s.
-    drag: Vec<f64>,
+    /// Square roots of their masses, the weights of the norm.
+    weight: Vec<f64>,
     force: Vec<f64>,
     /// s
     pub width: f64,
@@ -61,14 +46,17 @@ pub(super) struct Region {
     pub origin: Vec<f64>,
     /// Displacements in the unit of the width, all members of one order after the other.
     pub terms: Vec<f64>,
+    /// Of places and then of speeds.
     moved: Vec<f64>,
-    speed: Vec<f64>,
+    products: Vec<f64>,
+    sums: Vec<Doubled>,
     /// Absolute values of coefficients, of place and speed: constant, linear, and the sum of the others.
     sizes: [[Vec<f64>; 2]; 3],
+    unit: VectorUnit,
 }
 
 impl Region {
-    /// Takes these coordinates, the neighbours of all their rows as rim, and zeros for every series.
+    /// Takes these coordinates and the neighbours of all their rows as rim; series and origins are to be set.
     pub fn enclose(
         &mut self,
         scene: &Scene,
@@ -101,46 +89,44 @@ impl Region {
         let count = self.members.len();
         self.courses.clear();
         self.courses.extend(self.members.iter().map(|&k| locality.course(scene, statuses, k)));
-        self.origin.clear();
+        self.weight.clear();
+        self.weight.extend(self.members[..self.within].iter().map(|&k| locality.weight[k]));
         self.origin.resize(count, 0.0);
-        self.terms.clear();
         self.terms.resize(count * TERMS, 0.0);
+        self.moved.resize(2 * count, 0.0);
+        self.products.resize(self.within.next_multiple_of(GROUP), 0.0);
+        self.sizes.iter_mut().flatten().for_each(|sizes| sizes.resize(count, 0.0));
         self.collect_rows(scene);
     }
 
-    /// The rows of the coordinates that move freely.
     fn collect_rows(&mut self, scene: &Scene) {
-        self.springs.clear();
-        self.dampers.clear();
-        self.inverse_mass.clear();
-        self.drag.clear();
-        let (alpha, _) = scene.proportional.unwrap_or_default();
-        for i in 0..self.within {
-            let k = self.members[i];
-            let (mass, rubbed) = match self.courses[i] {
-                Course::Free(rubbed) => (scene.mass.get(k, k), Some(rubbed)),
-                _ => (f64::INFINITY, None),
-            };
-            self.inverse_mass.push(1.0 / mass);
-            self.drag.push(if mass.is_finite() { alpha * mass } else { 0.0 });
-            let sources =
-                rubbed.into_iter().flat_map(|rubbed| std::iter::once((k, 1.0)).chain(rubbed));
-            let general = scene.proportional.is_none();
-            for (source, factor) in sources {
-                let Self { place, courses, springs, dampers, .. } = self;
-                let matrices =
-                    [(&scene.stiffness, springs, true), (&scene.damping, dampers, general)];
-                for (matrix, rows, _) in matrices.into_iter().filter(|matrix| matrix.2) {
-                    let entries = matrix.row(source).filter_map(|(j, value)| {
-                        let place = place[j]?;
-                        (courses[place as usize] != Course::Closed)
-                            .then_some((place, factor * value))
-                    });
-                    rows.entries.extend(entries);
-                }
+        let Self { rows, rubbed, inverse_mass, members, place, courses, .. } = self;
+        rubbed.clear();
+        inverse_mass.clear();
+        for (row, (&k, course)) in members[..self.within].iter().zip(&*courses).enumerate() {
+            let is_free = matches!(course, Course::Free(_));
+            inverse_mass.push(if is_free { 1.0 / scene.mass.get(k, k) } else { 0.0 });
+            if let Course::Free(Some((normal, factor))) = *course {
+                let normal = place[normal].expect("both coordinates of a contact") as usize;
+                rubbed.push(Rubbed { row, normal, factor });
             }
-            self.springs.ends.push(self.springs.entries.len());
-            self.dampers.ends.push(self.dampers.entries.len());
+        }
+        let mut is_needed: Vec<bool> = inverse_mass.iter().map(|&inverse| inverse > 0.0).collect();
+        rubbed.iter().for_each(|rubbed| is_needed[rubbed.normal] = true);
+        let (alpha, _) = scene.proportional.unwrap_or_default();
+        let speeds = members.len() as u32;
+        rows.clear();
+        for (row, &k) in members[..self.within].iter().enumerate() {
+            let entry = |(j, value): (usize, f64)| {
+                let place = place[j]?;
+                (courses[place as usize] != Course::Closed).then_some((place, value))
+            };
+            let springs = scene.stiffness.row(k).filter_map(entry);
+            let general = scene.proportional.is_none().then(|| scene.damping.row(k));
+            let drag = (alpha != 0.0).then(|| (k, alpha * scene.mass.get(k, k)));
+            let dampers = general.into_iter().flatten().chain(drag).filter_map(entry);
+            let dampers = dampers.map(|(place, value)| (speeds + place, value));
+            rows.push(springs.chain(dampers).filter(|_| is_needed[row]));
         }
     }
 
@@ -154,81 +140,52 @@ impl Region {
 
     /// Fills the series of those within from their places and speeds, which the first two orders hold.
     pub fn fill(&mut self, scene: &Scene) {
-        let count = self.members.len();
-        let h = self.width;
         self.balance(scene);
-        self.moved.resize(count, 0.0);
-        self.speed.resize(count, 0.0);
         let (_, beta) = scene.proportional.unwrap_or_default();
-        for k in 0..DEGREE {
-            let (known, next) = self.terms.split_at_mut((k + 2) * count);
-            let (q, dq) = (&known[k * count..(k + 1) * count], &known[(k + 1) * count..]);
-            let rate = (k + 1) as f64 / h;
-            let factor = h * h / ((k + 1) * (k + 2)) as f64;
-            for ((speed, moved), (q, dq)) in
-                self.speed.iter_mut().zip(&mut self.moved).zip(q.iter().zip(dq))
-            {
-                *speed = rate * dq;
-                *moved = q + beta * *speed;
-            }
-            let forced = if k == 0 { 1.0 } else { 0.0 };
-            let product = |row: &[(u32, f64)], x: &[f64]| -> f64 {
-                row.iter().map(|&(j, value)| value * x[j as usize]).sum()
-            };
-            let rows = self.springs.rows().zip(self.dampers.rows());
-            let own = self.force.iter().zip(self.drag.iter().zip(&self.speed));
-            let free = next.iter_mut().zip(&self.inverse_mass).zip(rows.zip(own));
-            for ((next, inverse), ((springs, dampers), (force, (drag, speed)))) in free {
-                if *inverse == 0.0 {
-                    continue;
-                }
-                let damping = drag * speed + product(dampers, &self.speed);
-                let force = forced * force - product(springs, &self.moved) - damping;
-                *next = factor * inverse * force;
-            }
-        }
+        let Self { rows, rubbed, inverse_mass, force, width, terms, moved, products, .. } = self;
+        let (width, count) = (*width, self.members.len());
+        self.unit.run(Fill {
+            rows,
+            rubbed,
+            inverse_mass,
+            force,
+            beta,
+            width,
+            count,
+            terms,
+            moved,
+            products,
+        });
     }
 
     /// `L' (F - K q)` at the origin, in doubled precision.
     fn balance(&mut self, scene: &Scene) {
-        let Self { place, origin, courses, force, members, .. } = self;
-        let at = |k: usize| place[k].map_or(0.0, |place| origin[place as usize]);
-        let of_row = |row: usize| {
-            let terms = scene.stiffness.row(row).map(|(k, value)| Doubled::product(-value, at(k)));
-            terms.fold(Doubled::from(scene.force[row]), Doubled::add)
-        };
+        let Self { rows, rubbed, origin, force, members, moved, sums, unit, .. } = self;
+        let (places, speeds) = moved.split_at_mut(origin.len());
+        places.copy_from_slice(origin);
+        speeds.fill(0.0);
+        sums.clear();
+        sums.extend(members[..self.within].iter().map(|&k| Doubled::from(scene.force[k])));
+        unit.run(Balance { rows, x: moved, sums });
+        for &Rubbed { row, normal, factor } in &*rubbed {
+            sums[row] = sums[row].add(sums[normal].times(factor));
+        }
         force.clear();
-        force.extend(members[..self.within].iter().zip(courses).map(
-            |(&k, course)| match *course {
-                Course::Free(None) => of_row(k).value(),
-                Course::Free(Some((normal, factor))) => {
-                    of_row(k).add(of_row(normal).times(factor)).value()
-                }
-                _ => 0.0,
-            },
-        ));
+        force.extend(sums.iter().map(|sum| sum.value()));
     }
 
     /// Norm of the k-th term of the state over those within; infinite beyond the range of numbers.
     pub fn term_norm(&self, locality: &Locality, k: usize) -> f64 {
         let count = self.members.len();
+        let (q, u) = self.terms[k * count..(k + 2) * count].split_at(count);
         let rate = (k + 1) as f64 / self.width;
-        let of = |i: usize| {
-            let place = locality.omega * self.terms[k * count + i].abs();
-            let speed = rate * self.terms[(k + 1) * count + i].abs();
-            if (place + speed).is_finite() {
-                locality.weight[self.members[i]] * place.max(speed)
-            } else {
-                f64::INFINITY
-            }
-        };
-        (0..self.within).map(of).fold(0.0, f64::max)
+        self.unit.run(Largest { weight: &self.weight, q, u, factors: [locality.omega, rate] })
     }
 
     /// Norm of the state at the start and of what it changes by at first.
     pub fn scale(&self, locality: &Locality) -> f64 {
-        let origins = self.members[..self.within].iter().zip(&self.origin);
-        let origin = origins.map(|(&k, q)| locality.omega * locality.weight[k] * q.abs());
+        let origins = self.weight.iter().zip(&self.origin);
+        let origin = origins.map(|(weight, q)| locality.omega * weight * q.abs());
         (0..2).map(|k| self.term_norm(locality, k)).fold(origin.fold(0.0, f64::max), f64::max)
     }
 
@@ -253,18 +210,9 @@ impl Region {
 
     /// Absolute values of the coefficients of every member.
     pub fn measure(&mut self) {
-        let count = self.members.len();
-        for sizes in self.sizes.iter_mut().flatten() {
-            sizes.clear();
-            sizes.resize(count, 0.0);
-        }
-        for k in 0..COEFFICIENTS {
-            let (q, dq) = self.terms[k * count..(k + 2) * count].split_at(count);
-            let rate = (k + 1) as f64 / self.width;
-            let [of_q, of_u] = &mut self.sizes[k.min(2)];
-            of_q.iter_mut().zip(q).for_each(|(size, q)| *size += q.abs());
-            of_u.iter_mut().zip(dq).for_each(|(size, dq)| *size += rate * dq.abs());
-        }
+        let Self { terms, sizes, width, unit, .. } = self;
+        let rates = std::array::from_fn(|k| (k + 1) as f64 / *width);
+        unit.run(Sizes { terms, n: self.members.len(), rates, sizes });
     }
 
     /// Fills a panel with event functions of contacts within; `left_out` bounds the norm of what the motion leaves out.

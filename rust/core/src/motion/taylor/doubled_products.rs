@@ -49,7 +49,7 @@ pub(super) fn total(start: Doubled, lanes: [Group; 2]) -> Doubled {
 
 /// `sum - a b`, with what rounding loses added to the second part.
 #[inline(always)]
-pub(super) fn less_product<S: Lanes>(
+pub(crate) fn less_product<S: Lanes>(
     simd: S,
     [sum, low]: [Group; 2],
     a: Group,

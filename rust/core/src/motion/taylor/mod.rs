@@ -3,7 +3,7 @@
 pub(crate) mod balance;
 pub(crate) mod bordered;
 pub(crate) mod dense_rows;
-mod doubled_products;
+pub(crate) mod doubled_products;
 mod following;
 pub(crate) mod function_rows;
 pub(crate) mod held_modes;

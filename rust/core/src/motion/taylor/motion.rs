@@ -12,6 +12,7 @@ use std::ops::Range;
 use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::motion::panel::Panel;
+use crate::motion::series::{Horner, Sizes};
 use crate::motion::taylor::balance::Balance;
 use crate::motion::taylor::bordered::{Buffers, Order};
 use crate::motion::taylor::dense_rows::{DenseRows, Orders};
@@ -19,7 +20,7 @@ use crate::motion::taylor::function_rows::{FunctionRow, FunctionRows, LONG};
 use crate::motion::taylor::operator::{InModes, TaylorOperator};
 use crate::numerics::double_double::Doubled;
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE, powers};
-use crate::numerics::simd::{GROUP, Kernel, Lanes, VectorUnit, ZEROS, lanes_of, store};
+use crate::numerics::simd::{GROUP, VectorUnit};
 use crate::scene::model::Scene;
 use crate::scene::reduction::bases::RowMerge;
 
@@ -65,111 +66,6 @@ pub(crate) struct TaylorMotion {
     /// Functions that the sizes alone can't exclude.
     open: Vec<usize>,
     unit: VectorUnit,
-}
-
-/// Groups of coordinates that are summed at once: their sums stay in registers, and none waits for the one before.
-const AT_ONCE: usize = 4;
-
-/// Work on groups of coordinates.
-trait Grouped {
-    /// On `COUNT` groups from a coordinate on, with this many lanes each.
-    fn groups<const COUNT: usize, S: Lanes>(&mut self, simd: S, first: usize, lanes: usize);
-
-    /// On the groups of n coordinates.
-    #[inline(always)]
-    fn all<S: Lanes>(&mut self, simd: S, n: usize) {
-        let whole = n - n % (AT_ONCE * GROUP);
-        for first in (0..whole).step_by(AT_ONCE * GROUP) {
-            self.groups::<AT_ONCE, S>(simd, first, GROUP);
-        }
-        for first in (whole..n).step_by(GROUP) {
-            self.groups::<1, S>(simd, first, (n - first).min(GROUP));
-        }
-    }
-}
-
-/// Values of coordinates and of their derivatives over s, by Horner's rule.
-struct Horner<'a> {
-    terms: &'a [f64],
-    s: f64,
-    q: &'a mut [f64],
-    u: &'a mut [f64],
-}
-
-impl Grouped for Horner<'_> {
-    #[inline(always)]
-    fn groups<const COUNT: usize, S: Lanes>(&mut self, simd: S, first: usize, lanes: usize) {
-        let Self { terms, s, q, u } = self;
-        let s = simd.splat_f64s(*s);
-        let (mut value, mut slope) = ([ZEROS; COUNT], [ZEROS; COUNT]);
-        for terms in terms.chunks_exact(q.len()).rev() {
-            for g in 0..COUNT {
-                slope[g] = simd.mul_add_f64s(slope[g], s, value[g]);
-                let term = lanes_of(simd, &terms[first + g * GROUP..], lanes);
-                value[g] = simd.mul_add_f64s(value[g], s, term);
-            }
-        }
-        for g in 0..COUNT {
-            let at = first + g * GROUP;
-            store(value[g], &mut q[at..at + lanes]);
-            store(slope[g], &mut u[at..at + lanes]);
-        }
-    }
-}
-
-impl Kernel for Horner<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(mut self, simd: S) {
-        let n = self.q.len();
-        self.all(simd, n);
-    }
-}
-
-/// Absolute values of the coefficients of places and of velocities: constant, linear, and the sum of the others.
-struct Sizes<'a> {
-    terms: &'a [f64],
-    n: usize,
-    /// From a coefficient of places of the next order to one of velocities, 1/s.
-    rates: [f64; COEFFICIENTS],
-    sizes: &'a mut [[Vec<f64>; 2]; 3],
-}
-
-impl Grouped for Sizes<'_> {
-    #[inline(always)]
-    fn groups<const COUNT: usize, S: Lanes>(&mut self, simd: S, first: usize, lanes: usize) {
-        let Self { terms, n, rates, sizes } = self;
-        for ([of_q, of_u], orders) in sizes.iter_mut().zip([0..1, 1..2, 2..COEFFICIENTS]) {
-            let (mut q, mut u) = ([ZEROS; COUNT], [ZEROS; COUNT]);
-            for k in orders {
-                let rate = simd.splat_f64s(rates[k]);
-                let (of_order, of_next) = terms[k * *n..(k + 2) * *n].split_at(*n);
-                for g in 0..COUNT {
-                    let at = first + g * GROUP;
-                    let size = simd.abs_f64s(lanes_of(simd, &of_order[at..], lanes));
-                    q[g] = simd.add_f64s(q[g], size);
-                    let size = simd.abs_f64s(lanes_of(simd, &of_next[at..], lanes));
-                    u[g] = simd.mul_add_f64s(rate, size, u[g]);
-                }
-            }
-            for g in 0..COUNT {
-                let at = first + g * GROUP;
-                store(q[g], &mut of_q[at..at + lanes]);
-                store(u[g], &mut of_u[at..at + lanes]);
-            }
-        }
-    }
-}
-
-impl Kernel for Sizes<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run<S: Lanes>(mut self, simd: S) {
-        let n = self.n;
-        self.all(simd, n);
-    }
 }
 
 impl TaylorMotion {

@@ -14,12 +14,12 @@ use crate::contact::event_function::{EventFunction, event_functions};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
 use crate::linalg::sparse::SparseMatrix;
+use crate::motion::series::Largest;
 use crate::motion::taylor::bordered::{BorderedRows, border_of};
 use crate::motion::taylor::dense_rows::DenseRows;
 use crate::motion::taylor::function_rows::FunctionRows;
 use crate::motion::taylor::held_modes::HeldModes;
 use crate::numerics::first_root::polynomial::COEFFICIENTS;
-use crate::numerics::simd::{GROUP, Kernel, Lanes, ZEROS, lanes_of};
 use crate::scene::equation_of_motion::EquationOfMotion;
 use crate::scene::massless::condensation::Condensed;
 use crate::scene::model::Scene;
@@ -63,37 +63,6 @@ pub(crate) struct TaylorOperator {
 pub(super) struct InModes {
     pub modes: Arc<HeldModes>,
     pub functions: Vec<EventFunction>,
-}
-
-/// The largest entry of a state in the norm, infinite beyond the range of numbers.
-pub(crate) struct Largest<'a> {
-    weight: &'a [f64],
-    q: &'a [f64],
-    u: &'a [f64],
-    factors: [f64; 2],
-}
-
-impl Kernel for Largest<'_> {
-    type Output = f64;
-
-    #[inline(always)]
-    fn run<S: Lanes>(self, simd: S) -> f64 {
-        let Self { weight, q, u, factors } = self;
-        let [omega, rate] = factors.map(|factor| simd.splat_f64s(factor));
-        let (mut largest, mut sum) = (ZEROS, ZEROS);
-        for (first, weight) in weight.chunks(GROUP).enumerate() {
-            let of = |x: &[f64]| lanes_of(simd, &x[first * GROUP..], weight.len());
-            let position = simd.mul_f64s(simd.abs_f64s(of(q)), omega);
-            let velocity = simd.mul_f64s(simd.abs_f64s(of(u)), rate);
-            let weight = lanes_of(simd, weight, weight.len());
-            let entry = simd.mul_f64s(weight, simd.max_f64s(position, velocity));
-            largest = simd.max_f64s(largest, entry);
-            // `max` passes over what is no number.
-            sum = simd.add_f64s(sum, simd.add_f64s(position, velocity));
-        }
-        let finite = simd.reduce_sum_f64s(sum).is_finite();
-        if finite { simd.reduce_max_f64s(largest) } else { f64::INFINITY }
-    }
 }
 
 impl TaylorOperator {

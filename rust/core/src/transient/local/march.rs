@@ -233,7 +233,9 @@ impl<'a> March<'a> {
             false => Departure::None,
         };
         search.begin(functions.iter().map(|one| departure.multiplicity(one.trigger)));
-        if let Some(pending) = self.pending.remove(&contact).filter(|_| continues) {
+        if !self.pending.is_empty()
+            && let Some(pending) = self.pending.remove(&contact).filter(|_| continues)
+        {
             (search.pending, search.waiting) = (pending, true);
         }
         self.field.functions(functions, &mut search.panel);
