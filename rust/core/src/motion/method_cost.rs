@@ -3,11 +3,9 @@
 //! Modes must be computed before they are used, and nobody knows how often a combination will return. So Taylor series,
 //! which need no preparation, begin. Let e be their additional work so far, compared with modal phases, as a part of the work
 //! on the modes, and f the part of the run that is over, by its duration or by the events that it may have. A combination that
-//! goes on as it did so far saves `e (1 - f) / f` by modes in the rest of the run. They are computed once this exceeds their
-//! price and e reaches a share s: ski rental with a prediction (Purohit, Svitkina, Kumar, NeurIPS 2018). Events do not tell a
-//! long phase from short ones, and the run before the first event is no rule for what follows: where f counts events, e leaves
-//! out the longest phase, unless that alone has cost as much as the modes. If the combination returns evenly, the work is,
-//! within a phase, at most 1 + s times that of the better method. Whatever happens, e never passes 2, and
+//! goes on as it did so far saves `e (1 - f) / f` by modes in the rest of the run. They are computed once this reaches their
+//! price and e reaches a share s: ski rental with a prediction (Purohit, Svitkina, Kumar, NeurIPS 2018). If the
+//! combination returns evenly, the work is at most 1 + s times that of the better method. Whatever happens, e never passes 2, and
 //! the work is at most 3 times that of modes from the start and `1 + 1 / s` times that of series. Work is counted and not
 //! measured, so a run is the same on every machine.
 //!
@@ -149,67 +147,40 @@ impl Novelty {
     }
 }
 
-/// The part of a run that is over.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Done {
-    pub by_time: f64,
-    /// Where its events are limited.
-    pub by_events: Option<f64>,
-}
-
 /// A combination that goes by Taylor series as long as its modes are not worth their price.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Rental {
     cost: Cost,
-    /// Work of Taylor series beyond that of modal phases: of all phases, and of the longest.
+    /// Work of Taylor series beyond that of modal phases.
     excess: f64,
-    longest: f64,
 }
 
 impl Rental {
     pub fn new(cost: Cost) -> Self {
-        Self { cost, excess: 0.0, longest: 0.0 }
+        Self { cost, excess: 0.0 }
     }
 
     /// Counts a phase of so many panels.
     pub fn add(&mut self, panels: usize) {
-        let excess = panels as f64 * self.cost.panel - self.cost.phase;
-        self.excess += excess;
-        self.longest = self.longest.max(excess);
+        self.excess += panels as f64 * self.cost.panel - self.cost.phase;
     }
 
-    /// Whether modes are worth their cost.
-    pub fn is_over(&self, novelty: Novelty, done: Done) -> bool {
-        let modes = self.cost.modes;
-        let saves = |excess: f64, part: f64| excess * (1.0 - part) > part * modes;
-        let pays = saves(self.excess, done.by_time)
-            && done.by_events.is_none_or(|part| saves(self.usual(), part));
-        self.excess >= SHARE * novelty.caution() * modes && (pays || self.excess >= LATEST * modes)
+    /// Whether modes are worth their cost when a part `done` of the run is over.
+    pub fn is_over(&self, novelty: Novelty, done: f64) -> bool {
+        self.excess >= self.allowed(novelty, done)
     }
 
-    /// The excess without the longest phase, unless that alone has cost as much as the modes.
-    fn usual(&self) -> f64 {
-        if self.longest < self.cost.modes { self.excess - self.longest } else { self.excess }
-    }
-
-    /// Number of panels of one phase after which modes are worth their cost.
-    pub fn panels(&self, novelty: Novelty, done: Done) -> usize {
-        let latest = LATEST.max(SHARE * novelty.caution()) * self.cost.modes;
-        let left = latest - self.excess + self.cost.phase;
+    /// Number of panels of one phase after which modes are worth their cost, when a part `done` of the run is over.
+    pub fn panels(&self, novelty: Novelty, done: f64) -> usize {
+        let left = self.allowed(novelty, done) - self.excess + self.cost.phase;
         // Large numbers are cut off at the largest integer.
-        let mut enough = ((left / self.cost.panel).ceil() as usize).max(1);
-        if enough == usize::MAX {
-            return enough;
-        }
-        // A panel more never makes modes worth less.
-        let mut less = 0;
-        while enough - less > 1 {
-            let panels = less.midpoint(enough);
-            let mut later = *self;
-            later.add(panels);
-            if later.is_over(novelty, done) { enough = panels } else { less = panels }
-        }
-        enough
+        ((left / self.cost.panel).ceil() as usize).max(1)
+    }
+
+    /// The work that series may take beyond that of modes.
+    fn allowed(&self, novelty: Novelty, done: f64) -> f64 {
+        let pays = (done / (1.0 - done).max(f64::MIN_POSITIVE)).min(LATEST);
+        pays.max(SHARE * novelty.caution()) * self.cost.modes
     }
 }
 
@@ -217,21 +188,13 @@ impl Rental {
 mod tests {
     use super::*;
 
-    fn by_time(part: f64) -> Done {
-        Done { by_time: part, by_events: None }
-    }
-
-    fn by_events(part: f64) -> Done {
-        Done { by_time: 0.0, by_events: Some(part) }
-    }
-
     fn rental() -> Rental {
         Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 15.0 })
     }
 
     /// The work on so many phases of so many panels each, if after some phases and panels so much of the run is over; and by modes
     /// or series alone.
-    fn work(panels: usize, phases: usize, done: impl Fn(usize, usize) -> Done) -> [f64; 3] {
+    fn work(panels: usize, phases: usize, done: impl Fn(usize, usize) -> f64) -> [f64; 3] {
         let mut rental = Some(rental());
         let Cost { modes, panel, phase } = self::rental().cost;
         let (settled, mut work) = (Novelty::default(), 0.0);
@@ -261,13 +224,9 @@ mod tests {
             let done = f64::from(percent) / 100.0;
             let share = (done / (1.0 - done)).clamp(SHARE, LATEST);
             for phases in [1, 2, 3, 5, 9, 17, 33, 65, 150, 400, 1000] {
-                let [work, by_modes, by_series] = self::work(panels, phases, |_, _| by_time(done));
+                let [work, by_modes, by_series] = self::work(panels, phases, |_, _| done);
                 // A panel is not cut.
                 assert!(work <= (1.0 + share) * by_modes + 25.0);
-                assert!(work <= (1.0 + 1.0 / share) * by_series + 15.0);
-                let [work, by_modes, by_series] =
-                    self::work(panels, phases, |_, _| by_events(done));
-                assert!(work <= (1.0 + LATEST) * by_modes + 25.0);
                 assert!(work <= (1.0 + 1.0 / share) * by_series + 15.0);
             }
         }
@@ -277,36 +236,12 @@ mod tests {
     #[test]
     fn work_is_near_that_of_the_better_method_if_the_run_goes_on_as_it_did() {
         for (panels, phases) in (2..40).flat_map(|panels| (1..300).map(move |p| (panels, p))) {
-            let even =
-                |past, used| by_time((past * panels + used) as f64 / (phases * panels) as f64);
-            let counted = |past, _| by_events(past as f64 / phases as f64);
+            let even = |past, used| (past * panels + used) as f64 / (phases * panels) as f64;
+            let [work, by_modes, by_series] = self::work(panels, phases, even);
             // Within one phase.
             let whole = 10.0 * panels as f64 + 15.0;
-            for [work, by_modes, by_series] in
-                [self::work(panels, phases, even), self::work(panels, phases, counted)]
-            {
-                assert!(work <= (1.0 + SHARE) * by_modes.min(by_series) + whole);
-            }
+            assert!(work <= (1.0 + SHARE) * by_modes.min(by_series) + whole);
         }
-    }
-
-    /// Where events are counted; a part of the duration tells by itself how long the phase was.
-    #[test]
-    fn one_long_phase_is_not_taken_for_the_rule() {
-        let mut rental = rental();
-        assert_eq!(rental.panels(Novelty::default(), by_events(0.0)), 102);
-        rental.add(80);
-        for events in 1..100 {
-            let part = f64::from(events) / 100.0;
-            assert!(!rental.is_over(Novelty::default(), by_events(part)));
-            rental.add(2);
-        }
-        assert!(rental.is_over(Novelty::default(), by_time(0.4)));
-        // Others that are half as long.
-        let mut rental = self::rental();
-        rental.add(80);
-        rental.add(40);
-        assert!(rental.is_over(Novelty::default(), by_events(0.1)));
     }
 
     #[test]
@@ -314,7 +249,7 @@ mod tests {
         for begun in [1, 5, 20] {
             let mut rental = rental();
             rental.add(begun);
-            for done in [0.0, 0.5, 0.9, 1.0].into_iter().flat_map(|f| [by_time(f), by_events(f)]) {
+            for done in [0.0, 0.5, 0.9, 1.0] {
                 let [mut one_less, mut enough] = [rental; 2];
                 let panels = rental.panels(Novelty::default(), done);
                 one_less.add(panels - 1);
@@ -329,7 +264,7 @@ mod tests {
     fn what_modes_do_quicker_than_a_panel_never_pays() {
         let mut rental = Rental::new(Cost { modes: 1000.0, panel: 10.0, phase: 10.0 });
         (0..100_000).for_each(|_| rental.add(1));
-        assert!(!rental.is_over(Novelty::default(), by_time(0.0)));
+        assert!(!rental.is_over(Novelty::default(), 0.0));
     }
 
     #[test]
@@ -339,8 +274,7 @@ mod tests {
         (0..1000).for_each(|k| changing.count(k % 4 == 0));
         // Of the last changes a quarter, or none.
         assert!((changing.0 - 0.25).abs() < 2.0 / MEMORY && settled.0 < 1e-6);
-        let panels = |novelty| rental().panels(novelty, by_time(0.0));
-        assert!(panels(changing) > 4 * panels(settled));
-        assert_eq!(panels(settled), panels(Novelty::default()));
+        assert!(rental().panels(changing, 0.0) > 4 * rental().panels(settled, 0.0));
+        assert_eq!(rental().panels(settled, 0.0), rental().panels(Novelty::default(), 0.0));
     }
 }

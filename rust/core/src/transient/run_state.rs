@@ -5,7 +5,6 @@ use std::time::Instant;
 
 use crate::error::cancel::Cancel;
 use crate::error::input::Error;
-use crate::motion::method_cost::Done;
 use crate::scene::model::Scene;
 use crate::transient::clock::Clock;
 use crate::transient::trajectory::events::StopReason;
@@ -81,10 +80,10 @@ pub(crate) struct RunState<'a> {
 
 impl RunState<'_> {
     /// The part of the run that is over at a time, by its duration or by the events that it may have.
-    pub fn part(&self) -> impl Fn(f64) -> Done + use<> {
+    pub fn part(&self) -> impl Fn(f64) -> f64 + use<> {
         let events = self.trajectory.events.len() as f64;
-        let by_events = self.controls.max_events.map(|most| events / most as f64);
+        let by_events = self.controls.max_events.map_or(0.0, |most| events / most as f64);
         let duration = self.duration;
-        move |time| Done { by_time: time / duration, by_events }
+        move |time| (time / duration).max(by_events)
     }
 }
