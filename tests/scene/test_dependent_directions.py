@@ -357,6 +357,112 @@ def test_a_mass_that_may_press_on_either_of_two_others_says_so():
     assert run.stop_reason == "duration"
 
 
+LAWS = [
+    ss.friction.Stribeck(0.5, 0.3, 0.05),
+    ss.friction.Linear(0.5, -0.2),
+    ss.friction.Tabulated([0.0, 0.05, 0.4], [0.5, 0.35, 0.3]),
+]
+
+
+@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
+@pytest.mark.parametrize("points", [(-1.0, 1.0), (-1.0, 0.3, 1.0)])
+def test_a_rigid_pad_under_a_law_moves_as_one_contact(points, law):
+    """N mu(s) is the same for every split of N, and so are the inequalities of what sticks.
+
+    The height of the points turns friction into a couple, which moves N between them and not its sum.
+    """
+    count = len(points)
+    for method in ("auto", "taylor"):
+        start = ss.State(np.zeros(3), [0.1, 0.0, 0.0], "s" * count)
+        pads = ss.simulate(with_law(pad(points), law), start, 20.0, method)
+        one = ss.simulate(with_law(single(), law), ss.State([0.0, 0.0], [0.1, 0.0], "s"), 20.0, method)
+        assert len(one.events) >= 6
+        assert pads.events.time.reshape(-1, count)[:, 0] == pytest.approx(one.events.time, rel=1e-12)
+        at = np.linspace(0.003, 20.0, 101)
+        theirs, ours = one.sample(at), pads.sample(at)
+        assert ours.position.values[:, 0] == pytest.approx(theirs.position.values[:, 0], abs=1e-12)
+        assert ours.friction_force.values.sum(axis=1) == pytest.approx(
+            theirs.friction_force.values[:, 0], abs=1e-9
+        )
+        assert pads.undetermined["s" * count] == tuple(range(count))
+        assert ("+" * count in pads.undetermined) == (count > 2)
+        assert abs(pads.balance().residual) <= 1e-12 * pads.balance().turnover
+
+
+def with_law(scene, law):
+    """The scene with a law of friction at all contacts."""
+    contacts = [replace(contact, friction=law, static_friction=None) for contact in scene.contacts]
+    return scene.replace(contacts=contacts)
+
+
+def test_a_pad_that_sticks_beside_a_contact_under_a_law():
+    """The pad, tied to a block that slides by a law, is told by it when to slip: its total force counts."""
+    law = ss.friction.Stribeck(0.5, 0.3, 0.05)
+
+    def beside(scene):
+        size = scene.size
+        tie = 40.0
+        stiffness = np.pad(np.diag(scene.stiffness.diagonal()), (0, 1))
+        stiffness[[0, size, 0, size], [0, size, size, 0]] += [tie, tie + 100.0, -tie, -tie]
+        block = ss.Contact(tangential=size, friction=law, normal_force=60.0, slider_speed=0.2)
+        own = [
+            replace(
+                contact,
+                tangential=np.append(directions(contact.tangential, size), 0.0),
+                normal=np.append(directions(contact.normal, size), 0.0),
+            )
+            for contact in scene.contacts
+        ]
+        return ss.Scene(
+            [*scene.mass, 5.0],
+            stiffness,
+            force=[*scene.force, 0.0],
+            contacts=[*own, block],
+            impact_friction=True,
+        )
+
+    pads, one = (
+        ss.simulate(
+            beside(scene),
+            ss.State(np.zeros(scene.size + 1), [0.1, *np.zeros(scene.size)], stuck + "+"),
+            30.0,
+        )
+        for scene, stuck in ((pad(static_friction=0.5), "ss"), (single(static_friction=0.5), "s"))
+    )
+    block = pads.events.contact == 2
+    assert block.sum() >= 4
+    assert (~block).sum() >= 8
+    assert pads.events.time[block] == pytest.approx(one.events.time[one.events.contact == 1], rel=1e-11)
+    assert pads.events.time[~block][::2] == pytest.approx(one.events.time[one.events.contact == 0], rel=1e-11)
+    assert "ss+" in pads.undetermined
+
+
+def directions(named, size):
+    """A direction as a vector."""
+    return np.eye(size)[named] if np.ndim(named) == 0 else np.asarray(named)
+
+
+@pytest.mark.parametrize("second", [ss.friction.Stribeck(0.5, 0.2, 0.05), 0.5])
+def test_unlike_laws_of_undetermined_forces_are_refused(second):
+    """Alike at rest, they differ with slip: the split of the normal forces counts."""
+    scene = with_law(pad((-1.0, 0.3, 1.0)), ss.friction.Stribeck(0.5, 0.3, 0.05))
+    contacts = [scene.contacts[0], replace(scene.contacts[1], friction=second), scene.contacts[2]]
+    with pytest.raises(ss.InputError, match="how the forces of closed contacts are split"):
+        ss.simulate(scene.replace(contacts=contacts), ss.State(np.zeros(3), np.zeros(3), "+++"), 1.0)
+
+
+def test_modes_and_cycles_of_a_pad_under_a_law_are_those_of_one_contact():
+    law = ss.friction.Stribeck(0.5, 0.3, 0.05)
+    many, few = with_law(pad((-1.0, 0.3, 1.0)), law), with_law(single(), law)
+    assert ss.complex_modes(many).eigenvalues == pytest.approx(ss.complex_modes(few).eigenvalues)
+    pads = ss.simulate(many, ss.State(np.zeros(3), [0.1, 0.0, 0.0], "sss"), 100.0).limit_cycle()
+    one = ss.simulate(few, ss.State([0.0, 0.0], [0.1, 0.0], "s"), 100.0).limit_cycle()
+    assert pads.period == pytest.approx(one.period, rel=1e-12)
+    assert pads.stability == one.stability
+    assert pads.multipliers[0] == pytest.approx(one.multipliers[0], abs=1e-9)
+    assert pads.balance().contact == pytest.approx(one.balance().contact, rel=1e-10)
+
+
 def test_modes_and_cycles_of_a_pad_are_those_of_one_contact():
     assert ss.complex_modes(pad(), "++").eigenvalues == pytest.approx(
         ss.complex_modes(single(), "+").eigenvalues

@@ -60,7 +60,8 @@ class PhaseEquations:
     """The equation of motion of a combination, with contact forces as unknowns.
 
     ``M a = F - C u - K x + sum (n + sign mu t) N`` with ``n'a = 0``, and where a contact sticks ``t'a = 0``
-    with a force of its own. A given normal force is an equation for N.
+    with a force of its own. A given normal force is an equation for N. Where directions depend on each other,
+    any forces that solve this will do.
     """
 
     def __init__(self, scene: ss.Scene, combination: str) -> None:
@@ -74,6 +75,9 @@ class PhaseEquations:
             np.array([signs[combination[i]] for i in self.pressed])[:, None] * tangential[self.pressed]
         )
         self.held = np.vstack([normal[self.pressed], sticking])
+        opening = [i for i in self.pressed if scene.contacts[i].normal is not None]
+        rows = np.vstack([normal[opening], sticking])
+        self.dependent = len(rows) > 0 and np.linalg.matrix_rank(rows) < len(rows)
 
     def rate(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return (x', x'') at (x, x')."""
@@ -92,6 +96,8 @@ class PhaseEquations:
             if scene.contacts[i].normal is None:
                 system[row] = np.eye(count)[row]
                 load[row] = scene.contacts[i].normal_force
+        if self.dependent:
+            return np.concatenate([u, np.linalg.lstsq(system, load, rcond=1e-12)[0][:size]])
         return np.concatenate([u, np.linalg.solve(system, load)[:size]])
 
 

@@ -34,7 +34,7 @@ class Instants:
 class Sampled:
     """A run and what the checks need of it, up to a time, in one pass over the motion."""
 
-    def __init__(self, run: ss.Trajectory, powers: bool = True) -> None:
+    def __init__(self, run: ss.Trajectory, powers: bool = True, density: float = 1.0) -> None:
         self.run = run
         self.matrices = matrices(run.scene)
         self.until = run.duration
@@ -47,7 +47,7 @@ class Sampled:
         groups = [self._between(), np.nextafter(time[self.impacts], 0.0)]
         self.weights, self.powers_until = np.empty(0), 0.0
         if powers:
-            points, self.weights, self.powers_until = quadrature(run, self.until)
+            points, self.weights, self.powers_until = quadrature(run, self.until, density)
             groups.append(points)
         times = np.concatenate(groups)
         order = np.argsort(times, kind="stable")
@@ -84,10 +84,11 @@ def gauss(size: int) -> tuple[np.ndarray, np.ndarray]:
     return 0.5 * (1.0 + nodes), 0.5 * weights
 
 
-def quadrature(run: ss.Trajectory, end: float) -> tuple[np.ndarray, np.ndarray, float]:
+def quadrature(run: ss.Trajectory, end: float, density: float = 1.0) -> tuple[np.ndarray, np.ndarray, float]:
     """Return Gauss points and weights between the events, and the time up to which they reach.
 
-    They are as dense as the fastest motion asks that has not died out in its phase, up to `MOST_POINTS`.
+    They are as dense as the fastest motion asks that has not died out in its phase, or a multiple of that, up
+    to `MOST_POINTS`.
     """
     edges = np.minimum(np.concatenate([[0.0], run.events.time, [run.duration]]), end)
     combinations = np.concatenate([[run.start.combination], run.events.combination])
@@ -98,7 +99,7 @@ def quadrature(run: ss.Trajectory, end: float) -> tuple[np.ndarray, np.ndarray, 
     begin = np.column_stack([np.zeros(which.size), lasting[:, :-1]])
     phase, stage = np.nonzero(lasting > begin)
     begin, span = edges[phase] + begin[phase, stage], (lasting - begin)[phase, stage]
-    turn = rates[which][phase, stage] * span
+    turn = density * rates[which][phase, stage] * span
     # The sparsest rule spends so many points on a turn of one, and some on every stage.
     size, largest = RULES[-1]
     within = np.cumsum(turn * size / largest + RULES[0][0]) <= MOST_POINTS

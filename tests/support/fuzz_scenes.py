@@ -11,6 +11,8 @@ import stickslip as ss
 from fuzz_chains import flight, sparse_scene, symmetric_scene
 from fuzz_terms import contact_directions, matrices, slider_speeds
 
+#: m/s; about the speed at which contacts close.
+CLOSING = 0.1
 #: What the same scenes may have besides.
 EXTRAS = {
     "unsymmetric": "gyroscopic and circulatory terms",
@@ -231,12 +233,16 @@ def with_springs(scene: ss.Scene, start: ss.State, seed: int, index: int) -> tup
             if contact.tangential is not None and not by_law and rng.random() < 0.7:
                 springs["tangential_stiffness"] = 10.0 ** rng.uniform(4.0, 7.0)
             if by_law and rises(contact):
-                # Its node relaxes at k / (mu' N), by which panels are limited.
+                # Its node relaxes at k / (mu' N), and a panel covers about twelve relaxation times.
                 speed = abs(contact.slider_speed)
                 rise = contact.coefficient(1.01 * speed) - contact.coefficient(0.99 * speed)
                 pressed = contact.normal_force or np.abs(scene.force).max()
-                damper = pressed * rise / (0.02 * speed)
-                springs["tangential_stiffness"] = float(damper * 10.0 ** by_laws.uniform(2.0, 4.5))
+                stiffness = pressed * 10.0 ** by_laws.uniform(2.0, 4.5)
+                if contact.normal is not None:
+                    # A time t after it closes N is N' t: k / (12 mu' N') panels reach to e t.
+                    growth = CLOSING * springs["normal_stiffness"]
+                    stiffness = min(stiffness, growth * 10.0 ** by_laws.uniform(1.0, 3.0))
+                springs["tangential_stiffness"] = float(stiffness * rise / (0.02 * speed))
         contacts.append(dataclasses.replace(contact, **springs))
     mass = np.diag(scene.mass) if scene.mass.ndim == 2 else scene.mass
     try:

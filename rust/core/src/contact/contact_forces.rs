@@ -4,7 +4,6 @@ use nalgebra::DMatrix;
 
 use crate::contact::coupled::contact_problem::held_rows;
 use crate::contact::coupled::dependent::Forces;
-use crate::contact::event_kind::EventKind;
 use crate::contact::functional::Functional;
 use crate::linalg::dense::Factors;
 use crate::scene::model::Scene;
@@ -167,31 +166,16 @@ pub(crate) fn friction_response(scene: &Scene, combination: &Combination) -> Opt
     }))
 }
 
-/// The change of an event function per newton of additional friction of contact `source`, from [`friction_response`].
-pub(crate) fn response_of_event(
-    scene: &Scene,
-    response: &DMatrix<f64>,
-    (contact, trigger): (usize, EventKind),
-    source: usize,
-) -> f64 {
-    let force = |row: usize| response[(2 * contact + row, source)];
-    let limit = scene.contacts[contact].static_friction;
-    match trigger {
-        EventKind::Release => force(1),
-        EventKind::SlipPositive => limit * force(1) - force(0),
-        EventKind::SlipNegative => limit * force(1) + force(0),
-        _ => 0.0,
-    }
-}
-
 /// The contacts whose forces nothing determines in a combination, because directions of closed contacts depend on each
 /// other.
 pub fn undetermined(scene: &Scene, combination: &Combination) -> Vec<usize> {
-    let Some(w) = scene.coordinates.delassus.as_ref().filter(|_| !scene.dependents.is_empty())
-    else {
-        return Vec::new();
-    };
-    let free = dependent_forces(scene, w, combination.statuses()).1.free;
+    let Some(free) = free_forces(scene, combination) else { return Vec::new() };
     let moved = |row: usize| free.row(row).iter().any(|&part| part != 0.0);
     (0..scene.contacts.len()).filter(|&i| moved(2 * i) || moved(2 * i + 1)).collect()
+}
+
+/// Forces (T, N) of all contacts that nothing determines, one column for each; None where no directions depend on each other.
+pub(crate) fn free_forces(scene: &Scene, combination: &Combination) -> Option<DMatrix<f64>> {
+    let w = scene.coordinates.delassus.as_ref().filter(|_| !scene.dependents.is_empty())?;
+    Some(dependent_forces(scene, w, combination.statuses()).1.free)
 }

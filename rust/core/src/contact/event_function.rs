@@ -27,6 +27,23 @@ pub(crate) struct EventFunction {
     pub contact: usize,
     pub trigger: EventKind,
     pub functional: Functional,
+    /// The contact forces of which it is a sum, as (row, weight): T of contact i has row 2 i, N has row 2 i + 1. Empty where it
+    /// is a gap or a slip velocity.
+    pub forces: Vec<(usize, f64)>,
+}
+
+impl EventFunction {
+    /// A function of gaps and velocities.
+    pub fn kinematic(contact: usize, trigger: EventKind, functional: Functional) -> Self {
+        Self { contact, trigger, functional, forces: Vec::new() }
+    }
+
+    /// Its change per newton of additional friction of contact `source`, from [`friction_response`].
+    ///
+    /// [`friction_response`]: crate::contact::contact_forces::friction_response
+    pub fn response(&self, response: &DMatrix<f64>, source: usize) -> f64 {
+        self.forces.iter().map(|&(row, weight)| weight * response[(row, source)]).sum()
+    }
 }
 
 pub(crate) fn slip_velocity(scene: &Scene, contact: usize) -> Functional {
@@ -78,13 +95,14 @@ pub(crate) fn ending(
     combination: &Combination,
     contact: usize,
     trigger: EventKind,
-) -> Functional {
+) -> EventFunction {
+    let kinematic = |functional| EventFunction::kinematic(contact, trigger, functional);
     if trigger == EventKind::Load {
-        return phase_of_loads(scene);
+        return kinematic(phase_of_loads(scene));
     }
     if trigger == EventKind::Turn {
         let turning = vec![(scene.contacts[contact].tangential, 1.0)];
-        return Functional { velocity: turning, ..Functional::default() };
+        return kinematic(Functional { velocity: turning, ..Functional::default() });
     }
     if !scene.dependents.is_empty()
         && let Ok(functions) = event_functions(scene, combination)
@@ -92,19 +110,19 @@ pub(crate) fn ending(
             .into_iter()
             .find(|function| function.contact == contact && function.trigger == trigger)
     {
-        return found.functional;
+        return found;
     }
     let coupled = scene.contacts_coupled().then(|| contact_forces(scene, combination));
     let status = combination.statuses()[contact];
     let mut functions = of_contact(scene, contact, status, &coupled).into_iter();
-    functions.find(|function| function.trigger == trigger).map_or_else(
-        || match coupled {
+    functions.find(|function| function.trigger == trigger).unwrap_or_else(|| {
+        let normal = match coupled {
             Some(mut forces) => forces.swap_remove(contact).1,
             None if status.is_closed() => reaction(scene, scene.contacts[contact].normal),
-            None => Functional::default(),
-        },
-        |function| function.functional,
-    )
+            None => return kinematic(Functional::default()),
+        };
+        EventFunction { forces: vec![(2 * contact + 1, 1.0)], ..kinematic(normal) }
+    })
 }
 
 /// `-sin(w t)` of the first oscillator, which vanishes at every period of the loads.
@@ -128,7 +146,8 @@ fn of_contact(
     coupled: &Option<Vec<(Functional, Functional)>>,
 ) -> Vec<EventFunction> {
     let law = &scene.contacts[contact];
-    let function = |trigger, functional| EventFunction { contact, trigger, functional };
+    let function = |trigger, functional| EventFunction::kinematic(contact, trigger, functional);
+    let [t, n] = [2 * contact, 2 * contact + 1];
     let (friction, normal) = match coupled {
         _ if !status.is_closed() => Default::default(),
         Some(forces) => forces[contact].clone(),
@@ -145,18 +164,22 @@ fn of_contact(
             let slip = (law.static_friction > 0.0).then(|| function(EventKind::Velocity, slip()));
             // A given normal force does not vanish.
             let opens = law.directions != Directions::Tangential;
-            let release = opens.then(|| function(EventKind::Release, normal));
+            let release = opens.then(|| EventFunction {
+                forces: vec![(n, 1.0)],
+                ..function(EventKind::Release, normal)
+            });
             slip.into_iter().chain(release).collect()
         }
         Status::Sticking => {
-            let cone = |sign: f64| {
-                let parts = [(law.static_friction, &normal), (sign, &friction)];
-                Functional::sum(parts.into_iter())
+            let limit = law.static_friction;
+            let cone = |trigger, sign: f64| EventFunction {
+                forces: vec![(n, limit), (t, sign)],
+                ..function(
+                    trigger,
+                    Functional::sum([(limit, &normal), (sign, &friction)].into_iter()),
+                )
             };
-            vec![
-                function(EventKind::SlipPositive, cone(-1.0)),
-                function(EventKind::SlipNegative, cone(1.0)),
-            ]
+            vec![cone(EventKind::SlipPositive, -1.0), cone(EventKind::SlipNegative, 1.0)]
         }
         Status::Detached => {
             let gap = Functional { position: vec![(law.normal, 1.0)], ..Functional::default() };
@@ -198,9 +221,13 @@ fn undetermined_functions(
     for factors in inequalities {
         let parts = factors.iter().flat_map(|&(j, factor)| {
             let (i, _, normal, tangential) = limits[j];
-            [(factor * normal, &forces[i].1), (factor * tangential, &forces[i].0)]
+            [(2 * i + 1, factor * normal), (2 * i, factor * tangential)]
         });
-        let functional = Functional::sum(parts);
+        let parts: Vec<(usize, f64)> = parts.collect();
+        let functional = Functional::sum(parts.iter().map(|&(row, factor)| {
+            let (friction, normal) = &forces[row / 2];
+            (factor, if row % 2 == 1 { normal } else { friction })
+        }));
         let mut told: Vec<(usize, EventKind)> =
             factors.iter().map(|&(j, _)| (limits[j].0, limits[j].1)).collect();
         told.sort_by_key(|entry| entry.0);
@@ -210,6 +237,7 @@ fn undetermined_functions(
                 contact: own[0].0,
                 trigger,
                 functional: functional.clone(),
+                forces: parts.clone(),
             });
         }
     }

@@ -66,6 +66,15 @@ impl Functional {
         own.len() == others.len() && own.iter().zip(&others).all(near)
     }
 
+    /// Whether the two are equal up to rounding.
+    pub fn is_equal_to(&self, other: &Self) -> bool {
+        let size = |of: &Self| {
+            let terms = of.position.iter().chain(&of.velocity).map(|term| term.1.abs());
+            terms.fold(of.constant.abs(), f64::max)
+        };
+        size(&Self::sum([(1.0, self), (-1.0, other)].into_iter())) <= MULTIPLE * size(self)
+    }
+
     /// The same functional over the coordinates of x, in a scene in which some coordinates are sums of others.
     pub fn substituted(&self, scene: &Scene) -> Self {
         let mut constant = self.constant;

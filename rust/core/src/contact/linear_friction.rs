@@ -82,7 +82,7 @@ pub(crate) fn exhaustions(scene: &Scene, combination: &Combination) -> Vec<Event
         let sign = combination.statuses()[contact].friction_sign();
         let mut functional = slip_velocity(scene, contact).scaled(-sign * slope);
         functional.constant += law.value(0.0);
-        Some(EventFunction { contact, trigger: EventKind::Exhausted, functional })
+        Some(EventFunction::kinematic(contact, EventKind::Exhausted, functional))
     });
     falling.collect()
 }

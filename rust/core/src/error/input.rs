@@ -261,12 +261,12 @@ pub enum Error {
         /// The contact with the law.
         contact: usize,
     },
-    /// Nothing determines contact forces, and friction depends on slip speed.
+    /// The motion depends on a split of contact forces that nothing determines, as friction depends on slip speed.
     #[error(
-        "contact {contact}: nothing determines how the forces of closed contacts are split; such motions are computed with constant friction only"
+        "contact {contact}: nothing determines how the forces of closed contacts are split, and the motion depends on it, as its friction follows its own slip speed; give these contacts a stiffness, or one law if they slip alike"
     )]
     UndeterminedFrictionLaw {
-        /// A contact whose forces are not determined.
+        /// The contact that slides by the law.
         contact: usize,
     },
     /// Steady sliding where a law levels off and slip has no mass.

@@ -123,9 +123,9 @@ pub(super) fn comes_to_rest(run: &Trajectory) -> bool {
     functions.is_ok_and(|functions| {
         functions.iter().all(|function| {
             let functional = over_own(function.functional.clone());
-            let limit = 1.0 + scene.contacts[function.contact].static_friction;
+            let forces: f64 = function.forces.iter().map(|part| part.1.abs()).sum();
             functional.value(&rest, &still)
-                > reach(&functional, reduced, &modes, &z) + limit * beyond
+                > reach(&functional, reduced, &modes, &z) + forces * beyond
         })
     })
 }

@@ -1,8 +1,8 @@
 //! The value of an event function along a motion, and its change. It is affine in the state, except for the terms that laws
 //! of friction over slip speed add if mass couples contacts.
 
-use crate::contact::contact_forces::{friction_response, response_of_event};
-use crate::contact::event_kind::EventKind;
+use crate::contact::contact_forces::friction_response;
+use crate::contact::event_function::EventFunction;
 use crate::contact::functional::Functional;
 use crate::contact::linear_friction::friction_dampers;
 use crate::cycles::linearization::flow::Flow;
@@ -18,22 +18,16 @@ pub(crate) struct EventValue {
 }
 
 impl EventValue {
-    pub fn new(
-        scene: &Scene,
-        combination: &Combination,
-        (contact, trigger): (usize, EventKind),
-        functional: Functional,
-    ) -> Self {
+    pub fn new(scene: &Scene, combination: &Combination, function: EventFunction) -> Self {
         let mut friction = Vec::new();
         if scene.sliding_by_law(combination).next().is_some()
             && friction_dampers(scene, combination).is_none()
             && let Some(response) = friction_response(scene, combination)
         {
-            let of =
-                |source: usize| response_of_event(scene, &response, (contact, trigger), source);
-            friction.extend(scene.sliding_by_law(combination).map(|(source, _)| of(source)));
+            let sources = scene.sliding_by_law(combination);
+            friction.extend(sources.map(|(source, _)| function.response(&response, source)));
         }
-        Self { functional, friction }
+        Self { functional: function.functional, friction }
     }
 
     /// Its value in a state, and the scale of its terms.

@@ -63,8 +63,8 @@ impl Passage {
     pub fn new(scene: &Scene, before: &Combination, contact: usize, trigger: EventKind) -> Self {
         let linear = of_phase(scene, before);
         let event = ending(&linear, before, contact, trigger);
-        let companions = companions(&linear, before, contact, trigger, &event);
-        let event = EventValue::new(scene, before, (contact, trigger), event);
+        let companions = companions(&linear, before, contact, trigger, &event.functional);
+        let event = EventValue::new(scene, before, event);
         Self { contact, trigger, event, series: Vec::new(), companions }
     }
 

@@ -252,9 +252,7 @@ impl Orbit {
             };
             let samples: Vec<_> = (0..=count).map(|i| at(width * i as f64)).collect();
             for function in &flow.basis.functions {
-                let kind = (function.contact, function.trigger);
-                let functional = function.functional.clone();
-                let event = EventValue::new(self.scene(), &step.combination, kind, functional);
+                let event = EventValue::new(self.scene(), &step.combination, function.clone());
                 let value = |state: &[f64]| event.value(&flow, state).0;
                 let slope = |state: &[f64], field: &[f64]| event.rate(&flow, state, field);
                 let passage = &step.passage;

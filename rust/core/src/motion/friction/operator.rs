@@ -5,9 +5,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::contact::contact_forces::{
-    contact_forces, friction_response, reaction, response_of_event, undetermined,
-};
+use crate::contact::contact_forces::{contact_forces, free_forces, friction_response, reaction};
 use crate::contact::event_function::{EventFunction, slip_velocity};
 use crate::contact::functional::Functional;
 use crate::error::input::Error;
@@ -20,6 +18,8 @@ use crate::scene::status::Combination;
 
 /// Part of the panels of linear phases: the bound of rounding grows by e^(sigma h) over a panel.
 const SHARE: f64 = 0.8;
+/// Sum of normal forces in balance with each other, relative to the largest, that is rounding.
+const BALANCED: f64 = 1e-9;
 
 #[derive(Debug)]
 pub(crate) struct LawOperator {
@@ -46,9 +46,6 @@ impl LawOperator {
         combination: &Combination,
         functions: &[EventFunction],
     ) -> Result<Self, Error> {
-        if let Some(&contact) = undetermined(scene, combination).first() {
-            return Err(Error::UndeterminedFrictionLaw { contact });
-        }
         let mut taylor = TaylorOperator::new(scene, combination, functions)?;
         taylor.shorten(SHARE);
         let forces = scene.contacts_coupled().then(|| contact_forces(scene, combination));
@@ -98,13 +95,17 @@ impl LawOperator {
             }
         });
         let contacts: Vec<LawContact> = contacts.collect();
+        if let Some(contact) =
+            free_forces(scene, combination).and_then(|free| moved_by(&free, &contacts))
+        {
+            return Err(Error::UndeterminedFrictionLaw { contact });
+        }
         let response = friction_response(scene, combination).map(|all| Response {
             normal: DMatrix::from_fn(contacts.len(), contacts.len(), |i, j| {
                 all[(2 * contacts[i].contact + 1, contacts[j].contact)]
             }),
             functions: DMatrix::from_fn(functions.len(), contacts.len(), |i, j| {
-                let EventFunction { contact, trigger, .. } = functions[i];
-                response_of_event(scene, &all, (contact, trigger), contacts[j].contact)
+                functions[i].response(&all, contacts[j].contact)
             }),
         });
         let row = |k: usize| own.stiffness.row(k).count() + own.damping.row(k).count();
@@ -204,4 +205,18 @@ impl LawOperator {
         let terms = |one: &LawContact| one.normal.position.len() + one.normal.velocity.len();
         self.taylor.numbers() + 2 * self.contacts.iter().map(terms).sum::<usize>()
     }
+}
+
+/// A contact whose law makes the motion depend on forces that nothing determines, (T, N) of all contacts by column.
+///
+/// Normal forces z that move nothing under friction at rest bring `sum (mu_i(|s_i|) - mu_i(0)) z_i t_i` besides. Contacts
+/// that slip alike by the same law share their factor and t: z moves nothing if its sum over each such group is zero, as it is
+/// under a rigid pad.
+fn moved_by(free: &DMatrix<f64>, contacts: &[LawContact]) -> Option<usize> {
+    let moves = |one: &&LawContact| {
+        let alike = contacts.iter().filter(|o| o.law == one.law && o.slip.is_equal_to(&one.slip));
+        let rows: Vec<usize> = alike.map(|other| 2 * other.contact + 1).collect();
+        free.column_iter().any(|z| rows.iter().map(|&row| z[row]).sum::<f64>().abs() > BALANCED)
+    };
+    contacts.iter().find(moves).map(|one| one.contact)
 }

@@ -267,7 +267,7 @@ mod tests {
     #[test]
     fn what_an_envelope_excludes_has_no_coefficients_that_count() {
         let trigger = EventKind::SlipPositive;
-        let functions = [EventFunction { contact: 0, trigger, functional: Functional::default() }];
+        let functions = [EventFunction::kinematic(0, trigger, Functional::default())];
         let mut search = PanelSearch::default();
         search.panel.excluded = vec![true];
         search.panel.coefficients = [vec![1.0, -2.0], vec![0.0; ROW - 2]].concat();
