@@ -451,6 +451,16 @@ def test_unlike_laws_of_undetermined_forces_are_refused(second):
         ss.simulate(scene.replace(contacts=contacts), ss.State(np.zeros(3), np.zeros(3), "+++"), 1.0)
 
 
+def test_modes_of_unlike_slopes_under_undetermined_forces_are_refused():
+    """Friction at the speed of the belt is alike, its change with slip is not: damping depends on the split."""
+    falling, rising = ss.friction.Linear(0.5, -1.0), ss.friction.Linear(0.3, 1.0)
+    for laws in ((falling, falling, rising), (falling, rising, falling)):
+        scene = pad((-1.0, 0.3, 1.0))
+        contacts = [replace(c, friction=law) for c, law in zip(scene.contacts, laws, strict=True)]
+        with pytest.raises(ss.InputError, match="depends on how their forces are split"):
+            ss.complex_modes(scene.replace(contacts=contacts), "+++")
+
+
 def test_modes_and_cycles_of_a_pad_under_a_law_are_those_of_one_contact():
     law = ss.friction.Stribeck(0.5, 0.3, 0.05)
     many, few = with_law(pad((-1.0, 0.3, 1.0)), law), with_law(single(), law)

@@ -22,12 +22,15 @@ use crate::motion::friction::series::panel_bound::{ContactBounds, LARGEST, Panel
 use crate::motion::friction::series::rows::{Measure, Sizes};
 use crate::numerics::first_root::polynomial::{COEFFICIENTS, DEGREE};
 use crate::numerics::simd::{Kernel, Lanes};
+use crate::scene::friction::law::FrictionLaw;
 use crate::scene::model::Scene;
 
 /// Radius of the neighbourhood of a polynomial in which Lipschitz bounds are taken, relative to the state.
 const TUBE: f64 = 1e-6;
 /// The same where slip has no mass: a law that levels off turns errors of places into far larger ones of slip speed.
 const TUBE_OF_FLOW: f64 = 1e-9;
+/// The same beside tables: where the neighbourhood holds steep pieces beside the one of the panel, their slopes count.
+const TUBE_OF_TABLES: f64 = 1e-9;
 /// Its largest change of a normal force there, relative to this force.
 const NARROW: f64 = 0.01;
 /// The part of the neighbourhood of slip speeds that its places may take.
@@ -77,8 +80,9 @@ impl Kernel for Bound<'_> {
         let last = taylor.norm_of(scene, &operator.taylor, DEGREE);
         let with_mass = |of: &(&LawContact, &Sliding)| of.0.flow.is_none();
         let slips = operator.contacts.iter().zip(&*contacts).filter(with_mass);
-        let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| {
-            radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm)
+        let radius = slips.fold(TUBE * scale, |radius, (one, sliding)| match one.law {
+            FrictionLaw::Tabulated(_) => radius.min(TUBE_OF_TABLES * scale),
+            _ => radius.min(TUBE_OF_SLIP * sliding.series.reach(&one.law) / one.slip_norm),
         });
         // Where slip has no mass, the slope of its law and its normal force are divided by.
         let flows = operator.contacts.iter().zip(&*contacts).filter(|of| of.0.flow.is_some());
@@ -278,7 +282,6 @@ mod tests {
     use crate::linalg::SparseMatrix;
     use crate::motion::combination_basis::{CombinationBasis, Propagator};
     use crate::motion::method::Wanted;
-    use crate::scene::friction::law::FrictionLaw;
     use crate::scene::status::{Combination, Status};
     use crate::scene::{ContactInput, Damping, Direction, Mass, SceneInput, Springs};
 

@@ -141,7 +141,21 @@ impl Scene {
             let combination = combination.to_string();
             return Err(Error::SingularStiffness { combination, reciprocal_condition: 0.0 });
         }
+        if !self.dependents.is_empty() {
+            self.tilted().steady(combination)?;
+        }
         Ok(self.about(combination, &pressed))
+    }
+
+    /// With the friction of steady sliding and a part of its slope: where nothing determines how normal forces are split, laws of
+    /// unlike slopes make the motion depend on the split, also if their friction at the speed of the sliders is alike.
+    fn tilted(&self) -> Cow<'_, Self> {
+        let still = vec![0.0; self.size];
+        let slopes: Vec<f64> =
+            (0..self.contacts.len()).map(|contact| self.friction_slope(contact, &still)).collect();
+        let largest =
+            slopes.iter().fold(f64::MIN_POSITIVE, |largest, slope| slope.abs().max(largest));
+        self.with_friction(|contact| self.friction_at(contact, &still) + slopes[contact] / largest)
     }
 
     /// Small motions about a steady state of a combination with given normal forces of its contacts. Slip without mass moves by
