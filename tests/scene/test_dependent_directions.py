@@ -452,7 +452,7 @@ def test_unlike_laws_of_undetermined_forces_are_refused(second):
 
 
 def test_modes_of_unlike_slopes_under_undetermined_forces_are_refused():
-    """Friction at the speed of the belt is alike, its change with slip is not: damping depends on the split."""
+    """Friction at the speed of the belt is alike, and its slope is not: damping depends on the split."""
     falling, rising = ss.friction.Linear(0.5, -1.0), ss.friction.Linear(0.3, 1.0)
     for laws in ((falling, falling, rising), (falling, rising, falling)):
         scene = pad((-1.0, 0.3, 1.0))
