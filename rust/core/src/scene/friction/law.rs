@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::error::input::Error;
+use crate::numerics::bracket::Bracket;
 
 /// mu over |s|.
 #[derive(Debug, Clone, PartialEq)]
@@ -225,43 +226,21 @@ impl FrictionLaw {
             }
             (low, high) = (high, (2.0 * high).min(end));
         }
-        let mut speed = high;
-        for _ in 0..STEPS {
-            let off = self.excess(speed) - excess;
-            if off > 0.0 {
-                high = speed;
-            } else {
-                low = speed;
-            }
-            let next = speed - off / self.slope(speed);
-            let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
-            if next == speed {
-                break;
-            }
-            speed = next;
-        }
-        speed
+        let off = |speed: f64| (self.excess(speed) - excess, self.slope(speed));
+        Bracket { low, high }.root([low, high].map(|speed| off(speed).0), 0.0, off)
     }
 
     /// The slip speed, not below 0, at which a law that rises has `(mu(|s|) - mu(0)) pressed + spring |s| = load`.
     pub(crate) fn speed_beside(&self, pressed: f64, spring: f64, load: f64) -> f64 {
-        let (mut low, mut high) = (0.0, (load / spring).max(0.0));
-        let mut speed = high;
-        for _ in 0..STEPS {
-            let off = self.excess(speed) * pressed + spring * speed - load;
-            if off > 0.0 {
-                high = speed;
-            } else {
-                low = speed;
-            }
-            let next = speed - off / (self.slope(speed) * pressed + spring);
-            let next = if next >= low && next <= high { next } else { 0.5 * (low + high) };
-            if next == speed {
-                break;
-            }
-            speed = next;
+        if !(load > 0.0) {
+            return 0.0;
         }
-        speed
+        let off = |speed: f64| {
+            let friction = self.excess(speed) * pressed;
+            (friction + spring * speed - load, self.slope(speed) * pressed + spring)
+        };
+        let [low, high] = [0.0, load / spring];
+        Bracket { low, high }.root([low, high].map(|speed| off(speed).0), 0.0, off)
     }
 
     /// Bounds of |d mu / d |s||, s/m, and of its own slope, s^2/m^2, from a slip speed >= 0 on.
@@ -305,6 +284,42 @@ impl FrictionLaw {
                 let x = speed - table.speeds[place];
                 b + x * (2.0 * c + 3.0 * x * d)
             }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Cubic pieces through rising values with these slopes, level beyond the last.
+    fn table(widths: &[f64], secants: &[f64], slopes: &[f64]) -> FrictionLaw {
+        let (mut speeds, mut pieces, mut value) = (vec![0.0], Vec::new(), 0.5);
+        for (k, (&width, &secant)) in widths.iter().zip(secants).enumerate() {
+            let [from, to] = [slopes[k], slopes.get(k + 1).copied().unwrap_or(0.0)];
+            let c = (3.0 * secant - 2.0 * from - to) / width;
+            pieces.push([value, from, c, (from + to - 2.0 * secant) / width.powi(2)]);
+            speeds.push(speeds[k] + width);
+            value += secant * width;
+        }
+        pieces.push([value, 0.0, 0.0, 0.0]);
+        FrictionLaw::Tabulated(Arc::new(Table { speeds, pieces }))
+    }
+
+    /// Between its flat and its steep pieces Newton's method goes to and fro, and has to be kept from it.
+    #[test]
+    fn a_speed_belongs_to_its_friction() {
+        let (widths, secants) = ([2.83, 0.63, 0.23, 2.33], [0.0958, 0.0714, 0.213, 0.0378]);
+        let law = table(&widths, &secants, &[0.1157, 0.0794, 0.1159, 0.0793]);
+        let end = law.rises_until().expect("a law that rises");
+        let [pressed, spring] = [3.0, 0.01];
+        for k in 1..=1000 {
+            let speed = f64::from(k) * 1e-3 * end;
+            let excess = law.excess(speed);
+            assert!((law.excess(law.speed_at(excess)) - excess).abs() <= 1e-15);
+            let load = pressed * excess + spring * speed;
+            let found = law.speed_beside(pressed, spring, load);
+            assert!((pressed * law.excess(found) + spring * found - load).abs() <= 1e-14);
         }
     }
 }
