@@ -306,7 +306,7 @@ mod tests {
         FrictionLaw::Tabulated(Arc::new(Table { speeds, pieces }))
     }
 
-    /// Between its flat and its steep pieces Newton's method goes to and fro, and has to be kept from it.
+    /// Between its flat and its steep pieces Newton's method alternates, and has to be kept from it.
     #[test]
     fn a_speed_belongs_to_its_friction() {
         let (widths, secants) = ([2.83, 0.63, 0.23, 2.33], [0.0958, 0.0714, 0.213, 0.0378]);
