@@ -2,7 +2,9 @@
 
 use crate::contact::event_kind::EventKind;
 use crate::contact::settlement::{Series, Settlement};
+use crate::scene::model::Scene;
 use crate::transient::run_state::RunState;
+use crate::transient::search::panel::Limit;
 use crate::transient::search::phase::PhaseSearch;
 use crate::transient::trajectory::events::Accumulation;
 use crate::transient::trajectory::model::Trajectory;
@@ -64,25 +66,34 @@ fn ratio(state: &RunState<'_>, contact: usize, struck: bool) -> f64 {
     }
 }
 
+/// Number of events at one instant that contacts explain: each can pass each status once, and bounces `ln 2 / -ln e` times
+/// while the rest of its series shrinks from two ulp of the clock to one, which ends it.
+pub(crate) fn explained_events(scene: &Scene) -> usize {
+    let restitutions = scene.contacts.iter().map(|law| law.restitution);
+    let bounces =
+        restitutions.filter(|&e| e < 1.0).map(|e| (0.5_f64.ln() / e.ln()).ceil() as usize);
+    bounces.fold(4 * scene.contacts.len() + 4, usize::saturating_add)
+}
+
 /// Records the parts of series that the accumulations among the events to come leave out.
 pub(crate) fn count_accumulations(
     trajectory: &mut Trajectory,
     settlement: &Settlement,
     series: &Series,
+    limits: &[Limit],
 ) {
     let first = trajectory.events.len();
-    let limits = settlement.events.iter().enumerate();
-    let limits = limits.filter(|(_, event)| event.1 == EventKind::Accumulation);
-    let Some(rest) = settlement.rest else {
-        // Of one contact: other contacts may have events at the same instant.
-        for (k, _) in limits {
-            if let Some(limit) = trajectory.accumulations.last_mut() {
-                limit.event = first + k;
-            }
-        }
-        return;
-    };
-    for (k, &(contact, _)) in limits {
+    let ended = settlement.events.iter().enumerate();
+    for (k, &(contact, _)) in ended.filter(|(_, event)| event.1 == EventKind::Accumulation) {
+        let Some(rest) = settlement.rest else {
+            let own = limits.iter().find(|limit| limit.contact == contact);
+            trajectory.accumulations.extend(own.map(|limit| Accumulation {
+                event: first + k,
+                bounces: limit.bounces,
+                error: limit.error,
+            }));
+            continue;
+        };
         let ratio = series.ratios[contact];
         let bounces = (rest / series.ulp).ln() / -ratio.ln();
         trajectory.accumulations.push(Accumulation {

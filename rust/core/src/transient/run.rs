@@ -16,7 +16,7 @@ use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::{Combination, Status};
 use crate::transient::clock::Clock;
-use crate::transient::impact_series::{count_accumulations, series};
+use crate::transient::impact_series::{count_accumulations, explained_events, series};
 use crate::transient::met_combinations::MetCombinations;
 use crate::transient::run_state::{Controls, RunState};
 use crate::transient::search::phase::{PhaseEnd, PhaseSearch};
@@ -135,8 +135,8 @@ impl<'a> Run<'a> {
         let before = self.state.time.seconds;
         self.advance(after, search);
         *at_this_instant = if self.state.time.seconds > before { 0 } else { *at_this_instant + 1 };
-        // Each contact can pass each status once; more means that the event rule goes in circles.
-        if *at_this_instant > 4 * self.state.scene.contacts.len() + 4 {
+        // More means that the event rule goes in circles.
+        if *at_this_instant > 0 && *at_this_instant > explained_events(self.state.scene) {
             let contact = search.triggers[0].0;
             return Ok(Some(self.ended_at_event(StopReason::Chattering { contact })));
         }
@@ -158,7 +158,7 @@ impl<'a> Run<'a> {
         }
         let phase = self.state.trajectory.phases.len();
         let time = self.state.time.seconds;
-        count_accumulations(&mut self.state.trajectory, settlement, &series);
+        count_accumulations(&mut self.state.trajectory, settlement, &series, &search.limits);
         self.state.trajectory.events.extend(
             settlement.events.iter().map(|&(contact, kind)| Event { time, contact, kind, phase }),
         );
@@ -226,9 +226,7 @@ impl<'a> Run<'a> {
     /// Ends the motion just before the event in progress, which no phase can follow.
     #[cold]
     fn ended_at_event(&mut self, reason: StopReason) -> StopReason {
-        let Trajectory { events, accumulations, end, .. } = &mut self.state.trajectory;
-        *end = self.state.time.seconds;
-        accumulations.retain(|limit| limit.event < events.len());
+        self.state.trajectory.end = self.state.time.seconds;
         reason
     }
 }

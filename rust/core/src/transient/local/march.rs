@@ -18,6 +18,7 @@ use crate::motion::propagators::Propagators;
 use crate::scene::model::Scene;
 use crate::scene::status::Combination;
 use crate::transient::clock::Clock;
+use crate::transient::impact_series::explained_events;
 use crate::transient::local::motion::{LocalMotion, PanelStart, Step};
 use crate::transient::local::next_events::{COINCIDENT, Entry, NextEvents};
 use crate::transient::run_state::Controls;
@@ -252,9 +253,8 @@ impl<'a> March<'a> {
             false => None,
         };
         let allowed = limit.as_ref().map_or(end, |limit| end.min(limit.at));
-        let skipped = limit.as_ref().map(|limit| limit.function);
         let counters = &mut self.trajectory.counters;
-        let found = search.first_crossing(counters, at, functions, allowed, skipped);
+        let found = search.first_crossing(counters, at, functions, allowed, limit.as_slice());
         let next = self.next.searched(contact);
         next.touches.append(&mut search.touches);
         let event = match (found, limit) {
@@ -303,8 +303,8 @@ impl<'a> March<'a> {
         let time = self.clock.after(at);
         let before = self.trajectory.phases.last().map_or(0.0, |phase| phase.start);
         self.at_this_instant = if time.seconds > before { 0 } else { self.at_this_instant + 1 };
-        // Each contact can pass each status once; more means that the event rule goes in circles.
-        if self.at_this_instant > 4 * self.next.contacts() + 4 {
+        // More means that the event rule goes in circles.
+        if self.at_this_instant > 0 && self.at_this_instant > explained_events(&self.scene) {
             return Some(PanelEnd::Stop(at, StopReason::Chattering { contact: entry.contact }));
         }
         let begins = self.field.end - at <= SLIVER * self.locality.width();

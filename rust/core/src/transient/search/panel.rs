@@ -17,8 +17,10 @@ const FLIGHT: f64 = 4.0;
 const GAP_ROUNDING: f64 = 64.0 * f64::EPSILON;
 
 /// Where a series of bounces ends, in the unit of the panel.
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Limit {
     pub function: usize,
+    pub contact: usize,
     pub at: f64,
     pub bounces: usize,
     pub error: f64,
@@ -36,7 +38,7 @@ pub(crate) struct PanelSearch {
     pub waiting: bool,
     pub touches: Vec<Grazing>,
     pub unit: VectorUnit,
-    /// Where mass couples contacts, on the first panel of a phase: its gaps are exact at its start.
+    /// On the first panel of a phase: its gaps are exact at its start.
     pub exact: bool,
 }
 
@@ -53,14 +55,14 @@ impl PanelSearch {
     }
 
     /// The first crossing of any event function up to `end` of the panel, which begins at a time: its function and
-    /// place.
+    /// place. Gaps whose series end in the limits `skipped` are not searched.
     pub fn first_crossing(
         &mut self,
         counters: &mut Counters,
         begin: f64,
         functions: &[EventFunction],
         end: f64,
-        skipped: Option<usize>,
+        skipped: &[Limit],
     ) -> Option<(usize, f64)> {
         self.touches.clear();
         if self.waiting {
@@ -69,7 +71,7 @@ impl PanelSearch {
         let mut found = None;
         let mut first = end;
         for index in 0..functions.len() {
-            if self.panel.excluded[index] || skipped == Some(index) {
+            if self.panel.excluded[index] || skips(skipped, index) {
                 continue;
             }
             counters.refinements += 1;
@@ -83,9 +85,9 @@ impl PanelSearch {
 
     /// The touches that wait of event functions that are positive on this panel, or not searched, were no crossings.
     #[cold]
-    fn end_waiting(&mut self, skipped: Option<usize>) {
+    fn end_waiting(&mut self, skipped: &[Limit]) {
         for (index, pending) in self.pending.iter_mut().enumerate() {
-            if self.panel.excluded[index] || skipped == Some(index) {
+            if self.panel.excluded[index] || skips(skipped, index) {
                 self.touches.extend(pending.take());
             }
         }
@@ -247,8 +249,9 @@ impl PanelSearch {
             if negligible && at <= 1.0 && nearest.as_ref().is_none_or(|limit| at < limit.at) {
                 nearest = Some(Limit {
                     function,
+                    contact: event.contact,
                     at,
-                    bounces: ((rest / ulp).ln() / -law.restitution.ln()).ceil().max(1.0) as usize,
+                    bounces: bounces_left(rest, ulp, law.restitution),
                     error: rest
                         * (2.0 * at * (c3 / c2).abs() + self.panel.curvature_error[function]),
                 });
@@ -256,6 +259,52 @@ impl PanelSearch {
         }
         nearest
     }
+
+    /// The series of bounces of other contacts that end with `limit`, since their rests are `negligible`, too. A gap that
+    /// is `c0 + c1 s + c2 s^2 ..` now closes with the slope `-d`, `d^2 = c1^2 - 4 c0 c2`, after `(c1 + d) / (-2 c2)`, and its
+    /// series lasts `e / (1 - e) d / -c2` from there on. Negligible, s; `ulp` of the clock, s.
+    pub fn ending_with(
+        &self,
+        limit: &Limit,
+        scene: &Scene,
+        functions: &[EventFunction],
+        negligible: f64,
+        ulp: f64,
+    ) -> Vec<Limit> {
+        let others = functions.iter().enumerate().filter(|&(function, event)| {
+            event.trigger == EventKind::Impact
+                && function != limit.function
+                && !self.panel.excluded[function]
+        });
+        let width = self.panel.width;
+        let ending = others.filter_map(|(function, event)| {
+            let restitution = scene.contacts[event.contact].restitution;
+            let [c0, c1, c2] = [0, 1, 2].map(|k| self.panel.coefficients[function * ROW + k]);
+            if !(c2 < 0.0 && restitution < 1.0) {
+                return None;
+            }
+            let slope = (c1 * c1 - 4.0 * c0.max(0.0) * c2).sqrt();
+            let at = (0.5 * (c1 + slope) + restitution / (1.0 - restitution) * slope) / -c2;
+            let rest = at * width;
+            (rest <= negligible).then(|| Limit {
+                function,
+                contact: event.contact,
+                at,
+                bounces: bounces_left(rest, ulp, restitution),
+                error: (at - limit.at).abs() * width,
+            })
+        });
+        ending.collect()
+    }
+}
+
+fn skips(skipped: &[Limit], function: usize) -> bool {
+    skipped.iter().any(|limit| limit.function == function)
+}
+
+/// Number of bounces of a series with this rest, s, until the rest is an ulp of the clock.
+fn bounces_left(rest: f64, ulp: f64, restitution: f64) -> usize {
+    ((rest / ulp).ln() / -restitution.ln()).ceil().max(1.0) as usize
 }
 
 #[cfg(test)]
@@ -276,7 +325,7 @@ mod tests {
         for multiplicity in 0..3 {
             search.begin(std::iter::once(multiplicity));
             let mut counters = Counters::default();
-            let found = search.first_crossing(&mut counters, 0.0, &functions, 1.0, None);
+            let found = search.first_crossing(&mut counters, 0.0, &functions, 1.0, &[]);
             assert_eq!((found, counters.refinements), (None, 0));
             assert!(!search.vanishes(0, trigger, 1.0));
             assert_eq!(search.gap_error(0, 1.0), 0.0);

@@ -11,7 +11,7 @@ use crate::motion::phase_motion::{CoupledMotion, Motion};
 use crate::numerics::first_root::polynomial::{ROW, ValueAndSlope};
 use crate::transient::run_state::RunState;
 use crate::transient::search::panel::{Limit, PanelSearch};
-use crate::transient::trajectory::events::{Accumulation, Grazing, StopReason};
+use crate::transient::trajectory::events::{Grazing, StopReason};
 use crate::transient::trajectory::sampling::Cursor;
 
 /// Coordinates times panels between two questions whether the run is interrupted: some 0.1 ms.
@@ -36,6 +36,8 @@ pub(crate) struct PhaseSearch {
     pub gaps: Vec<f64>,
     /// The event functions that vanish at the event found, by contact.
     pub triggers: Vec<(usize, EventKind)>,
+    /// The series of bounces that end at the event found.
+    pub limits: Vec<Limit>,
 }
 
 impl PhaseSearch {
@@ -80,16 +82,20 @@ impl PhaseSearch {
                 }
                 return stop_unbounded(run, motion.start());
             }
-            self.on_panel.exact = run.scene.contacts_coupled() && motion.start() == 0.0;
+            self.on_panel.exact = motion.start() == 0.0;
             if self.on_panel.exact {
                 self.begin_exactly(run, functions);
             }
-            let limit = if bouncing { self.bounces(run, functions) } else { None };
-            let searched = limit.as_ref().map_or(end, |limit| end.min(limit.at));
-            let skipped = limit.as_ref().map(|limit| limit.function);
+            self.limits.clear();
+            if bouncing {
+                self.end_bounces(run, functions);
+            }
+            let limit = self.limits.first().map(|limit| limit.at);
+            let searched = limit.map_or(end, |limit| end.min(limit));
             let begin = run.time.seconds + motion.start();
             let counters = &mut run.trajectory.counters;
-            let found = self.on_panel.first_crossing(counters, begin, functions, searched, skipped);
+            let found =
+                self.on_panel.first_crossing(counters, begin, functions, searched, &self.limits);
             let until = found.map_or(searched, |(_, at)| at);
             if !self.on_panel.touches.is_empty()
                 && let Some(touch) = self.report_touches(run, motion, until)
@@ -115,11 +121,14 @@ impl PhaseSearch {
                 }
                 self.state(run, motion, functions, at);
                 self.exact_approach(run, functions, index, at);
+                self.limits.clear();
                 return PhaseEnd::Event { after: motion.start() + at * width };
             }
-            if let Some(limit) = limit.filter(|limit| limit.at <= end) {
-                self.accumulate(run, motion, &limit);
-                return PhaseEnd::Event { after: motion.start() + limit.at * width };
+            if let Some(limit) = limit.filter(|&limit| limit <= end) {
+                self.state(run, motion, functions, limit);
+                let ended = self.limits.iter().map(|one| (one.contact, EventKind::Accumulation));
+                self.triggers.extend(ended);
+                return PhaseEnd::Event { after: motion.start() + limit * width };
             }
             if last {
                 let offset = (remaining - motion.start()).min(width);
@@ -138,9 +147,8 @@ impl PhaseSearch {
         }
     }
 
-    /// Where mass couples contacts, series of impacts shrink without end, and superposition leaves some ulp of the
-    /// whole motion in a gap. The gap and its speed at the start of a phase are known beside it.
-    #[cold]
+    /// Series of impacts shrink without end, and superposition leaves some ulp of the whole motion in a gap. The gap and its
+    /// speed at the start of a phase are known beside it.
     fn begin_exactly(&mut self, run: &RunState<'_>, functions: &[EventFunction]) {
         for (index, function) in functions.iter().enumerate() {
             if function.trigger != EventKind::Impact || self.on_panel.panel.excluded[index] {
@@ -192,11 +200,22 @@ impl PhaseSearch {
         }
     }
 
-    fn bounces(&mut self, run: &RunState<'_>, functions: &[EventFunction]) -> Option<Limit> {
+    /// Finds the nearest limit of a series of bounces, and the series that end with it. Where mass couples contacts, the
+    /// impacts of one are no series of its own while others bounce.
+    fn end_bounces(&mut self, run: &RunState<'_>, functions: &[EventFunction]) {
         let RunState { scene, u, time, controls, .. } = run;
         let fastest = || u[..scene.structure()].iter().fold(0.0, |size: f64, u| size.max(u.abs()));
         let tolerance = controls.accumulation_tolerance;
-        self.on_panel.bounces(scene, functions, u, time.seconds, tolerance, fastest)
+        let seconds = time.seconds;
+        if let Some(limit) = self.on_panel.bounces(scene, functions, u, seconds, tolerance, fastest)
+        {
+            self.limits.push(limit);
+            if !scene.contacts_coupled() {
+                let (ulp, panel) = (time.ulp(), &self.on_panel);
+                let negligible = tolerance.max(ulp);
+                self.limits.extend(panel.ending_with(&limit, scene, functions, negligible, ulp));
+            }
+        }
     }
 
     /// Bounds of the errors of all gaps at `at` of the panel.
@@ -209,24 +228,6 @@ impl PhaseSearch {
                 self.gaps[function.contact] = self.on_panel.gap_error(index, at);
             }
         }
-    }
-
-    /// Ends a series of bounces, whose rest is negligible, at its limit.
-    #[cold]
-    fn accumulate(
-        &mut self,
-        run: &mut RunState<'_>,
-        motion: &mut CoupledMotion<'_>,
-        limit: &Limit,
-    ) {
-        self.state(run, motion, motion.functions, limit.at);
-        run.trajectory.accumulations.push(Accumulation {
-            event: run.trajectory.events.len(),
-            bounces: limit.bounces,
-            error: limit.error,
-        });
-        let contact = motion.functions[limit.function].contact;
-        self.triggers.push((contact, EventKind::Accumulation));
     }
 
     /// Records the touches up to `until` of the panel; the first of them when the run is to stop there.
