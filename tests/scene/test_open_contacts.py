@@ -181,3 +181,81 @@ def test_modes_by_default_say_which_combination_it_finds():
     with pytest.raises(ss.errors.NoSteadySlidingError, match='combination="dd"'):
         ss.complex_modes(scene)
     assert ss.complex_modes(scene, found.combination).combination == "dd"
+
+
+def dependent_problem(rng):
+    """A body of three dofs on two to four points: more directions than dofs."""
+    count = int(rng.integers(2, 5))
+    arms, height = rng.uniform(-0.1, 0.1, count), 0.02
+    contacts = [
+        ss.Contact(
+            tangential={"x": 1.0, "turn": height},
+            normal={"y": 1.0, "turn": float(arm)},
+            friction=float(rng.uniform(0.0, 0.5)),
+            slider_speed=0.1,
+        )
+        for arm in arms
+    ]
+    stiffness = np.diag([1e6, 1e4, 10.0 ** rng.uniform(1.0, 3.0)])
+    force = [0.0, -100.0, float(rng.uniform(-12.0, 12.0))]
+    scene = ss.Scene([1.0, 1.0, 1e-3], stiffness, force=force, contacts=contacts, dofs=["x", "y", "turn"])
+    return scene, arms, height
+
+
+def equilibria_of_body(scene, arms, height):
+    """Every equilibrium in which at most two points are closed, which hold y and turn: (closed, position, forces)."""
+    stiffness, count = np.asarray(scene.stiffness), len(arms)
+    normal = np.column_stack([np.zeros(count), np.ones(count), arms])
+    friction = np.array([contact.friction for contact in scene.contacts])
+    push = normal + friction[:, None] * np.array([1.0, 0.0, height])
+    for size in range(3):
+        for held in itertools.combinations(range(count), size):
+            held = list(held)
+            system = np.block([[stiffness, -push[held].T], [normal[held], np.zeros((size, size))]])
+            solution = np.linalg.solve(system, np.concatenate([scene.force, np.zeros(size)]))
+            position, forces = solution[:3], np.zeros(count)
+            forces[held] = solution[3:]
+            gaps = np.delete(normal @ position, held)
+            if (forces >= 0.0).all() and gaps.min(initial=0.0) >= -1e-15:
+                yield position
+
+
+def test_dependent_directions_against_every_choice():
+    """The equilibrium is one of those found by hand, and a start at rest."""
+    rng = np.random.default_rng(7)
+    opened = 0
+    for _ in range(300):
+        scene, arms, height = dependent_problem(rng)
+        expected = list(equilibria_of_body(scene, arms, height))
+        assert expected
+        found = ss.sliding_equilibrium(scene)
+        size = np.abs(found.position).max()
+        # Of systems with a condition of some millions; where all of a pad is held, y and turn vanish.
+        assert min(np.abs(found.position - x).max() for x in expected) <= 1e-9 * size
+        opened += "d" in found.combination
+    assert opened > 100
+
+
+def test_a_pad_that_lifts_off_at_one_point_stays_there():
+    points = [
+        ss.Contact(
+            tangential={"x": 1.0, "turn": 0.02},
+            normal={"y": 1.0, "turn": arm},
+            friction=0.3,
+            slider_speed=0.1,
+        )
+        for arm in (-0.05, 0.05)
+    ]
+    scene = ss.Scene(
+        [1.0, 1.0, 1e-3],
+        np.diag([1e6, 1e4, 200.0]),
+        force=[0.0, -100.0, 9.0],
+        contacts=points,
+        dofs=["x", "y", "turn"],
+        impact_friction=True,
+    )
+    found = ss.sliding_equilibrium(scene)
+    assert found.combination == "+d"
+    run = ss.simulate(scene, found, 0.1)
+    assert len(run.events) == 0
+    assert np.abs(run.state(0.1).position - found.position).max() <= 1e-16

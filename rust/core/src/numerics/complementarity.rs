@@ -14,7 +14,7 @@ use crate::numerics::singular_values::SingularValues;
 /// Number of exchanges after which the search by exchanges is given up.
 const EXCHANGES: usize = 40;
 /// Unknowns up to which every support is tried.
-const ENUMERATED: usize = 8;
+pub(crate) const ENUMERATED: usize = 8;
 /// A sign below this part of the terms of a sum is lost in their rounding.
 const LOST: f64 = 64.0 * f64::EPSILON;
 /// Two solutions are different if they differ by more than this part of the larger one; a singular system may miss its

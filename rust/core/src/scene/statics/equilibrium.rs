@@ -5,11 +5,11 @@ use nalgebra::{DMatrix, DVector};
 use crate::error::input::Error;
 use crate::linalg::dense::{Factors, smallest_relative_pivot, solve};
 use crate::linalg::sparse_factors::SparseLu;
-use crate::numerics::complementarity::{self, Complementarity};
+use crate::numerics::complementarity::{self, Complementarity, ENUMERATED};
 use crate::numerics::double_double::Doubled;
 use crate::scene::contact_law::Directions;
 use crate::scene::model::{Scene, State};
-use crate::scene::reduction::bases::{Reduction, normal_forces_at_rest};
+use crate::scene::reduction::bases::Reduction;
 use crate::scene::reduction::reduced_system::Reduced;
 use crate::scene::statics::margins::{ROUNDING, Statics, Steady};
 use crate::scene::status::{Combination, Status};
@@ -63,11 +63,53 @@ impl Scene {
         Ok(contacts.equilibrium(&contacts.open()?).state)
     }
 
-    /// Where directions of contacts depend on each other.
+    /// Where directions of contacts depend on each other: contacts of the wrong sign change sides; if that finds no
+    /// equilibrium, every choice of open contacts is tried where there are at most [`ENUMERATED`], fewest open ones first.
     fn dependent_equilibrium(&self) -> Result<Equilibrium, Error> {
-        let combination = self.sliding_combination()?;
-        let reduced = Reduced::new(self, &combination)?;
-        let forces = normal_forces_at_rest(reduced.scene(self), &combination);
+        let scene = &*self.at_steady_sliding();
+        let preferred = scene.sliding_combination()?;
+        let opens = |&contact: &usize| scene.contacts[contact].directions != Directions::Tangential;
+        let unilateral: Vec<usize> = (0..scene.contacts.len()).filter(opens).collect();
+        let exchanged = |combination: &Combination, contact: usize| {
+            let closed = Status::driven_by(scene.contacts[contact].drive());
+            let open = combination.statuses()[contact].is_closed();
+            let other = if open { Status::Detached } else { closed.unwrap_or(Status::Positive) };
+            combination.with(contact, other)
+        };
+        let mut combination = preferred.clone();
+        for _ in 0..EXCHANGES {
+            let Ok((equilibrium, margins)) = scene.rest_of(&combination) else { break };
+            if margins.iter().all(|&margin| margin >= 0.0) {
+                return Ok(equilibrium);
+            }
+            let wrong = unilateral.iter().filter(|&&contact| margins[contact] < 0.0);
+            combination = wrong.fold(combination, |next, &contact| exchanged(&next, contact));
+        }
+        let closed = unilateral.iter().fold(preferred.clone(), |all, &contact| {
+            if all.statuses()[contact].is_closed() { all } else { exchanged(&all, contact) }
+        });
+        let count = unilateral.len();
+        let mut choices: Vec<usize> =
+            (0..if count <= ENUMERATED { 1 << count } else { 0 }).collect();
+        choices.sort_by_key(|choice| choice.count_ones());
+        let choice = |choice: usize| {
+            let open = (0..count).filter(|place| choice >> place & 1 == 1);
+            open.fold(closed.clone(), |next, place| exchanged(&next, unilateral[place]))
+        };
+        let rests = choices.into_iter().filter_map(|open| scene.rest_of(&choice(open)).ok());
+        let holds = |rest: &(Equilibrium, Vec<f64>)| rest.1.iter().all(|&margin| margin >= 0.0);
+        if let Some((equilibrium, _)) = { rests }.find(holds) {
+            return Ok(equilibrium);
+        }
+        let (_, margins) = scene.rest_of(&closed)?;
+        let (contact, &normal_force) =
+            margins.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).unwrap_or((0, &f64::NAN));
+        Err(Error::TensileEquilibrium { contact, normal_force })
+    }
+
+    /// The structure at rest in a combination without sticking contacts, and the margins of all contacts.
+    fn rest_of(&self, combination: &Combination) -> Result<(Equilibrium, Vec<f64>), Error> {
+        let reduced = Reduced::new(self, combination)?;
         let mut equilibrated = reduced.stiffness.clone();
         let mut load = reduced.force_constant.clone();
         for (mut row, load) in equilibrated.row_iter_mut().zip(&mut load) {
@@ -83,36 +125,23 @@ impl Scene {
             });
         }
         let kept = solve(equilibrated, &load);
+        let margins = Statics::new(self, &reduced)?.margins(&kept);
         let mut q = vec![0.0; self.size];
-        for (&k, value) in reduced.reduction.kept.iter().zip(kept) {
+        for (&k, &value) in reduced.reduction.kept.iter().zip(&kept) {
             q[k] = value;
         }
-        let scene = reduced.scene(self);
-        scene.follow(&mut q, &mut vec![0.0; self.size]);
-        let mut normal_forces = vec![0.0; self.contacts.len()];
-        for (contact, (law, status)) in self.contacts.iter().zip(combination.statuses()).enumerate()
-        {
-            if !status.is_closed() {
-                if !(q[law.normal] >= 0.0) {
-                    return Err(Error::Penetration { contact, gap: q[law.normal] });
-                }
-                continue;
-            }
-            let row = |k: usize| scene.stiffness.row_dot(k, &q) - scene.force[k];
-            let normal_force: f64 = forces[contact].iter().map(|&(k, w)| w * row(k)).sum();
-            if !(normal_force > 0.0) {
-                return Err(Error::TensileEquilibrium { contact, normal_force });
-            }
-            normal_forces[contact] = normal_force;
-        }
-        let velocity = vec![0.0; self.dofs];
+        let fitted = reduced.scene(self);
+        fitted.follow(&mut q, &mut vec![0.0; self.size]);
+        let statuses = combination.statuses().iter();
+        let normal_forces =
+            statuses.zip(&margins).map(|(s, &n)| if s.is_closed() { n } else { 0.0 }).collect();
         let state = State {
             position: self.positions(&q),
-            velocity,
-            combination,
+            velocity: vec![0.0; self.dofs],
+            combination: combination.clone(),
             friction_force: Vec::new(),
         };
-        Ok(Equilibrium { state, normal_forces })
+        Ok((Equilibrium { state, normal_forces }, margins))
     }
 
     /// The same with its normal forces, and whether it is the only one.

@@ -119,22 +119,22 @@ impl Statics {
     ) -> Steady {
         let stuck = combination.statuses().contains(&Status::Sticking);
         let margins = match if stuck { None } else { rest() } {
-            Some(q) => margins(&self.rows, &self.offsets, &q),
+            Some(q) => self.margins(q.as_slice()),
             None => vec![f64::NAN; self.offsets.len()],
         };
         Steady::new(combination, &self.speeds, margins)
     }
-}
 
-/// `rows . q - offsets`, or zero if it is within the rounding of its terms, so that no verdict depends on rounding.
-fn margins(rows: &DMatrix<f64>, offsets: &[f64], q: &DVector<f64>) -> Vec<f64> {
-    let margin = |(i, &offset): (usize, &f64)| {
-        let (mut sum, mut size) = (-offset, offset.abs());
-        for (a, x) in rows.row(i).iter().zip(q) {
-            sum += a * x;
-            size += (a * x).abs();
-        }
-        if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
-    };
-    offsets.iter().enumerate().map(margin).collect()
+    /// `rows . q - offsets`, or zero if it is within the rounding of its terms, so that no verdict depends on rounding.
+    pub(super) fn margins(&self, q: &[f64]) -> Vec<f64> {
+        let margin = |(i, &offset): (usize, &f64)| {
+            let (mut sum, mut size) = (-offset, offset.abs());
+            for (a, x) in self.rows.row(i).iter().zip(q) {
+                sum += a * x;
+                size += (a * x).abs();
+            }
+            if sum.abs() <= ROUNDING * size { 0.0 } else { sum }
+        };
+        self.offsets.iter().enumerate().map(margin).collect()
+    }
 }
